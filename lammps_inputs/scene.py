@@ -10,7 +10,7 @@ import tomli_w
 from pydantic import ValidationError, model_validator
 
 from chaincor.lammps_inputs.bonds.potential import Potential
-from chaincor.lammps_inputs.bonds.potentials import NAMED_POTENTIALS, named_bond
+from chaincor.lammps_inputs.bonds.potentials import BOND_KEYS, bond_of
 from chaincor.lammps_inputs.errors import SceneError, mistakes_in
 from chaincor.lammps_inputs.initial_state import InitialState, read_initial_state
 from chaincor.lammps_inputs.line import Line
@@ -83,18 +83,13 @@ class Scene(SceneFields):
         """The potential of the bonds."""
         if isinstance(self.potential, Potential):
             return self.potential
-        if self.potential == "table":
-            from chaincor.lammps_inputs.bonds.table_file import read_bond_table
+        return bond_of(self.potential, self.bond_fields)
 
-            assert self.bond_file is not None
-            return read_bond_table(self.bond_file)
-        if self.potential == "formula":
-            from chaincor.lammps_inputs.bonds.formula import formula_bond
-
-            assert self.energy is not None
-            return formula_bond(self.energy, tuple((self.parameters or {}).items()))
-        given = {key: getattr(self, key) for key in NAMED_POTENTIALS[self.potential].keys}
-        return named_bond(self.potential, **{k: v for k, v in given.items() if v is not None})
+    @property
+    def bond_fields(self) -> dict[str, Any]:
+        """What is given of the bonds besides their kind, by its keys."""
+        given = {key: getattr(self, key) for key in BOND_KEYS}
+        return {key: value for key, value in given.items() if value is not None}
 
     @property
     def impact_velocity(self) -> float:

@@ -9,7 +9,7 @@ import numpy as np
 from benchmarks.judge.kinks import judge
 from chaincor.lammps_inputs.bonds.potential import NoParameters
 from chaincor.lammps_inputs.bonds.potentials import LennardJones, Toda
-from chaincor.lammps_inputs.bonds.table_file import read_bond_table
+from chaincor.lammps_inputs.bonds.table_bond import read_bond_table
 from chaincor.lammps_inputs.bonds.user_bond import UserBond
 from chaincor.lammps_inputs.scene import Scene
 

@@ -33,19 +33,7 @@ _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
 
 
 def scan_strains(bond: "Potential") -> Array:
-    """
-    Return the strains between which a bond is looked at.
-
-    Parameters
-    ----------
-    bond : Potential
-        The bond.
-
-    Returns
-    -------
-    ndarray
-        Rising, geometric on both sides of rest, within the bond's own range.
-    """
+    """Return rising strains, geometric on both sides of rest, between which a bond is looked at."""
     low, high = max(bond.strain_min, _SHORTEST), min(bond.strain_max, _LONGEST)
     nearest = min(_SMALLEST, 1e-2 * -low, 1e-2 * high)
     return np.concatenate(
@@ -55,26 +43,13 @@ def scan_strains(bond: "Potential") -> Array:
 
 def find_kinks(bond: "Potential") -> tuple[float, ...]:
     """
-    Find the strains at which the stiffness of a bond jumps.
+    Find the rising strains at which the stiffness of a bond jumps.
 
     Brackets that overlap by half are halved, each about its largest second difference, until
-    they are 1e-8 of the strain: what is left of the change of slope there is a kink.
+    they are 1e-8 of the strain: what is left of the change of slope there is a kink. One in 1e-2 of
+    a strain is found for certain, of those much closer the sharper.
 
-    Parameters
-    ----------
-    bond : Potential
-        A bond of finite stiffness.
-
-    Returns
-    -------
-    tuple of float
-        Rising strains. One kink in 1e-2 of a strain is found for certain, of those much closer
-        the sharper.
-
-    Raises
-    ------
-    PotentialError
-        If the force itself jumps.
+    Raises PotentialError if the force itself jumps.
     """
     edges = scan_strains(bond)
     scale = _slope_at_rest(bond, edges)
@@ -157,19 +132,8 @@ def refuse_mismatch(bond: "Potential", kinks: Sequence[float]) -> None:
 
     Between neighbouring strains of :func:`scan_strains` the work of the force, by Gauss's rule
     with 8 points, must be what the energy loses; the rule's own error is told by halving, and
-    rounding by the size of the energies.
-
-    Parameters
-    ----------
-    bond : Potential
-        The bond.
-    kinks : sequence of float
-        Strains at which its stiffness jumps.
-
-    Raises
-    ------
-    PotentialError
-        With the strain at which they differ most.
+    rounding by the size of the energies. Raises PotentialError, with the strain at which they
+    differ most.
     """
     # Gauss's rule knows no kinks: intervals end at them.
     edges = np.unique(np.concatenate((scan_strains(bond), kinks)))

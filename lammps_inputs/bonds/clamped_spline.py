@@ -16,21 +16,9 @@ from chaincor.lammps_inputs.arrays import Array
 
 def clamped_spline(x: Array, y: Array, slopes: tuple[float, float], asked: Array) -> Array:
     """
-    Return a cubic spline's values.
+    Return the values at `asked` of a spline through rising places x, at least two, and values y.
 
-    Parameters
-    ----------
-    x, y : ndarray of shape (rows,)
-        Rising places, at least two, and values there.
-    slopes : tuple of float
-        At the first and the last.
-    asked : ndarray
-        Where; beyond the ends the outer cubics go on.
-
-    Returns
-    -------
-    ndarray of the shape of `asked`
-        Values.
+    `slopes` are those at the first and the last; beyond these the outer cubics go on.
     """
     bends = _bends(x, y, slopes)
     low = np.clip(np.searchsorted(x, asked, side="right") - 1, 0, len(x) - 2)

@@ -39,23 +39,10 @@ def holds_at_most(
 
 def distance_at(bond: "Potential", energy: float, side: float, end: float = math.inf) -> float:
     """
-    Return how far from rest a bond first holds an energy.
+    Return how far from rest a bond first holds an energy, to the last bit.
 
-    Parameters
-    ----------
-    bond : Potential
-        The potential.
-    energy : float
-        U, positive.
-    side : float
-        -1 for compressed bonds, 1 for stretched ones.
-    end : float
-        Distance at which to stop.
-
-    Returns
-    -------
-    float
-        Distance, to the last bit, or `end` where the bond holds less up to there.
+    `side` is -1 for compressed bonds, 1 for stretched ones; `end` is returned where the bond holds
+    less up to there.
     """
     holds = holds_at_most(bond, energy, side)
     far = math.sqrt(2.0 * energy / bond.stiffness) * np.geomspace(1e-3, 1e9, 4000)
@@ -70,19 +57,9 @@ def distance_at(bond: "Potential", energy: float, side: float, end: float = math
 
 def compressed_strain(bond: "Potential", energy: float) -> float:
     """
-    Return the compressed strain at which a bond holds an energy.
+    Return the compressed strain, below zero, at which a bond holds an energy.
 
-    Parameters
-    ----------
-    bond : Potential
-        The potential.
-    energy : float
-        U, positive.
-
-    Returns
-    -------
-    float
-        Strain below zero; short of -1, where particles would meet, if the bond cannot hold it.
+    It stops short of -1, where particles would meet, if the bond cannot hold it.
     """
     return float(compressed_strains(bond, np.array([energy]))[0])
 
@@ -111,18 +88,8 @@ def strain_range(bond: "Potential", energy: float) -> tuple[float, float]:
     """
     Return the strains between which a bond must be if it holds no more than an energy.
 
-    Parameters
-    ----------
-    bond : Potential
-        The potential.
-    energy : float
-        U, positive.
-
-    Returns
-    -------
-    tuple of float
-        Shortest and longest, rounded outward by less than a thousandth; inf where the energy
-        suffices to break the bond.
+    They are rounded outward by less than a thousandth; inf where the energy suffices to break the
+    bond.
     """
     shortest = -_outermost(bond, energy, -1.0, -bond.strain_min)
     if energy >= bond.dissociation:

@@ -90,19 +90,7 @@ class BondDistribution:
         return float(np.sum(weights * (strains - self.mean) ** 2))
 
     def log_moment(self, slopes: Array) -> Array:
-        r"""
-        Return :math:`\ln\langle e^{\lambda (s - \langle s\rangle)}\rangle`.
-
-        Parameters
-        ----------
-        slopes : ndarray
-            :math:`\lambda`.
-
-        Returns
-        -------
-        ndarray
-            The cumulant generating function, of the same shape.
-        """
+        r"""Return :math:`\ln\langle e^{\lambda (s - \langle s\rangle)}\rangle` of slopes lambda."""
         strains, weights = self._nodes
         powers = np.multiply.outer(slopes, strains - self.mean)
         largest = np.max(powers, axis=-1)
@@ -110,19 +98,7 @@ class BondDistribution:
         return found + largest
 
     def share_below(self, strains: Array) -> Array:
-        """
-        Return the probability of a smaller strain.
-
-        Parameters
-        ----------
-        strains : ndarray
-            Any strains.
-
-        Returns
-        -------
-        ndarray
-            0 to 1, of the same shape.
-        """
+        """Return the probabilities of smaller strains than any of these."""
         s = np.clip(strains, self.edges[0], self.edges[-1])
         panel = np.clip(np.searchsorted(self.edges, s, side="right") - 1, 0, len(self.edges) - 2)
         low, high = self.edges[panel], self.edges[panel + 1]
@@ -131,19 +107,9 @@ class BondDistribution:
 
     def strains(self, shares: Array) -> Array:
         """
-        Return the strains below which a bond is with given probabilities.
+        Return the strains below which a bond is with given probabilities, exact to 1e-15 of these.
 
         Each is found by itself: it does not depend on what else is asked for.
-
-        Parameters
-        ----------
-        shares : ndarray
-            Between 0 and 1.
-
-        Returns
-        -------
-        ndarray
-            Strains, of the same shape; exact to about 1e-15 in probability.
         """
         wanted = np.asarray(shares, dtype=float).ravel()
         found = np.empty_like(wanted)
@@ -180,24 +146,10 @@ class BondDistribution:
 
 def bond_distribution(bond: Potential, temperature: float) -> BondDistribution:
     r"""
-    Return how the strain of a bond is distributed in equilibrium.
+    Return how the strain of a bond is distributed in equilibrium at :math:`k_B T`, an energy.
 
-    Parameters
-    ----------
-    bond : Potential
-        The bond.
-    temperature : float
-        :math:`k_B T`, an energy.
-
-    Returns
-    -------
-    BondDistribution
-        Density :math:`\propto \exp(-U(s)/T)` of all strains, or of those at which the bond holds.
-
-    Raises
-    ------
-    SceneError
-        If the bond holds nothing in tension, or less than `LEAST_DEPTH` times T.
+    The density is :math:`\propto \exp(-U(s)/T)` of all strains, or of those at which the bond
+    holds. Raises SceneError if it holds nothing in tension, or less than `LEAST_DEPTH` times T.
     """
     return _kept(bond, temperature) if is_hashable(bond) else _kept.__wrapped__(bond, temperature)
 

@@ -9,9 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from chaincor.lammps_inputs.arrays import Array
-from chaincor.lammps_inputs.bonds.exponential import exp_less_one, exponential
+from chaincor.lammps_inputs.bonds.functions import exp_less_one, expm1_minus_x, exponential
 from chaincor.lammps_inputs.bonds.named_bond import LARGEST, SMALLEST, NamedBond, Strain
-from chaincor.lammps_inputs.bonds.series import expm1_minus_x
 from chaincor.lammps_inputs.errors import PotentialError
 
 
@@ -42,22 +41,16 @@ class TodaParameters(NamedTuple):
     b: float
 
 
-def _toda_kernel(expm1: Callable) -> Callable:
+def _toda_kernels(exp: Callable, expm1: Callable) -> tuple[Callable, Callable]:
     def toda_force(strain: Strain, parameters: TodaParameters) -> Strain:
         """Return (exp(-b s) - 1)/b."""
         return expm1(-parameters.b * strain) / parameters.b
 
-    toda_force.__qualname__ = "toda_force"
-    return toda_force
-
-
-def _toda_curvature(exp: Callable) -> Callable:
     def toda_curvature(strain: Strain, parameters: TodaParameters) -> Strain:
         """Return exp(-b s)."""
         return exp(-parameters.b * strain)
 
-    toda_curvature.__qualname__ = "toda_curvature"
-    return toda_curvature
+    return toda_force, toda_curvature
 
 
 @dataclass(frozen=True)
@@ -69,21 +62,13 @@ class Toda(_Exponential):
     name = "toda"
     title = "Toda"
     keys: ClassVar = {"toda_b": "b"}
-    force_kernel = staticmethod(_toda_kernel(exp_less_one))
-    curvature_kernel = staticmethod(_toda_curvature(exponential))
-
-    @property
-    def parameters(self) -> TodaParameters:
-        """Of the kernel: b."""
-        return TodaParameters(float(self.b))
+    told = TodaParameters
+    force_kernel, curvature_kernel = map(staticmethod, _toda_kernels(exponential, exp_less_one))
+    lammps_formula = "(exp(-{bond.b!r}*{s})-1.0+{bond.b!r}*{s})/({bond.b!r}*{bond.b!r})"
 
     def energy(self, strain: ArrayLike) -> Array:
         """Return (expm1(-b s) + b s)/b^2."""
         return expm1_minus_x(-self.b * np.asarray(strain, dtype=float)) / self.b**2
-
-    def lammps_energy(self, strain: str) -> str:
-        """Return the formula of U."""
-        return f"(exp(-{self.b!r}*{strain})-1.0+{self.b!r}*{strain})/{self.b**2!r}"
 
 
 class MorseParameters(NamedTuple):
@@ -92,24 +77,18 @@ class MorseParameters(NamedTuple):
     a: float
 
 
-def _morse_kernel(expm1: Callable) -> Callable:
+def _morse_kernels(exp: Callable, expm1: Callable) -> tuple[Callable, Callable]:
     def morse_force(strain: Strain, parameters: MorseParameters) -> Strain:
         """Return e (1 + e)/a with e = exp(-a s) - 1, of which squares stay finite."""
         e = expm1(np.minimum(-parameters.a * strain, 350.0))
         return e * (1.0 + e) / parameters.a
 
-    morse_force.__qualname__ = "morse_force"
-    return morse_force
-
-
-def _morse_curvature(exp: Callable) -> Callable:
     def morse_curvature(strain: Strain, parameters: MorseParameters) -> Strain:
         """Return e (2 e - 1) with e = exp(-a s), of which squares stay finite."""
         e = exp(np.minimum(-parameters.a * strain, 350.0))
         return e * (2.0 * e - 1.0)
 
-    morse_curvature.__qualname__ = "morse_curvature"
-    return morse_curvature
+    return morse_force, morse_curvature
 
 
 @dataclass(frozen=True)
@@ -121,13 +100,9 @@ class Morse(_Exponential):
     name = "morse"
     title = "Morse"
     keys: ClassVar = {"morse_a": "a"}
-    force_kernel = staticmethod(_morse_kernel(exp_less_one))
-    curvature_kernel = staticmethod(_morse_curvature(exponential))
-
-    @property
-    def parameters(self) -> MorseParameters:
-        """Of the kernel: a."""
-        return MorseParameters(float(self.a))
+    told = MorseParameters
+    force_kernel, curvature_kernel = map(staticmethod, _morse_kernels(exponential, exp_less_one))
+    lammps_formula = "(1.0-exp(-{bond.a!r}*{s}))^2/(2.0*{bond.a!r}*{bond.a!r})"
 
     @property
     def dissociation(self) -> float:  # type: ignore[override]
@@ -137,10 +112,6 @@ class Morse(_Exponential):
     def energy(self, strain: ArrayLike) -> Array:
         """Return expm1(-a s)^2/(2 a^2)."""
         return np.square(np.expm1(-self.a * np.asarray(strain, dtype=float))) * self.dissociation
-
-    def lammps_energy(self, strain: str) -> str:
-        """Return the formula of U."""
-        return f"(1.0-exp(-{self.a!r}*{strain}))^2/{2.0 * self.a**2!r}"
 
     @property
     def convex_strain(self) -> float:

@@ -10,10 +10,7 @@ from numpy.typing import ArrayLike
 
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.check import find_kinks
-from chaincor.lammps_inputs.bonds.formula_code import (
-    FormulaParameters,
-    formula_code,
-)
+from chaincor.lammps_inputs.bonds.formula_code import FormulaParameters, formula_code
 from chaincor.lammps_inputs.bonds.formula_rest import (
     LOST,
     expand,
@@ -33,34 +30,19 @@ class Formula(UserBond):
     r"""
     A bond given by a formula for its energy.
 
+    U is a function of the strain ``s``, or the length ``r`` = 1 + s, and of named parameters.
     Natural length is where the force vanishes nearest to length 1; strains count from it, so that
     a chain at rest has none, and U and -dU/ds are zero there. Near it a series of the force is
     used, for which the formula is expanded with 40 digits: nothing cancels at any strain. Speeds,
     energies and times are those of the formula. The speed scale v* is that of
     :math:`U(x^*) = k (x^* - x_0)^2`, with the stiffness k and the natural length of the formula.
 
-    Parameters
-    ----------
-    text : str
-        U as a function of the strain ``s``, or the length ``r`` = 1 + s.
-    parameters : mapping
-        Values of the other names in it.
-
-    Attributes
-    ----------
-    text : str
-        The energy, in one way of many to write it.
-    given : dict
-        The parameters.
-    natural_length : float
-        Length at rest; for the engines, which know no other, it is 1.
-
-    Raises
-    ------
-    PotentialError
-        If it is no formula, it has no stable length near 1, kinks, or its digits cancel.
+    Raises PotentialError if it is no formula, it has no stable length near 1, kinks, or its digits
+    cancel.
     """
 
+    text: str  #: The energy, in one way of many to write it.
+    given: dict[str, float]  #: The parameters.
     smooth = True
     kinks = ()
 
@@ -69,17 +51,24 @@ class Formula(UserBond):
         self._code = formula_code(self.text, tuple(self.given))
         self._values = tuple(self.given.values()) or (0.0,)
         self._functions = {
-            name: self._code.function(getattr(self._code, name))
+            name: self._code.function(getattr(self._code, name), self._values)
             for name in ("energy", "force", "curvature")
         }
         with np.errstate(all="ignore"):
             self._exact_rest, self._series = expand(self._code, self._values, self._refuse)
             self._rest = float(self._exact_rest)
             self._near = reach_of(self._series)
+            terms, orders = np.asarray(self._series), np.arange(1, len(self._series) + 1)
+            # Near rest: a power of the strain, and the series that it is a factor of.
+            self._near_rest = {
+                "energy": (2, -terms / (orders + 1)),
+                "force": (1, terms),
+                "curvature": (0, -terms * orders),
+            }
             low, high = self._find_ends()
             self._barrier = self._find_barrier(high)
             low = self._find_inner_barrier(low)
-            offset = self._functions["energy"](self._rest, self._values)
+            offset = self._functions["energy"](self._rest)
             if not math.isfinite(offset):
                 raise self._refuse("has no finite value at rest", "one at every length near 1")
             self._offset = float(offset)
@@ -110,6 +99,10 @@ class Formula(UserBond):
 
     def __reduce__(self) -> tuple[Callable, tuple[Any, ...]]:
         return formula_bond, (self.text, tuple(self.given.items()))
+
+    def as_keys(self) -> dict[str, Any]:
+        """Return the formula."""
+        return {"energy": self.text, "parameters": self.given}
 
     @property
     def natural_length(self) -> float:
@@ -154,12 +147,11 @@ class Formula(UserBond):
         if strain is None:
             return None
         digits, rest = many_digits(), self._exact_rest
-        values = [digits.mpf(value) for value in self._values]
-        energy = self._code.function(self._code.energy, digits)
-        offset = energy(rest, values)
+        energy = self._code.function(self._code.energy, self._values, digits)
+        offset = energy(rest)
 
         def excess(s: Any) -> Any:
-            return (energy(rest + s, values) - offset) / (self.stiffness * s * s) - 1
+            return (energy(rest + s) - offset) / (self.stiffness * s * s) - 1
 
         near = (strain * (1.0 - 1e-9), strain * (1.0 + 1e-9))
         root = digits.findroot(excess, near, solver="secant", tol=1e-40)
@@ -167,32 +159,30 @@ class Formula(UserBond):
 
     def energy(self, strain: ArrayLike) -> Any:
         """Return U, zero at rest."""
-        orders = np.arange(2, len(self._series) + 2)
-        series = -np.asarray(self._series) / orders
-        return self._joined(strain, "energy", series, 2)
+        return self._joined(strain, "energy")
 
     def force(self, strain: ArrayLike) -> Any:
         """Return -dU/ds."""
-        return self._joined(strain, "force", np.asarray(self._series), 1)
+        return self._joined(strain, "force")
 
     def curvature(self, strain: ArrayLike) -> Any:
         """Return U''."""
-        orders = np.arange(1, len(self._series) + 1)
-        return self._joined(strain, "curvature", -np.asarray(self._series) * orders, 0)
+        return self._joined(strain, "curvature")
 
     @property
     def stiffness(self) -> float:
         """U'' at rest."""
         return -self._series[0]
 
-    def _joined(self, strain: Any, name: str, series: Array, power: int) -> Any:
-        """Return a series in the strain near rest, times a power of it, and the formula beyond."""
+    def _joined(self, strain: Any, name: str) -> Any:
+        """Return a series in the strain near rest, and the formula beyond."""
         s = np.asarray(strain, dtype=float)
+        power, series = self._near_rest[name]
         x = np.clip(s, -self._near, self._near)
         total = np.zeros_like(x)
         for coefficient in series[::-1]:
             total = total * x + coefficient
-        beyond = self._functions[name](self._rest + s, self._values)
+        beyond = self._functions[name](self._rest + s)
         if name == "energy":
             beyond = beyond - self._offset
         outside = (s < self._low) | (s > self._high)
@@ -214,10 +204,10 @@ class Formula(UserBond):
         far = np.geomspace(1e-6, 1e6, 6000)
         outward = (-np.append(far[far < -ends[0]], -ends[0]), far)
         for guard in self._code.guards:
-            function = self._code.function(guard)
+            function = self._code.function(guard, self._values)
 
             def value(strain: Any, function: Callable = function) -> Any:
-                return function(self._rest + strain, self._values)
+                return function(self._rest + strain)
 
             at_rest = value(0.0)
             for side, strains in enumerate(outward):
@@ -237,7 +227,7 @@ class Formula(UserBond):
         if abs(low + 1.0) < _ROUNDING:
             low = -1.0
         # Where particles can meet, at finite energy or of longer bonds, engines see for themselves.
-        energy = self._functions["energy"](np.float64(self._rest + low), self._values)
+        energy = self._functions["energy"](np.float64(self._rest + low))
         holds = low == -1.0 and not math.isfinite(energy)
         return (low if low > -1.0 or holds else -math.inf), ends[1]
 
@@ -272,19 +262,5 @@ class Formula(UserBond):
 
 @lru_cache(maxsize=256)
 def formula_bond(text: str, parameters: tuple[tuple[str, float], ...]) -> Formula:
-    """
-    Return the bond of a formula, the same object each time.
-
-    Parameters
-    ----------
-    text : str
-        The energy.
-    parameters : tuple of (str, float)
-        Names and values.
-
-    Returns
-    -------
-    Formula
-        The bond.
-    """
+    """Return the bond of a formula, the same object each time."""
     return Formula(text, dict(parameters))

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from chaincor.lammps_inputs.bonds.exponential import exp_less_one, exponential
 from chaincor.lammps_inputs.bonds.formula_text import FUNCTIONS, STRAIN, read_formula
+from chaincor.lammps_inputs.bonds.functions import exp_less_one, exponential
 from chaincor.lammps_inputs.errors import PotentialError
 
 if TYPE_CHECKING:
@@ -44,24 +44,15 @@ class FormulaCode:
     #: What must not vanish: bases of powers that are no whole positive ones, arguments of log.
     guards: tuple[str, ...]
 
-    def function(self, text: str, namespace: Any = np) -> Callable:
+    def function(self, text: str, values: tuple[float, ...], digits: Any = None) -> Callable:
         """
-        Return ``f(s, p)`` of one of the texts.
+        Return one of the texts as a function of the strain, as the formula counts it.
 
-        Parameters
-        ----------
-        text : str
-            Made here, of numbers, names and operations alone.
-        namespace : module
-            Where exp and its like come from: NumPy, or mpmath for more digits.
-
-        Returns
-        -------
-        callable
-            With the strain as the formula counts it, and the parameters in order of their names.
+        `values` are of the parameters in order of their names; `digits` is mpmath for more of them.
         """
-        known = {name: getattr(namespace, name) for name in FUNCTIONS}
-        return eval(f"lambda s, p: {text}", {"__builtins__": {}} | known)
+        known = {name: getattr(digits or np, name) for name in FUNCTIONS}
+        known["p"] = values if digits is None else tuple(map(digits.mpf, values))
+        return eval(f"lambda s: {text}", {"__builtins__": {}} | known)
 
     @cached_property
     def kernel(self) -> Callable:
@@ -112,24 +103,9 @@ def _kernel_of(name: str, formula: str, power: str, factors: list[float]) -> Cal
 @lru_cache(maxsize=64)
 def formula_code(text: str, names: tuple[str, ...]) -> FormulaCode:
     """
-    Differentiate a formula and write it as Python.
+    Differentiate an energy, whose parameters have these names, and write it as Python.
 
-    Parameters
-    ----------
-    text : str
-        The energy.
-    names : tuple of str
-        Of the parameters.
-
-    Returns
-    -------
-    FormulaCode
-        Its functions.
-
-    Raises
-    ------
-    PotentialError
-        If the text is no formula, or one too long to differentiate twice.
+    Raises PotentialError if the text is no formula, or one too long to differentiate twice.
     """
     import sympy
 
@@ -144,14 +120,13 @@ def formula_code(text: str, names: tuple[str, ...]) -> FormulaCode:
     curvature = -sympy.diff(force, strain)
     _refuse_long(curvature, text)
     _refuse_kinks(curvature, text)
-    writer = _Writer(symbols)
     try:
         return FormulaCode(
             names=tuple(sorted(names)),
-            energy=writer.text(energy),
-            force=writer.text(force),
-            curvature=writer.text(curvature),
-            guards=tuple(dict.fromkeys(writer.text(guard) for guard in _guards(energy, strain))),
+            energy=_written(energy, symbols),
+            force=_written(force, symbols),
+            curvature=_written(curvature, symbols),
+            guards=tuple(dict.fromkeys(_written(g, symbols) for g in _guards(energy, strain))),
         )
     except (OverflowError, TypeError, ValueError):
         raise PotentialError(
@@ -174,17 +149,14 @@ def _refuse_kinks(expression: "sympy.Expr", text: str) -> None:
 
 
 def _refuse_long(expression: "sympy.Expr", text: str) -> None:
-    if any(count > _MOST_OPERATIONS for count, _ in enumerate(_walk(expression))):
+    import sympy
+
+    operations = enumerate(sympy.preorder_traversal(expression))
+    if any(count > _MOST_OPERATIONS for count, _ in operations):
         raise PotentialError(
             f"energy {text!a} has derivatives of more than {_MOST_OPERATIONS} operations; "
             "expected a shorter formula, with fewer factors and functions within functions"
         )
-
-
-def _walk(expression: "sympy.Expr") -> Any:
-    import sympy
-
-    return sympy.preorder_traversal(expression)
 
 
 def _guards(expression: "sympy.Expr", strain: "sympy.Symbol") -> Sequence["sympy.Expr"]:
@@ -193,7 +165,7 @@ def _guards(expression: "sympy.Expr", strain: "sympy.Symbol") -> Sequence["sympy
     from sympy.codegen.cfunctions import log1p
 
     found = []
-    for part in _walk(expression):
+    for part in sympy.preorder_traversal(expression):
         if isinstance(part, sympy.Pow) and part.base.has(strain):
             whole = part.exp.is_Integer and part.exp >= 0
             found += [] if whole else [part.base]
@@ -204,40 +176,38 @@ def _guards(expression: "sympy.Expr", strain: "sympy.Symbol") -> Sequence["sympy
     return found
 
 
-class _Writer:
-    """Writes SymPy expressions in Python: floats, whole powers, and functions by bare names."""
+def _written(expression: "sympy.Expr", symbols: dict["sympy.Symbol", str]) -> str:
+    """Write an expression in Python: floats, whole powers, and functions by bare names."""
+    import sympy
 
-    def __init__(self, symbols: dict["sympy.Symbol", str]) -> None:
-        self._symbols = symbols
-
-    def text(self, expression: "sympy.Expr") -> str:
-        import sympy
-
-        if expression in self._symbols:
-            return self._symbols[expression]
-        if expression.is_Number or expression.is_NumberSymbol:
-            return f"({_finite(float(expression))!r})"
-        if isinstance(expression, sympy.Add):
-            return f"({' + '.join(map(self.text, expression.args))})"
-        if isinstance(expression, sympy.Mul):
-            return f"({'*'.join(map(self.text, expression.args))})"
-        if isinstance(expression, sympy.Pow):
-            return self._power(*expression.args)
-        name = type(expression).__name__
-        if name not in FUNCTIONS or len(expression.args) != 1:
+    def text(part: "sympy.Expr") -> str:
+        if part in symbols:
+            return symbols[part]
+        if part.is_Number or part.is_NumberSymbol:
+            return f"({_finite(float(part))!r})"
+        if isinstance(part, sympy.Add):
+            return f"({' + '.join(map(text, part.args))})"
+        if isinstance(part, sympy.Mul):
+            return f"({'*'.join(map(text, part.args))})"
+        if isinstance(part, sympy.Pow):
+            return power(*part.args)
+        name = type(part).__name__
+        if name not in FUNCTIONS or len(part.args) != 1:
             raise TypeError(name)
-        return f"{name}({self.text(expression.args[0])})"
+        return f"{name}({text(part.args[0])})"
 
-    def _power(self, base: "sympy.Expr", exponent: "sympy.Expr") -> str:
-        written = self.text(base)
+    def power(base: "sympy.Expr", exponent: "sympy.Expr") -> str:
+        written = text(base)
         if exponent.is_Integer:
-            power = int(exponent)
+            whole = int(exponent)
             # Multiplications for compiled loops, up to where the compiler has them.
-            raised = f"{written}**{abs(power)}" if abs(power) != 1 else written
-            return f"({raised})" if power > 0 else f"(1.0/{raised})"
+            raised = f"{written}**{abs(whole)}" if abs(whole) != 1 else written
+            return f"({raised})" if whole > 0 else f"(1.0/{raised})"
         if exponent.is_Rational and exponent.q == 2 and abs(exponent.p) == 1:
             return f"sqrt({written})" if exponent.p > 0 else f"(1.0/sqrt({written}))"
-        return f"({written}**{self.text(exponent)})"
+        return f"({written}**{text(exponent)})"
+
+    return text(expression)
 
 
 def _finite(number: float) -> float:

@@ -38,35 +38,17 @@ def expand(
     """
     Find where a formula is at rest, nearest to length 1, and expand its force there.
 
-    Parameters
-    ----------
-    code : FormulaCode
-        The formula.
-    values : tuple of float
-        Of its parameters.
-    refuse : callable
-        Makes the error of what is wrong and what was expected.
-
-    Returns
-    -------
-    tuple
-        The strain at rest, with many digits, and the series of force over strain: -k, -k g_1 ...
-
-    Raises
-    ------
-    PotentialError
-        If there is no stable length near 1, or its stiffness is out of bounds.
+    Returned are that strain, with many digits, and the series of force over strain: -k, -k g_1 ...
+    Raises what `refuse` makes of what is wrong and what was expected, if there is no stable length
+    near 1, or its stiffness is out of bounds.
     """
     bracket, digits = _bracket(code, values, refuse), many_digits()
-    exact = [digits.mpf(value) for value in values]
-    force = code.function(code.force, digits)
+    force = code.function(code.force, values, digits)
     try:
-        rest = digits.findroot(
-            lambda s: force(s, exact), bracket, solver="anderson", tol=1e-70, maxsteps=200
-        )
+        rest = digits.findroot(force, bracket, solver="anderson", tol=1e-70, maxsteps=200)
         if not bracket[0] <= rest <= bracket[1]:
             raise ValueError
-        terms = digits.taylor(lambda s: force(s, exact), rest, SERIES_TERMS + 1)
+        terms = digits.taylor(force, rest, SERIES_TERMS + 1)
         series = tuple(float(term) for term in terms[1:])
     except (ValueError, ZeroDivisionError, OverflowError, TypeError):
         series = (math.nan,)
@@ -86,7 +68,7 @@ def _bracket(code: FormulaCode, values: tuple[float, ...], refuse: Refuse) -> tu
     """Return two strains between which the force falls through zero, nearest to zero."""
     out = np.geomspace(_NEAREST_REST, _LONGEST_REST, 400)
     strains = np.concatenate((-out[out <= -_SHORTEST_REST][::-1], out))
-    forces = np.asarray(code.function(code.force)(strains, values), dtype=float)
+    forces = np.asarray(code.function(code.force, values)(strains), dtype=float)
     forces = forces * np.ones_like(strains)
     falls = (forces[:-1] > 0.0) & (forces[1:] < 0.0)
     places = np.flatnonzero(falls)
@@ -119,39 +101,21 @@ def lost_digits(
     reach: tuple[float, float],
 ) -> tuple[float, float] | None:
     """
-    Compare a force with one of many digits.
+    Compare a force, of strains from `rest`, with one of many digits, between the strains `reach`.
 
-    Parameters
-    ----------
-    code : FormulaCode
-        The formula.
-    values : tuple of float
-        Of its parameters.
-    rest : digits.mpf
-        The strain at rest.
-    force : callable
-        What is to be judged, of strains from rest.
-    near : float
-        Up to where it is a series.
-    reach : tuple of float
-        Strains between which it is of use.
-
-    Returns
-    -------
-    tuple of float or None
-        The strain nearest to rest where more than ``LOST`` is lost, and how much.
+    Up to `near` it is a series. Returned are the strain nearest to rest where more than ``LOST`` is
+    lost, and how much; None where that is nowhere.
     """
     digits = many_digits()
     out = np.geomspace(0.5 * near, 4.0, 16)
     strains = np.concatenate((-out[out < -0.95 * reach[0]], out[out < 0.95 * reach[1]]))
     strains = strains[np.argsort(np.abs(strains))]
     found = force(strains)
-    exact_values = [digits.mpf(value) for value in values]
-    function = code.function(code.force, digits)
-    stiffness = float(-digits.diff(lambda s: function(s, exact_values), rest))
+    function = code.function(code.force, values, digits)
+    stiffness = float(-digits.diff(function, rest))
     for strain, one in zip(strains.tolist(), found.tolist(), strict=True):
         try:
-            exact = function(rest + digits.mpf(strain), exact_values)
+            exact = function(rest + digits.mpf(strain))
             size = max(abs(exact), 1e-3 * stiffness * abs(strain))
             lost = float(abs(one - exact) / size)
         except (ValueError, ZeroDivisionError, OverflowError, TypeError):

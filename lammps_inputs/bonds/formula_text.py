@@ -30,22 +30,9 @@ _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,31}")
 
 def check_parameters(given: Any) -> dict[str, float]:
     """
-    Check the parameters of a formula.
+    Return the parameters of a formula, sorted by name.
 
-    Parameters
-    ----------
-    given : mapping
-        Name to number.
-
-    Returns
-    -------
-    dict
-        Sorted by name.
-
-    Raises
-    ------
-    ValueError
-        One line, naming the parameter.
+    Raises ValueError, one line that names the parameter.
     """
     if not isinstance(given, Mapping):
         raise ValueError("expected names and numbers, such as { D = 0.0139, a = 6.0 }")
@@ -82,24 +69,10 @@ def canonical_text(text: str) -> str:
 
 def read_formula(text: str, names: Iterable[str]) -> "sympy.Expr":
     """
-    Read a formula.
+    Read a formula of the strain ``s``, or the length ``r``, and of parameters, which must occur.
 
-    Parameters
-    ----------
-    text : str
-        The energy as a function of the strain ``s``, or the length ``r``.
-    names : iterable of str
-        Of the parameters; each must occur.
-
-    Returns
-    -------
-    sympy.Expr
-        Of real symbols by these names; r is 1 + s.
-
-    Raises
-    ------
-    PotentialError
-        One line: what is in the text that cannot be, and what can.
+    Returned is an expression of real symbols by these names; r is 1 + s. Raises PotentialError:
+    what is in the text that cannot be, and what can.
     """
     import sympy
 

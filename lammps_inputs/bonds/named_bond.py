@@ -3,7 +3,7 @@
 from typing import Any, ClassVar, TypeVar
 
 from chaincor.lammps_inputs.arrays import Array
-from chaincor.lammps_inputs.bonds.potential import Potential
+from chaincor.lammps_inputs.bonds.potential import NoParameters, Potential
 
 # Parameters whose squares and inverse squares floating point can hold.
 SMALLEST, LARGEST = 1e-100, 1e100
@@ -16,16 +16,29 @@ class NamedBond(Potential):
 
     smooth = True
     title: ClassVar[str]  #: What people call it.
+    #: U for LAMMPS, good to 17 digits or so, of the strain ``{s}`` and the ``{bond}``.
+    lammps_formula: ClassVar[str]
     #: Keys in scenes, and what its class calls these parameters; those without default must be
     #: given.
     keys: ClassVar[dict[str, str]] = {}
     #: Parameters for a bond of this kind, by the names of its class, where it has no defaults.
     example: ClassVar[dict[str, Any]] = {}
+    #: The NamedTuple of those parameters that its kernels are told.
+    told: ClassVar[Any] = NoParameters
     #: Names that its kernel closes over, as formulas of the parameters.
     constants: ClassVar[dict[str, str]] = {}
 
+    @property
+    def parameters(self) -> tuple[Any, ...]:
+        """Of the kernels."""
+        return self.told._make(float(getattr(self, name)) for name in self.told._fields)
+
+    def lammps_energy(self, strain: str) -> str:
+        """Return the formula of U."""
+        return self.lammps_formula.format(s=strain, bond=self)
+
     def as_keys(self) -> dict[str, Any]:
-        """Return the parameters by their keys in scenes."""
+        """Return the parameters."""
         return {key: getattr(self, name) for key, name in self.keys.items()}
 
     @classmethod

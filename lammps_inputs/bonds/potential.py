@@ -49,70 +49,26 @@ class Potential(ABC):
 
     @abstractmethod
     def energy(self, strain: ArrayLike) -> Array:
-        """
-        Return U as a function of the strain.
-
-        Parameters
-        ----------
-        strain : array_like
-            Strain s = r - 1.
-
-        Returns
-        -------
-        numpy.ndarray
-            Energy, zero at s = 0.
-        """
+        """Return U of strains, zero at s = 0."""
 
     def force(self, strain: ArrayLike) -> Array:
-        """
-        Return -dU/dr.
-
-        Parameters
-        ----------
-        strain : array_like
-            Strain s = r - 1.
-
-        Returns
-        -------
-        numpy.ndarray
-            Force, positive where the bond is compressed.
-        """
+        """Return -dU/dr of strains, positive where the bond is compressed."""
         kernel = self.force_kernel
         assert kernel is not None, "a potential without a kernel overrides force"
         return kernel(np.asarray(strain, dtype=float), self.parameters)
 
     def curvature(self, strain: ArrayLike) -> Array:
-        """
-        Return U''.
-
-        Parameters
-        ----------
-        strain : array_like
-            Strain s = r - 1.
-
-        Returns
-        -------
-        numpy.ndarray
-            Curvature: the local stiffness.
-        """
+        """Return U'', the local stiffness, of strains."""
         kernel = self.curvature_kernel
         assert kernel is not None, "a potential without a kernel overrides curvature"
         return kernel(np.asarray(strain, dtype=float), self.parameters)
 
+    def as_keys(self) -> dict[str, Any]:
+        """Return what decides a bond that a scene names: its parameters by their keys there."""
+        return {}
+
     def lammps_energy(self, strain: str) -> str | None:
-        """
-        Return U as a formula for LAMMPS variables, good to their 17 digits or so.
-
-        Parameters
-        ----------
-        strain : str
-            Name of the variable that holds the strain.
-
-        Returns
-        -------
-        str or None
-            None for a bond that has no formula.
-        """
+        """Return U as LAMMPS writes it, of a variable's name; None for a bond without formula."""
         return None
 
     @property

@@ -15,7 +15,7 @@ loops need it, and its qualified name tells its compiled loops from others.
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache
 from typing import Annotated, Any, ClassVar, NamedTuple
@@ -26,9 +26,9 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.exponential_bonds import Morse, Toda
+from chaincor.lammps_inputs.bonds.functions import expm1_minus_x, x_minus_log1p
 from chaincor.lammps_inputs.bonds.named_bond import LARGEST, SMALLEST, NamedBond, Strain
 from chaincor.lammps_inputs.bonds.potential import LogLength, NoParameters, Potential
-from chaincor.lammps_inputs.bonds.series import expm1_minus_x, x_minus_log1p
 from chaincor.lammps_inputs.errors import PotentialError, meant
 from chaincor.lammps_inputs.number_types import IsCount, Number, PositiveNumber
 
@@ -53,14 +53,11 @@ class Harmonic(NamedBond):
     anharmonic_order = None
     force_kernel = staticmethod(harmonic_force)
     curvature_kernel = staticmethod(harmonic_curvature)
+    lammps_formula = "0.5*{s}*{s}"
 
     def energy(self, strain: ArrayLike) -> Array:
         """Return s^2/2."""
         return 0.5 * np.square(strain)
-
-    def lammps_energy(self, strain: str) -> str:
-        """Return the formula of U."""
-        return f"0.5*{strain}*{strain}"
 
     def _find_compressed_strain(self) -> float | None:
         return None
@@ -95,6 +92,7 @@ class LennardJones(NamedBond):
     title = "Lennard-Jones"
     force_kernel = staticmethod(lj_force)
     curvature_kernel = staticmethod(lj_curvature)
+    lammps_formula = "(1.0-(1.0+{s})^-6)^2/72.0"
     strain_min = -1.0
     dissociation = 1.0 / 72.0
     convex_strain = (13.0 / 7.0) ** (1.0 / 6.0) - 1.0
@@ -102,10 +100,6 @@ class LennardJones(NamedBond):
     def energy(self, strain: ArrayLike) -> Array:
         """Return expm1(-6 log1p(s))^2/72."""
         return np.square(np.expm1(-6.0 * np.log1p(strain))) / 72.0
-
-    def lammps_energy(self, strain: str) -> str:
-        """Return the formula of U."""
-        return f"(1.0-(1.0+{strain})^-6)^2/72.0"
 
 
 def log_force(strain: Strain, _parameters: NoParameters) -> Strain:
@@ -133,6 +127,7 @@ class Logarithmic(NamedBond):
     title = "log"
     force_kernel = staticmethod(log_force)
     curvature_kernel = staticmethod(log_curvature)
+    lammps_formula = "{s}-ln(1.0+{s})"
     strain_min = -1.0
 
     @property
@@ -143,10 +138,6 @@ class Logarithmic(NamedBond):
     def energy(self, strain: ArrayLike) -> Array:
         """Return s - log1p(s)."""
         return x_minus_log1p(strain)
-
-    def lammps_energy(self, strain: str) -> str:
-        """Return the formula of U."""
-        return f"{strain}-ln(1.0+{strain})"
 
 
 class PowerParameters(NamedTuple):
@@ -161,16 +152,6 @@ def power_force(order: int) -> Callable:
     Return the kernel -s - order c s^(order - 1) for one order.
 
     To a compiler the order is then a constant, and the power a few multiplications.
-
-    Parameters
-    ----------
-    order : int
-        Order of the anharmonic term, 3 or more.
-
-    Returns
-    -------
-    callable
-        ``kernel(strain, parameters)``.
     """
     exponent = order - 2
 
@@ -205,7 +186,9 @@ class Power(NamedBond):
     title = "power"
     keys: ClassVar = {"power_order": "order", "power_c": "c"}
     example: ClassVar = {"order": 4, "c": 1.0}
+    told = PowerParameters
     constants: ClassVar = {"exponent": "order - 2", "factor": "order * (order - 1)"}
+    lammps_formula = "{s}*{s}*(0.5+({bond.c!r})*{s}^({bond.order}-2))"
 
     def __post_init__(self) -> None:
         """Refuse orders below 3 and the sign of c that softens compression."""
@@ -230,11 +213,6 @@ class Power(NamedBond):
         return power_curvature(int(self.order))
 
     @property
-    def parameters(self) -> PowerParameters:
-        """Of the kernel, which knows the order: c."""
-        return PowerParameters(float(self.c))
-
-    @property
     def anharmonic_order(self) -> int | None:
         """The order itself."""
         return self.order
@@ -243,10 +221,6 @@ class Power(NamedBond):
         """Return s^2 (1/2 + c s^(order - 2))."""
         s = np.asarray(strain, dtype=float)
         return s * s * (0.5 + self.c * s ** (self.order - 2))
-
-    def lammps_energy(self, strain: str) -> str:
-        """Return the formula of U."""
-        return f"{strain}*{strain}*(0.5+({self.c!r})*{strain}^{self.order - 2})"
 
     @property
     def convex_strain(self) -> float:
@@ -270,8 +244,9 @@ class Power(NamedBond):
 _CLASSES: tuple[type[NamedBond], ...] = (Harmonic, LennardJones, Toda, Morse, Logarithmic, Power)
 NAMED_POTENTIALS: dict[str, type[NamedBond]] = {cls.name: cls for cls in _CLASSES}
 POTENTIAL_NAMES = (*NAMED_POTENTIALS, "table", "formula")
-# What only bonds of one name have.
+# What only bonds of one kind have in scenes.
 BOND_KEYS = {key: cls.name for cls in _CLASSES for key in cls.keys}
+BOND_KEYS |= {"bond_file": "table", "energy": "formula", "parameters": "formula"}
 WHOLE_KEYS = tuple(
     key for cls in _CLASSES for key, name in cls.keys.items() if cls.__annotations__[name] is int
 )
@@ -280,6 +255,31 @@ WHOLE_KEYS = tuple(
 def is_harmonic(name: str) -> bool:
     """Return whether bonds of a name are springs."""
     return name in NAMED_POTENTIALS and NAMED_POTENTIALS[name].is_harmonic
+
+
+def missing_keys(kind: str, given: Mapping[str, Any]) -> str:
+    """Return what a scene must say besides for a bond of a kind; empty where it says all."""
+    if kind in NAMED_POTENTIALS:
+        needed = NAMED_POTENTIALS[kind].needed_keys()
+    else:
+        needed = ["bond_file" if kind == "table" else "energy"]
+    if all(key in given for key in needed):
+        return ""
+    example = ', such as "D*(1-exp(-a*s))^2"' if needed == ["energy"] else ""
+    return " and ".join(needed) + example
+
+
+def bond_of(kind: str, given: Mapping[str, Any]) -> Potential:
+    """Return the bond of a kind, with its keys in scenes."""
+    if kind == "table":
+        from chaincor.lammps_inputs.bonds.table_bond import read_bond_table
+
+        return read_bond_table(given["bond_file"])
+    if kind == "formula":
+        from chaincor.lammps_inputs.bonds.formula import formula_bond
+
+        return formula_bond(given["energy"], tuple(given.get("parameters", {}).items()))
+    return named_bond(kind, **{key: given[key] for key in given if BOND_KEYS[key] == kind})
 
 
 @cache

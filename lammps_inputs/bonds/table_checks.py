@@ -112,20 +112,8 @@ def check_table(header: dict[str, list[float]], data: Array, digits: Array, path
     """
     Refuse a table whose parts disagree by more than its spacing and its digits leave open.
 
-    Parameters
-    ----------
-    header : dict
-        As :func:`header_of` returns it.
-    data, digits : ndarray of shape (rows, 3)
-        Length, energy and force, and one unit of the last digit of each.
-    path : str
-        Of the file.
-
-    Raises
-    ------
-    TableError
-        If there are more or fewer rows than N, energies are not those of the forces, or the slopes
-        FP are not those of the forces.
+    Raises TableError if there are more or fewer rows than N, energies are not those of the forces,
+    or the slopes FP are not those of the forces.
     """
     if "N" in header and header["N"][0] != len(data):
         raise TableError(

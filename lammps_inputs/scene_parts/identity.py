@@ -7,10 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from chaincor.lammps_inputs.bonds.formula import Formula
-from chaincor.lammps_inputs.bonds.named_bond import NamedBond
 from chaincor.lammps_inputs.bonds.potential import Potential
-from chaincor.lammps_inputs.bonds.table_file import TableBond
 from chaincor.lammps_inputs.scene_parts.given_bodies import BODY_KEYS, body_fields
 
 if TYPE_CHECKING:
@@ -38,17 +35,10 @@ def canonical_fields(scene: "Scene") -> dict[str, Any]:
     }
     if isinstance(scene.potential, Potential):
         fields["potential"] = f"object {scene.label} {_force_digest(scene.potential)}"
-    elif isinstance(scene.bond, NamedBond):
+    else:
         fields |= scene.bond.as_keys()
     fields.pop("speed", None)
     fields["velocity"] = scene.impact_velocity
-    if scene.potential == "formula":
-        assert isinstance(scene.bond, Formula)
-        fields["energy"] = scene.bond.text
-        fields["parameters"] = scene.bond.given
-    if scene.bond_file is not None:
-        assert isinstance(scene.bond, TableBond)
-        fields["bond_file"] = hash_of(scene.bond.text)
     for key in BODY_KEYS:
         fields.pop(key, None)
     fields |= body_fields(scene)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.equilibrium import bond_distribution
-from chaincor.lammps_inputs.bonds.potentials import BOND_KEYS, NAMED_POTENTIALS
+from chaincor.lammps_inputs.bonds.potentials import BOND_KEYS, missing_keys
 from chaincor.lammps_inputs.errors import ChaincorError, SceneError, meant
 
 if TYPE_CHECKING:
@@ -17,8 +17,6 @@ if TYPE_CHECKING:
 
     from chaincor.lammps_inputs.scene import Scene
 
-# What only bonds of one potential have.
-OWNERS = BOND_KEYS | {"bond_file": "table", "energy": "formula", "parameters": "formula"}
 NUMERICS_KEYS = ("wall", "scheme", "timestep", "table", "table_points")
 # Relative to the fastest chain mode (omega = 2 sqrt(U''(1))) Verlet is unstable from omega dt = 2.
 VERLET_STABILITY_LIMIT = 2.0
@@ -105,7 +103,7 @@ def check_together(scene: "Scene") -> None:
         try:
             for mistake in check(scene):
                 mistakes.append(mistake)
-        except (ChaincorError, ValueError, TypeError, AssertionError):
+        except (ChaincorError, ValueError, TypeError, LookupError):
             if not mistakes:
                 raise
             # What cannot even be asked after a mistake is no mistake of its own.
@@ -116,17 +114,12 @@ def check_together(scene: "Scene") -> None:
 
 
 def _check_parameters(scene: "Scene") -> Iterator[str]:
-    for key, owner in OWNERS.items():
-        if getattr(scene, key) is not None and scene.potential != owner:
-            yield (f"{key} goes with potential '{owner}', not '{scene.label}'")
-    if isinstance(scene.potential, str) and scene.potential in NAMED_POTENTIALS:
-        needed = NAMED_POTENTIALS[scene.potential].needed_keys()
-        if any(getattr(scene, key) is None for key in needed):
-            yield (f"potential '{scene.potential}' needs {' and '.join(needed)}")
-    if scene.potential == "table" and scene.bond_file is None:
-        yield ("potential 'table' needs bond_file")
-    if scene.potential == "formula" and scene.energy is None:
-        yield ("potential 'formula' needs energy, such as \"D*(1-exp(-a*s))^2\"")
+    given = scene.bond_fields
+    for key in given:
+        if scene.potential != BOND_KEYS[key]:
+            yield (f"{key} goes with potential '{BOND_KEYS[key]}', not '{scene.label}'")
+    if isinstance(scene.potential, str) and (missing := missing_keys(scene.potential, given)):
+        yield (f"potential '{scene.potential}' needs {missing}")
     _ = scene.bond  # raises for impossible parameters
 
 

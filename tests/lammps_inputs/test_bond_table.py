@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from chaincor.lammps_inputs.bond_table import tabulate
 from chaincor.lammps_inputs.bonds.potentials import Harmonic, LennardJones, Logarithmic, Power, Toda
-from chaincor.lammps_inputs.bonds.table_file import read_bond_table
+from chaincor.lammps_inputs.bonds.table_bond import read_bond_table
 from chaincor.lammps_inputs.bonds.user_bond import UserBond
 from chaincor.lammps_inputs.errors import TableError
 from chaincor.lammps_inputs.table_span import (

@@ -5,8 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from chaincor.lammps_inputs.bonds.spline_bond import SplineBond
-from chaincor.lammps_inputs.bonds.table_file import TableBond
+from chaincor.lammps_inputs.bonds.table_bond import SplineBond, TableBond
 from chaincor.lammps_inputs.errors import ChaincorError, TableError
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene

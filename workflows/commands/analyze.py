@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from chaincor.lammps_inputs.bonds.potential import Potential
+from chaincor.lammps_inputs.bonds.potentials import BOND_KEYS
 from chaincor.lammps_inputs.errors import InputError
-from chaincor.lammps_inputs.scene_parts.rules import OWNERS
 from chaincor.workflows.commands.scene_options import bond_options
 from chaincor.workflows.json_output import json_text
 
@@ -137,7 +137,7 @@ def analyze(
     job, analysis = analyze_found(
         folder,
         **{name: options[name] for name in ("data", "dump", "scene", "timestep")},
-        bond=_bond({name: options[name] for name in ("potential", *OWNERS)}),
+        bond=_bond({name: options[name] for name in ("potential", *BOND_KEYS)}),
         impact_velocity=options["velocity"],
         masses=None if options["masses"] is None else _read_masses(options["masses"]),
         target_particles=options["target_particles"],

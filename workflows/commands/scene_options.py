@@ -8,10 +8,9 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 import click
 
 from chaincor.lammps_inputs.bonds.potential import Potential
-from chaincor.lammps_inputs.bonds.potentials import POTENTIAL_NAMES
+from chaincor.lammps_inputs.bonds.potentials import BOND_KEYS, POTENTIAL_NAMES
 from chaincor.lammps_inputs.errors import meant, mistakes_in
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.lammps_inputs.scene_parts.rules import OWNERS
 from chaincor.lammps_inputs.scene_parts.scene_file import read_scene_fields
 
 
@@ -126,7 +125,7 @@ def _option(name: str, hidden: bool = False) -> Callable[[Callable], Callable]:
 
 def bond_options(command: Callable) -> Callable:
     """Give a command the options of a scene's bonds, which its help leaves to ``--scene``."""
-    for name in reversed(("potential", *OWNERS)):
+    for name in reversed(("potential", *BOND_KEYS)):
         command = _option(name, hidden=True)(command)
     return command
 
@@ -227,7 +226,7 @@ def scene_from(
     if "speed" in given or "velocity" in given:
         fields = {k: v for k, v in fields.items() if k not in ("speed", "velocity")}
     if "potential" in given and given["potential"] != fields.get("potential"):
-        fields = {k: v for k, v in fields.items() if k not in OWNERS}
+        fields = {k: v for k, v in fields.items() if k not in BOND_KEYS}
     if scene_file is not None:
         with mistakes_in(scene_file):
             return Scene(**fields | given)

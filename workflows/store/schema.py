@@ -2,8 +2,8 @@
 
 import re
 
+from chaincor.lammps_inputs.bonds.potentials import BOND_KEYS
 from chaincor.lammps_inputs.scene_parts.given_bodies import BODY_KEYS
-from chaincor.lammps_inputs.scene_parts.rules import OWNERS
 
 # "CCOR": tells a results store from any other SQLite file.
 APPLICATION_ID = 0x43434F52
@@ -94,7 +94,7 @@ def _columns(first: str, last: str) -> tuple[str, ...]:
 
 SCENE_COLUMNS = (*_columns("potential", "particles"), "engine")
 # Of bonds that few scenes have: taken out of the scene's JSON.
-SCENE_KEYS = tuple(key for key in OWNERS if key not in (*SCENE_COLUMNS, "bond_file"))
+SCENE_KEYS = tuple(key for key in BOND_KEYS if key not in (*SCENE_COLUMNS, "bond_file"))
 # What scenes say in words or lists, where there is no column whose type tells.
 WORDS_OF_SCENES = ("energy", "parameters", "masses", "target_masses", "initial")
 # Fields of a result that have a column of their own; the others go to `details`.

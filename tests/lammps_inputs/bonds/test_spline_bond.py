@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from chaincor.lammps_inputs.bonds.spline_bond import SplineBond, spline_force
+from chaincor.lammps_inputs.bonds.table_bond import SplineBond, spline_force
 
 
 def bond_through(rows, reach=0.0):

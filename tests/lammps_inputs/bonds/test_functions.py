@@ -6,7 +6,7 @@ from decimal import Decimal, localcontext
 import numpy as np
 import pytest
 
-from chaincor.lammps_inputs.bonds.series import expm1_minus_x, x_minus_log1p
+from chaincor.lammps_inputs.bonds.functions import expm1_minus_x, x_minus_log1p
 
 # Both forms lose at most about 20 units in the last place, at the seam |x| = 0.1.
 TOLERANCE = 25.0 * sys.float_info.epsilon

@@ -8,7 +8,7 @@ import pytest
 
 from chaincor.lammps_inputs.bond_table import tabulate
 from chaincor.lammps_inputs.bonds.potentials import LennardJones
-from chaincor.lammps_inputs.bonds.table_file import read_bond_table
+from chaincor.lammps_inputs.bonds.table_bond import read_bond_table
 from chaincor.lammps_inputs.bonds.table_rows import Rows
 from chaincor.lammps_inputs.errors import TableError
 from chaincor.lammps_inputs.scene import Scene

@@ -1,16 +1,16 @@
-"""A user's bond table, as LAMMPS reads it, made a potential."""
+"""A user's bond table, as LAMMPS reads it, made a potential: a cubic spline of its forces."""
 
+import hashlib
 from collections.abc import Callable
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.potential import Potential
-from chaincor.lammps_inputs.bonds.spline_bond import SplineBond
 from chaincor.lammps_inputs.bonds.table_checks import (
     check_table,
     header_of,
@@ -18,6 +18,7 @@ from chaincor.lammps_inputs.bonds.table_checks import (
     sections_of,
 )
 from chaincor.lammps_inputs.bonds.table_rows import LEAST_ROWS, Rows
+from chaincor.lammps_inputs.bonds.user_bond import UserBond
 from chaincor.lammps_inputs.errors import TableError
 from chaincor.lammps_inputs.small_file import refuse_endless, why_unreadable
 
@@ -25,31 +26,88 @@ if TYPE_CHECKING:
     from scipy.interpolate import CubicSpline
 
 
+class SplineParameters(NamedTuple):
+    """A cubic spline, for compiled loops."""
+
+    knots: Array  #: Strains between which the cubics lie; of shape (rows,).
+    #: Their coefficients, of the cube first, of the strain beyond the knot before; of shape (4,
+    #: rows - 1).
+    terms: Array
+    #: Strains between which there is a force; the outer cubics go on to these.
+    low: float
+    high: float  #: See ``low``.
+
+
+def spline_force(strain: float, parameters: SplineParameters) -> float:
+    """Return the spline at one strain; no number beyond its ends."""
+    if not parameters.low <= strain <= parameters.high:
+        return np.nan
+    knots, terms = parameters.knots, parameters.terms
+    first, last = 0, terms.shape[1]
+    while last - first > 1:
+        middle = (first + last) // 2
+        if strain < knots[middle]:
+            last = middle
+        else:
+            first = middle
+    s = strain - knots[first]
+    force: float = ((terms[0, first] * s + terms[1, first]) * s + terms[2, first]) * s
+    return force + terms[3, first]
+
+
+class SplineBond(UserBond):
+    """
+    A bond whose force is a cubic spline of the strain, and whose energy is the integral of that.
+
+    The force is nothing at 0; `reach` is how far beyond its rows the spline may go on.
+    """
+
+    force_kernel = staticmethod(spline_force)
+
+    def __init__(self, force: "CubicSpline", name: str, reach: float = 0.0) -> None:
+        energy = force.antiderivative()
+        energy.c *= -1.0
+        super().__init__(energy, force, name, float(force.x[0]) - reach, float(force.x[-1]) + reach)
+        self.force_spline = force
+        knots, terms = (np.ascontiguousarray(a, dtype=float) for a in (force.x, force.c))
+        self._parameters = SplineParameters(knots, terms, self.strain_min, self.strain_max)
+
+    @property
+    def parameters(self) -> tuple[Any, ...]:
+        """Of the kernel, which all splines share."""
+        return self._parameters
+
+    def _refuse_mismatch(self) -> None:
+        """Refuse nothing: the energy was made of the force."""
+
+
+class TableBond(SplineBond):
+    """The bond of a table; what is sent to worker processes is the table's text."""
+
+    def __init__(self, text: str, path: str, force: "CubicSpline", rows: Rows) -> None:
+        self.text, self.path, self.rows = text, path, rows
+        super().__init__(force, Path(path).stem)
+
+    def as_keys(self) -> dict[str, Any]:
+        """Return a hash of the table."""
+        return {"bond_file": hashlib.sha256(self.text.encode()).hexdigest()}
+
+    def __reduce__(self) -> tuple[Callable, tuple[str, str]]:
+        return _bond_of, (self.text, self.path)
+
+
 def read_bond_table(path: Path) -> Potential:
     """
     Read a LAMMPS bond table as a potential: a cubic spline of its forces, and their integral.
 
-    The force of a table with few digits, or rows, vanishes a little beside length 1. Where that is
-    within its last digits, or what the spline may err between rows, the zero of the force is taken
-    for the natural length.
+    Lengths must be scaled so that the natural length is 1. The force of a table with few digits, or
+    rows, vanishes a little beside it. Where that is within its last digits, or what the spline may
+    err between rows, the zero of the force is taken for the natural length. Energies, and N and FP
+    of the header, are not used, but must be those of the forces; energies that are all the same,
+    and FP 0 0, say nothing.
 
-    Parameters
-    ----------
-    path : pathlib.Path
-        A file with one section of rows "index length energy force". Lengths must be scaled so
-        that the natural length is 1. Energies, and N and FP of the header, are not used, but must
-        be those of the forces; energies that are all the same, and FP 0 0, say nothing.
-
-    Returns
-    -------
-    Potential
-        Usable like a named potential, within the table's lengths.
-
-    Raises
-    ------
-    TableError
-        If the file cannot be read, holds no usable table, contradicts itself, or its force
-        vanishes elsewhere than at length 1.
+    Raises TableError if the file cannot be read, holds no usable table, contradicts itself, or its
+    force vanishes elsewhere than at length 1.
     """
     try:
         refuse_endless(Path(path))
@@ -98,30 +156,6 @@ def _bond_of(text: str, path: str) -> Potential:
         force = _smooth(lengths - (1.0 + zero), forces)
         assert force is not None
     return TableBond(text, path, force, replace(rows, strains=force.x))
-
-
-class TableBond(SplineBond):
-    """
-    The bond of a table; what is sent to worker processes is the table's text.
-
-    Parameters
-    ----------
-    text : str
-        What the file held when it was read.
-    path : str
-        Where it was.
-    force : scipy.interpolate.CubicSpline
-        Through its forces.
-    rows : Rows
-        What the spline goes through.
-    """
-
-    def __init__(self, text: str, path: str, force: "CubicSpline", rows: Rows) -> None:
-        self.text, self.path, self.rows = text, path, rows
-        super().__init__(force, Path(path).stem)
-
-    def __reduce__(self) -> tuple[Callable, tuple[str, str]]:
-        return _bond_of, (self.text, self.path)
 
 
 def _natural_strain(force: "CubicSpline", rows: Rows, path: str) -> float:
