@@ -7,6 +7,7 @@ import numpy as np
 
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.potential import Potential
+from chaincor.lammps_inputs.bonds.table_checks import section_text
 from chaincor.lammps_inputs.errors import TableError
 from chaincor.lammps_inputs.scene_parts.field_types import TableStyle
 from chaincor.lammps_inputs.table_span import (
@@ -66,21 +67,14 @@ class BondTable:
 
     def _section(self, keyword: str, units: UnitSystem) -> str:
         low, high = (units.stiffness * slope for slope in self.edge_slopes)
-        lines = [
-            "# bond potential of the chain: row, length, energy, force = -dU/dr",
-            "",
-            keyword,
-            f"N {self.rows} FP {low:.17g} {high:.17g} EQ {units.length!r}",
-            "",
-        ]
-        columns = zip(
-            (units.length * self.lengths).tolist(),
-            (units.energy * self.energies).tolist(),
-            (units.force * self.forces).tolist(),
-            strict=True,
+        header = f"N {self.rows} FP {low:.17g} {high:.17g} EQ {units.length!r}"
+        columns = (
+            units.length * self.lengths,
+            units.energy * self.energies,
+            units.force * self.forces,
         )
-        lines += [f"{i} {r:.17g} {e:.17g} {f:.17g}" for i, (r, e, f) in enumerate(columns, 1)]
-        return "\n".join(lines) + "\n"
+        title = "# bond potential of the chain: row, length, energy, force = -dU/dr\n\n"
+        return title + section_text(keyword, header, columns)
 
 
 def tabulate(
@@ -91,32 +85,11 @@ def tabulate(
     force_error: float | None = None,
 ) -> BondTable:
     """
-    Sample a potential over the bond lengths a scene needs, and a margin beyond.
+    Sample a potential over the bond lengths that will be met, and a margin beyond.
 
-    Parameters
-    ----------
-    bond : Potential
-        The potential.
-    bond_range : tuple of float
-        Shortest and longest bond that will be met.
-    style : str
-        LAMMPS's interpolation.
-    rows : int or None
-        Number of rows; None takes as many as the force needs, see
-        :func:`~chaincor.lammps_inputs.table_span.choose_rows`.
-    force_error : float or None
-        Largest force error wanted, where `rows` is None.
-
-    Returns
-    -------
-    BondTable
-        Rows uniform in length.
-
-    Raises
-    ------
-    TableError
-        If the range is empty, too few rows leave no margin, or bonds get so short that their
-        force is no number.
+    Without `rows` there are as many as the force needs (`choose_rows`), up to `force_error`.
+    Raises TableError if the range is empty, too few rows leave no margin, or bonds get so short
+    that their force is no number.
     """
     shortest, longest = bond_range
     if not (0.0 <= shortest <= longest < math.inf):

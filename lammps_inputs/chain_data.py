@@ -14,22 +14,10 @@ _ROOM = 30.0
 
 def format_scene_data(scene: Scene, bond_types: int = 1, units: UnitSystem = CHAIN_UNITS) -> str:
     """
-    Format the data file of a collision, exact to the last bit.
+    Format the data file of a collision, exact to the last bit, with room for types of bonds.
 
-    Parameters
-    ----------
-    scene : Scene
-        The collision.
-    bond_types : int
-        How many types of bonds the file has room for.
-    units : UnitSystem
-        What lengths, velocities and masses are written in.
-
-    Returns
-    -------
-    str
-        The chain as in :func:`format_chain_data`; a free target follows it, with the next ids from
-        the contact outward, in a molecule of its own.
+    The chain is as in :func:`format_chain_data`; a free target follows it, with the next ids from
+    the contact outward, in a molecule of its own.
     """
     line = scene.line
     if line.plain:

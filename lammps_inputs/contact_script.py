@@ -34,16 +34,9 @@ def contact_force(line: Line, only: str = "", unit: float = 1.0, length: float =
     Return the commands that define the force :math:`K d^q` between soft bodies with overlap d.
 
     While they overlap, stages of a step may lie a little before or after: where q is whole, the
-    force goes on there as the same power of a negative overlap, and steps keep their order.
-
-    Parameters
-    ----------
-    line : Line
-        The bodies.
-    only : str
-        Factor of the force, such as a condition.
-    unit, length : float
-        The chain's units of force and length in those of the script.
+    force goes on there as the same power of a negative overlap, and steps keep their order. `only`
+    is a factor of it, such as a condition; `unit` and `length` are the chain's units of force and
+    length in those of the script.
     """
     place = None if line.rigid else len(line.chain_masses) + 1
     overlap = "(0.0-x[1])" if place is None else f"(x[{place}]-x[1])"
@@ -77,23 +70,11 @@ def contact_force_off(line: Line) -> list[str]:
 
 def contact_values(scene: Scene, wall: Wall, units: UnitSystem = CHAIN_UNITS) -> dict[str, Any]:
     """
-    Return the formulas of a script that depend on the bodies.
+    Return the formulas of a script that depend on the bodies, for the template.
 
-    Parameters
-    ----------
-    scene : Scene
-        The collision.
-    wall : str
-        ``event`` or ``reflect``.
-    units : UnitSystem
-        In which LAMMPS computes.
-
-    Returns
-    -------
-    dict
-        For the template: `gap`, its rate `opening` and the rate of that, `bend`, of soft bodies
-        with the sign that makes an event of the fall through 0; `parting`, the relative velocity of
-        the bodies; what a contact does; and whether the velocity can be chosen.
+    They are `gap`, its rate `opening` and the rate of that, `bend`, of soft bodies with the sign
+    that makes an event of the fall through 0; `parting`, the relative velocity of the bodies; what
+    a contact does; and whether the velocity can be chosen.
     """
     line, n = scene.line, scene.particles
     targets = line.targets

@@ -22,15 +22,9 @@ _ELSEWHERE = {
 
 
 class ChaincorError(Exception):
-    """
-    Base of every error chaincor raises on purpose; the message is one clear line.
+    """Base of every error chaincor raises on purpose; the message is one clear line."""
 
-    Attributes
-    ----------
-    exit_status : int
-        What the command line returns: 2 for bad input, 1 for a failed run.
-    """
-
+    #: What the command line returns: 2 for bad input, 1 for a failed run.
     exit_status = 1
 
 

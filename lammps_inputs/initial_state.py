@@ -29,26 +29,12 @@ class InitialState:
 
 def read_initial_state(path: Path) -> InitialState:
     """
-    Read the state of a chain.
+    Read the state of a chain: CSV with a row for each particle, that nearest the target first.
 
-    Parameters
-    ----------
-    path : pathlib.Path
-        A CSV file with a header and a row for each particle, that nearest the target first.
-        Columns: ``position``, the distance from the target (the wall at x = 0), or ``strain``, how
-        much farther the particle is from the one before than it is at rest (in the first row: its
-        distance from the target); ``velocity``, positive away from the target, and ``mass``, which
-        may be left out.
-
-    Returns
-    -------
-    InitialState
-        The state.
-
-    Raises
-    ------
-    SceneError
-        One line that names the file, the row and what is wrong.
+    Columns: ``position``, the distance from the target (the wall at x = 0), or ``strain``, how much
+    farther the particle is from the one before than it is at rest (in the first row: its distance
+    from the target); ``velocity``, positive away from the target, and ``mass``, which may be left
+    out. Raises SceneError, one line that names the file, the row and what is wrong.
     """
     columns = _read_columns(path)
     if "position" in columns:

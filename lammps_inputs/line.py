@@ -155,21 +155,9 @@ class Line:
 
     def energy(self, bond: Potential, strains: Array, velocities: Array) -> float:
         """
-        Return the energy of both bodies, and of their contact.
+        Return the energy of both bodies along x: of motion, of the bonds, and of the overlap.
 
-        Parameters
-        ----------
-        bond : Potential
-            Of all bonds.
-        strains : ndarray of shape (N - 1,)
-            Along x, with the gap.
-        velocities : ndarray of shape (N,)
-            Along x.
-
-        Returns
-        -------
-        float
-            Kinetic energy, that of the bonds, and that of the overlap of soft bodies.
+        Strains, with the gap, are of shape (N - 1,), velocities of shape (N,).
         """
         masses = np.where(np.isinf(self.masses), 0.0, self.masses)
         with np.errstate(over="ignore", invalid="ignore"):
@@ -180,19 +168,7 @@ class Line:
         return energy + self.contact_stiffness * overlap**power / power
 
     def separation(self, velocities: Array) -> float:
-        r"""
-        Return how fast the bodies move apart.
-
-        Parameters
-        ----------
-        velocities : ndarray of shape (N,)
-            Along x.
-
-        Returns
-        -------
-        float
-            Velocity of the chain's centre of mass less that of the target's.
-        """
+        """Return the velocity of the chain's centre of mass along x less that of the target's."""
         chain = self.chain_masses
         # Not by `@`, whose last bit depends on where an array lies.
         speed = float(np.sum(chain * velocities[self.first :]) / np.sum(chain))

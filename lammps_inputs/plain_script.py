@@ -72,28 +72,11 @@ def plain_scene(scene: Scene) -> Scene:
 
 def render_plain(scene: Scene, plan: ScriptPlan, approach: float, wishes: JobWishes) -> str:
     """
-    Render a script of some twenty commands for ``lmp -in``.
+    Render a script of some twenty commands for ``lmp -in``, or a user's own with the same values.
 
-    Parameters
-    ----------
-    scene : Scene
-        As `plain_scene` returns it.
-    plan : ScriptPlan
-        The bond table, and how the same collision ended in-house: this tells how long to run.
-    approach : float
-        Time until the first contact.
-    wishes : JobWishes
-        In which units LAMMPS computes, and a whole script of the user's own, with the same values.
-
-    Returns
-    -------
-    str
-        The script's text.
-
-    Raises
-    ------
-    SceneError
-        If it is not known how the collision ends.
+    The scene is as `plain_scene` returns it; how the same collision ended in-house, and the time of
+    `approach` until the first contact, tell how long to run. Raises SceneError if it is not known
+    how the collision ends.
     """
     if plan.end is None:
         raise SceneError(

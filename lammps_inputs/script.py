@@ -91,27 +91,7 @@ def render_job(
     steps: ScriptedSteps | None = None,
     wishes: JobWishes = NO_WISHES,
 ) -> str:
-    """
-    Render a self-contained input script for ``lmp -in``.
-
-    Parameters
-    ----------
-    scene : Scene
-        The collision.
-    plan : ScriptPlan
-        What was chosen for it.
-    times : EndTimes
-        When the script ends by itself.
-    steps : ScriptedSteps or None
-        How steps are composed; None for Verlet steps.
-    wishes : JobWishes
-        What the script does besides, and in which units.
-
-    Returns
-    -------
-    str
-        The script's text.
-    """
+    """Render a self-contained input script for ``lmp -in``; without `steps`, of Verlet steps."""
     values = _setup_values(plan.numerics, plan.table, ".")
     values |= contact_values(scene, plan.numerics.wall, wishes.units)
     values |= _in_units(scene, wishes.units)

@@ -55,28 +55,10 @@ def draw(
     bond: Potential, temperature: float, masses: Array, target_masses: Array, seeds: list[int]
 ) -> WarmStates:
     """
-    Draw the states of two bodies in equilibrium.
+    Draw the states of two bodies in equilibrium at k_B T, one for each seed.
 
-    Parameters
-    ----------
-    bond : Potential
-        Of all bonds.
-    temperature : float
-        k_B T.
-    masses, target_masses : ndarray of shape (n,) and (M,)
-        Of the chain and of a free target, from the contact outward; none for the wall.
-    seeds : list of int
-        One for each state, which depends on no other.
-
-    Returns
-    -------
-    WarmStates
-        Arrays with a row for each seed.
-
-    Raises
-    ------
-    SceneError
-        If the bond has no equilibrium at this temperature.
+    Masses are of the chain and of a free target, from the contact outward; none for the wall.
+    Raises SceneError if the bond has no equilibrium at this temperature.
     """
     distribution = bond_distribution(bond, temperature)
     bodies = (masses, target_masses)
@@ -138,21 +120,7 @@ def start_margin(bond: Potential, temperature: float, shares: Array) -> float:
     part :math:`w_j` of the mass beyond bond j. By Chernoff's bound it exceeds its mean by d with a
     probability of at most :math:`\exp(\sum_j K(\lambda w_j) - \lambda d)` at any
     :math:`\lambda > 0`, where K is the cumulant generating function of a strain: d is the least at
-    which this is `OVERLAP_RISK`.
-
-    Parameters
-    ----------
-    bond : Potential
-        Of all bonds.
-    temperature : float
-        k_B T.
-    shares : ndarray
-        w_j of all bonds, of both bodies.
-
-    Returns
-    -------
-    float
-        A length; 0 without bonds.
+    which this is `OVERLAP_RISK`; 0 without bonds. `shares` are the w_j of both bodies.
     """
     # Shares rounded upward: the bound holds the more, as K rises with them.
     rounded, counts = np.unique(np.ceil(np.asarray(shares) * _SHARES), return_counts=True)

@@ -12,9 +12,9 @@ import numpy as np
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.bonds.table_checks import (
-    check_table,
-    header_of,
-    least_digits,
+    Section,
+    fault_of_energies,
+    fault_of_slopes,
     sections_of,
 )
 from chaincor.lammps_inputs.bonds.table_rows import LEAST_ROWS, Rows
@@ -122,15 +122,10 @@ def read_bond_table(path: Path) -> Potential:
 # By content: a scene is read and replaced many times, and each bond has compiled loops.
 @lru_cache(maxsize=16)
 def _bond_of(text: str, path: str) -> Potential:
-    sections = sections_of(text, path)
-    section = header_of(sections, path) if any(len(each.data) for each in sections) else None
-    header, data, digits = (
-        ({}, *np.zeros((2, 0, 3)))
-        if section is None
-        else (section.header, section.data, section.digits)
-    )
-    lengths, _, forces = data.T
-    if len(lengths) < LEAST_ROWS or not np.all(np.isfinite(data)) or np.any(np.diff(lengths) <= 0):
+    section = _only_section(text, path)
+    lengths, _, forces = section.data.T
+    finite = np.all(np.isfinite(section.data))
+    if len(lengths) < LEAST_ROWS or not finite or np.any(np.diff(lengths) <= 0):
         raise TableError(
             f"bond table {path!r} has {len(lengths)} usable rows; expected at least {LEAST_ROWS} "
             "rows 'index length energy force' of finite numbers with increasing length"
@@ -146,16 +141,48 @@ def _bond_of(text: str, path: str) -> Potential:
             f"bond table {path!r} has forces up to {np.max(np.abs(forces)):.3g}, which no "
             "smooth curve follows; expected forces in units of stiffness times bond length"
         )
-    check_table(header, data, digits, path)
-    slopes = np.abs(force(force.x, 1))
-    last = least_digits(data, digits)
-    rows = Rows(force.x, forces, last[:, 2] + slopes * last[:, 0])
-    rows.refuse_outlier(path)
+    rows = Rows.of(force, forces, section.least_digits)
+    fault = (
+        _fault_of_count(section, path)
+        or fault_of_energies(section.data, section.least_digits, path)
+        or fault_of_slopes(section, path)
+        or rows.outlier(path)
+    )
+    if fault:
+        raise TableError(fault)
     zero = _natural_strain(force, rows, path)
     if zero != 0.0:
         force = _smooth(lengths - (1.0 + zero), forces)
         assert force is not None
     return TableBond(text, path, force, replace(rows, strains=force.x))
+
+
+def _only_section(text: str, path: str) -> Section:
+    """Return the one section of a bond's file; raises TableError for several, or without header."""
+    sections = sections_of(text, path)
+    if not any(len(each.data) for each in sections):
+        return Section("", {}, *np.zeros((2, 0, 3)))
+    if not sections[0].header:
+        raise TableError(
+            f"table {path!r} has no line 'N rows' before its rows, without which LAMMPS does "
+            "not read it; expected a keyword, the line 'N rows', and the rows"
+        )
+    if len(sections) > 1:
+        raise TableError(
+            f"table {path!r} has {len(sections)} sections; expected one: give each a file"
+        )
+    return sections[0]
+
+
+def _fault_of_count(section: Section, path: str) -> str:
+    rows = len(section.data)
+    said = section.header.get("N", [rows])[0]
+    if said == rows:
+        return ""
+    return (
+        f"table {path!r} says N {said:g} and has {rows} rows; expected as many as it says: correct "
+        "N, or rows that are not 'index length energy force'"
+    )
 
 
 def _natural_strain(force: "CubicSpline", rows: Rows, path: str) -> float:

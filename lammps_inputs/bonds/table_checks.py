@@ -1,6 +1,8 @@
-"""What a bond table says twice: its header and its energies against its forces."""
+"""The text of a table, and what it says twice: energies, and slopes, against its forces."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -26,6 +28,27 @@ class Section:
     data: Array
     digits: Array  #: See ``data``.
 
+    @cached_property
+    def least_digits(self) -> Array:
+        """
+        One unit of the last digit of each number where formats have left zeros out at its end.
+
+        A column has as many decimals, or as many digits, as the number that shows most of them.
+        """
+        digits = self.digits
+        with np.errstate(divide="ignore"):
+            exponents = np.floor(np.log10(np.abs(self.data)))
+            size = np.where(self.data == 0.0, digits, 10.0**exponents)
+        in_all = size * np.min(digits / size, axis=0)
+        return np.minimum(digits, np.maximum(np.min(digits, axis=0), in_all))
+
+
+def section_text(keyword: str, header: str, columns: Iterable[Array]) -> str:
+    """Write a section, of lengths, energies and forces, with all their digits."""
+    rows = enumerate(zip(*(column.tolist() for column in columns), strict=True), 1)
+    lines = [f"{i} {r:.17g} {e:.17g} {f:.17g}" for i, (r, e, f) in rows]
+    return "\n".join([keyword, header, "", *lines, ""])
+
 
 def sections_of(text: str, path: str, *, pair: bool = False) -> list[Section]:
     """
@@ -47,20 +70,6 @@ def sections_of(text: str, path: str, *, pair: bool = False) -> list[Section]:
             found[-1][2].append([*words[1:], line])
         last = words[0]
     return [_section(keyword, header, rows, path) for keyword, header, rows in found]
-
-
-def header_of(sections: list[Section], path: str) -> Section:
-    """Return the one section of a bond's file; raises TableError for none or several."""
-    if not sections or not sections[0].header:
-        raise TableError(
-            f"table {path!r} has no line 'N rows' before its rows, without which LAMMPS does "
-            "not read it; expected a keyword, the line 'N rows', and the rows"
-        )
-    if len(sections) > 1:
-        raise TableError(
-            f"table {path!r} has {len(sections)} sections; expected one: give each a file"
-        )
-    return sections[0]
 
 
 def _header(words: list[str], line: str, path: str, *, pair: bool) -> dict[str, list[float]]:
@@ -108,40 +117,11 @@ def _last_digit(word: str) -> float:
     return float(f"1e{int(exponent or 0) - decimals}")
 
 
-def check_table(header: dict[str, list[float]], data: Array, digits: Array, path: str) -> None:
-    """
-    Refuse a table whose parts disagree by more than its spacing and its digits leave open.
-
-    Raises TableError if there are more or fewer rows than N, energies are not those of the forces,
-    or the slopes FP are not those of the forces.
-    """
-    if "N" in header and header["N"][0] != len(data):
-        raise TableError(
-            f"table {path!r} says N {header['N'][0]:g} and has {len(data)} rows; expected as "
-            "many as it says: correct N, or rows that are not 'index length energy force'"
-        )
-    digits = least_digits(data, digits)
-    check_energies(data, digits, path)
-    # As many write them who know no slopes, LAMMPS's manual too.
-    if header.get("FP", [0.0, 0.0]) != [0.0, 0.0]:
-        check_slopes(header["FP"], data, digits, path)
-
-
-def least_digits(data: Array, digits: Array) -> Array:
-    """
-    Return one unit of the last digit of each number where formats have left zeros out at its end.
-
-    A column has as many decimals, or as many digits, as the number that shows most of them.
-    """
-    with np.errstate(divide="ignore"):
-        size = np.where(data == 0.0, digits, 10.0 ** np.floor(np.log10(np.abs(data))))
-    in_all = size * np.min(digits / size, axis=0)
-    return np.minimum(digits, np.maximum(np.min(digits, axis=0), in_all))
-
-
-def check_energies(data: Array, digits: Array, path: str, allowed: float = 0.0) -> None:
+def fault_of_energies(data: Array, digits: Array, path: str, allowed: float = 0.0) -> str:
     """
     Compare the mean force between two rows, by their energies, with the forces around.
+
+    What is wrong is returned, nothing where energies are those of the forces, or all the same.
 
     A mean lies between the least and the largest force from the row before to the row after. Rows
     as far apart as the bond changes its stiffness in may miss as much as they span again; `allowed`
@@ -149,7 +129,7 @@ def check_energies(data: Array, digits: Array, path: str, allowed: float = 0.0) 
     """
     lengths, energies, forces = data.T
     if np.ptp(energies) == 0.0:
-        return  # there are none
+        return ""  # there are none
     steps = np.diff(lengths)
     means = -np.diff(energies) / steps
     around = np.lib.stride_tricks.sliding_window_view(np.pad(forces, 1, mode="edge"), 4)
@@ -161,39 +141,45 @@ def check_energies(data: Array, digits: Array, path: str, allowed: float = 0.0) 
     low, high = np.min(around, axis=1) - room, np.max(around, axis=1) + room
     off = np.maximum(low - means, means - high)
     worst = int(np.argmax(off))
-    if off[worst] > allowed:
-        raise TableError(
-            f"table {path!r} has energies that fall by {means[worst]:.6g} a length between "
-            f"{lengths[worst]:.6g} and {lengths[worst + 1]:.6g}, where its forces are "
-            f"{around[worst].min():.6g} to {around[worst].max():.6g}; expected force = -dE/dr: "
-            "correct either, or let all energies be 0, as only forces are used"
-        )
+    if off[worst] <= allowed:
+        return ""
+    return (
+        f"table {path!r} has energies that fall by {means[worst]:.6g} a length between "
+        f"{lengths[worst]:.6g} and {lengths[worst + 1]:.6g}, where its forces are "
+        f"{around[worst].min():.6g} to {around[worst].max():.6g}; expected force = -dE/dr: "
+        "correct either, or let all energies be 0, as only forces are used"
+    )
 
 
-def check_slopes(given: list[float], data: Array, digits: Array, path: str) -> None:
+def fault_of_slopes(section: Section, path: str) -> str:
     """
-    Compare FP with the slopes of the first and of the last four rows.
+    Compare FP with the slopes of the first and of the last four rows, and return what is wrong.
 
     Rows so far apart that these slopes differ by half say nothing of those at the ends.
     """
+    given = section.header.get("FP", section.header.get("FPRIME", [0.0, 0.0]))
+    # As many write them who know no slopes, LAMMPS's manual too.
+    if given == [0.0, 0.0]:
+        return ""
     for slope, end, name in (
         (given[0], slice(4), "first"),
         (given[1], slice(None, -5, -1), "last"),
     ):
-        lengths, _, forces = data[end].T
+        lengths, _, forces = section.data[end].T
         slopes = np.diff(forces) / np.diff(lengths)
         bends = np.abs(np.diff(slopes))
         expected = slopes[0] - 0.5 * (slopes[1] - slopes[0])
         step = float(np.min(np.abs(np.diff(lengths))))
-        largest = np.max(digits[end], axis=0)
+        largest = np.max(section.least_digits[end], axis=0)
         steepest = float(np.max(np.abs(slopes)))
         if np.max(bends) > 0.5 * steepest:
             continue
         room = 3.0 * bends[0] + 2.0 * bends[1] + _EPSILON * steepest
         room += 8.0 * (largest[2] + largest[0] * steepest) / step
         if not abs(slope - expected) <= room:
-            raise TableError(
+            return (
                 f"table {path!r} says FP {given[0]:g} {given[1]:g}, and its forces change by "
                 f"{expected:.6g} a length at the {name} row; expected dF/dr there: correct FP, or "
                 "leave it out, as it is not used"
             )
+    return ""

@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from chaincor.lammps_inputs.arrays import Array
-from chaincor.lammps_inputs.errors import TableError
 
 if TYPE_CHECKING:
     from scipy.interpolate import CubicSpline
@@ -49,6 +48,12 @@ class Rows:
     forces: Array  #: See ``strains``.
     #: One unit of the last digit, of the force and, by its slope, of the length; of shape (rows,).
     digits: Array
+
+    @classmethod
+    def of(cls, spline: "CubicSpline", forces: Array, digits: Array) -> "Rows":
+        """Return the rows that a spline goes through, of so many digits (see ``Section``)."""
+        steep = np.abs(spline(spline.x, 1))
+        return cls(spline.x, forces, digits[:, 2] + steep * digits[:, 0])
 
     def left_out(self, stride: int) -> Array:
         """Return what a spline errs by at each row if only every `stride`-th other is kept."""
@@ -138,11 +143,11 @@ class Rows:
             found.append(spline_through(self.strains, shaken))
         return found
 
-    def refuse_outlier(self, path: str) -> None:
-        """Refuse a table of which one row lies off all others."""
+    def outlier(self, path: str) -> str:
+        """Return what is wrong with a table of which one row lies off all others."""
         count = len(self.strains)
         if count < _FEW:
-            return
+            return ""
         missed = self.left_out(2)
         # Rows two away are judged without this one: theirs is what a smooth function misses here.
         padded = np.pad(missed, 2, mode="reflect")
@@ -157,11 +162,12 @@ class Rows:
             off = abs(float(self.forces[row] - spline(self.strains[row])))
             agree = float(np.max(missed_without[around])) + 4.0 * float(self.digits[row])
             if off > _OUTLIER * agree and np.max(missed[around]) > 3.0 * agree:
-                raise TableError(
+                return (
                     f"table {path!r} has a force of {self.forces[row]:.6g} in row {row + 1}, "
                     f"where its other rows say {float(spline(self.strains[row])):.6g}; expected a "
                     "smooth force: correct that row, or leave it out"
                 )
+        return ""
 
 
 @lru_cache(maxsize=64)

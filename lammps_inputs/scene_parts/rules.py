@@ -42,14 +42,7 @@ _OTHER_FILES = {
 
 
 class Mistakes(ValueError):
-    """
-    Several mistakes.
-
-    Attributes
-    ----------
-    lines : list of str
-        One line each.
-    """
+    """Several mistakes, of one line each."""
 
     def __init__(self, lines: list[str]) -> None:
         super().__init__("; ".join(lines))

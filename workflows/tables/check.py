@@ -7,7 +7,7 @@ from typing import Literal
 
 import numpy as np
 
-from chaincor.lammps_inputs.bonds.table_checks import Section, least_digits, sections_of
+from chaincor.lammps_inputs.bonds.table_checks import Section, sections_of
 from chaincor.lammps_inputs.bonds.table_rows import Rows, spline_through
 from chaincor.lammps_inputs.errors import InputError, TableError
 from chaincor.lammps_inputs.small_file import refuse_endless, why_unreadable
@@ -234,10 +234,9 @@ def _report(
     if largest == 0.0:
         said = "all forces are 0, and all energies the same: no interaction"
         return replace(whole, notes=(said,), error=0.0, noise=0.0, style_error=0.0)
-    digits = least_digits(data, section.digits)
     spline = spline_through(lengths, forces)
-    rows = Rows(lengths, forces, digits[:, 2] + np.abs(spline(lengths, 1)) * digits[:, 0])
-    faults += faults_of_rows(section, digits, rows, str(path), kind, TOLERANCE * largest)
+    rows = Rows.of(spline, forces, section.least_digits)
+    faults += faults_of_rows(section, rows, str(path), kind, TOLERANCE * largest)
     notes = []
     warned = count_inconsistent(lengths, energies, forces)
     if warned:

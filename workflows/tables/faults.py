@@ -1,14 +1,16 @@
 """What in a table contradicts another part of it, or what LAMMPS refuses or warns of."""
 
-from collections.abc import Callable
 from typing import Literal
 
 import numpy as np
 
 from chaincor.lammps_inputs.arrays import Array
-from chaincor.lammps_inputs.bonds.table_checks import Section, check_energies, check_slopes
+from chaincor.lammps_inputs.bonds.table_checks import (
+    Section,
+    fault_of_energies,
+    fault_of_slopes,
+)
 from chaincor.lammps_inputs.bonds.table_rows import LEAST_ROWS, Rows
-from chaincor.lammps_inputs.errors import TableError
 
 Kind = Literal["bond", "angle", "pair"]
 
@@ -87,26 +89,18 @@ def _of_spacing(header: dict[str, list[float]], lengths: Array, digits: Array) -
 
 
 def faults_of_rows(
-    section: Section, digits: Array, rows: Rows, path: str, kind: Kind, allowed: float
+    section: Section, rows: Rows, path: str, kind: Kind, allowed: float
 ) -> list[str]:
     """Compare rows with each other, energies with forces, and slopes with both."""
-    slopes = section.header.get("FP", section.header.get("FPRIME", [0.0, 0.0]))
     whole = slice(-1 if kind == "pair" and ends_by_zero(section.data) else None)
-    checks: list[Callable[[], None]] = [
-        lambda: rows.refuse_outlier(path),
-        lambda: check_energies(section.data[whole], digits[whole], path, allowed),
+    found = [
+        rows.outlier(path),
+        fault_of_energies(section.data[whole], section.least_digits[whole], path, allowed),
+        fault_of_slopes(section, path),
     ]
-    if slopes != [0.0, 0.0]:
-        checks.append(lambda: check_slopes(slopes, section.data, digits, path))
-    faults = []
-    for check in checks:
-        try:
-            check()
-        except TableError as error:
-            faults.append(str(error))
     if np.ptp(section.data[:, 1]) == 0.0:
-        faults.append("all its energies are the same; expected the energy in the third column")
-    return faults
+        found.append("all its energies are the same; expected the energy in the third column")
+    return [fault for fault in found if fault]
 
 
 def ends_by_zero(data: Array) -> bool:

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from chaincor.analysis.atomic_write import write_whole
-from chaincor.lammps_inputs.bonds.table_checks import sections_of
+from chaincor.lammps_inputs.bonds.table_checks import section_text, sections_of
 from chaincor.lammps_inputs.bonds.table_rows import spline_through
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.workflows.tables.check import TableReport
@@ -16,16 +16,8 @@ def rewrite_table(report: TableReport, target: Path, rows: int) -> None:
     Write a table through the rows of another, of which all parts agree.
 
     Forces are the cubic spline through the rows, energies its integral with the first row's energy,
-    slopes of the header its derivative.
-
-    Parameters
-    ----------
-    report : TableReport
-        Of the table; of rows that are no table, InputError is raised.
-    target : pathlib.Path
-        Where to; must not be there yet.
-    rows : int
-        How many.
+    slopes of the header its derivative. Raises InputError for rows that are no table, and where the
+    target is there already.
     """
     if report.error is None:
         raise InputError(f"{report.path!r} holds no table that could be rewritten; see its faults")
@@ -45,9 +37,5 @@ def rewrite_table(report: TableReport, target: Path, rows: int) -> None:
         header += f" EQ {section.header['EQ'][0]:.17g}"
     if report.kind == "pair":
         header = f"N {rows} R {report.low:.17g} {report.high:.17g} " + header.split(maxsplit=2)[2]
-    lines = [report.keyword or "TABLE", header, ""]
-    lines += [
-        f"{k} {r:.17g} {e:.17g} {f:.17g}"
-        for k, (r, e, f) in enumerate(zip(lengths, energies, force(lengths), strict=True), 1)
-    ]
-    write_whole(target, "\n".join([*lines, ""]))
+    columns = (lengths, energies, force(lengths))
+    write_whole(target, section_text(report.keyword or "TABLE", header, columns))
