@@ -14,6 +14,7 @@ from chaincor.analysis.shown_series import (
     energy_series,
     mode_theory,
 )
+from chaincor.lammps_inputs.bonds.potential import stiffness_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -33,7 +34,7 @@ def draw_figures(analysis: CollisionAnalysis, folder: Path) -> None:
     from chaincor.analysis.figures.trajectories import plot_trajectories
 
     history = analysis.history
-    stiffness = 1.0 if analysis.bond is None else analysis.bond.stiffness
+    stiffness = stiffness_of(analysis.bond)
     # Waves long against the period of unequal masses see the mean mass.
     light = stiffness / float(np.mean(analysis.masses))
     energy = energy_at_impact(analysis)

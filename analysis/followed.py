@@ -13,7 +13,7 @@ from chaincor.analysis.dumps.masses import mass_resolution
 from chaincor.analysis.history import Record
 from chaincor.analysis.modes import are_equal
 from chaincor.analysis.restitution import bond_strains
-from chaincor.lammps_inputs.bonds.potential import Potential
+from chaincor.lammps_inputs.bonds.potential import Potential, stiffness_of
 from chaincor.lammps_inputs.errors import InputError
 
 # Sideways motion of this many v0 holds 1e-12 of the energy.
@@ -44,7 +44,7 @@ class Followed:
     @property
     def sound_returns(self) -> float:
         """Time that sound needs to cross the longer body and come back."""
-        root = self.reading.known.stiffness**0.5
+        root = stiffness_of(self.reading.known.bond) ** 0.5
         # Long waves see the mean mass and are the fastest.
         return max(2.0 * m.size * float(np.mean(m)) ** 0.5 / root for m in self.reading.masses)
 

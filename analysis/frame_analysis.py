@@ -21,7 +21,7 @@ from chaincor.analysis.restitution import (
 )
 from chaincor.analysis.results import BodyAnalysis, CollisionAnalysis
 from chaincor.lammps_inputs.arrays import Array
-from chaincor.lammps_inputs.bonds.potential import Potential
+from chaincor.lammps_inputs.bonds.potential import Potential, stiffness_of
 
 # An energy so little above that of the translation is that.
 _ROUNDINGS = 1e-12
@@ -98,7 +98,7 @@ def analyze_frames(
 def _each_body(seen: Followed, energies: Sequence[Energies], origin: float) -> list[dict[str, Any]]:
     """Return what a BodyAnalysis holds, of each body; a target's velocity is along x."""
     reading, found = seen.reading, []
-    k = reading.known.stiffness
+    k = stiffness_of(reading.known.bond)
     states = zip(reading.masses, reading.opening.bodies, seen.last.bodies, strict=True)
     for i, (m, first, last) in enumerate(states):
         velocity = float(centre_of_mass_velocity(last.velocities, m))

@@ -41,10 +41,5 @@ class Known:
             if given is not None and not 0.0 < given < np.inf:
                 raise InputError(f"the {name} is {given}; expected a positive finite number")
 
-    @property
-    def stiffness(self) -> float:
-        """U'' of the bond at rest; 1 where the bond is not known."""
-        return 1.0 if self.bond is None else self.bond.stiffness
-
 
 NOTHING_KNOWN = Known()

@@ -6,6 +6,7 @@ from chaincor.analysis.modes import are_equal
 from chaincor.analysis.results import CollisionAnalysis
 from chaincor.analysis.theory import measured_contacts_energies
 from chaincor.lammps_inputs.arrays import Array
+from chaincor.lammps_inputs.bonds.potential import stiffness_of
 
 
 def describe(analysis: CollisionAnalysis) -> str:
@@ -65,7 +66,7 @@ def mode_theory(analysis: CollisionAnalysis) -> Array | None:
         analysis.particles,
         analysis.contact_statistics,
         analysis.velocity,
-        stiffness=1.0 if analysis.bond is None else analysis.bond.stiffness,
+        stiffness=stiffness_of(analysis.bond),
         mass=float(analysis.masses[0]),
     )
 

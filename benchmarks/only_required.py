@@ -15,9 +15,9 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from unittest.mock import patch
 
+from chaincor.lammps_inputs.bond_table import choose_rows
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.lammps_inputs.table_span import choose_rows
 from chaincor.workflows.accuracy.convergence import converge
 from chaincor.workflows.accuracy.in_house_runs import eta_of
 from chaincor.workflows.engines.in_house import adaptive, hard_sphere, modal, stepping

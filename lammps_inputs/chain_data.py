@@ -20,10 +20,7 @@ def format_scene_data(scene: Scene, bond_types: int = 1, units: UnitSystem = CHA
     the contact outward, in a molecule of its own.
     """
     line = scene.line
-    if line.plain:
-        state = initial_chain(scene.particles, scene.impact_velocity)
-        return format_chain_data(*state, bond_types, units=units)
-    masses = np.concatenate((line.chain_masses, line.target_masses))
+    masses = None if line.plain else np.concatenate((line.chain_masses, line.target_masses))
     return format_chain_data(*initial_state(line), bond_types, masses, line.targets, units)
 
 
@@ -90,23 +87,14 @@ def _slowness(masses: Array, velocities: Array, unequal: bool) -> float:
     return slow * max(1.0, 2.0 * float(np.max(np.abs(velocities))))
 
 
-def initial_chain(particles: int, impact_velocity: float) -> tuple[Array, Array]:
-    """
-    Return the chain at its first contact: a chain in flight has nothing to compute.
-
-    Positions are x_i = i - 1, velocities -v0: particle 1 is at the wall, about to be reversed.
-    """
-    return np.arange(particles, dtype=float), np.full(particles, -impact_velocity)
-
-
 def initial_state(line: Line) -> tuple[Array, Array]:
     """
     Return positions and velocities of both bodies at the start, the chain's first.
 
     The target's first particle is at x = 0, its others at -1, -2, ...: the surfaces of both bodies
     touch where they meet, and particle 1 of the chain is then at the place of the target's first. A
-    chain that comes without inner motion is at its first contact; others are as far away as the
-    line says.
+    chain that comes without inner motion is at its first contact, as in flight there is nothing to
+    compute; others are as far away as the line says.
     """
     lengths = 1.0 + line.strains[line.first :]
     gap = 0.0 if _rests(line) else float(line.strains[line.gap])

@@ -5,7 +5,7 @@ from typing import Any
 from chaincor.lammps_inputs.chain_data import initial_state
 from chaincor.lammps_inputs.line import Line
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.lammps_inputs.scene_parts.field_types import Wall
+from chaincor.lammps_inputs.scene_parts.scene_fields import Wall
 from chaincor.lammps_inputs.units.unit_system import CHAIN_UNITS, UnitSystem
 
 

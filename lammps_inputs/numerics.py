@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.lammps_inputs.scene_parts.field_types import TableStyle, Wall
+from chaincor.lammps_inputs.scene_parts.scene_fields import TableStyle, Wall
 from chaincor.lammps_inputs.schemes import DEFAULT_TIMESTEPS, Scheme, StepSchemeName
 
 DEFAULT_REFLECT_TIMESTEP = 0.005

@@ -4,10 +4,9 @@ import math
 
 from chaincor.lammps_inputs.contact_script import number
 from chaincor.lammps_inputs.errors import InputError, SceneError
-from chaincor.lammps_inputs.job_wishes import JobWishes
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.script import render_plain_template
-from chaincor.lammps_inputs.script_plan import ScriptPlan
+from chaincor.lammps_inputs.script_plan import JobWishes, ScriptPlan
 
 # Velocity Verlet resolves the fastest bond at rest with so many steps in 1/omega.
 _TIMESTEP = 0.01

@@ -6,11 +6,17 @@ from typing import Any
 from chaincor.lammps_inputs.bond_table import KEYWORDS, BondTable
 from chaincor.lammps_inputs.contact_script import contact_values, number
 from chaincor.lammps_inputs.errors import SceneError
-from chaincor.lammps_inputs.job_wishes import NO_WISHES, JobWishes
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.scene_parts.rules import SHORTEST_TIMESTEP, VERLET_STABILITY_LIMIT
-from chaincor.lammps_inputs.script_plan import EndTimes, ScoutedEnd, ScriptedSteps, ScriptPlan
+from chaincor.lammps_inputs.script_plan import (
+    NO_WISHES,
+    EndTimes,
+    JobWishes,
+    ScoutedEnd,
+    ScriptedSteps,
+    ScriptPlan,
+)
 from chaincor.lammps_inputs.units.unit_system import CHAIN_UNITS, UnitSystem
 
 DATA_FILE = "chain.data"

@@ -14,7 +14,6 @@ version changes. What is made of them differs in last digits, as exponentials of
 """
 
 import math
-from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -23,7 +22,7 @@ from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.equilibrium import (
     BondDistribution,
     bond_distribution,
-    is_hashable,
+    kept_by_bond,
 )
 from chaincor.lammps_inputs.bonds.potential import Potential
 
@@ -124,11 +123,10 @@ def start_margin(bond: Potential, temperature: float, shares: Array) -> float:
     """
     # Shares rounded upward: the bound holds the more, as K rises with them.
     rounded, counts = np.unique(np.ceil(np.asarray(shares) * _SHARES), return_counts=True)
-    find = _margin if is_hashable(bond) else _margin.__wrapped__
-    return find(bond, temperature, tuple(rounded / _SHARES), tuple(counts.tolist()))
+    return _margin(bond, temperature, tuple(rounded / _SHARES), tuple(counts.tolist()))
 
 
-@lru_cache(maxsize=64)
+@kept_by_bond
 def _margin(
     bond: Potential, temperature: float, shares: tuple[float, ...], counts: tuple[int, ...]
 ) -> float:

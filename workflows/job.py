@@ -9,11 +9,10 @@ from typing import Any
 from chaincor.lammps_inputs.chain_data import format_scene_data
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.explain import explain_data, explain_script, explain_table
-from chaincor.lammps_inputs.job_wishes import NO_WISHES, JobWishes
 from chaincor.lammps_inputs.plain_script import is_plain, plain_scene, render_plain
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.script import DATA_FILE, SCENE_FILE, SCRIPT_FILE, TABLE_FILE
-from chaincor.lammps_inputs.script_plan import ScriptPlan
+from chaincor.lammps_inputs.script_plan import NO_WISHES, JobWishes, ScriptPlan
 from chaincor.lammps_inputs.units.unit_system import CHAIN_UNITS, UNITS_FILE, UnitSystem
 from chaincor.workflows.engines.lammps.bodies import approach_time
 from chaincor.workflows.engines.lammps.kept_script import job_script
@@ -39,7 +38,7 @@ def write_job(
     replace_existing : bool
         Whether a job that lies there already is replaced.
     **wishes
-        The fields of :class:`~chaincor.lammps_inputs.job_wishes.JobWishes`: ``plain=True`` for the
+        The fields of :class:`~chaincor.lammps_inputs.script_plan.JobWishes`: ``plain=True`` for the
         shortest script, ``restartable=True``, ``guards=True``, ``contacts=True`` and ``dump=True``
         for what a script does besides, ``explain=True`` for comments, ``template``,
         ``table_range``, ``units``.

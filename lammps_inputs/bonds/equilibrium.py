@@ -12,8 +12,10 @@ that end is not small the definition means nothing, and the temperature is refus
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cached_property, lru_cache, wraps
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.polynomial import legendre
@@ -48,6 +50,9 @@ _NODES, _WEIGHTS = legendre.leggauss(_POINTS)
 _TO_SERIES = (
     (np.arange(_POINTS) + 0.5)[:, np.newaxis] * _WEIGHTS * legendre.legvander(_NODES, _POINTS - 1).T
 )
+
+
+_Found = TypeVar("_Found")
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,6 +149,22 @@ class BondDistribution:
         return np.clip(0.5 * (begin + end) + 0.5 * (end - begin) * x, begin, end)
 
 
+def kept_by_bond(find: Callable[..., _Found]) -> Callable[..., _Found]:
+    """Keep what is found for a bond, the first argument, where it can be: it need not be hashed."""
+    kept = lru_cache(maxsize=64)(find)
+
+    @wraps(find)
+    def found(bond: Potential, *others: Any) -> _Found:
+        try:
+            hash(bond)
+        except TypeError:
+            return find(bond, *others)
+        return kept(bond, *others)
+
+    return found
+
+
+@kept_by_bond
 def bond_distribution(bond: Potential, temperature: float) -> BondDistribution:
     r"""
     Return how the strain of a bond is distributed in equilibrium at :math:`k_B T`, an energy.
@@ -151,20 +172,6 @@ def bond_distribution(bond: Potential, temperature: float) -> BondDistribution:
     The density is :math:`\propto \exp(-U(s)/T)` of all strains, or of those at which the bond
     holds. Raises SceneError if it holds nothing in tension, or less than `LEAST_DEPTH` times T.
     """
-    return _kept(bond, temperature) if is_hashable(bond) else _kept.__wrapped__(bond, temperature)
-
-
-def is_hashable(bond: Potential) -> bool:
-    """Return whether what is found for a bond can be kept: a user's own object need not be."""
-    try:
-        hash(bond)
-    except TypeError:
-        return False
-    return True
-
-
-@lru_cache(maxsize=64)
-def _kept(bond: Potential, temperature: float) -> BondDistribution:
     low, high = _ends(bond, temperature)
     edges = np.linspace(low, high, _FIRST_PANELS + 1)
     inner = [kink for kink in (0.0, *bond.kinks) if low < kink < high]

@@ -185,3 +185,8 @@ class Potential(ABC):
                 return halved(lambda strain: excess(strain) < 0.0, near, far)[1]
             near = far
         return None
+
+
+def stiffness_of(bond: Potential | None) -> float:
+    """Return U'' at rest; 1 of a bond that is not known."""
+    return 1.0 if bond is None else bond.stiffness

@@ -164,37 +164,35 @@ def _of_arrays(function: Callable, what: str) -> Callable[..., Array]:
         takes_arrays = returned.shape == three.shape
     except Exception:  # whatever a function of one number does with three
         takes_arrays = False
-    if takes_arrays:
-        return _OfArrays(function)
-    try:
-        for strain in three.tolist():
-            float(function(strain))
-    except Exception as error:
-        said = " ".join(str(error).split())[:120]
-        raise PotentialError(
-            f"the {what} fails at strain 1e-3 or 0 with {type(error).__name__}: {said}; expected "
-            "a function of the strain r - 1 that returns a number for each"
-        ) from None
-    return np.vectorize(_FiniteOrNan(function), otypes=[float])
+    if not takes_arrays:
+        try:
+            for strain in three.tolist():
+                float(function(strain))
+        except Exception as error:
+            said = " ".join(str(error).split())[:120]
+            raise PotentialError(
+                f"the {what} fails at strain 1e-3 or 0 with {type(error).__name__}: {said}; "
+                "expected a function of the strain r - 1 that returns a number for each"
+            ) from None
+    return _OfArrays(function, takes_arrays)
 
 
-# Objects, not functions within functions, which could not be sent to worker processes.
+# An object, not a function within a function, which could not be sent to worker processes.
 @dataclass(frozen=True)
 class _OfArrays:
-    function: Callable
-
-    def __call__(self, strain: Array) -> Array:
-        return np.asarray(self.function(strain), dtype=float)
-
-
-@dataclass(frozen=True)
-class _FiniteOrNan:
-    """A function of one number that gives nan where the user's one has no value."""
+    """A function of arrays; nan where a user's function of one number has no value."""
 
     function: Callable
+    takes_arrays: bool  #: Whether the user's function does.
 
-    def __call__(self, strain: float) -> float:
+    def __call__(self, strains: Array) -> Array:
+        if self.takes_arrays:
+            return np.asarray(self.function(strains), dtype=float)
+        found = np.array([self._at(strain) for strain in np.ravel(strains).tolist()])
+        return found.reshape(np.shape(strains))
+
+    def _at(self, strain: float) -> float:
         try:
-            return float(self.function(float(strain)))
+            return float(self.function(strain))
         except (ValueError, OverflowError, ZeroDivisionError):
             return math.nan

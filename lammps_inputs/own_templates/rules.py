@@ -3,6 +3,7 @@
 import re
 import shlex
 from collections import Counter
+from collections.abc import Sequence
 
 from chaincor.lammps_inputs.errors import SceneError
 
@@ -27,16 +28,16 @@ _REFUSED = {
     "bond_coeff": "the bonds are the scene's",
     "boundary": "a periodic chain would meet itself",
     "kspace_style": "there are no charges",
-    "shell": "a job runs LAMMPS alone",
-    "python": "a job runs LAMMPS alone",
-    "plugin": "a job runs LAMMPS alone",
-    "include": "a job is complete",
     "quit": "the job ends with its result",
     "log": "the result would go elsewhere",
     "next": "the runs for the error would be lost",
     "velocity": "the chain comes with the velocity of the job",
 }
-_OTHER_PROGRAMS = r"python.*|external|plumed|client.*|mdi.*"
+# What a whole script of a user's own must not have, either; of its fixes, the last of those below.
+_PROGRAMS = {
+    **dict.fromkeys(("shell", "python", "plugin"), "a job runs LAMMPS alone"),
+    "include": "a job is complete",
+}
 # By the style of a fix, as regular expressions.
 _REFUSED_FIXES = [
     (
@@ -51,7 +52,7 @@ _REFUSED_FIXES = [
     (r"halt", "the wall is seen by a `fix halt` of the job's own, and a second one stops its runs"),
     (r"deform|balance|adapt.*|dt/reset", "the job relies on a box and steps that stay"),
     (r"shake|rattle", "a chain of fixed bonds cannot be compressed"),
-    (_OTHER_PROGRAMS, "a job runs LAMMPS alone"),
+    (r"python.*|external|plumed|client.*|mdi.*", "a job runs LAMMPS alone"),
 ]
 _FORCES = (
     r"addforce|aveforce|setforce|efield|gravity|spring.*|momentum|recenter|heat|ehex|smd.*|drag"
@@ -92,37 +93,35 @@ def check_whole(text: str) -> None:
         )
     for command in commands:
         for part in (command, *_quoted(command)):
-            words = part.split()
-            first = words[0].strip("\"'") if words else ""
-            if "$" in first:
-                _refuse(part, "which command it is must not depend on a variable")
-            if first in ("shell", "python", "plugin", "include"):
-                _refuse(part, _REFUSED[first])
-            if first == "jump" and words[1:2] != ["SELF"]:
-                _refuse(part, "a job is one file")
-            if first == "fix" and len(words) > 3 and re.fullmatch(_OTHER_PROGRAMS, words[3]):
-                _refuse(part, "a job runs LAMMPS alone")
+            _first_word(part, _PROGRAMS, _REFUSED_FIXES[-1:])
+
+
+def _first_word(
+    command: str, refused: dict[str, str], refused_fixes: Sequence[tuple[str, str]]
+) -> str:
+    """Return the first word of a command; refuse it where it, or the style of its fix, may not."""
+    words = command.split()
+    first = words[0].strip("\"'") if words else ""
+    if "$" in first:
+        _refuse(command, "which command it is must not depend on a variable")
+    if first in refused:
+        _refuse(command, refused[first])
+    if first == "jump" and words[1:2] != ["SELF"]:
+        _refuse(command, "a job is one file")
+    if first == "fix" and len(words) > 3:
+        for pattern, reason in refused_fixes:
+            if re.fullmatch(pattern, words[3]):
+                _refuse(command, reason)
+    return first
 
 
 def _check(command: str, names: dict[str, set[str]], composed: bool, other_forces: bool) -> None:
-    words = command.split()
-    if not words:
-        return
-    first = words[0].strip("\"'")
-    if "$" in first:
-        _refuse(command, "which command it is must not depend on a variable")
-    if first in _REFUSED:
-        _refuse(command, _REFUSED[first])
-    if first == "jump" and words[1:2] != ["SELF"]:
-        _refuse(command, "a job is one file")
+    first, words = _first_word(command, _REFUSED | _PROGRAMS, _REFUSED_FIXES), command.split()
     kind = {"unfix": "fix"}.get(first, first)
     if kind in _WITH_NAMES and len(words) > 1 and words[1] in names[kind]:
         _refuse(command, f"{words[1]} is a name that the job itself uses")
     if first == "fix" and len(words) > 3:
         style = words[3]
-        for pattern, reason in _REFUSED_FIXES:
-            if re.fullmatch(pattern, style):
-                _refuse(command, reason)
         if re.fullmatch(_FORCES, style) and not other_forces:
             _refuse(
                 command,

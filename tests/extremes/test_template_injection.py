@@ -6,10 +6,10 @@ import random
 import pytest
 
 from chaincor.lammps_inputs.errors import SceneError
-from chaincor.lammps_inputs.job_wishes import JobWishes
 from chaincor.lammps_inputs.own_templates.own_template import OwnTemplate, parse_settings
 from chaincor.lammps_inputs.own_templates.rules import commands_of
 from chaincor.lammps_inputs.scene import Scene
+from chaincor.lammps_inputs.script_plan import JobWishes
 from chaincor.lammps_inputs.units.unit_system import UnitSystem
 from chaincor.workflows.job import job_files
 from chaincor.workflows.scripted import plan

@@ -7,19 +7,19 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from chaincor.lammps_inputs.bond_table import tabulate
-from chaincor.lammps_inputs.bonds.potentials import Harmonic, LennardJones, Logarithmic, Power, Toda
-from chaincor.lammps_inputs.bonds.table_bond import read_bond_table
-from chaincor.lammps_inputs.bonds.user_bond import UserBond
-from chaincor.lammps_inputs.errors import TableError
-from chaincor.lammps_inputs.table_span import (
+from chaincor.lammps_inputs.bond_table import (
     FEWEST_ROWS,
     FORCE_TARGET,
     MARGIN_BINS,
     MOST_ROWS,
     choose_rows,
     rows_on_kinks,
+    tabulate,
 )
+from chaincor.lammps_inputs.bonds.potentials import Harmonic, LennardJones, Logarithmic, Power, Toda
+from chaincor.lammps_inputs.bonds.table_bond import read_bond_table
+from chaincor.lammps_inputs.bonds.user_bond import UserBond
+from chaincor.lammps_inputs.errors import TableError
 
 BONDS = [LennardJones(), Toda(), Logarithmic(), Power(3, -1.0)]
 

@@ -9,7 +9,6 @@ from hypothesis.extra.numpy import arrays
 from chaincor.lammps_inputs.chain_data import (
     format_chain_data,
     format_scene_data,
-    initial_chain,
     initial_state,
 )
 from chaincor.lammps_inputs.scene import Scene
@@ -91,13 +90,13 @@ def test_lammpsio_reads_the_same_chain(tmp_path):
 
 
 def test_the_chain_starts_at_the_wall():
-    positions, velocities = initial_chain(4, 0.25)
+    positions, velocities = initial_state(Scene(particles=4, velocity=0.25).line)
     assert positions.tolist() == [0.0, 1.0, 2.0, 3.0]
     assert velocities.tolist() == [-0.25] * 4
 
 
 def test_one_particle_has_no_bonds():
-    text = format_chain_data(*initial_chain(1, 0.1))
+    text = format_scene_data(Scene(particles=1, velocity=0.1))
     assert "0 bonds" in text
     assert "\nBonds" not in text
 
@@ -137,7 +136,7 @@ def test_masses_are_written_to_the_last_bit():
 
 
 def test_the_plain_chain_has_the_plain_file():
-    plain = format_chain_data(*initial_chain(5, 0.1))
+    plain = format_chain_data(np.arange(5.0), np.full(5, -0.1))
     assert format_scene_data(Scene(particles=5, velocity=0.1)) == plain
     assert format_scene_data(Scene(particles=5, velocity=0.1, masses=(1.0,))) == plain
 

@@ -11,12 +11,12 @@ from hypothesis import strategies as st
 from chaincor.lammps_inputs.bond_table import tabulate
 from chaincor.lammps_inputs.contact_script import number
 from chaincor.lammps_inputs.errors import SceneError
-from chaincor.lammps_inputs.job_wishes import JobWishes
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.script import render_job, render_setup
 from chaincor.lammps_inputs.script_plan import (
     EndTimes,
+    JobWishes,
     ScoutedEnd,
     ScriptedBar,
     ScriptedSteps,

@@ -6,9 +6,9 @@ from pathlib import Path
 import pytest
 
 from chaincor.lammps_inputs.errors import InputError, SceneError
-from chaincor.lammps_inputs.job_wishes import JobWishes
 from chaincor.lammps_inputs.own_templates.own_template import OwnTemplate, parse_settings
 from chaincor.lammps_inputs.scene import Scene
+from chaincor.lammps_inputs.script_plan import JobWishes
 from chaincor.workflows.job import job_files, write_job
 from tests.lmp import number, run_lmp
 

@@ -3,8 +3,8 @@
 import pytest
 
 from chaincor.lammps_inputs.errors import InputError
-from chaincor.lammps_inputs.job_wishes import JobWishes
 from chaincor.lammps_inputs.scene import Scene
+from chaincor.lammps_inputs.script_plan import JobWishes
 from chaincor.lammps_inputs.units.unit_system import UnitSystem
 from chaincor.workflows.collision import collide
 from chaincor.workflows.job import job_files, write_job

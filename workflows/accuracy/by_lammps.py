@@ -9,8 +9,8 @@ from typing import NamedTuple
 from chaincor.lammps_inputs.bonds.energy_levels import compressed_strain
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.lammps_inputs.scene_parts.field_types import TableStyle
 from chaincor.lammps_inputs.scene_parts.given_bodies import DEFAULT_CONTACT_STIFFNESS
+from chaincor.lammps_inputs.scene_parts.scene_fields import TableStyle
 from chaincor.lammps_inputs.schemes import SCHEME_ORDERS, StepSchemeName
 from chaincor.workflows.accuracy.answer import Answer, answer, spread_of
 from chaincor.workflows.accuracy.convergence import Converged, converge, exact_modes

@@ -9,7 +9,7 @@ from pathlib import Path
 from chaincor.lammps_inputs.bond_table import BondTable, tabulate
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.lammps_inputs.scene_parts.field_types import TableStyle
+from chaincor.lammps_inputs.scene_parts.scene_fields import TableStyle
 from chaincor.workflows.accuracy.cost_model import CostModel
 from chaincor.workflows.engines.lammps import engine as lammps
 from chaincor.workflows.engines.lammps.instance import LammpsChain

@@ -7,7 +7,7 @@ from typing import Any
 import click
 
 from chaincor.lammps_inputs.errors import InputError
-from chaincor.lammps_inputs.job_wishes import JobWishes
+from chaincor.lammps_inputs.script_plan import JobWishes
 from chaincor.workflows.commands.scene_options import SceneCommand, scene_from, scene_options
 
 

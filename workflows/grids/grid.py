@@ -8,8 +8,8 @@ from pathlib import Path
 
 from chaincor.analysis.atomic_write import write_whole
 from chaincor.lammps_inputs.errors import ChaincorError, InputError
-from chaincor.lammps_inputs.job_wishes import NO_WISHES, JobWishes
 from chaincor.lammps_inputs.scene import Scene
+from chaincor.lammps_inputs.script_plan import NO_WISHES, JobWishes
 from chaincor.workflows.campaign.points import value_of
 from chaincor.workflows.grids.submit import Scheduler, submit_script
 from chaincor.workflows.job import job_files

@@ -4,13 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from chaincor.lammps_inputs.bond_table import BondTable, tabulate
+from chaincor.lammps_inputs.bond_table import MARGIN_BINS, BondTable, tabulate
+from chaincor.lammps_inputs.bonds.interpolation import interpolate
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.errors import SceneError
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.script_plan import ScriptedBar, ScriptPlan
-from chaincor.lammps_inputs.table_span import MARGIN_BINS, interpolate
 from chaincor.workflows.accuracy.by_lammps import COARSER, SCRIPTED_SCHEMES, choose
 from chaincor.workflows.accuracy.convergence import Converged
 from chaincor.workflows.accuracy.error_bars import (

@@ -246,11 +246,11 @@ def _report(
         )
     if kind == "pair" and ends_by_zero(data):
         notes.append(f"its last row is 0: there the energy jumps by {-energies[-2]:.3g}")
-    left = left_open(rows, spline, style, TOLERANCE if tolerance is None else tolerance)
-    if tolerance is None and left.error > TOLERANCE:
-        notes.append(left.cause)
-    elif tolerance is not None and left.error > tolerance:
-        faults.append(f"{left.cause}; expected {tolerance:.2g} at most")
+    left, cause = left_open(rows, spline, style, TOLERANCE if tolerance is None else tolerance)
+    if tolerance is None and left["error"] > TOLERANCE:
+        notes.append(cause)
+    elif tolerance is not None and left["error"] > tolerance:
+        faults.append(f"{cause}; expected {tolerance:.2g} at most")
     zeros = spline.roots(extrapolate=False)
     zeros = zeros[np.isfinite(zeros)]
     return replace(
@@ -258,8 +258,5 @@ def _report(
         faults=tuple(faults),
         notes=tuple(notes),
         zeros=tuple(float(zero) for zero in zeros[:10]),
-        error=left.error,
-        noise=left.noise,
-        style_error=left.by_style,
-        rows_wanted=left.rows_wanted,
+        **left,
     )

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -18,27 +18,11 @@ _EVEN = 10.0
 _FINER = 8
 
 
-@dataclass(frozen=True)
-class LeftOpen:
-    """What is not known of a force, in units of the largest."""
-
-    by_rows: float  #: By rows and digits.
-    #: By interpolation in as many rows; 0 of splines, whose error is that of the rows.
-    by_style: float
-    noise: float  #: Standard deviation of what no smooth force explains.
-    #: Rows that reach the limit, by style; without what no number of rows reaches.
-    rows_wanted: dict[str, int]
-    cause: str  #: Where the error comes from, and what would help.
-
-    @property
-    def error(self) -> float:
-        """All together."""
-        return self.by_rows + self.by_style
-
-
-def left_open(rows: Rows, spline: Callable[..., Array], style: str, limit: float) -> LeftOpen:
+def left_open(
+    rows: Rows, spline: Callable[..., Array], style: str, limit: float
+) -> tuple[dict[str, Any], str]:
     """
-    Return what a table leaves open, and the rows that reach a limit.
+    Return what a report says of the error, and where that comes from and what would help.
 
     `spline` is the force through the rows, in which curvature and slope are looked for.
     """
@@ -66,8 +50,13 @@ def left_open(rows: Rows, spline: Callable[..., Array], style: str, limit: float
         )
     else:
         cause = _of_rows(rows, largest, f"an error of {by_rows:.2g} {unit}", missed, noises)
-    noise = float(np.max(noises)) / largest
-    return LeftOpen(by_rows, errors[style], noise, wanted, cause)
+    said = {
+        "error": by_rows + errors[style],
+        "noise": float(np.max(noises)) / largest,
+        "style_error": errors[style],
+        "rows_wanted": wanted,
+    }
+    return said, cause
 
 
 def _of_rows(rows: Rows, largest: float, error: str, missed: Array, noises: Array) -> str:

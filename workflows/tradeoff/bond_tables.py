@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.lammps_inputs.scene_parts.field_types import TableStyle
+from chaincor.lammps_inputs.scene_parts.scene_fields import TableStyle
 from chaincor.workflows.accuracy.in_house_runs import eta_of
 from chaincor.workflows.engines.lammps import engine as lammps
 from chaincor.workflows.errors import ChaincorError

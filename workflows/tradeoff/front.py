@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.lammps_inputs.scene_parts.field_types import Engine
+from chaincor.lammps_inputs.scene_parts.scene_fields import Engine
 from chaincor.lammps_inputs.schemes import SCHEME_ORDERS, Scheme
 from chaincor.workflows.accuracy.by_lammps import usual_scheme
 from chaincor.workflows.engines.rounding import rounding_error

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.lammps_inputs.scene_parts.field_types import Engine, TableStyle, Wall
+from chaincor.lammps_inputs.scene_parts.scene_fields import Engine, TableStyle, Wall
 from chaincor.lammps_inputs.schemes import Scheme
 from chaincor.workflows.accuracy.step_guess import sharpness
 from chaincor.workflows.engines.in_house import stepping

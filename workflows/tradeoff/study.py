@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.scene import DEFAULT_TOLERANCE, Scene
-from chaincor.lammps_inputs.scene_parts.field_types import Engine
 from chaincor.lammps_inputs.scene_parts.given_bodies import given_bodies
+from chaincor.lammps_inputs.scene_parts.scene_fields import Engine
 from chaincor.workflows.engines.rounding import rounding_error
 from chaincor.workflows.errors import RunError
 from chaincor.workflows.given import scene_given

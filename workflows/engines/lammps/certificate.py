@@ -6,9 +6,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from chaincor.lammps_inputs.bond_table import BondTable
+from chaincor.lammps_inputs.bond_table import MARGIN_BINS, BondTable
 from chaincor.lammps_inputs.bonds.potential import Potential
-from chaincor.lammps_inputs.table_span import MARGIN_BINS
 from chaincor.workflows.engines.lammps.instance import LammpsChain
 
 _FILE = "certificate.table"

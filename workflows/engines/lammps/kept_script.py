@@ -5,7 +5,6 @@ from dataclasses import replace
 from chaincor.lammps_inputs.bond_table import BondTable, tabulate
 from chaincor.lammps_inputs.chain_data import format_scene_data
 from chaincor.lammps_inputs.errors import SceneError
-from chaincor.lammps_inputs.job_wishes import NO_WISHES, JobWishes
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import FILE_KEYS, Scene
 from chaincor.lammps_inputs.schemes import DEFAULT_TIMESTEPS, Scheme
@@ -16,7 +15,14 @@ from chaincor.lammps_inputs.script import (
     TABLE_FILE,
     render_job,
 )
-from chaincor.lammps_inputs.script_plan import EndTimes, ScoutedEnd, ScriptedSteps, ScriptPlan
+from chaincor.lammps_inputs.script_plan import (
+    NO_WISHES,
+    EndTimes,
+    JobWishes,
+    ScoutedEnd,
+    ScriptedSteps,
+    ScriptPlan,
+)
 from chaincor.workflows.engines.compositions import COMPOSITIONS, SOURCES
 from chaincor.workflows.engines.end_watch import longest_collision, look_interval
 from chaincor.workflows.engines.ending import quiet_time

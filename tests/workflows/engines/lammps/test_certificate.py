@@ -5,11 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from chaincor.lammps_inputs.bond_table import tabulate
+from chaincor.lammps_inputs.bond_table import MARGIN_BINS, tabulate
 from chaincor.lammps_inputs.bonds.potentials import LennardJones, Logarithmic, Power, Toda
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.lammps_inputs.table_span import MARGIN_BINS
 from chaincor.workflows.engines.lammps.certificate import certify_table
 from chaincor.workflows.engines.lammps.instance import LammpsChain
 

@@ -1,25 +1,35 @@
 r"""
-The cubic spline that LAMMPS puts through a bond table, as it finds it.
+How LAMMPS interpolates in a bond table: by straight lines, or a cubic spline, found as it does.
 
-Its second derivatives M at the rows solve a tridiagonal system, from row to row and back: of
-spacings h and difference quotients d,
+Of the spline the second derivatives M at the rows solve a tridiagonal system, from row to row and
+back: of spacings h and difference quotients d,
 
 .. math:: h_{i-1} M_{i-1} + 2 (h_{i-1} + h_i) M_i + h_i M_{i+1} = 6 (d_i - d_{i-1}),
 
 with the slopes at both ends given. SciPy's would take longer to import than a collision takes.
 """
 
+from typing import Literal
+
 import numpy as np
 
 from chaincor.lammps_inputs.arrays import Array
 
 
-def clamped_spline(x: Array, y: Array, slopes: tuple[float, float], asked: Array) -> Array:
+def interpolate(
+    style: Literal["linear", "spline"],
+    x: Array,
+    y: Array,
+    slopes: tuple[float, float],
+    asked: Array,
+) -> Array:
     """
-    Return the values at `asked` of a spline through rising places x, at least two, and values y.
+    Return the values at `asked` between rising places x, at least two, with values y.
 
-    `slopes` are those at the first and the last; beyond these the outer cubics go on.
+    The spline has these `slopes` at the first and the last; beyond them the outer cubics go on.
     """
+    if style == "linear":
+        return np.interp(asked, x, y)
     bends = _bends(x, y, slopes)
     low = np.clip(np.searchsorted(x, asked, side="right") - 1, 0, len(x) - 2)
     h = x[low + 1] - x[low]
