@@ -51,5 +51,8 @@ def find_exercise(name: str) -> Exercise:
 def exercises_of(lesson: int) -> dict[str, Exercise]:
     """Return the exercises of a lesson that can be checked, by name."""
     module = importlib.import_module(f"chaincor.workflows.lessons.exercises.lesson_{lesson}")
-    found: dict[int, Exercise] = module.EXERCISES
-    return {f"{lesson}.{number}": exercise for number, exercise in found.items()}
+    return {
+        f"{lesson}.{name.removeprefix('_exercise_')}": exercise
+        for name, exercise in vars(module).items()
+        if isinstance(exercise, Exercise)
+    }

@@ -2,7 +2,7 @@
 
 import html
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,15 +12,9 @@ from numpy.typing import ArrayLike
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.given_numbers import shown
 
-
-@dataclass(frozen=True)
-class Mistake:
-    """A usual way to go wrong."""
-
-    #: Returns what one gets that way; computed, as the truth is. For an exercise that asks for a
-    #: function: a function of the same arguments, that is called with them.
-    answer: Callable[..., ArrayLike]
-    says: str  #: What to tell who answers that.
+RIGHT = "right"
+# Answers, each with what is said of it.
+Answers = Iterator[tuple[ArrayLike, str]]
 
 
 @dataclass(frozen=True)
@@ -28,12 +22,18 @@ class Exercise:
     """A question with a number, several numbers or a function for an answer."""
 
     asks: str  #: What is to be given, with its unit.
-    truth: Callable[..., ArrayLike]  #: Computes the answer; of a function: the function itself.
-    mistakes: tuple[Mistake, ...] = ()  #: Usual ways to go wrong.
+    #: Computes the right answer, and then what those get who go wrong in a usual way. For an
+    #: exercise that asks for a function: what it returns for `arguments`.
+    answers: Callable[..., Answers]
     #: How far an answer may be off, as a fraction of the largest of its numbers.
     tolerance: float = 1e-3
     #: For an exercise that asks for a function: returns the arguments that it is tried with.
     arguments: Callable[[], tuple[Any, ...]] | None = None
+
+
+def exercise(asks: str, **how: Any) -> Callable[[Callable[..., Answers]], Exercise]:
+    """Make an exercise of the answers to what it `asks`; `how` are its other fields."""
+    return lambda answers: Exercise(asks, answers, **how)
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,7 @@ class Verdict:
         return f"<p>{html.escape(self.says)}</p>"
 
 
-# What can go wrong with any number, tried after an exercise's own mistakes.
+# What can go wrong with any number, tried after what an exercise itself knows.
 _ANY_NUMBER: tuple[tuple[Callable[[Array], Array], str], ...] = (
     (lambda truth: -truth, "the sign is wrong: everything else is right"),
     (lambda truth: 100.0 * truth, "give the number itself, not per cent"),
@@ -81,7 +81,11 @@ def judge(exercise: Exercise, answer: Any) -> Verdict:
     if callable(answer) != (exercise.arguments is not None):
         kind = "a function" if callable(answer) else f"no function but {shown(answer)}"
         return Verdict(False, f"this is {kind}; expected: {exercise.asks}")
-    truth = np.ravel(np.asarray(exercise.truth(*arguments), dtype=float))
+    answers = (
+        (np.ravel(np.asarray(value, dtype=float)), says)
+        for value, says in exercise.answers(*arguments)
+    )
+    truth, right = next(answers)
     what = "this is"
     if exercise.arguments is not None:
         what = "what your function returns is"
@@ -97,17 +101,10 @@ def judge(exercise: Exercise, answer: Any) -> Verdict:
         found = f"{given.size} number{'s' if given.size != 1 else ''}"
         return Verdict(False, f"{found} where {truth.size} are expected: {exercise.asks}")
     if _near(given, truth, exercise.tolerance):
-        return Verdict(True, "right")
+        return Verdict(True, right)
     with np.errstate(divide="ignore", over="ignore"):
-        wrong = [
-            *((mistake.answer(*arguments), mistake.says) for mistake in exercise.mistakes),
-            *((change(truth), says) for change, says in _ANY_NUMBER),
-        ]
-    others = [
-        (np.ravel(np.asarray(other, dtype=float)), says)
-        for other, says in wrong
-        if np.size(other) == truth.size
-    ]
+        wrong = [*answers, *((change(truth), says) for change, says in _ANY_NUMBER)]
+    others = [(other, says) for other, says in wrong if other.size == truth.size]
     for other, says in others:
         if _near(given, other, exercise.tolerance):
             return Verdict(False, f"not yet: {says}")

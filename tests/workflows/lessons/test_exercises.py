@@ -10,7 +10,7 @@ from chaincor.lammps_inputs.bonds.potentials import LennardJones
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.workflows.lessons import check
 from chaincor.workflows.lessons.check import LESSONS, exercises_of, find_exercise
-from chaincor.workflows.lessons.exercise import Exercise, Mistake, judge
+from chaincor.workflows.lessons.exercise import RIGHT, Exercise, exercise, judge
 
 NAMES = [name for lesson in LESSONS for name in exercises_of(lesson)]
 J = np.arange(10)
@@ -167,18 +167,25 @@ WRONG = {
 }
 
 
+def said_by(exercise):
+    """Return what an exercise says of the answers it knows, the right one first."""
+    arguments = exercise.arguments() if exercise.arguments else ()
+    return [says for _, says in exercise.answers(*arguments)]
+
+
 @pytest.mark.slow_cases
 @pytest.mark.parametrize("name", NAMES)
 def test_an_exercise_takes_its_own_truth(name):
     exercise = find_exercise(name)
-    answer = exercise.truth if exercise.arguments else exercise.truth()
-    assert judge(exercise, answer).says == "right"
     # And no mistake is taken for the truth, or for another mistake.
-    for mistake in exercise.mistakes:
-        answer = mistake.answer if exercise.arguments else mistake.answer()
-        verdict = judge(exercise, answer)
-        assert not verdict
-        assert verdict.says == f"not yet: {mistake.says}"
+    for k, says in enumerate(said_by(exercise)):
+
+        def answer(*arguments, k=k):
+            return [value for value, _ in exercise.answers(*arguments)][k]
+
+        verdict = judge(exercise, answer if exercise.arguments else answer())
+        assert bool(verdict) == (k == 0)
+        assert verdict.says == (says if k == 0 else f"not yet: {says}")
 
 
 CASES = [(name, k) for name, cases in WRONG.items() for k in range(len(cases))]
@@ -200,7 +207,17 @@ def test_five_wrong_answers_of_each_lesson(lesson):
 
 def test_five_mistakes_or_so_are_known_of_each_lesson():
     for lesson in LESSONS:
-        assert sum(len(e.mistakes) for e in exercises_of(lesson).values()) >= 10
+        assert sum(len(said_by(e)) - 1 for e in exercises_of(lesson).values()) >= 10
+
+
+def knows(number):
+    """Return the answers of an exercise that knows the right one alone."""
+    return lambda: iter([(number, RIGHT)])
+
+
+@exercise("a function", arguments=lambda: (np.arange(4.0),))
+def squares(x):
+    yield x**2, RIGHT
 
 
 @pytest.mark.parametrize(
@@ -228,13 +245,12 @@ def test_five_mistakes_or_so_are_known_of_each_lesson():
     ],
 )
 def test_any_answer_is_judged(answer, told):
-    verdict = judge(Exercise("one number", lambda: 3.0), answer)
+    verdict = judge(Exercise("one number", knows(3.0)), answer)
     assert not verdict
     assert told in repr(verdict)
 
 
 def test_a_number_in_place_of_a_function_and_one_of_many():
-    squares = Exercise("a function", lambda x: x**2, arguments=lambda: (np.arange(4.0),))
     assert judge(squares, lambda x: x * x)
     assert "no function but 3.0" in judge(squares, 3.0).says
     assert (
@@ -274,7 +290,6 @@ def fails(x):
     ],
 )
 def test_a_function_that_fails_is_judged_in_one_line(function, told):
-    squares = Exercise("a function", lambda x: x**2, arguments=lambda: (np.arange(4.0),))
     verdict = judge(squares, function)
     assert not verdict
     assert told in repr(verdict)
@@ -282,17 +297,15 @@ def test_a_function_that_fails_is_judged_in_one_line(function, told):
 
 
 def test_a_notebook_shows_a_verdict_as_text_that_it_may_wrap():
-    verdict = judge(Exercise("one number < 1", lambda: 0.5), ...)
+    verdict = judge(Exercise("one number < 1", knows(0.5)), ...)
     assert verdict._repr_html_() == f"<p>{repr(verdict).replace('<', '&lt;')}</p>"
 
 
 def test_a_function_may_change_its_arguments():
-    cubes = Exercise(
-        "a function",
-        lambda x: x**3,
-        mistakes=(Mistake(lambda x: x**2 - x, "this is known"),),
-        arguments=lambda: (np.arange(4.0),),
-    )
+    @exercise("a function", arguments=lambda: (np.arange(4.0),))
+    def cubes(x):
+        yield x**3, RIGHT
+        yield x**2 - x, "this is known"
 
     def changes(x):
         result = x**2 - x
@@ -303,7 +316,7 @@ def test_a_function_may_change_its_arguments():
 
 
 def test_zero_has_no_reciprocal_to_mistake_for():
-    assert "too large" in judge(Exercise("one number", lambda: 0.0), 5.0).says
+    assert "too large" in judge(Exercise("one number", knows(0.0)), 5.0).says
 
 
 @pytest.mark.parametrize("name", ["9.1", "1.99", "one", "", 1.1, None, ["1.1"]])

@@ -7,17 +7,13 @@ import numpy as np
 
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.potentials import LennardJones
-from chaincor.workflows.lessons.exercise import Exercise, Mistake
+from chaincor.workflows.lessons.exercise import RIGHT, Answers, exercise
 
 _LENGTH = 0.9
 
 
 def _force(lengths: Array) -> Array:
     return LennardJones().force(np.asarray(lengths) - 1.0)
-
-
-def _slope() -> float:
-    return -float(LennardJones().curvature(_LENGTH - 1.0))
 
 
 @cache
@@ -41,80 +37,52 @@ def _interpolate(style: str, at: Array) -> Callable[[Array], Array]:
     return CubicSpline(at, _force(at), bc_type=((1, slopes[0]), (1, slopes[1])))
 
 
-EXERCISES = {
-    1: Exercise(
-        "two numbers: how many times more rows a linear table needs for an error a hundred times "
-        "smaller, and a spline",
-        lambda: [_more_rows("linear"), _more_rows("spline")],
-        (
-            Mistake(
-                lambda: [100.0, 100.0],
-                "a hundred times the rows would do if the error fell as 1/rows; look at the slopes "
-                "in the picture",
-            ),
-            Mistake(
-                lambda: [10.0, 10.0],
-                "the linear table is right; the spline's error falls faster, as 1/rows^4",
-            ),
-            Mistake(
-                lambda: [100.0, 1e4],
-                "this is how much better ten times the rows make them; asked is the other way",
-            ),
-            Mistake(
-                lambda: [100.0**0.25, 10.0],
-                "the two are exchanged: the spline needs fewer rows more",
-            ),
-        ),
-        tolerance=0.03,
-    ),
-    2: Exercise(
-        "a function of r that returns the force of U = (r^-12 - 2 r^-6 + 1)/72, positive where it "
-        "pushes apart",
-        _force,
-        (
-            Mistake(
-                lambda r: -_force(r),
-                "the sign of the force: F = -U', and a compressed bond pushes apart, F > 0",
-            ),
-            Mistake(
-                lambda r: (r**-12 - 2.0 * r**-6 + 1.0) / 72.0,
-                "this is the energy; the force is its negative slope",
-            ),
-            Mistake(
-                lambda r: 72.0 * _force(r),
-                "the factor 1/72 is forgotten, which makes the stiffness of the bond 1",
-            ),
-            Mistake(
-                lambda r: (r**-11 - r**-5) / 6.0,
-                "the power falls by one when differentiating: of r^-12 to r^-13, not to r^-11",
-            ),
-            Mistake(
-                lambda r: LennardJones().curvature(r - 1.0),
-                "this is U'', differentiated once too often",
-            ),
-            Mistake(lambda r: 1.0 - r, "this is the force of a spring, right near r = 1 only"),
-        ),
-        tolerance=1e-6,
-        arguments=lambda: (np.linspace(0.85, 1.3, 10),),
-    ),
-    3: Exercise(
-        f"one number: what FP has to give at the row r = {_LENGTH}",
-        _slope,
-        (
-            Mistake(
-                lambda: -_slope(),
-                "this is U'', the slope of -F; a table wants the slope of the force itself, dF/dr",
-            ),
-            Mistake(
-                lambda: float(_force(np.array(_LENGTH))),
-                "this is the force; FP gives how fast it changes, dF/dr",
-            ),
-            Mistake(
-                lambda: -float(_force(np.array(_LENGTH))),
-                "this is U', the slope of the energy; FP gives the slope of the force",
-            ),
-            Mistake(lambda: 0.0, "that is flat at the end: the mistake of the broken job"),
-            Mistake(lambda: -1.0, "this is the slope at r = 1, where the stiffness is 1"),
-        ),
-    ),
-}
+@exercise(
+    "two numbers: how many times more rows a linear table needs for an error a hundred times "
+    "smaller, and a spline",
+    tolerance=0.03,
+)
+def _exercise_1() -> Answers:
+    yield [_more_rows("linear"), _more_rows("spline")], RIGHT
+    yield (
+        [100.0, 100.0],
+        "a hundred times the rows would do if the error fell as 1/rows; look at the slopes "
+        "in the picture",
+    )
+    yield [10.0, 10.0], "the linear table is right; the spline's error falls faster, as 1/rows^4"
+    yield (
+        [100.0, 1e4],
+        "this is how much better ten times the rows make them; asked is the other way",
+    )
+    yield [100.0**0.25, 10.0], "the two are exchanged: the spline needs fewer rows more"
+
+
+@exercise(
+    "a function of r that returns the force of U = (r^-12 - 2 r^-6 + 1)/72, positive where it "
+    "pushes apart",
+    tolerance=1e-6,
+    arguments=lambda: (np.linspace(0.85, 1.3, 10),),
+)
+def _exercise_2(r: Array) -> Answers:
+    yield _force(r), RIGHT
+    yield -_force(r), "the sign of the force: F = -U', and a compressed bond pushes apart, F > 0"
+    yield (r**-12 - 2.0 * r**-6 + 1.0) / 72.0, "this is the energy; the force is its negative slope"
+    yield 72.0 * _force(r), "the factor 1/72 is forgotten, which makes the stiffness of the bond 1"
+    yield (
+        (r**-11 - r**-5) / 6.0,
+        "the power falls by one when differentiating: of r^-12 to r^-13, not to r^-11",
+    )
+    yield LennardJones().curvature(r - 1.0), "this is U'', differentiated once too often"
+    yield 1.0 - r, "this is the force of a spring, right near r = 1 only"
+
+
+@exercise(f"one number: what FP has to give at the row r = {_LENGTH}")
+def _exercise_3() -> Answers:
+    slope = -float(LennardJones().curvature(_LENGTH - 1.0))
+    force = float(_force(np.array(_LENGTH)))
+    yield slope, RIGHT
+    yield -slope, "this is U'', the slope of -F; a table wants the slope of the force itself, dF/dr"
+    yield force, "this is the force; FP gives how fast it changes, dF/dr"
+    yield -force, "this is U', the slope of the energy; FP gives the slope of the force"
+    yield 0.0, "that is flat at the end: the mistake of the broken job"
+    yield -1.0, "this is the slope at r = 1, where the stiffness is 1"
