@@ -22,14 +22,13 @@ if TYPE_CHECKING:
 
 def draw_figures(analysis: CollisionAnalysis, folder: Path) -> None:
     """Draw every figure of one collision as PNG."""
-    from chaincor.analysis.figures.bond_lengths import plot_bond_lengths
-    from chaincor.analysis.figures.contact_intervals import (
+    from chaincor.analysis.figures.course import (
+        plot_bond_lengths,
         plot_contact_intervals,
         plot_contact_speeds,
+        plot_energy_partition,
     )
-    from chaincor.analysis.figures.energy_partition import plot_energy_partition
-    from chaincor.analysis.figures.mode_heat_map import plot_mode_heat_map
-    from chaincor.analysis.figures.spectrum import plot_spectrum
+    from chaincor.analysis.figures.modes import plot_mode_heat_map, plot_spectrum
     from chaincor.analysis.figures.style import new_figure
     from chaincor.analysis.figures.trajectories import plot_trajectories
 

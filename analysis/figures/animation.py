@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from chaincor.analysis.atomic_write import written_aside
-from chaincor.analysis.figures.places import rest_positions
-from chaincor.analysis.figures.style import BLACK, GREY, new_figure
+from chaincor.analysis.figures.style import BLACK, GREY, new_figure, rest_positions
 from chaincor.analysis.showing.notebook import in_notebook, session_bar
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.errors import InputError
@@ -40,37 +39,14 @@ def animate_collision(
     """
     Write a collision as GIF, or as MP4 where ffmpeg is installed.
 
-    Above, the velocity of each particle; below, the chain itself, coloured by velocity. A notebook
-    shows meanwhile how many of the pictures are drawn.
+    Above, the velocity of each particle; below, the chain itself, coloured by velocity: `frames`
+    pictures, 25 a second, evenly spaced in time between the states of shape (frames, n), with a
+    `title` above. The first `targets` of the particles are a free target's, from its far end to the
+    contact; where there are none a wall is drawn. A notebook shows meanwhile how many of the
+    pictures are drawn.
 
-    Parameters
-    ----------
-    times : array_like of shape (frames,)
-        Time since the first contact.
-    displacements, velocities : array_like of shape (frames, n)
-        States; those between are interpolated.
-    path : pathlib.Path or str
-        ``.gif`` or ``.mp4``.
-    impact_velocity : float
-        Impact speed v0.
-    frames : int
-        Frames of the picture, 25 a second, evenly spaced in time.
-    title : str
-        Settings, drawn above.
-    targets : int
-        How many of the particles, the first ones, are a free target's, from its far end to the
-        contact; 0 for a wall, which is drawn.
-
-    Returns
-    -------
-    pathlib.Path
-        The file.
-
-    Raises
-    ------
-    InputError
-        If the ending of the file is unknown, or MP4 is asked for without ffmpeg, or `frames` is no
-        number of pictures.
+    Raises InputError if the ending of the file is unknown, or MP4 is asked for without ffmpeg, or
+    `frames` is no number of pictures.
     """
     from matplotlib.animation import FFMpegWriter, FuncAnimation, PillowWriter
 

@@ -1,6 +1,10 @@
-"""What the figures have in common: colours that everyone can tell apart, sizes, captions."""
+"""What figures have in common: colours that everyone can tell apart, sizes, captions, places."""
 
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from chaincor.lammps_inputs.arrays import Array
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -18,6 +22,7 @@ GREY = "#8A8A8A"
 CYCLE = (BLUE, VERMILION, GREEN, ORANGE, PURPLE, SKY, BLACK)
 MARKERS = ("o", "s", "^", "D", "v", "P", "X")
 LINE_STYLES = ("-", "--", "-.", ":")
+TIME = r"time since first contact ($\sqrt{m/k}$)"
 
 SETTINGS: Any = {
     "figure.figsize": (6.0, 3.9),
@@ -42,21 +47,9 @@ SETTINGS: Any = {
 
 def new_figure(rows: int = 1, columns: int = 1, **options: Any) -> "tuple[Figure, Any]":
     """
-    Make a figure in the common style, without a window and without global state.
+    Make a figure and its panels in the common style, without a window and without global state.
 
-    Parameters
-    ----------
-    rows, columns : int
-        Panels.
-    **options
-        For ``Figure.subplots``; `figsize` goes to the figure.
-
-    Returns
-    -------
-    figure : matplotlib.figure.Figure
-        The figure.
-    axes : Axes or ndarray of Axes
-        Its panels.
+    `options` are those of ``Figure.subplots``, but for `figsize`.
     """
     import matplotlib as mpl
     from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -107,3 +100,14 @@ def legend_above(ax: "Axes", columns: int = 3) -> None:
         frameon=False,
         fontsize=9,
     )
+
+
+def rest_positions(particles: int, targets: int = 0) -> Array:
+    """
+    Return where particles are at rest, in natural bond lengths.
+
+    Particle 1 of the chain is at 0; the first `targets` are a free target's, from its far end to
+    the contact, which is at 0, too.
+    """
+    chain = np.arange(float(particles - targets))
+    return np.concatenate((np.arange(1.0 - targets, 1.0), chain)) if targets else chain

@@ -4,8 +4,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from rich.text import Text
 
-from chaincor.analysis.figures.places import rest_positions
-from chaincor.analysis.figures.style import BLUE, GREY, ORANGE, SKY
+from chaincor.analysis.figures.style import BLUE, GREY, ORANGE, SKY, rest_positions
 
 # From towards the wall to away from it: blue, grey, yellow, as everyone can tell them apart; the
 # height of a mark says the same.

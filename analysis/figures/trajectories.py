@@ -5,8 +5,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from chaincor.analysis.figures.places import rest_positions
-from chaincor.analysis.figures.style import BLUE, GREY, ORANGE, VERMILION, choose_axes, legend_above
+from chaincor.analysis.figures.style import (
+    BLUE,
+    GREY,
+    ORANGE,
+    TIME,
+    VERMILION,
+    choose_axes,
+    legend_above,
+    rest_positions,
+)
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.given_numbers import positive_number_given
 
@@ -28,39 +36,14 @@ def plot_trajectories(
     ax: "Axes | None" = None,
 ) -> "Axes":
     """
-    Draw positions against time.
+    Draw positions against time, with the sound of the first contact there and back.
 
-    Parameters
-    ----------
-    times : array_like of shape (frames,)
-        Time since the first contact.
-    displacements : array_like of shape (frames, n)
-        u_i = x_i - (i - 1).
-    contact_times : array_like of shape (f,)
-        Contacts, marked at the wall.
-    sound_speed : float
-        Speed of small waves, sqrt(U''(1)): the cone of the first contact is drawn with it,
-        there and back.
-    end_time : float, optional
-        Where to stop; a little after the last contact by default.
-    magnification : float, optional
-        Factor on the displacements, so that they can be seen in a long chain; by default as
-        large as shows them well and lets no lines cross. The label of the axis names it.
-    targets : int
-        How many of the particles, the first ones, are a free target's, from its far end to the
-        contact; 0 for a wall.
-    ax : matplotlib.axes.Axes, optional
-        Axes to draw into.
-
-    Returns
-    -------
-    matplotlib.axes.Axes
-        The axes.
-
-    Raises
-    ------
-    InputError
-        If the magnification is not a positive finite number.
+    `displacements`, u_i = x_i - (i - 1), are of shape (frames, n), times counted from the first
+    contact; the first `targets` of the particles are a free target's, from its far end to the
+    contact. `sound_speed` is that of small waves, sqrt(U''(1)); `end_time` by default a little
+    after the last contact. Displacements are magnified, as the axis says, by default as far as
+    shows them well and lets no lines cross; InputError if `magnification` is not a positive finite
+    number.
     """
     if magnification is not None:
         magnification = positive_number_given("magnification", magnification)
@@ -82,9 +65,8 @@ def plot_trajectories(
     ax.plot(time[shown], x[:, targets], color=BLUE, linewidth=1.2, label="particle 1")
     if n - targets > 1:
         signal, place = _sound_path(time[shown], x[:, targets:], sound_speed)
-        ax.plot(
-            signal, place, color=ORANGE, linewidth=1.6, linestyle="--", label="sound, small waves"
-        )
+        label = "sound, small waves"
+        ax.plot(signal, place, color=ORANGE, linewidth=1.6, linestyle="--", label=label)
     if contacts.size:
         within = contacts[contacts <= end_time]
         ax.plot(
@@ -102,7 +84,7 @@ def plot_trajectories(
         ax.set_xlim(min(0.0, time[0]), end_time)
     if targets == 0:
         ax.set_ylim(bottom=-0.02 * n)
-    ax.set_xlabel(r"time since first contact ($\sqrt{m/k}$)")
+    ax.set_xlabel(TIME)
     magnified = "" if factor == 1.0 else f",\ndisplacements magnified {factor:g} times"
     place_name = "position" if targets else "distance from the wall"
     ax.set_ylabel(f"{place_name} (bond lengths)" + magnified)

@@ -71,9 +71,12 @@ def timestep(script: Path, output: Path | None, as_json: bool, **options: Any) -
     dumps are left out. With --vary the same for a variable, a cutoff, seeds, or processes.
     """
     from chaincor.workflows.scripts.description import describe_script_study
-    from chaincor.workflows.scripts.page import PAGE
     from chaincor.workflows.scripts.study import timestep_study
-    from chaincor.workflows.scripts.study_files import script_study_to_dict, write_script_study
+    from chaincor.workflows.scripts.study_files import (
+        REPORT,
+        script_study_to_dict,
+        write_script_study,
+    )
     from chaincor.workflows.study_progress import study_progress
 
     given = {name: value for name, value in options.items() if value is not None}
@@ -86,4 +89,4 @@ def timestep(script: Path, output: Path | None, as_json: bool, **options: Any) -
     else:
         click.echo(describe_script_study(study))
         if output is not None:
-            click.echo(f"page: {output / PAGE}")
+            click.echo(f"page: {output / REPORT.page}")

@@ -62,8 +62,7 @@ def tradeoff(
     from chaincor.workflows.study_progress import study_progress
     from chaincor.workflows.tradeoff import study
     from chaincor.workflows.tradeoff.description import describe_study
-    from chaincor.workflows.tradeoff.page import PAGE
-    from chaincor.workflows.tradeoff.study_files import to_dict, write_study
+    from chaincor.workflows.tradeoff.study_files import REPORT, to_dict, write_study
 
     scene = scene_from(scene_file, options)
     unused = [key for key in (*_OWN, *FILE_KEYS) if key in scene.model_fields_set]
@@ -82,7 +81,7 @@ def tradeoff(
     else:
         click.echo(describe_study(found))
         if output is not None:
-            click.echo(f"page: {output / PAGE}")
+            click.echo(f"page: {output / REPORT.page}")
 
 
 def _calibrate(as_json: bool) -> None:

@@ -1,14 +1,17 @@
 """A page in one file: a template, its figures inside, the files that lie beside it."""
 
 import base64
+import csv
 import hashlib
-from collections.abc import Mapping
+import json
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined
 
+from chaincor.analysis.atomic_write import folder_aside
 from chaincor.workflows.pages.typesetting import (
     format_fitted,
     format_number,
@@ -19,6 +22,9 @@ from chaincor.workflows.pages.typesetting import (
     typeset,
     without_links,
 )
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 # An SVG beyond this size is shown as PNG in the page.
 _LARGEST_SVG = 400_000
@@ -112,3 +118,52 @@ def write_page(path: Path, package: str, contents: Mapping[str, Any]) -> None:
     """Write a page from the template of its name in a package."""
     template = page_environment(package).get_template(f"{path.name}.j2")
     path.write_text(template.render(**contents), encoding="utf-8")
+
+
+@dataclass(frozen=True)
+class StudyReport:
+    """What a study leaves in a folder: a page, its JSON, tables as CSV, figures as PNG and SVG."""
+
+    name: str  #: Of page and JSON, without the ending, and of the page's template.
+    package: str  #: Where the template is.
+    tables: Mapping[str, str]  #: What each table holds, by its file.
+    figures: Mapping[str, tuple[str, str]]  #: Title and caption of each figure, by its file's name.
+
+    @property
+    def page(self) -> str:
+        """Name of the page's file."""
+        return f"{self.name}.html"
+
+    def write(
+        self,
+        folder: Path,
+        plain: Mapping[str, Any],
+        tables: Mapping[str, Sequence[Mapping[str, Any]]],
+        drawn: Mapping[str, "Axes"],
+        contents: Mapping[str, Any],
+    ) -> None:
+        """
+        Write all files, or none.
+
+        `plain` goes to JSON; `tables` and `drawn` are rows and axes by name; `contents` are the
+        page's own, `shown` among them: what the figures are of.
+        """
+        data = f"{self.name}.json"
+        holds = {data: "all numbers of the study", **self.tables}
+        with folder_aside(folder) as aside:
+            text = json.dumps(plain, indent=2, allow_nan=False)
+            (aside / data).write_text(text + "\n", encoding="utf-8")
+            for name, rows in tables.items():
+                with (aside / name).open("w", newline="", encoding="utf-8") as stream:
+                    writer = csv.DictWriter(stream, list(dict.fromkeys(k for r in rows for k in r)))
+                    writer.writeheader()
+                    writer.writerows(rows)
+            for name, axes in drawn.items():
+                for ending in ("png", "svg"):
+                    axes.figure.savefig(aside / f"{name}.{ending}")  # type: ignore[union-attr]
+            beside = {
+                "versions": plain["versions"],
+                "figures": drawn_figures(aside, self.figures, contents["shown"]),
+                "written": files_written(aside, holds | {"*.png": "figure", "*.svg": "figure"}),
+            }
+            write_page(aside / self.page, self.package, {**contents, **beside})

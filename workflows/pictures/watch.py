@@ -10,7 +10,7 @@ from rich.console import Console
 from rich.live import Live
 from rich.text import Text
 
-from chaincor.analysis.figures.places import rest_positions
+from chaincor.analysis.figures.style import rest_positions
 from chaincor.analysis.figures.terminal import draw_moment
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.line import Line

@@ -1,21 +1,30 @@
 """A study of a script in files: JSON, each run as CSV, the figure, a page."""
 
-import csv
-import json
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from chaincor.analysis.atomic_write import folder_aside
 from chaincor.workflows.json_output import finite, stamped
-from chaincor.workflows.scripts.description import KINDS, advise, notes
+from chaincor.workflows.pages.page import StudyReport, listed_file
+from chaincor.workflows.scripts.description import KINDS, advise, notes, told
 from chaincor.workflows.scripts.ladder_runs import NumberLadder, ScriptLadder
-from chaincor.workflows.scripts.page import JSON, write_script_page
 from chaincor.workflows.scripts.parting import Comparison
 from chaincor.workflows.scripts.study import ScriptStudy
 from chaincor.workflows.scripts.varied import SEED
+from chaincor.workflows.showing.terms import OF_SCRIPTS
 
+REPORT = StudyReport(
+    name="timestep",
+    package="chaincor.workflows.scripts",
+    tables={"runs.csv": "each run: the variable, the numbers found, its time"},
+    figures={
+        "work_precision": (
+            "Error against step and time",
+            "Each mark is a run: how far its number is from the best value, against the variable "
+            "and against processor time. Lines are the error that a run on the rung keeps and, "
+            "where the error is regular, its law.",
+        ),
+    },
+)
 # What JSON has of each part of a study; where it has another name, key and name.
 _VERDICT = ("reason", "order", "order_error", "value", "value_error")
 _NUMBER = ("standard_error", "resolution", "tolerance")
@@ -129,55 +138,46 @@ def _parting(each: Comparison) -> dict[str, Any]:
 
 def write_script_study(study: ScriptStudy, folder: Path) -> None:
     """Write a study: a page and its JSON, ``runs.csv``, the figure as PNG and SVG."""
+    from chaincor.workflows.scripts.figure import plot_script_ladders
+
     plain = stamped(script_study_to_dict(study))
-    with folder_aside(folder) as aside:
-        text = json.dumps(plain, indent=2, allow_nan=False)
-        (aside / JSON).write_text(text + "\n", encoding="utf-8")
-        rows = [
-            {**each.fixed, "value": run["value"], **run["results"]}
-            | {key: run[key] for key in ("seed", "seconds", "failure")}
-            for each, ladder in zip(study.ladders, plain["ladders"], strict=True)
-            for run in ladder["runs"]
-        ]
-        columns = list(dict.fromkeys(key for row in rows for key in row))
-        with (aside / "runs.csv").open("w", newline="", encoding="utf-8") as stream:
-            writer = csv.DictWriter(stream, columns)
-            writer.writeheader()
-            writer.writerows(rows)
-        if study.ladders:
-            _draw(study, aside)
-        write_script_page(study, plain, aside)
+    rows = [
+        {**each.fixed, "value": run["value"], **run["results"]}
+        | {key: run[key] for key in ("seed", "seconds", "failure")}
+        for each, ladder in zip(study.ladders, plain["ladders"], strict=True)
+        for run in ladder["runs"]
+    ]
+    drawn = {"work_precision": plot_script_ladders(study)} if study.ladders else {}
+    REPORT.write(folder, plain, {"runs.csv": rows}, drawn, _page(study, plain))
 
 
-def _draw(study: ScriptStudy, folder: Path) -> None:
-    from matplotlib.figure import Figure
-
-    from chaincor.analysis.figures.script_ladder import LadderCurve, plot_script_ladders
-
-    assert study.ladder is not None
-    curves = []
-    for each in study.ladders:
-        fixed = ", ".join(f"{name} {value}" for name, value in each.fixed.items())
-        for number in each.numbers:
-            verdict = number.verdict
-            best = verdict.value if verdict.value is not None else float(number.results[-1].mean())
-            law = None
-            if verdict.fit is not None:
-                steps = np.vectorize(study.ladder.step)(each.inputs)
-                law = np.abs(verdict.fit.bias(np.median(steps / steps.max(), axis=1)))
-            named = ", ".join(filter(None, [fixed, number.name if len(each.numbers) > 1 else ""]))
-            curves.append(
-                LadderCurve(
-                    label=named or verdict.kind,
-                    inputs=each.inputs,
-                    errors=np.abs(number.results - best),
-                    seconds=each.seconds,
-                    promised=number.promised,
-                    law=law,
-                )
-            )
-    axes = plot_script_ladders(curves, variable=study.ladder.name, tolerance=study.tolerance)
-    figure = axes.get_figure()
-    assert isinstance(figure, Figure)
-    for ending in ("png", "svg"):
-        figure.savefig(folder / f"work_precision.{ending}")
+def _page(study: ScriptStudy, plain: dict[str, Any]) -> dict[str, Any]:
+    """Return what the page says besides what every study's page does."""
+    vary = study.ladder
+    words = [
+        [(number.name, told(study, each, number)) for number in each.numbers]
+        for each in study.ladders
+    ]
+    return {
+        "shown": study.script.name,
+        "numbers": study.asked.names,
+        "variable": "" if vary is None else vary.name,
+        "ladders": list(zip(plain["ladders"], words, strict=True)),
+        "comparisons": study.comparisons,
+        "notes": plain["notes"],
+        "terms": OF_SCRIPTS,
+        "settings": {
+            "numbers": ", ".join(study.asked.names),
+            "vary": "nothing"
+            if vary is None
+            else f"{vary.name}={vary.coarse:g}:{vary.fine:g}:{vary.rungs}",
+            "runs a rung": f"{len(study.seeds)} seeds"
+            if study.seeds
+            else f"{study.phases} nearby values",
+            "tolerance": "none given" if study.tolerance is None else f"{study.tolerance:g}",
+            "LAMMPS": study.lmp,
+            "runs": f"{sum(len(each.runs) for each in study.ladders)}, in {study.seconds:.3g} s",
+            "processor": plain["processor"],
+        },
+        "read": [listed_file(study.script, "the script")],
+    }

@@ -43,20 +43,18 @@ def describe_study(study: Tradeoff) -> str:
         if study.budgets
         else "    none"
     )
-    enough = [p for p in study.tables if p.style == "linear" and p.bond_range == "scene"]
-    if enough:
+    if study.own_tables:
         lines += ["", "error of eta from linear tables over this scene's own bond lengths:"]
-        lines.append("    " + ", ".join(f"{p.rows} rows {p.restitution_error:.0e}" for p in enough))
-    stock = [m for m in study.measurements if m.setting.series.wall == "reflect" and m.seconds]
-    if stock:
+        told = (f"{p.rows} rows {p.restitution_error:.0e}" for p in study.own_tables)
+        lines.append("    " + ", ".join(told))
+    if study.stock:
         lines += ["", "the stock reflecting wall (median, rms, worst over phases):"]
         lines += [
             f"    H {m.setting.timestep:<8.4g} {m.median_error:.1e}  {m.rms_error:.1e}  "
             f"{m.worst_error:.1e}  {format_seconds(m.time):>8}"
-            for m in stock
+            for m in study.stock
         ]
-    failed = [m for m in study.measurements if m.failure]
-    if failed:
-        lines += ["", f"{len(failed)} settings with too large a step did not run"]
+    if study.failed:
+        lines += ["", f"{len(study.failed)} settings with too large a step did not run"]
     lines += ["", f"advice: {study.advice}", f"({study.seconds:.0f} s)"]
     return "\n".join(lines)

@@ -79,6 +79,21 @@ class Tradeoff:
     advice: str
     seconds: float
 
+    @property
+    def stock(self) -> list[Measurement]:
+        """Those by the stock reflecting wall that ran."""
+        return [m for m in self.measurements if m.setting.series.wall == "reflect" and m.seconds]
+
+    @property
+    def failed(self) -> list[Measurement]:
+        """Those that could not be run."""
+        return [m for m in self.measurements if m.failure]
+
+    @property
+    def own_tables(self) -> list[TablePoint]:
+        """Linear tables over the bond lengths of this scene."""
+        return [p for p in self.tables if p.style == "linear" and p.bond_range == "scene"]
+
 
 # Called with a part's name and the fraction of the whole study that is done.
 Progress = Callable[[str, float], None]

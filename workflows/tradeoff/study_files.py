@@ -1,28 +1,55 @@
 """A study in files: a page, JSON, CSV and figures."""
 
-import csv
-import json
 import platform
 from dataclasses import asdict, fields
 from pathlib import Path
 from typing import Any
 
-from chaincor.analysis.atomic_write import folder_aside
+from chaincor.analysis.showing.numbers import known_digits
 from chaincor.workflows.json_output import finite, stamped
-from chaincor.workflows.tradeoff.budget import CAUSES, ErrorBudget
+from chaincor.workflows.pages.page import StudyReport
+from chaincor.workflows.showing.terms import OF_STUDIES, TERMS
+from chaincor.workflows.tradeoff.budget import CAUSES
 from chaincor.workflows.tradeoff.front import (
     CheapestRow,
-    find_series,
+    describe,
+    format_seconds,
     pareto_front,
     promised_errors,
 )
 from chaincor.workflows.tradeoff.measurement import Measurement
-from chaincor.workflows.tradeoff.page import write_study_page
 from chaincor.workflows.tradeoff.settings import time_unit
 from chaincor.workflows.tradeoff.study import Tradeoff
-from chaincor.workflows.versions import versions
+from chaincor.workflows.versions import processor, versions
 
-_STOCK_REFLECTING = "stock wall"
+REPORT = StudyReport(
+    name="tradeoff",
+    package="chaincor.workflows.tradeoff",
+    tables={
+        "work_precision.csv": "each setting: errors, times, steps, table",
+        "error_budget.csv": "errors by cause",
+        "tables.csv": "errors by bond table",
+    },
+    figures={
+        "work_precision": (
+            "Error against time",
+            "Each mark is a setting: root mean square of the error of eta against the processor "
+            "time of the integration; bars reach from the least to the worst of its runs. What is "
+            "lower and further left is better; the grey line is the front that no setting of "
+            "LAMMPS beats.",
+        ),
+        "error_budget": (
+            "Error by cause",
+            "What each cause alone does to eta, by the run that lacks it; total is the error of "
+            "the setting.",
+        ),
+        "tables": (
+            "Tabulated bonds",
+            "The error of eta that a bond table of so many rows makes, linear or spline, over the "
+            "bond lengths of this scene or a wide range.",
+        ),
+    },
+)
 _ERRORS = ("median_error", "rms_error", "worst_error", "contact_time_error", "mode_energy_error")
 # Of the truth and of budgets, in this order, beside their other numbers.
 _TRUTH = (
@@ -89,90 +116,55 @@ def to_dict(study: Tradeoff) -> dict[str, Any]:
 
 def write_study(study: Tradeoff, folder: Path) -> None:
     """Write a study: ``tradeoff.html``, its JSON, three CSV files, and figures as PNG and SVG."""
-    plain = to_dict(study)
-    with folder_aside(folder) as aside:
-        (aside / "tradeoff.json").write_text(
-            json.dumps(stamped(plain, study.scene), indent=2, allow_nan=False) + "\n"
-        )
-        _write_csv(aside / "work_precision.csv", plain["settings"])
-        _write_csv(aside / "error_budget.csv", plain["budgets"])
-        _write_csv(aside / "tables.csv", plain["tables"])
-        _draw(study, aside)
-        write_study_page(study, plain, aside)
-
-
-def _write_csv(path: Path, rows: list[dict[str, Any]]) -> None:
-    if not rows:
-        return
-    with path.open("w", newline="") as stream:
-        writer = csv.DictWriter(stream, list(rows[0]))
-        writer.writeheader()
-        writer.writerows(rows)
-
-
-def _bars_name(budget: ErrorBudget) -> str:
-    return f"{budget.name}\n{budget.scheme}, H {budget.timestep:.3g}"
-
-
-def _draw(study: Tradeoff, folder: Path) -> None:
-    from matplotlib.figure import Figure
-
-    from chaincor.analysis.figures.work_precision import (
-        TableCurve,
-        WorkPrecisionCurve,
+    from chaincor.workflows.tradeoff.figures import (
         plot_error_budget,
         plot_table_errors,
         plot_work_precision,
     )
 
-    curves = []
-    done = [m for m in study.measurements if not m.failure and m.seconds]
-    for series in find_series(done):
-        own = [m for m in done if m.setting.series == series]
-        curves.append(
-            WorkPrecisionCurve(
-                label=series.label,
-                group=_STOCK_REFLECTING if series.wall == "reflect" else series.engine,
-                scheme=series.scheme,
-                dashed=series.table == "linear",
-                seconds=[m.time for m in own],
-                errors=[m.rms_error for m in own],
-                lowest=[float(m.errors.min()) for m in own],
-                highest=[m.worst_error for m in own],
-            )
-        )
-    front = pareto_front(m for m in done if m.setting.series.engine == "lammps")
-    figures = {
-        "work_precision": plot_work_precision(
-            curves,
-            front=([m.time for m in front], [m.rms_error for m in front]),
-            floor=study.truth.restitution_error,
-        )
-    }
+    plain = to_dict(study)
+    rows = (plain["settings"], plain["budgets"], plain["tables"])
+    tables = {name: each for name, each in zip(REPORT.tables, rows, strict=True) if each}
+    floor = study.truth.restitution_error
+    drawn = {"work_precision": plot_work_precision(study.measurements, floor)}
     if study.budgets:
-        figures["error_budget"] = plot_error_budget(
-            {_bars_name(budget): budget.parts() for budget in study.budgets},
-            {_bars_name(budget): budget.total for budget in study.budgets},
-        )
+        drawn["error_budget"] = plot_error_budget(study.budgets)
     if study.tables:
-        kinds = dict.fromkeys((p.style, p.bond_range) for p in study.tables)
-        figures["tables"] = plot_table_errors(
-            [
-                TableCurve(
-                    style=style,
-                    bond_range=name,
-                    rows=[p.rows for p in study.tables if (p.style, p.bond_range) == (style, name)],
-                    errors=[
-                        p.restitution_error
-                        for p in study.tables
-                        if (p.style, p.bond_range) == (style, name)
-                    ],
-                )
-                for style, name in kinds
+        drawn["tables"] = plot_table_errors(study.tables)
+    REPORT.write(folder, stamped(plain, study.scene), tables, drawn, _page(study))
+
+
+def _page(study: Tradeoff) -> dict[str, Any]:
+    """Return what the page says besides what every study's page does."""
+    truth, scene = study.truth, study.scene
+    shown = f"{scene.particles} particles, {scene.label} bonds"
+    return {
+        "shown": shown,
+        "heading": f"{shown}, v0 = {scene.impact_velocity:.6g}",
+        "eta": known_digits(truth.restitution, truth.restitution_error),
+        "eta_error": f"{truth.restitution_error:.0e}",
+        "source": truth.source,
+        "contacts": truth.contacts,
+        "advice": study.advice,
+        "cheapest": {
+            "LAMMPS" if engine == "lammps" else "in-house engine": [
+                (row, describe(row.setting), format_seconds(row.seconds)) for row in rows
             ]
-        )
-    for name, axes in figures.items():
-        figure = axes.get_figure()
-        assert isinstance(figure, Figure)
-        for ending in ("png", "svg"):
-            figure.savefig(folder / f"{name}.{ending}")
+            for engine, rows in study.cheapest.items()
+        },
+        "causes": CAUSES,
+        "budgets": study.budgets,
+        "tables": study.own_tables,
+        "stock": [(m, format_seconds(m.time)) for m in study.stock],
+        "failed": [(describe(m.setting), m.failure) for m in study.failed],
+        "terms": {
+            **{name: TERMS[name] for name in ("restitution (energy)", "contacts", "run by")},
+            **OF_STUDIES,
+        },
+        "settings": {
+            **{f"scene: {key}": str(value) for key, value in scene.canonical_fields.items()},
+            "scene: SHA-256": scene.sha256,
+            "settings measured": f"{len(study.measurements)}, in {study.seconds:.0f} s",
+            "processor": processor(),
+        },
+    }

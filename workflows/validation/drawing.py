@@ -1,4 +1,4 @@
-"""Drawing a validation."""
+"""Drawing a validation: differences in units of their error bars."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -6,25 +6,38 @@ from pathlib import Path
 import numpy as np
 
 from chaincor.analysis.atomic_write import written_aside
-from chaincor.analysis.figures.agreement import plot_agreement
-from chaincor.analysis.figures.style import new_figure
+from chaincor.analysis.figures.style import CYCLE, GREY, MARKERS, legend_above, new_figure
 from chaincor.lammps_inputs.scene_parts.given_bodies import given_bodies
 from chaincor.workflows.validation.comparison import Validation
 
 
 def save_validation_plot(results: Sequence[Validation], path: Path) -> None:
-    """Draw differences in units of their error bars; the file's suffix tells the format."""
-    judged: dict[str, list[float]] = {}
+    """Draw ``|difference| / (both error bars)`` of each scene; the suffix tells the format."""
+    ratios: dict[str, list[float]] = {}
     for k, result in enumerate(results):
         for comparison in result.comparisons:
             # A count has no error bar to be measured by; the verdict has it.
             if not comparison.allowed:
                 continue
-            row = judged.setdefault(comparison.quantity, [np.nan] * len(results))
+            row = ratios.setdefault(comparison.quantity, [np.nan] * len(results))
             row[k] = comparison.difference / comparison.allowed
-    labels = [_label(result) for result in results]
     figure, ax = new_figure(figsize=(7.0, 1.6 + 0.32 * len(results)))
-    plot_agreement(labels, judged, ax)
+    rows = np.arange(len(results))
+    for k, (quantity, values) in enumerate(ratios.items()):
+        ax.plot(
+            np.clip(values, 1e-6, 1e6),
+            rows + 0.12 * (k - 0.5 * (len(ratios) - 1)),
+            MARKERS[k % len(MARKERS)],
+            color=CYCLE[k % len(CYCLE)],
+            linestyle="none",
+            label=quantity.replace("_", " "),
+        )
+    ax.axvline(1.0, color=GREY, linewidth=1.0)
+    ax.set_xscale("log")
+    ax.set_yticks(rows, [_label(result) for result in results])
+    ax.set_ylim(len(results) - 0.5, -0.5)
+    ax.set_xlabel("difference / both error bars (agreement is left of 1)")
+    legend_above(ax)
     with written_aside(path) as aside:
         figure.savefig(aside, format=path.suffix.lstrip(".") or "png")
 

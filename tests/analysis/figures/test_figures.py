@@ -6,11 +6,13 @@ import pytest
 from PIL import Image
 
 from chaincor.analysis.figures.animation import _stage, animate_collision
-from chaincor.analysis.figures.bond_lengths import plot_bond_lengths
-from chaincor.analysis.figures.contact_intervals import plot_contact_intervals, plot_contact_speeds
-from chaincor.analysis.figures.energy_partition import plot_energy_partition
-from chaincor.analysis.figures.mode_heat_map import plot_mode_heat_map
-from chaincor.analysis.figures.spectrum import plot_spectrum
+from chaincor.analysis.figures.course import (
+    plot_bond_lengths,
+    plot_contact_intervals,
+    plot_contact_speeds,
+    plot_energy_partition,
+)
+from chaincor.analysis.figures.modes import plot_mode_heat_map, plot_spectrum
 from chaincor.analysis.figures.store_plots import plot_curves
 from chaincor.analysis.figures.style import CYCLE, new_figure
 from chaincor.analysis.figures.trajectories import plot_trajectories
