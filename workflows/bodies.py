@@ -1,6 +1,6 @@
 """What a result says of both bodies, where there is more than a cold chain and a hard wall."""
 
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -65,25 +65,25 @@ class Bodies:
         Its final state from the contact outward; particle k is at :math:`1 - k + u_k`.
     """
 
-    masses: tuple[float, ...] | None = field(default=None, repr=False)
-    target_particles: int | None = field(default=None, repr=False)
-    target_masses: tuple[float, ...] | None = field(default=None, repr=False)
-    contact: str | None = field(default=None, repr=False)
-    contact_stiffness: float | None = field(default=None, repr=False)
-    contact_exponent: float | None = field(default=None, repr=False)
-    initial: str | None = field(default=None, repr=False)
-    compression: float | None = field(default=None, repr=False)
-    temperature: float | None = field(default=None, repr=False)
-    seed: int | None = field(default=None, repr=False)
-    velocity_after: float | None = field(default=None, repr=False)
-    target_velocity_after: float | None = field(default=None, repr=False)
-    translational_energy: float | None = field(default=None, repr=False)
-    vibrational_energy: float | None = field(default=None, repr=False)
-    target_translational_energy: float | None = field(default=None, repr=False)
-    target_vibrational_energy: float | None = field(default=None, repr=False)
-    target_mode_energies: Array | None = field(default=None, repr=False)
-    target_velocities: Array | None = field(default=None, repr=False)
-    target_displacements: Array | None = field(default=None, repr=False)
+    masses: tuple[float, ...] | None = None
+    target_particles: int | None = None
+    target_masses: tuple[float, ...] | None = None
+    contact: str | None = None
+    contact_stiffness: float | None = None
+    contact_exponent: float | None = None
+    initial: str | None = None
+    compression: float | None = None
+    temperature: float | None = None
+    seed: int | None = None
+    velocity_after: float | None = None
+    target_velocity_after: float | None = None
+    translational_energy: float | None = None
+    vibrational_energy: float | None = None
+    target_translational_energy: float | None = None
+    target_vibrational_energy: float | None = None
+    target_mode_energies: Array | None = None
+    target_velocities: Array | None = None
+    target_displacements: Array | None = None
 
 
 BODY_FIELDS = tuple(f.name for f in fields(Bodies))
@@ -137,20 +137,7 @@ def impulse_residual(line: "Line", outcome: "Outcome", impact_velocity: float) -
     Return how far the momenta of both bodies are from what the contacts gave, in units of M v0.
 
     Each contact gives the chain its impulse and the target the opposite one, whatever the bonds do.
-
-    Parameters
-    ----------
-    line : Line
-        Both bodies.
-    outcome : Outcome
-        The collision.
-    impact_velocity : float
-        v0.
-
-    Returns
-    -------
-    float
-        The larger of both residuals; of the chain alone before a wall, which takes any momentum.
+    The larger of both residuals; of the chain alone before a wall, which takes any momentum.
     """
     given = float(np.sum(outcome.impulses))
     mass = float(np.sum(line.chain_masses))

@@ -70,14 +70,7 @@ def examine() -> list[Finding]:
 
 
 def warm_up() -> Iterator[tuple[str, float]]:
-    """
-    Compile what collisions of the named bonds run, cold and with unequal masses.
-
-    Yields
-    ------
-    tuple of str and float
-        Each bond, and the seconds that it took.
-    """
+    """Compile what collisions of the named bonds run; yields each bond, and the seconds it took."""
     from chaincor.lammps_inputs.scene import Scene
     from chaincor.workflows.collision import collide
 
@@ -115,15 +108,7 @@ def command_needs(findings: Sequence[Finding] = ()) -> list[CommandNeeds]:
     """
     Say what each command needs, and what of it this machine lacks.
 
-    Parameters
-    ----------
-    findings : sequence of Finding
-        What was examined already: a LAMMPS that hangs is waited for once.
-
-    Returns
-    -------
-    list of CommandNeeds
-        In the order of ``chaincor --help``.
+    `findings` were made already: a LAMMPS that hangs is waited for once.
     """
     named = {name for facts in COMMANDS.values() for name in (*facts.needs, *facts.also)}
     lacking = {name for name in named if version_of(name) is None}

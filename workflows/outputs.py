@@ -63,19 +63,10 @@ def _outputs(scene: Scene) -> dict[str, Path]:
 
 def refuse_other_kinds(path: Path, kind: str) -> None:
     """
-    Refuse to write over what is no earlier output.
+    Refuse to write over what is no earlier output of a kind: "dump", "arrays", or an ending.
 
-    Parameters
-    ----------
-    path : Path
-        Where a file is to be written.
-    kind : str
-        "dump", "arrays", or an ending, such as ".mp4" or ".csv".
-
-    Raises
-    ------
-    InputError
-        If there is a folder or a device, or a file that is neither empty nor of this kind.
+    Raises InputError if there is a folder or a device, or a file that is neither empty nor of this
+    kind.
     """
     if not path.exists():
         return
@@ -104,21 +95,9 @@ def make_folder(folder: Path) -> None:
 
 def refuse_overwriting_inputs(output: Path, inputs: Iterable[Path], option: str) -> None:
     """
-    Refuse to write over a file that is read, under whatever name.
+    Raise InputError where a file that is to be written is one that is read, or a link to one.
 
-    Parameters
-    ----------
-    output : pathlib.Path
-        Where a file is to be written; it need not be there.
-    inputs : iterable of pathlib.Path
-        What is read; what is not there is for others to tell.
-    option : str
-        What `output` was given as, such as ``--output``.
-
-    Raises
-    ------
-    InputError
-        If the output is one of the inputs, or a link to one.
+    Files need not be there; `option` is what `output` was given as, such as ``--output``.
     """
     for path in inputs:
         if _is_one_file(output, path):

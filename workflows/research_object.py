@@ -44,23 +44,9 @@ def describe_folder(
     """
     Write ``ro-crate-metadata.json`` into a folder of results, as RO-Crate 1.1 has it.
 
-    Parameters
-    ----------
-    folder : pathlib.Path
-        Where the files are.
-    title : str
-        What was computed, in a sentence.
-    files : mapping of str to str
-        What each file is, by its path in the folder.
-    versions : iterable of (str, str)
-        Programs and libraries that computed them, and the version of each.
-    columns : mapping of str to str, optional
-        What each column of the tables is.
-
-    Raises
-    ------
-    MissingLibraryError
-        If the library rocrate is not installed.
+    `files` and `columns` say what each file of the folder is, by its path in it, and each column of
+    the tables; `versions` are of the programs and libraries that computed them. Raises
+    MissingLibraryError if the library rocrate is not installed.
     """
     crate = require_rocrate()(version="1.1")
     crate.name, crate.description, crate.license = title, title, _UNLICENSED
@@ -78,39 +64,24 @@ def describe_folder(
         for path, description in files.items()
     ]
     software = [
-        crate.add_jsonld(
-            {
-                "@id": f"#{name}-{version}",
-                "@type": "SoftwareApplication",
-                "name": name,
-                "softwareVersion": version,
-            }
-        )
+        _entity(crate, f"{name}-{version}", "SoftwareApplication", name, softwareVersion=version)
         for name, version in versions
     ]
     variables = [
-        crate.add_jsonld(
-            {
-                "@id": f"#column-{name}",
-                "@type": "PropertyValue",
-                "name": name,
-                "description": description,
-            }
-        )
+        _entity(crate, f"column-{name}", "PropertyValue", name, description=description)
         for name, description in (columns or {}).items()
     ]
-    computation = {
-        "@id": "#computation",
-        "@type": "CreateAction",
-        "name": title,
-        "instrument": _named(software),
-        "result": _named(results),
-    }
-    crate.root_dataset["mentions"] = _named([crate.add_jsonld(computation)])
+    parts = {"instrument": _named(software), "result": _named(results)}
+    computation = _entity(crate, "computation", "CreateAction", title, **parts)
+    crate.root_dataset["mentions"] = _named([computation])
     if variables:
         crate.root_dataset["variableMeasured"] = _named(variables)
     text = json.dumps(crate.metadata.generate(), indent=1, ensure_ascii=False)
     write_whole(folder / METADATA_FILE, text)
+
+
+def _entity(crate: Any, place: str, kind: str, name: str, **more: Any) -> Any:
+    return crate.add_jsonld({"@id": f"#{place}", "@type": kind, "name": name, **more})
 
 
 def _named(entities: Iterable[Any]) -> list[dict[str, str]] | dict[str, str]:

@@ -30,23 +30,10 @@ def result_of(
     scene: Scene, answer: Answer, started: float, energies: Array | None = None
 ) -> Collision:
     """
-    Return the result of a collision.
+    Return the result of a collision, the run that gives the number and its error being `answer`.
 
-    Parameters
-    ----------
-    scene : Scene
-        What collided.
-    answer : Answer
-        The run that gives the number, and its error.
-    started : float
-        When work on it began, by ``time.perf_counter``.
-    energies : ndarray of shape (n,), optional
-        Of its vibration modes, where they are known already.
-
-    Returns
-    -------
-    Collision
-        The result.
+    Work on it began at `started`, by ``time.perf_counter``; `energies`, of shape (n,), are those of
+    its vibration modes, where they are known already.
     """
     outcome, bar, found = answer.outcome, answer.bar, answer.details
     if energies is None:

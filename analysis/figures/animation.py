@@ -114,10 +114,8 @@ def _stage(
         lower.set_xlabel("distance from the wall (bond lengths)")
     width = max(1.0, float(np.max(x)) - lowest)
     upper.set_xlim(lowest - 0.02 * width, lowest + 1.02 * width)
-    upper.set_ylim(-1.1 * limit, 1.1 * limit)
-    upper.set_ylabel(r"velocity $v_i/v_0$")
-    lower.set_yticks([])
-    lower.set_ylim(-1.0, 1.0)
+    upper.set(ylim=(-1.1 * limit, 1.1 * limit), ylabel=r"velocity $v_i/v_0$")
+    lower.set(yticks=[], ylim=(-1.0, 1.0))
     lower.grid(visible=False)
     other = "target" if targets else "wall"
     shades = ((-1.2, f"moving to the {other}"), (0.0, "at rest"), (1.2, "moving away"))

@@ -53,9 +53,7 @@ def plot_energy_partition(
         end = min(end, 1.25 * last_contact)
     if end > float(np.min(times)):  # a single particle is gone after its contact
         ax.set_xlim(float(np.min(times)), end)
-    ax.set_ylim(0.0, 1.05)
-    ax.set_xlabel(TIME)
-    ax.set_ylabel("share of the energy at impact")
+    ax.set(ylim=(0.0, 1.05), xlabel=TIME, ylabel="share of the energy at impact")
     legend_above(ax)
     return ax
 
@@ -73,8 +71,7 @@ def plot_bond_lengths(
     if float(np.nanmax(longest)) > 4.0:
         ax.set_yscale("log")
     ax.set_xlim(np.min(times), np.max(times))
-    ax.set_xlabel(TIME)
-    ax.set_ylabel("bond length (natural lengths)")
+    ax.set(xlabel=TIME, ylabel="bond length (natural lengths)")
     legend_above(ax)
     return ax
 

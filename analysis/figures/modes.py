@@ -49,16 +49,13 @@ def plot_spectrum(
         j, share, color=BLUE, marker="o", markersize=2.6, linestyle="none",
         label="after the contacts",
     )  # fmt: skip
-    ax.set_xscale("log")
-    ax.set_yscale("log")
-    ax.set_xlim(0.85, 1.2 * max(j[-1], 2))
+    ax.set(xscale="log", yscale="log", xlim=(0.85, 1.2 * max(j[-1], 2)))
     ax.xaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
     if largest > 0.0:
         top = 3.0 * (largest if theory is None else max(largest, float(np.max(predicted))))
         low = max(0.3 * float(np.min(share[share > 0.0])), top * 10.0**-_DECADES)
         ax.set_ylim(low, top)
-    ax.set_xlabel(r"mode $j$")
-    ax.set_ylabel(_SHARE)
+    ax.set(xlabel=r"mode $j$", ylabel=_SHARE)
     legend_above(ax, columns=2)
     return ax
 
@@ -101,7 +98,6 @@ def plot_mode_heat_map(
             textcoords="offset points", fontsize=8, ha="right",
         )  # fmt: skip
     ax.grid(visible=False)
-    ax.set_xlabel(TIME)
-    ax.set_ylabel(r"mode $j$")
+    ax.set(xlabel=TIME, ylabel=r"mode $j$")
     ax.figure.colorbar(mesh, ax=ax, extend="min", pad=0.02).set_label(_SHARE)
     return ax

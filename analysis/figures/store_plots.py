@@ -62,19 +62,11 @@ def plot_curves(
             drawn |= {"color": shades[number], "linestyle": "-"}
         if not few:
             drawn["marker"] = ","
-        ax.plot(
-            x,
-            y,
-            **drawn,
-            linewidth=1.1,
-            markersize=4.0 if few else 1.0,
-            rasterized=not few,
-            label=label or None,
-        )
+        drawn |= {"markersize": 4.0 if few else 1.0, "rasterized": not few, "label": label or None}
+        ax.plot(x, y, **drawn, linewidth=1.1)
     if _is_wide(every_x):
         ax.set_xscale("log")
-    ax.set_xlabel(LABELS.get(x_name, x_name.replace("_", " ")))
-    ax.set_ylabel(LABELS.get(y_name, y_name.replace("_", " ")))
+    ax.set(xlabel=_label(x_name), ylabel=_label(y_name))
     labels = [label for label in curves if label]
     if 1 <= len(labels) <= _MANY_CURVES:
         columns = max(1, min(3, _LEGEND_WIDTH // max(map(len, labels))))
@@ -103,7 +95,7 @@ def _shades(ax: "Axes", labels: Sequence[str]) -> Array | None:
     colours = ScalarMappable(norm, cmap="viridis")
     bar = ax.figure.colorbar(colours, ax=ax, pad=0.02)
     (name,) = names
-    bar.set_label(LABELS.get(name, name.replace("_", " ")))
+    bar.set_label(_label(name))
     return colours.to_rgba(values)
 
 
@@ -136,15 +128,9 @@ def plot_means(
                 for place in (outer, -1 - outer)
             )
             ax.fill_between(x, low, high, color=colour, alpha=strength, linewidth=0.0)
-        ax.errorbar(
-            x,
-            [found.mean for found in distributions],
-            yerr=[found.standard_error for found in distributions],
-            fmt="none",
-            ecolor=colour,
-            capsize=2.0,
-            linewidth=1.1,
-        )
+        mean = [found.mean for found in distributions]
+        errors = [found.standard_error for found in distributions]
+        ax.errorbar(x, mean, errors, fmt="none", ecolor=colour, capsize=2.0, linewidth=1.1)
     ax.set_ylabel(f"mean {ax.get_ylabel()}")
     return ax
 
@@ -180,11 +166,13 @@ def plot_heat_map(
     if _is_wide(rows):
         ax.set_yscale("log")
     ax.grid(visible=False)
-    ax.set_xlabel(LABELS.get(labels[0], labels[0].replace("_", " ")))
-    ax.set_ylabel(LABELS.get(labels[1], labels[1].replace("_", " ")))
-    bar = ax.figure.colorbar(mesh, ax=ax, pad=0.02)
-    bar.set_label(LABELS.get(labels[2], labels[2].replace("_", " ")))
+    ax.set(xlabel=_label(labels[0]), ylabel=_label(labels[1]))
+    ax.figure.colorbar(mesh, ax=ax, pad=0.02).set_label(_label(labels[2]))
     return ax
+
+
+def _label(name: str) -> str:
+    return LABELS.get(name, name.replace("_", " "))
 
 
 def _is_wide(values: Array) -> bool:

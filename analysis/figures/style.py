@@ -91,15 +91,9 @@ def legend_above(ax: "Axes", columns: int = 3) -> None:
     if type(ax.yaxis.get_major_formatter()) is ScalarFormatter:
         ax.yaxis.set_major_formatter(OffsetInLabel())
     ax.legend(
-        loc="lower left",
-        bbox_to_anchor=(0.0, 1.0),
-        ncols=columns,
-        borderaxespad=0.3,
-        handlelength=1.6,
-        columnspacing=1.4,
-        frameon=False,
-        fontsize=9,
-    )
+        loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=columns, borderaxespad=0.3,
+        handlelength=1.6, columnspacing=1.4, frameon=False, fontsize=9,
+    )  # fmt: skip
 
 
 def rest_positions(particles: int, targets: int = 0) -> Array:

@@ -84,10 +84,9 @@ def plot_trajectories(
         ax.set_xlim(min(0.0, time[0]), end_time)
     if targets == 0:
         ax.set_ylim(bottom=-0.02 * n)
-    ax.set_xlabel(TIME)
     magnified = "" if factor == 1.0 else f",\ndisplacements magnified {factor:g} times"
     place_name = "position" if targets else "distance from the wall"
-    ax.set_ylabel(f"{place_name} (bond lengths)" + magnified)
+    ax.set(xlabel=TIME, ylabel=f"{place_name} (bond lengths){magnified}")
     legend_above(ax, columns=4)
     return ax
 

@@ -1,4 +1,6 @@
-"""Numbers with as many digits as are known."""
+"""Numbers with as many digits as are known, and the lines in which results are told."""
+
+from collections.abc import Iterable
 
 
 def with_error(value: float, error: float | None) -> str:
@@ -26,3 +28,13 @@ def eta_of_dump(value: float, error: float | None, data_error: float) -> str:
     if error is not None:
         return f"{with_error(value, error)} ({data})"
     return f"{known_digits(value, max(data_error, _FINEST))}   (error of the run not known; {data})"
+
+
+def impact_speed(velocity: float, v_star: float | None) -> str:
+    """Say how fast a chain comes, and how much of v* that is, where its bond has one."""
+    return f"v0 = {velocity:.6g}" + ("" if v_star is None else f" = {velocity / v_star:.6g} v*")
+
+
+def named_lines(rows: Iterable[tuple[str, str]]) -> list[str]:
+    """Return a line for each name and what is told of it."""
+    return [f"{name:22} {text}" for name, text in rows]

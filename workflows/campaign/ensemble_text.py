@@ -7,6 +7,7 @@ import numpy as np
 
 from chaincor.analysis.distribution import Distribution, Quantile
 from chaincor.analysis.figures.terminal import draw_histogram
+from chaincor.analysis.showing.numbers import impact_speed, named_lines
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.scene_parts.given_bodies import chain_masses
 
@@ -22,9 +23,7 @@ def describe_ensemble(result: "Ensemble", scene: Scene, precision: float) -> str
     seeds = [sample.seed for sample in result.samples]
     assert scene.temperature is not None
     thermal = math.sqrt(scene.temperature / float(np.mean(chain_masses(scene))))
-    speed = f"v0 = {scene.impact_velocity:.6g}"
-    if scene.bond.natural_speed is not None:
-        speed += f" = {scene.impact_velocity / scene.bond.natural_speed:.6g} v*"
+    speed = impact_speed(scene.impact_velocity, scene.bond.natural_speed)
     contacts = result.contacts
     lines = [
         f"{len(seeds)} collisions: {scene.particles} particles, {scene.label} bonds, {speed}",
@@ -41,11 +40,11 @@ def describe_ensemble(result: "Ensemble", scene: Scene, precision: float) -> str
     ends = ", ".join(
         f"{endings.count(kind)} {kind}" for kind in ("proved", "argued", "open") if kind in endings
     )
+    hits = f"{np.mean(contacts):.4g} on average, {contacts.min()} to {contacts.max()}"
+    rows = {"P(e > 1)": share, "contacts": hits, "ends": ends}
+    rows["precision"] = _precision(eta, precision)
     lines += [
-        f"{'P(e > 1)':22} {share}",
-        f"{'contacts':22} {np.mean(contacts):.4g} on average, {contacts.min()} to {contacts.max()}",
-        f"{'ends':22} {ends}",
-        f"{'precision':22} {_precision(eta, precision)}",
+        *named_lines(rows.items()),
         "",
         draw_histogram(result.kinematic_restitution, label="e", mark=1.0),
         "",

@@ -13,8 +13,8 @@ import click
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.bonds.potentials import BOND_KEYS
 from chaincor.lammps_inputs.errors import InputError
+from chaincor.workflows.commands.options import ONE_OR_MORE, PATH, POSITIVE, json_option, tell
 from chaincor.workflows.commands.scene_options import bond_options
-from chaincor.workflows.json_output import json_text
 
 if TYPE_CHECKING:
     from chaincor.analysis.dumps.view import DumpView
@@ -23,20 +23,18 @@ if TYPE_CHECKING:
 
 
 @click.command()
-@click.argument("folder", metavar="DIR", type=click.Path(path_type=Path))
-@click.option("--data", type=click.Path(path_type=Path), help="LAMMPS data file [default: found]")
-@click.option(
-    "--dump", type=click.Path(path_type=Path), help="dump, or trajectory [default: found]"
-)
+@click.argument("folder", metavar="DIR", type=PATH)
+@click.option("--data", type=PATH, help="LAMMPS data file [default: found]")
+@click.option("--dump", type=PATH, help="dump, or trajectory [default: found]")
 @click.option(
     "--timestep",
-    type=click.FloatRange(min=0.0, min_open=True),
+    type=POSITIVE,
     metavar="H",
     help="simulated time per step, for dumps without the time [default: from log or script]",
 )
 @click.option(
     "--scene",
-    type=click.Path(path_type=Path),
+    type=PATH,
     metavar="FILE",
     help="scene of the job: bonds, speed, target; its bonds may be given by the options of "
     "'chaincor run', too, as --potential toda [default: scene.toml in DIR]",
@@ -44,7 +42,7 @@ if TYPE_CHECKING:
 @bond_options
 @click.option(
     "--velocity",
-    type=click.FloatRange(min=0.0, min_open=True),
+    type=POSITIVE,
     metavar="V",
     help="impact speed, absolute [default: from scene.toml or the first frame]",
 )
@@ -56,7 +54,7 @@ if TYPE_CHECKING:
 )
 @click.option(
     "--target-particles",
-    type=click.IntRange(min=1),
+    type=ONE_OR_MORE,
     metavar="M",
     help="the particles at the lowest x are a free target [default: from scene.toml, or the "
     "column mol of the dump]",
@@ -83,20 +81,15 @@ if TYPE_CHECKING:
 @click.option(
     "-o",
     "--output",
-    type=click.Path(path_type=Path),
+    type=PATH,
     metavar="OUT",
     help="write a page (analysis.html) with its figures, CSV and JSON here",
 )
 @click.option(
-    "--animation",
-    type=click.Path(path_type=Path),
-    metavar="FILE",
-    help="write a moving picture (.gif; .mp4 with ffmpeg)",
+    "--animation", type=PATH, metavar="FILE", help="write a moving picture (.gif; .mp4 with ffmpeg)"
 )
-@click.option(
-    "--xyz", type=click.Path(path_type=Path), metavar="FILE", help="write extended XYZ for viewers"
-)
-@click.option("--json", "as_json", is_flag=True, help="print one JSON object")
+@click.option("--xyz", type=PATH, metavar="FILE", help="write extended XYZ for viewers")
+@json_option
 def analyze(
     folder: Path,
     output: Path | None,
@@ -159,17 +152,13 @@ def analyze(
             output,
             finish=lambda made: write_analysis_page(job, analysis, made, beside, known),
         )
-    if as_json:
-        found = to_json_object(analysis)
-        if known != CHAIN_UNITS:
-            found["units"] = known.to_dict()
-        click.echo(json_text(found, job.told_scene))
-    else:
-        click.echo(describe(analysis))
-        if known != CHAIN_UNITS:
-            click.echo(describe_in_units(analysis, known))
-        if output is not None:
-            click.echo(f"page: {output / PAGE}")
+    found, lines = to_json_object(analysis), [describe(analysis)]
+    if known != CHAIN_UNITS:
+        found["units"] = known.to_dict()
+        lines.append(describe_in_units(analysis, known))
+    if output is not None:
+        lines.append(f"page: {output / PAGE}")
+    tell(found, "\n".join(lines), as_json, job.told_scene)
     if analysis.contradictions:
         click.get_current_context().exit(1)
 

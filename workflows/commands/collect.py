@@ -5,13 +5,13 @@ from pathlib import Path
 
 import click
 
-from chaincor.workflows.json_output import json_text
+from chaincor.workflows.commands.options import json_option, tell
 
 
 @click.command()
 @click.argument("folder", metavar="DIR")
 @click.option("-o", "--output", metavar="STORE", required=True, help="store for the results")
-@click.option("--json", "as_json", is_flag=True, help="print one JSON object")
+@json_option
 def collect(folder: str, output: str, as_json: bool) -> None:
     """
     Read the logs of a grid of jobs, `chaincor inputs SWEEP.toml -o DIR`, into a store.
@@ -27,13 +27,11 @@ def collect(folder: str, output: str, as_json: bool) -> None:
         store.record([(job.scene, job.row) for job in jobs if job.scene and job.row])
     counts = dict(Counter(job.state for job in jobs))
     left = [job for job in jobs if job.state != "done"]
-    if as_json:
-        lines = [{"folder": j.folder, "state": j.state, "words": j.words} for j in left]
-        click.echo(json_text({"store": output, "jobs": len(jobs), **counts, "left": lines}))
-    else:
-        said = ", ".join(f"{count} {state}" for state, count in sorted(counts.items()))
-        click.echo(f"{len(jobs)} jobs: {said}; results in {output}")
-        for job in left:
-            click.echo(f"{job.state:10s} {job.folder}: {job.words}")
+    plain = [{"folder": j.folder, "state": j.state, "words": j.words} for j in left]
+    said = ", ".join(f"{count} {state}" for state, count in sorted(counts.items()))
+    lines = [f"{len(jobs)} jobs: {said}; results in {output}"]
+    lines += [f"{job.state:10s} {job.folder}: {job.words}" for job in left]
+    found = {"store": output, "jobs": len(jobs), **counts, "left": plain}
+    tell(found, "\n".join(lines), as_json)
     if left:
         raise SystemExit(1)

@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from chaincor.workflows.json_output import json_text
+from chaincor.workflows.commands.options import json_option, tell
 
 if TYPE_CHECKING:
     from chaincor.workflows.machine import CommandNeeds
 
 
 @click.command()
-@click.option("--json", "as_json", is_flag=True, help="print one JSON object")
+@json_option
 @click.option("--warm", is_flag=True, help="first compile the loops of all named bonds")
 @click.pass_context
 def doctor(ctx: click.Context, as_json: bool, warm: bool) -> None:
@@ -33,24 +33,18 @@ def doctor(ctx: click.Context, as_json: bool, warm: bool) -> None:
     findings = examine()
     commands = command_needs(findings)
     healthy = all(finding.good for finding in findings)
-    if as_json:
-        report = {
-            "healthy": healthy,
-            "python": platform.python_version(),
-            "prefix": sys.prefix,
-            "temporary_folder": tempfile.gettempdir(),
-            "findings": [asdict(finding) for finding in findings],
-            "commands": [_plain(needs) for needs in commands],
-        }
-        click.echo(json_text(report))
-    else:
-        for finding in findings:
-            click.echo(f"{'yes' if finding.good else 'NO '}  {finding.subject}: {finding.text}")
-        click.echo("\ncommand needs (and for some uses)")
-        for needs in commands:
-            click.echo(_describe(needs))
-        verdict = "yes, this machine can run chaincor" if healthy else "no: see the lines with NO"
-        click.echo(f"\n{verdict}")
+    report = {
+        "healthy": healthy,
+        "python": platform.python_version(),
+        "prefix": sys.prefix,
+        "temporary_folder": tempfile.gettempdir(),
+        "findings": [asdict(finding) for finding in findings],
+        "commands": [_plain(needs) for needs in commands],
+    }
+    lines = [f"{'yes' if f.good else 'NO '}  {f.subject}: {f.text}" for f in findings]
+    lines += ["", "command needs (and for some uses)", *map(_describe, commands), ""]
+    lines.append("yes, this machine can run chaincor" if healthy else "no: see the lines with NO")
+    tell(report, "\n".join(lines), as_json)
     if not healthy:
         ctx.exit(1)
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from chaincor.workflows.commands.options import PATH
 from chaincor.workflows.errors import StoreError
 
 if TYPE_CHECKING:
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
 
 
 @click.command()
-@click.argument("store_path", metavar="STORE", type=click.Path(path_type=Path))
+@click.argument("store_path", metavar="STORE", type=PATH)
 @click.option("--x", default="speed", help="column along the axis [default: speed]")
 @click.option("--y", default="restitution", help="column up the axis [default: restitution]")
 @click.option(
@@ -35,7 +36,7 @@ if TYPE_CHECKING:
 @click.option(
     "-o",
     "--output",
-    type=click.Path(path_type=Path),
+    type=PATH,
     metavar="FILE",
     help="PNG, PDF or SVG [default: the store's name with .png]",
 )

@@ -5,13 +5,15 @@ from typing import Any
 
 import click
 
+from chaincor.workflows.commands.options import FOLDER, ONE_OR_MORE
+
 
 @click.command()
 @click.option(
     "-o",
     "--output",
     "folder",
-    type=click.Path(file_okay=False, path_type=Path),
+    type=FOLDER,
     default=Path("reproduction"),
     show_default=True,
     help="folder for the report, its figures, their data and the results store",
@@ -25,7 +27,7 @@ import click
 )
 @click.option(
     "--workers",
-    type=click.IntRange(min=1),
+    type=ONE_OR_MORE,
     default=2,
     show_default=True,
     help="processes that compute",

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from chaincor.workflows.commands.options import ONE_OR_MORE, POSITIVE, json_option, tell
 from chaincor.workflows.commands.scene_options import SceneCommand, scene_from, scene_options
 from chaincor.workflows.json_output import json_text
 from chaincor.workflows.showing.text import describe
@@ -36,27 +37,24 @@ Examples:
 )
 @click.option("--watch", "watched", is_flag=True, help="play the motion in the terminal")
 @click.option(
-    "--most-hours",
-    type=click.FloatRange(min=0.0, min_open=True),
-    metavar="H",
-    help="most hours that it may take [default: 24]",
+    "--most-hours", type=POSITIVE, metavar="H", help="most hours that it may take [default: 24]"
 )
 @click.option(
     "--samples",
-    type=click.IntRange(min=1),
+    type=ONE_OR_MORE,
     metavar="N",
     help="with a temperature: run N seeds, and print the mean eta and its standard error",
 )
 @click.option(
     "--precision",
-    type=click.FloatRange(min=0.0, min_open=True),
+    type=POSITIVE,
     metavar="P",
     help="with --samples: wanted standard error of the mean; says how many more samples "
     "are needed [default: 0.01]",
 )
 @click.option(
     "--workers",
-    type=click.IntRange(min=1),
+    type=ONE_OR_MORE,
     metavar="N",
     help="with --samples: run N at the same time [default: one for each core]",
 )
@@ -65,7 +63,7 @@ Examples:
     is_flag=True,
     help="also print the derivatives of eta with respect to speed, masses, bonds and contact",
 )
-@click.option("--json", "as_json", is_flag=True, help="print one JSON object")
+@json_option
 @click.pass_context
 def run(
     ctx: click.Context,
@@ -155,13 +153,9 @@ def _run_samples(
 
     result = collide_many(scene, samples, workers=workers, progress=True, most_seconds=most_seconds)
     wanted = DEFAULT_PRECISION if precision is None else precision
-    if as_json:
-        found = result.to_dict()
-        found["precision"] = wanted
-        found["samples_needed"] = result.eta.samples_needed(wanted)
-        click.echo(json_text(found, scene))
-    else:
-        click.echo(describe_ensemble(result, scene, wanted))
+    needed = {"precision": wanted, "samples_needed": result.eta.samples_needed(wanted)}
+    text = describe_ensemble(result, scene, wanted)
+    tell(result.to_dict() | needed, text, as_json, scene)
     missed = [*result.failures, *result.inexact]
     if missed:
         one = missed[0]

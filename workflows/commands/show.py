@@ -5,7 +5,8 @@ from typing import Any
 
 import click
 
-from chaincor.workflows.json_output import finite, json_text
+from chaincor.workflows.commands.options import PATH, json_option, tell
+from chaincor.workflows.json_output import finite
 from chaincor.workflows.showing.table import aligned
 
 _COLUMNS = (
@@ -23,7 +24,7 @@ _COLUMNS = (
 
 
 @click.command()
-@click.argument("store_path", metavar="STORE", type=click.Path(path_type=Path))
+@click.argument("store_path", metavar="STORE", type=PATH)
 @click.option("--columns", metavar="A,B,...", help="which, and in what order")
 @click.option("--where", multiple=True, metavar="COND", help="such as potential=lj or speed<0.5")
 @click.option(
@@ -36,7 +37,7 @@ _COLUMNS = (
     metavar="N",
     help="most rows; 0 for all [default: 100]",
 )
-@click.option("--json", "as_json", is_flag=True, help="print one JSON object")
+@json_option
 def show(
     store_path: Path,
     columns: str | None,
@@ -56,15 +57,13 @@ def show(
         store.connection.text_factory = lambda content: content.decode(errors="replace")
         rows = query_rows(store, names, where=where, order=order, limit=limit or None)
         found = count_rows(store, where)
-    if as_json:
-        objects = [dict(zip(names, row, strict=True)) for row in rows]
-        click.echo(json_text({"count": found, "rows": finite(objects)}))
-        return
-    click.echo(aligned([names, *([_cell(value) for value in row] for row in rows)]))
+    objects = [dict(zip(names, row, strict=True)) for row in rows]
+    text = aligned([names, *([_cell(value) for value in row] for row in rows)])
     if found == 0:
-        click.echo("no such row")
+        text += "\nno such row"
     elif len(rows) < found:
-        click.echo(f"{len(rows)} of {found} rows; --limit 0 shows all")
+        text += f"\n{len(rows)} of {found} rows; --limit 0 shows all"
+    tell({"count": found, "rows": finite(objects)}, text, as_json)
 
 
 def _cell(value: Any) -> str:

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-_PATH = click.Path(path_type=Path)
+from chaincor.workflows.commands.options import PATH
 
 
 @click.group()
@@ -13,8 +13,8 @@ def store() -> None:
 
 
 @store.command()
-@click.argument("target", metavar="TARGET", type=_PATH)
-@click.argument("sources", metavar="STORE...", nargs=-1, required=True, type=_PATH)
+@click.argument("target", metavar="TARGET", type=PATH)
+@click.argument("sources", metavar="STORE...", nargs=-1, required=True, type=PATH)
 def merge(target: Path, sources: tuple[Path, ...]) -> None:
     """
     Copy the rows of the STOREs into TARGET, which is made if it is not there.
@@ -28,8 +28,8 @@ def merge(target: Path, sources: tuple[Path, ...]) -> None:
 
 
 @store.command()
-@click.argument("source", metavar="STORE", type=_PATH)
-@click.argument("target", metavar="FILE", type=_PATH)
+@click.argument("source", metavar="STORE", type=PATH)
+@click.argument("target", metavar="FILE", type=PATH)
 @click.option(
     "--rocrate",
     "as_crate",

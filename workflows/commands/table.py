@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from chaincor.workflows.json_output import finite, json_text
+from chaincor.workflows.commands.options import FILE, json_option, tell
+from chaincor.workflows.json_output import finite
 
 if TYPE_CHECKING:
     from chaincor.workflows.tables.check import TableReport
@@ -15,7 +16,7 @@ _LEAST_ROWS = 4
 
 
 @click.command()
-@click.argument("file", type=click.Path(dir_okay=False, path_type=Path))
+@click.argument("file", type=FILE)
 @click.option("--keyword", metavar="K", help="the section, where there are several")
 @click.option(
     "--style",
@@ -37,7 +38,7 @@ _LEAST_ROWS = 4
 )
 @click.option(
     "--write",
-    type=click.Path(dir_okay=False, path_type=Path),
+    type=FILE,
     metavar="NEW",
     help="write a table through these rows, with all digits and energies that fit",
 )
@@ -47,7 +48,7 @@ _LEAST_ROWS = 4
     metavar="N",
     help="rows of what is written [default: as many as there are]",
 )
-@click.option("--json", "as_json", is_flag=True, help="print one JSON object")
+@json_option
 @click.pass_context
 def table(
     ctx: click.Context,
@@ -71,10 +72,7 @@ def table(
         raise click.UsageError("--rows is for --write; expected --write NEW beside it")
     given = {name: value for name, value in options.items() if value is not None}
     report = check_table(file, keyword, **given)
-    if as_json:
-        click.echo(json_text(finite(asdict(report))))
-    else:
-        click.echo(describe_table(report))
+    tell(finite(asdict(report)), describe_table(report), as_json)
     if write is not None:
         from chaincor.workflows.tables.rewrite import rewrite_table
 

@@ -5,11 +5,11 @@ from typing import Any
 
 import click
 
-from chaincor.workflows.json_output import json_text
+from chaincor.workflows.commands.options import FILE, json_option, page_option, study_progress, tell
 
 
 @click.command()
-@click.argument("script", type=click.Path(dir_okay=False, path_type=Path))
+@click.argument("script", type=FILE)
 @click.argument("quantities", nargs=-1, metavar="[KEYWORD[:KIND]] ...")
 @click.option(
     "--observable",
@@ -51,14 +51,8 @@ from chaincor.workflows.json_output import json_text
     metavar="COMMAND",
     help="the LAMMPS command, such as 'srun lmp' [default: the one installed]",
 )
-@click.option(
-    "-o",
-    "--output",
-    type=click.Path(file_okay=False, path_type=Path),
-    metavar="DIR",
-    help="write a page (timestep.html) with its figure, CSV and JSON here",
-)
-@click.option("--json", "as_json", is_flag=True, help="print one JSON object")
+@page_option("timestep.html", "figure")
+@json_option
 def timestep(script: Path, output: Path | None, as_json: bool, **options: Any) -> None:
     """
     Say which time step of a LAMMPS script is small enough, without editing it.
@@ -77,16 +71,11 @@ def timestep(script: Path, output: Path | None, as_json: bool, **options: Any) -
         script_study_to_dict,
         write_script_study,
     )
-    from chaincor.workflows.study_progress import study_progress
 
     given = {name: value for name, value in options.items() if value is not None}
     with study_progress() as progress:
         study = timestep_study(script, **given, progress=progress)
     if output is not None:
         write_script_study(study, output)
-    if as_json:
-        click.echo(json_text(script_study_to_dict(study)))
-    else:
-        click.echo(describe_script_study(study))
-        if output is not None:
-            click.echo(f"page: {output / REPORT.page}")
+    page = "" if output is None else f"\npage: {output / REPORT.page}"
+    tell(script_study_to_dict(study), describe_script_study(study) + page, as_json)

@@ -6,8 +6,8 @@ from typing import Any
 import click
 
 from chaincor.lammps_inputs.scene import FILE_KEYS
+from chaincor.workflows.commands.options import json_option, page_option, study_progress, tell
 from chaincor.workflows.commands.scene_options import SceneCommand, scene_from, scene_options
-from chaincor.workflows.json_output import json_text
 
 # A study chooses these itself, and writes none of the files of a single run.
 _OWN = ("engine", "wall", "scheme", "timestep", "table", "table_points", "error")
@@ -15,20 +15,14 @@ _OWN = ("engine", "wall", "scheme", "timestep", "table", "table_points", "error"
 
 @click.command(cls=SceneCommand)
 @scene_options(*_OWN, *FILE_KEYS)
-@click.option(
-    "-o",
-    "--output",
-    type=click.Path(file_okay=False, path_type=Path),
-    metavar="DIR",
-    help="write a page (tradeoff.html) with its figures, CSV and JSON here",
-)
+@page_option("tradeoff.html")
 @click.option("--quick", is_flag=True, help="fewer settings: some 15 s instead of 90 s")
 @click.option(
     "--calibrate",
     is_flag=True,
     help="measure what LAMMPS costs on this machine, for all later runs, and nothing else",
 )
-@click.option("--json", "as_json", is_flag=True, help="print one JSON object")
+@json_option
 def tradeoff(
     scene_file: str | None,
     output: Path | None,
@@ -46,12 +40,8 @@ def tradeoff(
     For a LAMMPS script of your own: `chaincor timestep FILE`.
     """
     if calibrate:
+        options |= {"SCENE.toml": scene_file, "output": output, "quick": quick or None}
         given = [name for name, value in options.items() if value is not None]
-        given += [
-            name
-            for name, value in {"SCENE.toml": scene_file, "output": output, "quick": quick}.items()
-            if value
-        ]
         if given:
             raise click.UsageError(
                 f"--calibrate measures the machine and nothing else, so that {', '.join(given)} "
@@ -59,7 +49,6 @@ def tradeoff(
             )
         _calibrate(as_json)
         return
-    from chaincor.workflows.study_progress import study_progress
     from chaincor.workflows.tradeoff import study
     from chaincor.workflows.tradeoff.description import describe_study
     from chaincor.workflows.tradeoff.study_files import REPORT, to_dict, write_study
@@ -76,12 +65,8 @@ def tradeoff(
         found = study.tradeoff(scene, quick=quick, progress=progress)
     if output is not None:
         write_study(found, output)
-    if as_json:
-        click.echo(json_text(to_dict(found), found.scene))
-    else:
-        click.echo(describe_study(found))
-        if output is not None:
-            click.echo(f"page: {output / REPORT.page}")
+    page = "" if output is None else f"\npage: {output / REPORT.page}"
+    tell(to_dict(found), describe_study(found) + page, as_json, found.scene)
 
 
 def _calibrate(as_json: bool) -> None:
@@ -93,9 +78,8 @@ def _calibrate(as_json: bool) -> None:
     model = calibrate()
     path = user_cost_model_path()
     model.save(path)
-    if as_json:
-        click.echo(json_text(asdict(model)))
-        return
-    for name, value in asdict(model).items():
-        click.echo(f"{name:<14} {value if isinstance(value, str) else f'{value:.3g} s'}")
-    click.echo(f"written to {path}")
+    lines = [
+        f"{name:<14} {value if isinstance(value, str) else f'{value:.3g} s'}"
+        for name, value in asdict(model).items()
+    ]
+    tell(asdict(model), "\n".join([*lines, f"written to {path}"]), as_json)

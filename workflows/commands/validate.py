@@ -7,8 +7,8 @@ import click
 
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.scene import NUMERICS_KEYS, OUTPUT_KEYS
+from chaincor.workflows.commands.options import POSITIVE, json_option, tell
 from chaincor.workflows.commands.scene_options import SceneCommand, scene_from, scene_options
-from chaincor.workflows.json_output import json_text
 from chaincor.workflows.outputs import PICTURES, PICTURES_SAID
 from chaincor.workflows.validation.user_integrator import USER_TIMEOUT
 
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 )
 @click.option(
     "--timeout",
-    type=click.FloatRange(min=0.0, min_open=True),
+    type=POSITIVE,
     metavar="S",
     help=f"seconds your function may take [default: {USER_TIMEOUT:g}]",
 )
@@ -45,7 +45,7 @@ if TYPE_CHECKING:
 @click.option(
     "--plot", metavar="FILE", help="draw the differences against their error bars: PNG, PDF or SVG"
 )
-@click.option("--json", "as_json", is_flag=True, help="print one JSON object")
+@json_option
 @click.pass_context
 def validate(
     ctx: click.Context,
@@ -85,8 +85,7 @@ def validate(
         from chaincor.workflows.validation.user_ladder import climb_ladder, describe_ladder
 
         climbed = climb_ladder(scene, against, timeout or USER_TIMEOUT)
-        text = json_text(climbed.to_dict(), scene) if as_json else describe_ladder(climbed)
-        click.echo(text)
+        tell(climbed.to_dict(), describe_ladder(climbed), as_json, scene)
         return
     if against is not None and ":" not in against and scene.explicit:
         given = [key for key in NUMERICS_KEYS if getattr(scene, key) is not None]
@@ -119,15 +118,13 @@ def validate(
         from chaincor.workflows.validation.drawing import save_validation_plot
 
         save_validation_plot(results, Path(plot))
-    agrees = all(result.agrees for result in results)
-    if as_json:
-        report = {"agrees": agrees, "validations": [result.to_dict() for result in results]}
-        click.echo(json_text(report))
-    else:
-        click.echo("\n\n".join(repr(result) for result in results))
-        if len(results) > 1:
-            good = sum(result.agrees for result in results)
-            click.echo(f"\n{good} of {len(results)} scenes agree")
+    good = sum(result.agrees for result in results)
+    agrees = good == len(results)
+    said = [repr(result) for result in results]
+    if len(results) > 1:
+        said.append(f"{good} of {len(results)} scenes agree")
+    plain = {"agrees": agrees, "validations": [result.to_dict() for result in results]}
+    tell(plain, "\n\n".join(said), as_json)
     if not agrees:
         ctx.exit(1)
 

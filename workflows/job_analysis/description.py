@@ -1,7 +1,7 @@
 """An analysis in lines of text, as ``chaincor analyze`` prints it."""
 
 from chaincor.analysis.results import CollisionAnalysis
-from chaincor.analysis.showing.numbers import eta_of_dump
+from chaincor.analysis.showing.numbers import eta_of_dump, impact_speed, named_lines
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.units.unit_system import UnitSystem
 
@@ -11,17 +11,14 @@ _WARM = 1.0 + 1e-9
 
 def describe(analysis: CollisionAnalysis) -> str:
     """Describe the results for people, in some lines with the caveats at the end."""
-    named = [f"{name:22} {text}" for name, text in rows(analysis)]
     notes = [f"note: {caveat}" for caveat in analysis.caveats]
-    return "\n".join([heading(analysis), "", *named, "", *notes])
+    return "\n".join([heading(analysis), "", *named_lines(rows(analysis)), "", *notes])
 
 
 def heading(analysis: CollisionAnalysis) -> str:
     """Say what collided, and how many frames show it."""
     bond = analysis.bond
-    speed = f"v0 = {analysis.velocity:.6g}"
-    if bond is not None and bond.natural_speed is not None:
-        speed += f" = {analysis.velocity / bond.natural_speed:.6g} v*"
+    speed = impact_speed(analysis.velocity, None if bond is None else bond.natural_speed)
     name = "unknown" if bond is None else bond.name
     who = f"{analysis.particles} particles{analysis.against}"
     return f"{who}, {name} bonds, {speed}, {analysis.frames} frames"

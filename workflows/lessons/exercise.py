@@ -54,20 +54,6 @@ class Verdict:
         return f"<p>{html.escape(self.says)}</p>"
 
 
-# What can go wrong with any number, tried after what an exercise itself knows.
-_ANY_NUMBER: tuple[tuple[Callable[[Array], Array], str], ...] = (
-    (lambda truth: -truth, "the sign is wrong: everything else is right"),
-    (lambda truth: 100.0 * truth, "give the number itself, not per cent"),
-    (lambda truth: 2.0 * truth, "there is a factor of 2 too much"),
-    (lambda truth: 0.5 * truth, "a factor of 2 is missing"),
-    (lambda truth: truth**2, "this is the square of the answer: take the root"),
-    (lambda truth: np.sqrt(np.abs(truth)), "this is the square root of the answer"),
-    (lambda truth: 1.0 / truth, "this is the reciprocal: turn the fraction over"),
-    (lambda truth: 2.0 * np.pi * truth, "there is a factor of 2 pi too much"),
-    (lambda truth: truth / (2.0 * np.pi), "a factor of 2 pi is missing"),
-)
-
-
 def judge(exercise: Exercise, answer: Any) -> Verdict:
     """
     Say whether an answer is right, and if not, what is probably wrong with it.
@@ -81,11 +67,9 @@ def judge(exercise: Exercise, answer: Any) -> Verdict:
     if callable(answer) != (exercise.arguments is not None):
         kind = "a function" if callable(answer) else f"no function but {shown(answer)}"
         return Verdict(False, f"this is {kind}; expected: {exercise.asks}")
-    answers = (
-        (np.ravel(np.asarray(value, dtype=float)), says)
-        for value, says in exercise.answers(*arguments)
-    )
-    truth, right = next(answers)
+    answers = exercise.answers(*arguments)
+    value, right = next(answers)
+    truth = np.ravel(np.asarray(value, dtype=float))
     what = "this is"
     if exercise.arguments is not None:
         what = "what your function returns is"
@@ -103,8 +87,11 @@ def judge(exercise: Exercise, answer: Any) -> Verdict:
     if _near(given, truth, exercise.tolerance):
         return Verdict(True, right)
     with np.errstate(divide="ignore", over="ignore"):
-        wrong = [*answers, *((change(truth), says) for change, says in _ANY_NUMBER)]
-    others = [(other, says) for other, says in wrong if other.size == truth.size]
+        others = [
+            (np.ravel(np.asarray(other, dtype=float)), says)
+            for other, says in (*answers, *_slips(truth))
+            if np.size(other) == truth.size
+        ]
     for other, says in others:
         if _near(given, other, exercise.tolerance):
             return Verdict(False, f"not yet: {says}")
@@ -116,6 +103,19 @@ def judge(exercise: Exercise, answer: Any) -> Verdict:
         if _rounded_to(given, other):
             return Verdict(False, f"not yet: {says}")
     return Verdict(False, f"not yet: {_compared(given, truth, exercise.tolerance)}")
+
+
+def _slips(truth: Array) -> Answers:
+    """Return what can go wrong with any number, tried after what an exercise itself knows."""
+    yield -truth, "the sign is wrong: everything else is right"
+    yield 100.0 * truth, "give the number itself, not per cent"
+    yield 2.0 * truth, "there is a factor of 2 too much"
+    yield 0.5 * truth, "a factor of 2 is missing"
+    yield truth**2, "this is the square of the answer: take the root"
+    yield np.sqrt(np.abs(truth)), "this is the square root of the answer"
+    yield 1.0 / truth, "this is the reciprocal: turn the fraction over"
+    yield 2.0 * np.pi * truth, "there is a factor of 2 pi too much"
+    yield truth / (2.0 * np.pi), "a factor of 2 pi is missing"
 
 
 def _near(given: Array, other: Array, tolerance: float) -> bool:

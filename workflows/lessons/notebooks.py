@@ -5,7 +5,6 @@ import mimetypes
 import re
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 from chaincor.workflows.errors import MissingLibraryError
 
@@ -34,33 +33,22 @@ _METADATA = {
 
 def notebook(page: Path, *, solutions: bool = True) -> str:
     """
-    Make a notebook of a lesson's page.
+    Make a notebook of a lesson's page, the same text for the same page.
 
     Blocks of Python become cells. Each command of a console block becomes a cell that runs it, on
     Windows too; what the page says it prints is left out, since the notebook shows it. A block that
     begins with the name of a file becomes a cell that writes the file. A picture that code of the
     page draws is shown where the page shows it, with its words beside the solutions alone, since
     they may tell an answer; one that ``result.plot`` draws appears by itself, and any other goes
-    into the notebook. Solutions are what stands in ``<details>`` under the summary *Solution*.
-
-    Parameters
-    ----------
-    page : pathlib.Path
-        The Markdown page.
-    solutions : bool
-        Whether to keep the solutions; without them the notebook is for handing in.
-
-    Returns
-    -------
-    str
-        The text of an ``.ipynb`` file; the same for the same page.
-
-    Raises
-    ------
-    MissingLibraryError
-        If jupytext is missing: ``pip install chaincor[notebook]``.
+    into the notebook. Solutions are what stands in ``<details>`` under the summary *Solution*;
+    without them the notebook is for handing in. Raises MissingLibraryError without jupytext.
     """
-    jupytext = _require_jupytext()
+    try:
+        import jupytext
+    except ImportError:
+        raise MissingLibraryError(
+            "jupytext is not installed; expected it for notebooks: pip install chaincor[notebook]"
+        ) from None
     text = page.read_text(encoding="utf-8")
     text = _SOLUTION.sub(r"**Solution.**\n\1" if solutions else "", text)
     title, _, rest = text.partition("\n")
@@ -154,13 +142,3 @@ def _without_links(text: str) -> str:
         return f"[{words}]({lesson[1]}.ipynb)" if lesson else words
 
     return _LINK.sub(link, text).strip()
-
-
-def _require_jupytext() -> Any:
-    try:
-        import jupytext
-    except ImportError:
-        raise MissingLibraryError(
-            "jupytext is not installed; expected it for notebooks: pip install chaincor[notebook]"
-        ) from None
-    return jupytext

@@ -1,9 +1,7 @@
 """The live page: one HTML file in which a browser computes collisions while one watches."""
 
 import json
-from functools import cache
 from pathlib import Path
-from typing import Any
 
 from chaincor.analysis.figures import style
 from chaincor.lammps_inputs.bonds.potentials import NAMED_POTENTIALS, BondKeys
@@ -19,15 +17,7 @@ _PAGE = ("figures", "pictures", "graphs", "form", "words", "page", "controls")
 
 
 def kernel_source() -> str:
-    """
-    Return what computes collisions, in JavaScript, for browsers and Node.
-
-    Returns
-    -------
-    str
-        Declarations of ``collide(scene)``, ``prepare(scene)`` and what they need, with the weights
-        of the composition of order 8.
-    """
+    """Return ``collide(scene)``, ``prepare(scene)`` and what they need in JavaScript."""
     fractions = STEP_SCHEMES["order8"].fractions
     weights = {"KICKS": fractions.kicks.tolist(), "DRIFTS": fractions.drifts.tolist()}
     constants = [f"const {name} = {json.dumps(values)};" for name, values in weights.items()]
@@ -35,19 +25,7 @@ def kernel_source() -> str:
 
 
 def live_page(particles: int = 50) -> str:
-    """
-    Return the page, which needs no server, no network and no other file.
-
-    Parameters
-    ----------
-    particles : int
-        Of the chain that it shows at first.
-
-    Returns
-    -------
-    str
-        HTML.
-    """
+    """Return the page, which needs no server, no network and no other file."""
     settings = {
         "particles": particles,
         "mostParticles": MOST_PARTICLES,
@@ -57,7 +35,12 @@ def live_page(particles: int = 50) -> str:
         name: getattr(style, name.upper())
         for name in ("blue", "orange", "green", "vermilion", "purple", "sky", "grey")
     }
-    return _template().render(
+    from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+    environment = Environment(
+        loader=FileSystemLoader(_FOLDER), undefined=StrictUndefined, autoescape=False
+    )
+    return environment.get_template("page.html.j2").render(
         style=(_FOLDER / "page.css").read_text(encoding="utf-8"),
         colours=colours,
         settings=json.dumps(settings),
@@ -72,13 +55,3 @@ def live_page(particles: int = 50) -> str:
 
 def _part(name: str) -> str:
     return (_FOLDER / f"{name}.js").read_text(encoding="utf-8")
-
-
-@cache
-def _template() -> Any:
-    from jinja2 import Environment, FileSystemLoader, StrictUndefined
-
-    environment = Environment(
-        loader=FileSystemLoader(_FOLDER), undefined=StrictUndefined, autoescape=False
-    )
-    return environment.get_template("page.html.j2")

@@ -68,8 +68,7 @@ def plot_script_ladders(study: ScriptStudy) -> "Axes":
         ax.set_yscale("log")
         if study.tolerance is not None:
             ax.axhline(study.tolerance, color=GREY, linewidth=0.8, label="tolerance")
-    left.set_xlabel(study.ladder.name)
+    left.set(xlabel=study.ladder.name, ylabel="distance from the best value")
     right.set_xlabel("processor time of one run (s)")
-    left.set_ylabel("distance from the best value")
     figure.legend(*left.get_legend_handles_labels(), loc="outside upper left", ncols=4, fontsize=8)
     return left

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 
+from chaincor.analysis.showing.numbers import named_lines
 from chaincor.lammps_inputs.bonds.named_bond import NamedBond
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.sensitivity.sensitivity import Sensitivity
@@ -34,7 +35,7 @@ def describe_sensitivity(found: Sensitivity, scene: Scene) -> str:
     rows.append((f"amplification {grown:.3g}", what_is_lost))
     rows.append(("rounding", f"scatters eta by {found.rounding:.0e}, a standard deviation"))
     rows.append(("error", f"{found.error:.0e} of the largest derivative, or less"))
-    return "\n".join(["what eta depends on", *(f"{name:22} {text}" for name, text in rows)])
+    return "\n".join(["what eta depends on", *named_lines(rows)])
 
 
 def _of(slope: float, value: float, name: str) -> str:

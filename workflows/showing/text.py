@@ -3,7 +3,7 @@
 import math
 from typing import TYPE_CHECKING
 
-from chaincor.analysis.showing.numbers import with_error
+from chaincor.analysis.showing.numbers import impact_speed, named_lines, with_error
 
 if TYPE_CHECKING:
     from chaincor.workflows.result import Collision
@@ -17,15 +17,7 @@ _ENDINGS = {
 
 def describe(result: "Collision") -> str:
     """Describe a result for people."""
-    return "\n".join(
-        [
-            *heading(result),
-            "",
-            *(f"{name:22} {text}" for name, text in rows(result)),
-            "",
-            *closing(result),
-        ]
-    )
+    return "\n".join([*heading(result), "", *named_lines(rows(result)), "", *closing(result)])
 
 
 def describe_shortly(result: "Collision") -> str:
@@ -47,9 +39,7 @@ def describe_shortly(result: "Collision") -> str:
 
 def heading(result: "Collision") -> list[str]:
     """Say what collided."""
-    speed = f"v0 = {result.velocity:.6g}"
-    if result.speed is not None:
-        speed += f" = {result.speed:.6g} v*"
+    speed = impact_speed(result.velocity, result.v_star)
     return [
         f"{_count(result.particles)}, {result.potential} bonds, {speed}",
         *_bodies_before(result),

@@ -78,9 +78,7 @@ def plot_work_precision(measurements: Sequence[Measurement], floor: float | None
             "bar of the converged value", (1.0, floor), xycoords=("axes fraction", "data"),
             xytext=(-2, 3), textcoords="offset points", ha="right", fontsize=8, color=GREY,
         )  # fmt: skip
-    ax.set_xscale("log")
-    ax.set_yscale("log")
-    ax.set_xlabel("time of the integration (s)")
+    ax.set(xscale="log", yscale="log", xlabel="time of the integration (s)")
     ax.set_ylabel(r"error of $\eta$ (rms over phases; bars: least to worst)")
     figure.legend(loc="outside right upper", fontsize=8, frameon=False)
     return ax
@@ -109,20 +107,15 @@ def plot_error_budget(budgets: Sequence[ErrorBudget]) -> "Axes":
                 color=CYCLE[k],
                 label=("six-digit output" if cause == "output" else cause) if group == 0 else None,
             )
+            text = f"{height:.0e}" if drawn else "none" if value is None else "0"
             ax.annotate(
-                f"{height:.0e}" if drawn else "none" if value is None else "0",
-                (place, height if drawn else bottom),
-                xytext=(0, 2),
-                textcoords="offset points",
-                ha="center",
-                fontsize=7,
-                color=None if drawn else GREY,
-            )
+                text, (place, height if drawn else bottom), xytext=(0, 2), ha="center", fontsize=7,
+                textcoords="offset points", color=None if drawn else GREY,
+            )  # fmt: skip
     for group, total in enumerate(totals):
         ax.plot([group - 0.45, group + 0.45], [total] * 2, color=BLACK, linewidth=1.0,
                 linestyle="--", label="error before output" if group == 0 else None)  # fmt: skip
-    ax.set_yscale("log")
-    ax.set_ylim(bottom, 10.0 * max([*totals, lowest, *known]))
+    ax.set(yscale="log", ylim=(bottom, 10.0 * max([*totals, lowest, *known])))
     names = [f"{each.name}\n{each.scheme}, H {each.timestep:.3g}" for each in budgets]
     ax.set_xticks(range(len(budgets)), names)
     ax.grid(visible=False, axis="x")
@@ -145,7 +138,6 @@ def plot_table_errors(points: Sequence[TablePoint]) -> "Axes":
             linestyle=line,
             label=f"{style}, {said}",
         )
-    ax.set_xlabel("rows of the bond table")
-    ax.set_ylabel(r"error of $\eta$ due to the table")
+    ax.set(xlabel="rows of the bond table", ylabel=r"error of $\eta$ due to the table")
     ax.legend(fontsize=8)
     return ax

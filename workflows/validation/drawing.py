@@ -33,9 +33,8 @@ def save_validation_plot(results: Sequence[Validation], path: Path) -> None:
             label=quantity.replace("_", " "),
         )
     ax.axvline(1.0, color=GREY, linewidth=1.0)
-    ax.set_xscale("log")
     ax.set_yticks(rows, [_label(result) for result in results])
-    ax.set_ylim(len(results) - 0.5, -0.5)
+    ax.set(xscale="log", ylim=(len(results) - 0.5, -0.5))
     ax.set_xlabel("difference / both error bars (agreement is left of 1)")
     legend_above(ax)
     with written_aside(path) as aside:

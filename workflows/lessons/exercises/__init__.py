@@ -1,1 +1,14 @@
-"""The exercises of each lesson: what is asked, the truth, and usual mistakes."""
+"""The exercises of each lesson: what is asked, the right answer, and those of usual mistakes."""
+
+from functools import cache
+from typing import Any
+
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.collision import collide
+from chaincor.workflows.result import Collision
+
+
+@cache
+def in_house(tolerance: float = 1e-8, **fields: Any) -> Collision:
+    """Return a collision of the in-house engine, carried out once a session."""
+    return collide(Scene(engine="reference", tolerance=tolerance, **fields))

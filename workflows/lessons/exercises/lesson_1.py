@@ -1,7 +1,7 @@
 """Lesson 1: what a coefficient of restitution is."""
 
 from chaincor.workflows.lessons.exercise import RIGHT, Answers, exercise
-from chaincor.workflows.lessons.exercises.in_house import in_house
+from chaincor.workflows.lessons.exercises import in_house
 
 _LINEAR = "springs are linear: all displacements double, and no ratio changes"
 

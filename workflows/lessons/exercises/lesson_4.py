@@ -4,7 +4,7 @@ import numpy as np
 
 from chaincor.analysis.modes import mode_frequencies
 from chaincor.workflows.lessons.exercise import RIGHT, Answers, exercise
-from chaincor.workflows.lessons.exercises.in_house import in_house
+from chaincor.workflows.lessons.exercises import in_house
 
 _N = 10
 

@@ -5,7 +5,7 @@ import numpy as np
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.bonds.potentials import LennardJones, Power, Toda
 from chaincor.workflows.lessons.exercise import RIGHT, Answers, exercise
-from chaincor.workflows.lessons.exercises.in_house import in_house
+from chaincor.workflows.lessons.exercises import in_house
 
 _SPEED = 0.8
 

@@ -7,7 +7,7 @@ from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.potentials import LennardJones
 from chaincor.workflows.engines.compositions import COMPOSITIONS
 from chaincor.workflows.lessons.exercise import RIGHT, Answers, exercise
-from chaincor.workflows.lessons.exercises.in_house import in_house
+from chaincor.workflows.lessons.exercises import in_house
 
 _HALF = "half of the forces are missing: each bond acts on the particles at both its ends"
 

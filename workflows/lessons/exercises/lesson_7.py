@@ -4,7 +4,7 @@ import numpy as np
 
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.workflows.lessons.exercise import RIGHT, Answers, exercise
-from chaincor.workflows.lessons.exercises.in_house import in_house
+from chaincor.workflows.lessons.exercises import in_house
 
 _LENGTHS = (10, 20, 40)
 _SPEEDS = np.linspace(0.1, 2.0, 12)

@@ -5,7 +5,7 @@ import numpy as np
 from chaincor.analysis.theory import hard_sphere_limit
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.workflows.lessons.exercise import RIGHT, Answers, exercise
-from chaincor.workflows.lessons.exercises.in_house import in_house
+from chaincor.workflows.lessons.exercises import in_house
 
 _LOGS = "one axis is in log and the other in log10: use one of them for both"
 _TURNED = "each velocity has to be turned round, and only the first ball meets the wall"
