@@ -30,9 +30,21 @@ def contact_statistics(
     impact_velocity: float,
 ) -> ContactStatistics:
     """
-    Summarise a list of contacts: when particle 1 hit the wall and how fast (> 0) it came in.
+    Summarise a list of contacts.
 
-    `contact_times` and `contact_speeds` are of shape (f,), `particles` is n, `impact_velocity` v0.
+    Parameters
+    ----------
+    contact_times, contact_speeds : array_like of shape (f,)
+        When particle 1 hit the wall and how fast (> 0) it came in.
+    particles : int
+        Particles in the chain.
+    impact_velocity : float
+        Impact speed v0.
+
+    Returns
+    -------
+    ContactStatistics
+        Count, f/n, duration, intervals and mean incoming speed.
     """
     times = np.asarray(contact_times, dtype=float)
     speeds = np.asarray(contact_speeds, dtype=float)

@@ -35,7 +35,19 @@ def mode_frequencies(
     r"""
     Return :math:`\omega_j = 2 \sqrt{k/m} \sin(\pi j/(2n))`, or those of a chain of unequal masses.
 
-    Of shape (n,), rising from 0; `stiffness` is U''(1) = k, masses are 1 by default.
+    Parameters
+    ----------
+    particles : int
+        Number of particles n.
+    stiffness : float
+        U''(1) = k.
+    masses : array_like of shape (n,), optional
+        Particle masses; 1 by default.
+
+    Returns
+    -------
+    numpy.ndarray of shape (n,)
+        Angular frequencies, rising from 0.
     """
     m = None if masses is None else np.asarray(masses, dtype=float)
     if m is not None and not are_equal(m):
@@ -48,8 +60,15 @@ def indistinct_modes(frequencies: ArrayLike) -> list[tuple[int, int]]:
     """
     Return which modes of a chain cannot be told apart, as their frequencies agree to rounding.
 
-    `frequencies`, of shape (n,), rise from 0, see :func:`mode_frequencies`. Returned are the first
-    and the last of each such group; j = 0, the translation, is in none.
+    Parameters
+    ----------
+    frequencies : array_like of shape (n,)
+        Rising from 0, see :func:`mode_frequencies`.
+
+    Returns
+    -------
+    list of tuple of int
+        The first and the last of each such group; j = 0, the translation, is in none.
     """
     squares = np.asarray(frequencies, dtype=float)[1:] ** 2
     if squares.size < 2:
@@ -66,11 +85,20 @@ def mode_amplitudes(values: ArrayLike) -> Array:
 
     .. math:: q_j = \sqrt{(2 - \delta_{j0})/n} \sum_i u_i \cos(\pi j (i - 1/2)/n).
 
-    `values`, displacements or velocities, and amplitudes are of shape (..., n). By NumPy's Fourier
-    transform: to import SciPy's takes longer than to carry out most collisions. Values of odd
-    number, then those of even number from behind, have a Fourier transform V of which it is the
-    real part of :math:`V_j e^{-i\pi j/2n}`. Source: Makhoul, IEEE Transactions on Acoustics,
-    Speech, and Signal Processing 28, 27 (1980).
+    By NumPy's Fourier transform: to import SciPy's takes longer than to carry out most collisions.
+    Values of odd number, then those of even number from behind, have a Fourier transform V of
+    which it is the real part of :math:`V_j e^{-i\pi j/2n}`. Source: Makhoul, IEEE Transactions on
+    Acoustics, Speech, and Signal Processing 28, 27 (1980).
+
+    Parameters
+    ----------
+    values : array_like of shape (..., n)
+        Displacements or velocities.
+
+    Returns
+    -------
+    numpy.ndarray of shape (..., n)
+        Amplitudes q_j or p_j.
     """
     u = np.asarray(values, dtype=float)
     n = u.shape[-1]
@@ -142,13 +170,24 @@ def mode_energies(
 
 
 def kinetic_mode_energies(velocities: ArrayLike, masses: ArrayLike | None = None) -> Array:
-    """
+    r"""
     Return the kinetic part of the mode energies, :math:`p_j^2/2`, which any bonds allow.
 
     The sum over j >= 1 is exactly the kinetic energy relative to the centre of mass, also where
     bonds are strongly stretched or broken and :func:`mode_energies` means nothing. In harmonic
-    vibration its mean over time is half of :math:`E_j`. `velocities` and energies are of shape
-    (..., n), j = 0 is the translation; masses are 1 by default.
+    vibration its mean over time is half of :math:`E_j`.
+
+    Parameters
+    ----------
+    velocities : array_like of shape (..., n)
+        Particle velocities.
+    masses : array_like of shape (n,), optional
+        Particle masses; 1 by default.
+
+    Returns
+    -------
+    numpy.ndarray of shape (..., n)
+        Energies; j = 0 is the translation.
     """
     v = np.asarray(velocities, dtype=float)
     # A chain at rest length has kinetic energy alone.

@@ -27,9 +27,25 @@ def pair_interval(bond: Potential, impact_velocity: float) -> float:
               = \int_0^{\pi/2} \frac{2 v_0 \sin\theta}{|U'(s(\theta))|}\, d\theta,
               \qquad U(s(\theta)) = v_0^2 \sin^2\theta .
 
-    It is pi/sqrt(2 k) in the limit of low speed. Exact for any potential that rises without a break
-    on the compressed side; 64 Gauss-Legendre nodes give about 1e-13 at speeds of the order of v*.
-    Raises InputError if the bond's compressed side does not reach the energy v0^2.
+    Exact for any potential that rises without a break on the compressed side; 64 Gauss-Legendre
+    nodes give about 1e-13 at speeds of the order of v*.
+
+    Parameters
+    ----------
+    bond : Potential
+        The bond.
+    impact_velocity : float
+        Impact speed v0 > 0.
+
+    Returns
+    -------
+    float
+        Interval; pi/sqrt(2 k) in the limit of low speed.
+
+    Raises
+    ------
+    InputError
+        If the bond cannot hold the energy: its compressed side does not reach v0^2.
     """
     nodes, weights = np.polynomial.legendre.leggauss(_QUADRATURE_NODES)
     angles = 0.25 * math.pi * (nodes + 1.0)
@@ -51,8 +67,22 @@ def pair_interval_slope(bond: Potential) -> float:
     .. math:: \alpha = (-1)^r \frac{2}{\pi} \frac{c}{k} (r - 1)
               \left(v^* \sqrt{2/k}\right)^{r-2} \int_0^{\pi/2} \sin^{r-2}\theta\, d\theta .
 
-    It is positive where compression stiffens the bond: 0.8098 for lj (the paper: 0.808). Raises
-    InputError for a bond without v*, such as the harmonic one.
+    It is 0.8098 for lj (the paper: 0.808).
+
+    Parameters
+    ----------
+    bond : Potential
+        A bond with an anharmonic term.
+
+    Returns
+    -------
+    float
+        alpha > 0 where compression stiffens the bond.
+
+    Raises
+    ------
+    InputError
+        For a bond without v*, such as the harmonic one.
     """
     order, speed = bond.anharmonic_order, bond.natural_speed
     if order is None or speed is None:
@@ -72,9 +102,23 @@ def anharmonic_coefficient(bond: Potential) -> float:
     Return c of U = k s^2/2 + c s^r + ..., r being the bond's lowest anharmonic order.
 
     (U''(s) - k)/(r (r - 1) s^(r-2)) tends to c; its mean over +s and -s is even in s, so two
-    Richardson steps leave an error of order s^6, about 1e-8 of c. How small s must be, the bond
-    tells: in parts of the compression at which the anharmonic part of U equals the harmonic one.
-    Raises InputError if the bond has no anharmonic order.
+    Richardson steps leave an error of order s^6. How small s must be, the bond tells: in parts of
+    the compression at which the anharmonic part of U equals the harmonic one.
+
+    Parameters
+    ----------
+    bond : Potential
+        A bond with an anharmonic term.
+
+    Returns
+    -------
+    float
+        c, to about 1e-8 relative.
+
+    Raises
+    ------
+    InputError
+        If the bond has no anharmonic order.
     """
     order = bond.anharmonic_order
     if order is None:
@@ -93,9 +137,24 @@ def anharmonic_coefficient(bond: Potential) -> float:
 
 def compressed_strain(bond: Potential, energy: float) -> float:
     """
-    Solve U(s) = energy > 0 for s < 0: how far a bond that gets all of an energy is compressed.
+    Solve U(s) = energy for s < 0: how far a bond that gets all of an energy is compressed.
 
-    Raises InputError if the bond cannot hold the energy.
+    Parameters
+    ----------
+    bond : Potential
+        The bond.
+    energy : float
+        More than 0.
+
+    Returns
+    -------
+    float
+        Strain s.
+
+    Raises
+    ------
+    InputError
+        If the bond cannot hold the energy.
     """
     strain = -distance_at(bond, energy, -1.0, -bond.strain_min)
     with np.errstate(all="ignore"):

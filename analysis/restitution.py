@@ -11,9 +11,19 @@ from chaincor.lammps_inputs.bonds.potential import Potential
 
 def centre_of_mass_velocity(velocities: ArrayLike, masses: ArrayLike | None = None) -> Array:
     r"""
-    Return :math:`\bar v = \sum_i m_i v_i / \sum_i m_i`, of shape (...), of velocities (..., n).
+    Return :math:`\bar v = \sum_i m_i v_i / \sum_i m_i`.
 
-    `masses` are of shape (n,); 1 by default.
+    Parameters
+    ----------
+    velocities : array_like of shape (..., n)
+        Particle velocities.
+    masses : array_like of shape (n,), optional
+        Particle masses; 1 by default.
+
+    Returns
+    -------
+    numpy.ndarray of shape (...)
+        Velocity of the centre of mass.
     """
     v = np.asarray(velocities, dtype=float)
     if masses is None:
@@ -29,7 +39,20 @@ def kinematic_restitution(
     Return the kinematic coefficient :math:`e = \bar v / v_0`, a ratio of speeds.
 
     For a chain that has left the wall :math:`e = \sqrt\eta`; while it still approaches, e < 0.
-    Arguments are those of :func:`restitution`.
+
+    Parameters
+    ----------
+    velocities : array_like of shape (..., n)
+        Particle velocities, positive away from the wall.
+    impact_velocity : float
+        Impact speed v0 > 0.
+    masses : array_like of shape (n,), optional
+        Particle masses; 1 by default.
+
+    Returns
+    -------
+    numpy.ndarray of shape (...)
+        Velocity of the centre of mass over impact speed.
     """
     return centre_of_mass_velocity(velocities, masses) / impact_velocity
 
@@ -83,9 +106,17 @@ class EnergySplit:
 
 def bond_strains(displacements: ArrayLike) -> Array:
     """
-    Return the strains s_i = u_(i+1) - u_i of all bonds, of shape (..., n - 1): lengths less one.
+    Return the strains s_i = u_(i+1) - u_i of all bonds.
 
-    Displacements u_i = x_i - (i - 1) are of shape (..., n).
+    Parameters
+    ----------
+    displacements : array_like of shape (..., n)
+        u_i = x_i - (i - 1).
+
+    Returns
+    -------
+    numpy.ndarray of shape (..., n - 1)
+        Bond lengths less one.
     """
     return np.diff(np.asarray(displacements, dtype=float), axis=-1)
 
@@ -97,10 +128,23 @@ def energy_split(
     masses: ArrayLike | None = None,
 ) -> EnergySplit:
     """
-    Split the energy of a chain into translation and vibration, one value a frame.
+    Split the energy of a chain into translation and vibration.
 
-    Displacements u_i = x_i - (i - 1) and velocities are of shape (..., n), `masses` of shape (n,),
-    1 by default.
+    Parameters
+    ----------
+    displacements : array_like of shape (..., n)
+        u_i = x_i - (i - 1).
+    velocities : array_like of shape (..., n)
+        Particle velocities.
+    bond : Potential
+        The bonds' potential.
+    masses : array_like of shape (n,), optional
+        Particle masses; 1 by default.
+
+    Returns
+    -------
+    EnergySplit
+        Its parts, one value per frame.
     """
     v = np.asarray(velocities, dtype=float)
     m = np.ones(v.shape[-1]) if masses is None else np.asarray(masses, dtype=float)
@@ -122,11 +166,23 @@ def momentum_residual(
     Return how far the momentum is from what the contacts gave, in units of M v0.
 
     Each contact reverses particle 1 and so gives 2 m_1 v_q: the balance is
-    P = -M v0 + 2 m_1 sum(v_q), whatever the bonds do. What is returned, (P - expected P)/(M v0), is
-    rounding for a perfect list of contacts.
+    P = -M v0 + 2 m_1 sum(v_q), whatever the bonds do.
 
-    `velocities`, of shape (n,), are those after the contacts; `contact_speeds` the incoming speeds
-    of particle 1, all positive, the first contact included; masses, particle 1 first, 1 by default.
+    Parameters
+    ----------
+    velocities : array_like of shape (n,)
+        Velocities after the contacts.
+    impact_velocity : float
+        Impact speed v0.
+    contact_speeds : array_like of shape (contacts,)
+        Incoming speeds of particle 1, all positive, the first contact included.
+    masses : array_like of shape (n,), optional
+        Particle masses, particle 1 first; 1 by default.
+
+    Returns
+    -------
+    float
+        (P - expected P)/(M v0); rounding for a perfect list of contacts.
     """
     v = np.asarray(velocities, dtype=float)
     m = np.ones(v.size) if masses is None else np.asarray(masses, dtype=float)

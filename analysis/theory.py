@@ -36,7 +36,7 @@ def contact_mode_energies(
     particles: int, contact_times: ArrayLike, contact_speeds: ArrayLike
 ) -> Array:
     r"""
-    Return the mode energies E_j, j = 1..n-1, that contacts leave in a harmonic chain (k = 1).
+    Return the mode energies that a list of contacts leaves in a harmonic chain (k = 1).
 
     Contact q gives particle 1 the momentum 2 v_q, and so mode j
     :math:`2 v_q \sqrt{2/n} \cos(\pi j/2n)`; free motion only turns phases:
@@ -44,8 +44,20 @@ def contact_mode_energies(
     .. math:: E_j = \frac{4}{n} \cos^2\frac{\pi j}{2n}
               \left| \sum_q v_q e^{i \omega_j t_q} \right|^2, \qquad j \ge 1.
 
-    NH eq. (7) is this with equal speeds and intervals. Exact for harmonic bonds, given all times
-    at which particle 1 hits the wall and speeds with which it comes in; costs O(f n).
+    NH eq. (7) is this with equal speeds and intervals. Exact for harmonic bonds, given all
+    contacts; costs O(f n).
+
+    Parameters
+    ----------
+    particles : int
+        Number of particles n.
+    contact_times, contact_speeds : array_like of shape (f,)
+        When particle 1 hits the wall and how fast it comes in.
+
+    Returns
+    -------
+    numpy.ndarray of shape (n - 1,)
+        E_j for j = 1..n-1.
     """
     j = np.arange(1, particles)
     omega = mode_frequencies(particles)[1:]
@@ -118,8 +130,21 @@ def measured_contacts_energies(
     """
     Return the mode energies of Basile and Dumont with the contacts that a collision had.
 
-    For n particles of equal `mass`, and U'' of the bond at rest as `stiffness`: E_j for j = 1..n-1;
-    None where a single contact has no interval.
+    Parameters
+    ----------
+    particles : int
+        Number of particles n, of equal masses.
+    statistics : ContactStatistics
+        How many contacts there were, their mean interval and incoming speed.
+    impact_velocity : float
+        Impact speed v0.
+    stiffness, mass : float
+        U'' of the bond at rest, and the mass of a particle.
+
+    Returns
+    -------
+    numpy.ndarray of shape (n - 1,) or None
+        E_j for j = 1..n-1; None where a single contact has no interval.
     """
     if statistics.mean_interval is None or statistics.mean_speed is None:
         return None
@@ -140,6 +165,16 @@ def harmonic_dissipation_law(particles: ArrayLike) -> Array:
     with :math:`\omega_j \approx (\pi j/n)(1 - \pi^2 j^2/24 n^2)` the sum over j becomes
     :math:`\int_0^\infty (8/\pi^2 j^2) \sin^2(\pi^3 j^3/24 n^2)\,dj`. It is the limit of that
     approximation, not of the chain, for which n^(2/3) (1 - eta) is about 0.69 at n = 200..2000.
+
+    Parameters
+    ----------
+    particles : array_like
+        Number of particles n.
+
+    Returns
+    -------
+    numpy.ndarray
+        1 - eta.
     """
     return HARMONIC_DISSIPATION_COEFFICIENT * np.asarray(particles, dtype=float) ** (-2.0 / 3.0)
 
@@ -176,10 +211,20 @@ def low_speed_dissipation_slope(alpha: float) -> float:
     r"""
     Return C = 4 alpha of :math:`1 - \eta = C v_0/v^*` in the low-speed theory.
 
-    Alpha is that of ``pair_interval_slope``. NH eq. (18) corrected: the paper prints
-    :math:`C = 32\alpha/\pi^2` (2.61 for lj) because it drops :math:`v^2 = (\pi^2/8) v_0^2`, which
-    its own 0.652 needs; with it C is 4 alpha (3.24). Neither describes the chain, whose simulated
-    slope is 0.66 (NH): the theory is right about the power of v0 and wrong about the constant.
+    NH eq. (18) corrected: the paper prints :math:`C = 32\alpha/\pi^2` (2.61 for lj) because it
+    drops :math:`v^2 = (\pi^2/8) v_0^2`, which its own 0.652 needs; with it C is 4 alpha (3.24).
+    Neither describes the chain, whose simulated slope is 0.66 (NH): the theory is right about
+    the power of v0 and wrong about the constant.
+
+    Parameters
+    ----------
+    alpha : float
+        From ``pair_interval_slope``.
+
+    Returns
+    -------
+    float
+        C.
     """
     return 4.0 * alpha
 
@@ -195,9 +240,19 @@ class HardSphereLimit:
 
 def hard_sphere_limit(particles: int) -> HardSphereLimit:
     """
-    Return restitution and counts of a chain of hard spheres, NH section III: eta = 1, f = n.
+    Return restitution and counts of a chain of hard spheres, NH section III.
 
     Sorting n velocities from -v0 to +v0 takes one wall contact for each and one pair exchange
     for each pair. The limit holds for bonds with a hard core at infinite speed.
+
+    Parameters
+    ----------
+    particles : int
+        Number of particles n.
+
+    Returns
+    -------
+    HardSphereLimit
+        eta = 1, f = n and n(n + 1)/2 exchanges.
     """
     return HardSphereLimit(1.0, particles, particles * (particles + 1) // 2)

@@ -29,12 +29,27 @@ STEEP_LIMIT, STEEP_LIMIT_ERROR = 0.371, 0.002
 
 
 def slow_chain_variable(bond: Potential, particles: int, impact_velocity: float) -> float:
-    """
-    Return :math:`y = r (r - 1) |c| v_0^{r-2} n^{2/3}`, the one variable of slow long chains.
+    r"""
+    Return the one variable of slow long chains.
 
-    r is the bond's lowest anharmonic order: for r = 3 it is kappa v0 n^(2/3) with kappa = -U''';
-    harmonic bonds have y = 0. Raises InputError if compression softens the bond, whose front does
-    not steepen.
+    Parameters
+    ----------
+    bond : Potential
+        Of lowest anharmonic order r, of stiffness 1; harmonic bonds have y = 0.
+    particles : int
+        Number of particles n.
+    impact_velocity : float
+        Impact speed v0.
+
+    Returns
+    -------
+    float
+        :math:`y = r (r - 1) |c| v_0^{r-2} n^{2/3}`; kappa v0 n^(2/3) with kappa = -U''' for r = 3.
+
+    Raises
+    ------
+    InputError
+        If compression softens the bond, whose front does not steepen.
     """
     order = bond.anharmonic_order
     if order is None:
@@ -53,11 +68,26 @@ def slow_chain_variable(bond: Potential, particles: int, impact_velocity: float)
 
 def limiting_loss(variable: ArrayLike, order: int = 3) -> Array:
     r"""
-    Return :math:`h_r(y)`, the limit of :math:`n^{2/3} (1 - \eta)` at fixed y, r being the order.
+    Return :math:`h_r(y)`, the limit of :math:`n^{2/3} (1 - \eta)` at fixed y.
 
-    h(0) = 0.56258 for all; h_3 = y C'(y). By cubic splines; errors of the table's points are below
-    3e-3. Raises ValueError for orders other than 3 and 4, and y outside the table, which goes from
-    0 to 30 for r = 3 and to 12 for r = 4.
+    h(0) = 0.56258 for all; h_3 = y C'(y).
+
+    Parameters
+    ----------
+    variable : array_like
+        y, between 0 and the largest of the table (30 for r = 3, 12 for r = 4).
+    order : int
+        r: 3 or 4.
+
+    Returns
+    -------
+    numpy.ndarray
+        By cubic splines; errors of the table's points are below 3e-3.
+
+    Raises
+    ------
+    ValueError
+        For a variable or order outside the table.
     """
     from scipy.interpolate import CubicSpline
 
@@ -77,8 +107,22 @@ def long_chain_slope(bond: Potential) -> float:
     Return C of :math:`1 - \eta = C v_0/v^*` for long chains first, and then low speed.
 
     :math:`C = 0.371(2)\, \kappa v^*` with :math:`\kappa = -U^{(3)}(1)`: 1.00 for lj, 0.94 for toda
-    at any b, 0.72 for log; its relative error is `STEEP_LIMIT_ERROR` over `STEEP_LIMIT`. Raises
-    InputError for bonds without a cubic term, whose dissipation is not linear in the speed.
+    at any b, 0.72 for log.
+
+    Parameters
+    ----------
+    bond : Potential
+        With a cubic term and v*.
+
+    Returns
+    -------
+    float
+        C; its relative error is `STEEP_LIMIT_ERROR` over `STEEP_LIMIT`.
+
+    Raises
+    ------
+    InputError
+        For bonds of another order, whose dissipation is not linear in the speed.
     """
     if bond.anharmonic_order != 3 or bond.natural_speed is None:
         raise InputError(f"bond '{bond.name}' given; expected one with a cubic term and a speed v*")
@@ -89,8 +133,19 @@ def slow_chain_dissipation(bond: Potential, particles: int, impact_velocity: flo
     r"""
     Return 1 - eta of a slow long chain, without a fitted constant.
 
-    It is :math:`n^{-2/3} h_r(y) + 2 \beta/n` for harmonic bonds, and those of order 3 or 4; what is
-    left out is of order 1/n^(4/3) at fixed y.
+    Parameters
+    ----------
+    bond : Potential
+        Harmonic, or of order 3 or 4.
+    particles : int
+        Number of particles n.
+    impact_velocity : float
+        Impact speed v0.
+
+    Returns
+    -------
+    float
+        :math:`n^{-2/3} h_r(y) + 2 \beta/n`; what is left out is of order 1/n^(4/3) at fixed y.
     """
     variable = slow_chain_variable(bond, particles, impact_velocity)
     loss = float(limiting_loss(variable, bond.anharmonic_order or 3))

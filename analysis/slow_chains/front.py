@@ -48,10 +48,25 @@ def front_loss(variable: float, order: int = 3, refinement: float = 1.0) -> Fron
     """
     Return what slow long chains lose, extrapolated from two resolutions.
 
-    `variable` is y, 0 (harmonic) or more; `order` the lowest anharmonic order r, 3 or 4, and 5 with
-    less certainty (from 6 on fronts of such equations may become singular); `refinement` says by
-    which the usual grid is finer. Costs grow as y^2: 10 s at y = 5, minutes at 30. Raises
-    ValueError for a negative variable, or an order that is not 3 to 5.
+    Parameters
+    ----------
+    variable : float
+        y, 0 (harmonic) or more; positive where compression stiffens the bond.
+    order : int
+        Lowest anharmonic order r: 3 or 4, and 5 with less certainty. From 6 on fronts of such
+        equations may become singular.
+    refinement : float
+        By which the usual grid is finer.
+
+    Returns
+    -------
+    FrontLoss
+        Its cost grows as y^2: 10 s at y = 5, minutes at 30.
+
+    Raises
+    ------
+    ValueError
+        For a negative variable, or an order that is not 3 to 5.
     """
     if not variable >= 0.0 or order not in (3, 4, 5):
         raise ValueError(f"variable {variable}, order {order}: expected 0 or more, and 3 to 5")

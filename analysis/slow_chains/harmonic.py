@@ -75,11 +75,25 @@ class _EchoOfChain:
 
 def collide_long_chains(lengths: Iterable[int]) -> Iterator[HarmonicCollision]:
     """
-    Carry harmonic chains of many particles through their collisions; yield them the shortest first.
+    Carry harmonic chains of many particles through their collisions.
 
     One half-infinite chain serves all; a contact takes about 0.1 ms at any length. The echo of
-    the wall's first echo, which comes at 4n, is left out: the chain has left by then. Raises
-    ValueError if a chain is shorter than 20 particles, where echoes overlap.
+    the wall's first echo, which comes at 4n, is left out: the chain has left by then.
+
+    Parameters
+    ----------
+    lengths : iterable of int
+        Particles of each chain, 20 or more.
+
+    Yields
+    ------
+    HarmonicCollision
+        As they end: by length, the shortest first.
+
+    Raises
+    ------
+    ValueError
+        If a chain is shorter than 20 particles, where echoes overlap.
     """
     pressed = PressedEnd()
     for particles in sorted(lengths):
@@ -103,7 +117,16 @@ def front_lead(contacts: int = 2000) -> float:
 
     The first contact gives 2 v0 at once, where a steady force would have given nothing: the wall's
     momentum is :math:`v_0 (t + \beta)` on average over steady contacts, :math:`\beta = 0.9945645`.
-    Of the contacts that are followed the second half is averaged.
+
+    Parameters
+    ----------
+    contacts : int
+        How many are followed; the mean is over the second half.
+
+    Returns
+    -------
+    float
+        beta.
     """
     end = PressedEnd()
     surpluses = [end.surplus]

@@ -34,7 +34,10 @@ class PressedEnd:
     """
     Particle 1 of a half-infinite chain that a wall stops: its contacts, one by one.
 
-    `times` and `momenta` are when it hit the wall, and the momentum 2 v of each contact.
+    Attributes
+    ----------
+    times, momenta : list of float
+        When particle 1 hit the wall, and the momentum 2 v of each contact.
     """
 
     def __init__(self) -> None:
@@ -43,7 +46,14 @@ class PressedEnd:
         self._state = 2.0 * _WEIGHTS
 
     def branch(self) -> "PressedEnd":
-        """Return an end in the same state that goes on independently."""
+        """
+        Return an end that goes on independently.
+
+        Returns
+        -------
+        PressedEnd
+            In the same state.
+        """
         other = PressedEnd()
         other.times, other.momenta = self.times.copy(), self.momenta.copy()
         other._surplus, other._state = self._surplus, self._state.copy()
@@ -56,9 +66,19 @@ class PressedEnd:
 
     def next_contact(self, echo: "Echo | None" = None, until: float = math.inf) -> bool:
         """
-        Fly to the next contact and carry it out; return whether there was one.
+        Fly to the next contact and carry it out.
 
-        `echo` is what comes back from the free end; after `until` none is looked for.
+        Parameters
+        ----------
+        echo : Echo, optional
+            What comes back from the free end.
+        until : float
+            When to stop looking.
+
+        Returns
+        -------
+        bool
+            Whether there was one.
         """
         bracket = self._arch() if echo is None else self._search(echo, until - self.times[-1])
         if bracket is None or self.times[-1] + bracket[0] > until:
