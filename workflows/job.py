@@ -17,7 +17,7 @@ from chaincor.lammps_inputs.units.unit_system import CHAIN_UNITS, UNITS_FILE, Un
 from chaincor.workflows.engines.lammps.bodies import approach_time
 from chaincor.workflows.engines.lammps.kept_script import job_script
 from chaincor.workflows.given import scene_given
-from chaincor.workflows.scripted.plan import plan_script
+from chaincor.workflows.scripted import plan_script
 
 # No bond that LAMMPS can follow is met so fast, in units of the sound in a chain at rest.
 _SUPERSONIC = 3.0

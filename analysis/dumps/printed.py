@@ -16,6 +16,13 @@ _STOPPED = re.compile(
 _SAME_RUN = 1e-12
 
 
+def end_of(log: Path, most_bytes: int) -> str:
+    """Return the last of what was printed."""
+    with log.open("rb") as file:
+        file.seek(max(0, log.stat().st_size - most_bytes))
+        return file.read().decode("utf-8", "replace")
+
+
 def printed_values(log: str, name: str) -> list[float | None]:
     """
     Return the numbers of all lines such as ``restitution = 0.9`` of one name, in their order.

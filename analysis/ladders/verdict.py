@@ -5,15 +5,7 @@ from typing import Literal
 
 import numpy as np
 
-from chaincor.analysis.ladders.means import judge_means
-from chaincor.analysis.ladders.order_fit import OrderFit
-from chaincor.analysis.ladders.scatter import (
-    bias_is_seen,
-    decay_of_scatter,
-    scatter_about_law,
-    smooth_scatter,
-    spread_of_rungs,
-)
+from chaincor.analysis.ladders.order_fit import SURE, OrderFit, fit_order, judge_means
 from chaincor.lammps_inputs.arrays import Array
 
 Kind = Literal["regular", "irregular", "noise", "bounded", "cannot tell"]
@@ -30,6 +22,8 @@ LEAST_DECAY = 0.5
 # Values of one rung are this many standard deviations from their mean at most, in the promise.
 SCATTER_RESERVE = 3.0
 _ROUNDING = 4e-15
+# What is seen by chance alone in 1 of 100 ladders.
+_CHANCE = 0.01
 
 
 @dataclass(frozen=True)
@@ -55,6 +49,17 @@ class LadderVerdict:
     scatter: Array  #: Standard deviation of one run, by rung; of shape (R,).
     fit: OrderFit | None = None  #: The law of a regular error.
 
+    @property
+    def promised(self) -> Array:
+        """
+        Error that one run on each rung keeps, against the limit of fine values; of shape (R,).
+
+        The bound on its bias, with three standard deviations of single runs; never less than that
+        of a finer rung, since an error may vanish by luck at one step. inf where it is not known.
+        """
+        errors = self.bias + SCATTER_RESERVE * self.scatter
+        return np.maximum.accumulate(errors[::-1])[::-1]
+
 
 def judge_ladder(
     steps: Array, values: Array, *, resolution: float = 0.0, seeded: bool = False
@@ -76,7 +81,7 @@ def judge_ladder(
         )
     h = steps / steps.max()
     floor = resolution / np.sqrt(12.0) + _ROUNDING * float(np.max(np.abs(values)))
-    scatter = np.hypot(spread_of_rungs(h, values, resolution), floor)
+    scatter = np.hypot(_spread_of_rungs(h, values, resolution), floor)
     if np.ptp(values) <= resolution:
         return LadderVerdict(
             "cannot tell",
@@ -86,14 +91,14 @@ def judge_ladder(
             np.full(rungs, np.inf),
             scatter,
         )
-    rough, fit = scatter_about_law(h, values, floor, seeded)
-    decay, decay_error = decay_of_scatter(h.mean(axis=1), rough, columns, floor)
+    rough, fit = _scatter_about_law(h, values, floor, seeded)
+    decay, decay_error = _decay_of_scatter(h.mean(axis=1), rough, columns, floor)
     change = np.abs(np.diff(fit.bias(h.mean(axis=1))))
     is_rough = bool(np.median(rough[:-1] - ROUGH * change) > 2.0 * floor)
     known = fit.order_error < KNOWN_ORDER
     if is_rough and decay - decay_error > LEAST_DECAY:
         return _irregular(h, values, scatter, decay, decay_error)
-    biased = bias_is_seen(h, values)
+    biased = _bias_is_seen(h, values)
     if known and biased:
         error = fit.limit_error
         bias = np.abs(values.mean(axis=1) - fit.limit) + error
@@ -145,11 +150,9 @@ def _noise(h: Array, values: Array, scatter: Array, seeded: bool) -> LadderVerdi
 
 def _bounded(reason: str, h: Array, values: Array, scatter: Array) -> LadderVerdict:
     """What means say where there is no order, with a scatter that all rungs tell together."""
-    means = judge_means(h, values, smooth_scatter(h, scatter))
+    means = judge_means(h, values, _smooth_scatter(h, scatter))
     reason += "; means bound the error"
-    return LadderVerdict(
-        "bounded", reason, None, None, means.value, means.value_error, means.bias, scatter
-    )
+    return LadderVerdict("bounded", reason, None, None, *means, scatter)
 
 
 def _why_not(is_rough: bool, biased: bool, decay: float, decay_error: float, fit: OrderFit) -> str:
@@ -169,3 +172,104 @@ def _why_not(is_rough: bool, biased: bool, decay: float, decay_error: float, fit
         "runs scatter, and whether that shrinks with the step is not clear (power "
         f"{decay:.2g} +- {decay_error:.2g}); a longer ladder or more runs a rung may tell"
     )
+
+
+def _smooth_scatter(h: Array, scatter: Array) -> Array:
+    """
+    Return the scatter of each rung halfway to the straight line through the logarithms of all.
+
+    Single rungs tell their scatter badly.
+    """
+    x, y = np.log(h.mean(axis=1)), np.log(scatter)
+    return np.exp(0.5 * (y + np.polyval(np.polyfit(x, y, 1), x)))
+
+
+def _spread_of_rungs(h: Array, values: Array, resolution: float) -> Array:
+    """
+    Return the standard deviation of each rung.
+
+    Of numbers with all digits, runs of a rung that agree in all had as many steps each: they tell
+    no scatter, which is taken from the rungs around.
+    """
+    spread = values.std(axis=1, ddof=1)
+    told = np.ptp(values, axis=1) > 0.0
+    if resolution > 0.0 or not np.any(told):
+        return spread
+    x = -np.log(h.mean(axis=1))
+    return np.where(told, spread, np.exp(np.interp(x, x[told], np.log(spread[told]))))
+
+
+def _scatter_about_law(
+    h: Array, values: Array, floor: float, seeded: bool
+) -> tuple[Array, OrderFit]:
+    """Return the scatter about a smooth law, by rung, and that law; each needs the other."""
+    rough = np.hypot(values.std(axis=1, ddof=1), floor)
+    fit = fit_order(h, values, rough)
+    for _ in range(3):
+        rest = (values - fit.slope * h**fit.order).std(axis=1, ddof=1)
+        rough = _seeds_apart(h, values, fit.order, rest) if seeded else rest
+        rough = np.hypot(rough, floor)
+        fit = fit_order(h, values, _smooth_scatter(h, rough))
+    return rough, fit
+
+
+def _seeds_apart(h: Array, values: Array, p: float, rough: Array) -> Array:
+    """
+    Return the scatter about A + B h^p with A and B of each seed's own, where seeds have their own.
+
+    Whether they have is decided by an F test; `rough` is the scatter about a common law.
+    """
+    from scipy.stats import f
+
+    rungs, columns = values.shape
+    # As if all rungs scattered alike: what is compared is the same sum of squares.
+    squares = np.zeros(rungs)
+    for k in range(columns):
+        design = np.stack([np.ones(rungs), h[:, k] ** p], axis=1)
+        q, _ = np.linalg.qr(design)
+        rest = values[:, k] - q @ (q.T @ values[:, k])
+        squares += rest**2 / np.maximum(1.0 - np.sum(q**2, axis=1), 0.1)
+    apart = np.sqrt(squares / columns)
+    common, own = float(np.sum(rough**2)), float(np.sum(apart**2))
+    # Degrees of freedom: of a common law one mean a rung, of seeds' own laws two numbers a seed.
+    freedom = rungs * (columns - 1), (rungs - 2) * columns
+    return apart if common / max(own, 1e-300) > f.ppf(1.0 - _CHANCE, *freedom) else rough
+
+
+def _decay_of_scatter(h: Array, rough: Array, columns: int, floor: float) -> tuple[float, float]:
+    """Return the power of the step by which scatter shrinks, and its 95 % error."""
+    from scipy.special import polygamma
+
+    seen = rough > 2.0 * floor
+    if seen.sum() < LEAST_RUNGS:
+        return 0.0, np.inf
+    x, y = np.log(h[seen]), np.log(rough[seen])
+    slope, level = np.polyfit(x, y, 1)
+    rest = y - slope * x - level
+    # Variance of the logarithm of a standard deviation from M Gaussian values; where the rungs
+    # themselves scatter by more, that counts.
+    expected = float(polygamma(1, 0.5 * (columns - 1))) / 4.0
+    variance = max(expected, float(rest @ rest) / (len(x) - 2))
+    return float(slope), SURE * float(np.sqrt(variance / np.sum((x - x.mean()) ** 2)))
+
+
+def _bias_is_seen(h: Array, values: Array) -> bool:
+    """
+    Test whether the mean changes along the ladder, by more than chance.
+
+    The contrast has the shape of h^1.5, between orders 1 and 2; columns are compared with
+    themselves, so that seeds of different levels do not hide it.
+    """
+    from scipy.stats import t
+
+    rungs, columns = values.shape
+    shape = h.mean(axis=1) ** 1.5
+    shape = shape - shape.mean()
+    rest = values - values.mean(axis=0) - values.mean(axis=1, keepdims=True) + values.mean()
+    freedom = (rungs - 1) * (columns - 1)
+    variance = float(np.sum(rest**2)) / freedom
+    if variance == 0.0:
+        return True
+    contrast = float(shape @ values.mean(axis=1))
+    error = np.sqrt(variance * float(shape @ shape) / columns)
+    return bool(abs(contrast) / error > t.ppf(1.0 - 0.5 * _CHANCE, freedom))

@@ -5,7 +5,6 @@ import argparse
 import numpy as np
 
 from chaincor.analysis.ladders.verdict import judge_ladder
-from chaincor.workflows.scripts.advice import promised_errors
 from tests.analysis.ladders.draws import ORDERS, draw
 
 KINDS = ("regular", "irregular", "noise", "bounded", "cannot tell")
@@ -33,7 +32,7 @@ def main() -> None:
                 orders.append(abs(verdict.order - order) <= verdict.order_error)
             if verdict.value is not None:
                 values.append(abs(verdict.value - truth) <= verdict.value_error)
-                kept += list(np.abs(found[:, -1] - truth) <= promised_errors(verdict))
+                kept += list(np.abs(found[:, -1] - truth) <= verdict.promised)
         shares = [100.0 * count / options.draws for count in counts.values()]
         bars = [f"{100.0 * np.mean(hits):.0f}" if hits else "-" for hits in (orders, values, kept)]
         cells = " | ".join([*(f"{share:.0f}" for share in shares), *bars])

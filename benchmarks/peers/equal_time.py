@@ -12,10 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.tradeoff.measurement import Measurement
 from chaincor.workflows.tradeoff.settings import (
     STOCK_PHASES,
     STOCK_TIMESTEP,
+    Measurement,
     Series,
     Setting,
     time_unit,
@@ -69,7 +69,7 @@ def compare(fields: dict, phases: int = STOCK_PHASES) -> EqualTime:
     for phase in range(phases):
         for each in (stock, *events):
             if each.failure is None:
-                each.run(scene, truth, phase / phases)
+                each.run(truth, phase / phases)
     ratios, best = {}, {}
     for factor in WANTED:
         quick = [e for e in events if not e.failure and e.time <= factor * stock.time]

@@ -11,8 +11,8 @@ from chaincor.lammps_inputs.own_templates.rules import commands_of
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.script_plan import JobWishes
 from chaincor.lammps_inputs.units.unit_system import UnitSystem
+from chaincor.workflows import scripted as plan
 from chaincor.workflows.job import job_files
-from chaincor.workflows.scripted import plan
 
 SCENE = Scene(potential="harmonic", particles=2, velocity=0.1, scheme="verlet", error=False)
 HEAD = '{% extends "job.in.j2" %}\n'

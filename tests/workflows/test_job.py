@@ -14,6 +14,7 @@ from chaincor.analysis.restitution import restitution
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows import scripted as plan
 from chaincor.workflows.accuracy.in_house_runs import eta_of
 from chaincor.workflows.accuracy.scouting import scout
 from chaincor.workflows.collision import collide
@@ -22,7 +23,6 @@ from chaincor.workflows.engines.lammps import engine as lammps
 from chaincor.workflows.engines.lammps.kept_script import flown_on
 from chaincor.workflows.errors import RunError
 from chaincor.workflows.job import write_job
-from chaincor.workflows.scripted import plan
 from tests.lmp import number, run_lmp, unexpected_warnings
 
 

@@ -20,7 +20,7 @@ from chaincor.workflows.collision import collide
 from chaincor.workflows.engines.lammps import engine as lammps
 from chaincor.workflows.engines.lammps.kept_script import job_script
 from chaincor.workflows.job import write_job
-from chaincor.workflows.scripted.plan import interpolated_force_error, plan_script
+from chaincor.workflows.scripted import interpolated_force_error, plan_script
 from tests.lmp import number, run_lmp, unexpected_warnings
 
 SCENES = [

@@ -67,7 +67,7 @@ def validate(
     from chaincor.workflows.validation import comparison
     from chaincor.workflows.validation.grid import grid_around
     from chaincor.workflows.validation.lammps_result import is_lammps_result
-    from chaincor.workflows.validation.user_comparison import validate_user
+    from chaincor.workflows.validation.user_comparison import climb_ladder, validate_user
 
     if plot is not None and Path(plot).suffix not in PICTURES:
         raise click.UsageError(
@@ -82,10 +82,8 @@ def validate(
                 "--ladder is for one function of yours; expected --against MODULE:FUNCTION "
                 "--timestep H, without --grid and --plot"
             )
-        from chaincor.workflows.validation.user_ladder import climb_ladder, describe_ladder
-
         climbed = climb_ladder(scene, against, timeout or USER_TIMEOUT)
-        tell(climbed.to_dict(), describe_ladder(climbed), as_json, scene)
+        tell(climbed.to_dict(), repr(climbed), as_json, scene)
         return
     if against is not None and ":" not in against and scene.explicit:
         given = [key for key in NUMERICS_KEYS if getattr(scene, key) is not None]

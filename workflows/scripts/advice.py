@@ -7,7 +7,7 @@ import numpy as np
 
 from chaincor.analysis.ladders.verdict import SCATTER_RESERVE, LadderVerdict
 from chaincor.lammps_inputs.arrays import Array
-from chaincor.workflows.scripts.ladder import Ladder
+from chaincor.workflows.scripts.varied import Ladder
 
 # A mean of more runs than these is no advice.
 _MOST_RUNS = 10_000
@@ -33,7 +33,7 @@ def own_tolerance(verdict: LadderVerdict) -> float | None:
     A thousandth of the number or, where that is beyond the ladder, twice what one run on its finest
     rung keeps.
     """
-    keeps = float(promised_errors(verdict)[-1])
+    keeps = float(verdict.promised[-1])
     if verdict.value is None or not math.isfinite(keeps):
         return None
     return max(2.0 * keeps, 1e-3 * abs(verdict.value))
@@ -44,17 +44,6 @@ def runs_wanted(verdict: LadderVerdict, tolerance: float, columns: int) -> int |
     bias = float(np.min(verdict.bias))
     wanted = columns * (2.0 * bias / tolerance) ** 2
     return math.ceil(wanted) if columns < wanted <= _MOST_RUNS else None
-
-
-def promised_errors(verdict: LadderVerdict) -> Array:
-    """
-    Return the error that one run on each rung keeps, against the limit of fine values.
-
-    The bound on its bias, with three standard deviations of single runs; never less than that of a
-    finer rung, since an error may vanish by luck at one step.
-    """
-    errors = verdict.bias + SCATTER_RESERVE * verdict.scatter
-    return np.maximum.accumulate(errors[::-1])[::-1]
 
 
 def give_advice(
@@ -69,26 +58,15 @@ def give_advice(
     """
     Return the cheapest way to keep a tolerance; None where nothing that was measured tells one.
 
-    Parameters
-    ----------
-    ladder : Ladder
-        What was varied.
-    values : ndarray of shape (R,)
-        The rungs that ran, coarse to fine.
-    verdict : LadderVerdict
-        What was found on them.
-    seconds : ndarray of shape (R,)
-        Processor time of one run.
-    tolerance : float
-        Error to keep.
-    repeats : bool
-        Whether the mean of several runs, at nearby values or with other seeds, is advice as well.
+    `values` are the rungs that ran, coarse to fine, `seconds` the processor time of one run on
+    each. With `repeats` the mean of several runs, at nearby values or with other seeds, is advice
+    as well.
     """
     if verdict.kind == "cannot tell":
         return None
     # What differs from a finer rung's cost upwards is the machine's noise.
     seconds = np.minimum.accumulate(seconds[::-1])[::-1]
-    promised = promised_errors(verdict)
+    promised = verdict.promised
     bias = np.maximum.accumulate(verdict.bias[::-1])[::-1]
     found: dict[int, ScriptAdvice] = {}
     for k, value in enumerate(values):
@@ -130,7 +108,7 @@ def _beyond(
     ladder: Ladder, finest: float, verdict: LadderVerdict, seconds: float, tolerance: float
 ) -> ScriptAdvice | None:
     """Guess a finer value than the finest by the order; no promise."""
-    promised = float(promised_errors(verdict)[-1])
+    promised = float(verdict.promised[-1])
     if verdict.order is None or not math.isfinite(promised):
         return None
     factor = (_AIM * tolerance / promised) ** (1.0 / verdict.order)

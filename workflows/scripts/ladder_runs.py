@@ -2,19 +2,13 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chaincor.analysis.ladders.verdict import LEAST_RUNGS, LadderVerdict, judge_ladder
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.errors import InputError
-from chaincor.workflows.scripts.advice import (
-    ScriptAdvice,
-    give_advice,
-    own_tolerance,
-    promised_errors,
-)
+from chaincor.workflows.scripts.advice import ScriptAdvice, give_advice, own_tolerance
 from chaincor.workflows.scripts.script_run import Runner, ScriptRun, ScriptRunError
 from chaincor.workflows.scripts.varied import Varied
 
@@ -32,7 +26,7 @@ class NumberLadder:
     """One number of a script along a ladder."""
 
     name: str  #: Pattern or quantity.
-    results: NDArray[np.float64]  #: What was found, run by run; of shape (R, M).
+    results: Array  #: What was found, run by run; of shape (R, M).
     #: Unit of the last digit printed, of the most exact run; 0 for what is sampled.
     resolution: float
     #: Of one run's mean, from the run itself, on the finest rung; None for what is no mean.
@@ -41,48 +35,31 @@ class NumberLadder:
     tolerance: float | None  #: What the advice is for: as asked, or one of its own.
     advice: ScriptAdvice | None  #: None where nothing can be advised.
 
-    @cached_property
-    def promised(self) -> NDArray[np.float64]:
+    @property
+    def promised(self) -> Array:
         """Error that one run on a rung keeps, of shape (R,); inf where it cannot be told."""
-        return promised_errors(self.verdict)
+        return self.verdict.promised
 
 
 @dataclass(frozen=True)
 class ScriptLadder:
-    """
-    One ladder of a script.
+    """One ladder of a script."""
 
-    Attributes
-    ----------
-    fixed : dict
-        Values of the variables that stay, as text.
-    runs : tuple of ScriptRun
-        Every run, failed ones among them, in the order they were made.
-    given : tuple of float
-        The varied value of each of these.
-    inputs : ndarray of shape (R, M)
-        Values, run by run, of the rungs all of whose runs ended well, coarse to fine.
-    seconds : ndarray of shape (R,)
-        Processor time of one run: the median of a rung.
-    numbers : tuple of NumberLadder
-        What was found.
-    ends : tuple of float or None
-        Earliest and latest physical time at which runs ended; None where that is not known.
-    repeatable : bool
-        Whether the same command gave the same digits twice.
-    """
-
-    fixed: dict[str, str]
+    fixed: dict[str, str]  #: Values of the variables that stay, as text.
+    #: Every run, failed ones among them, in the order they were made.
     runs: tuple[ScriptRun, ...]
-    given: tuple[float, ...]
-    inputs: NDArray[np.float64]
-    seconds: NDArray[np.float64]
-    numbers: tuple[NumberLadder, ...]
+    given: tuple[float, ...]  #: The varied value of each of these.
+    #: Values, run by run, of the rungs all of whose runs ended well, coarse to fine; of shape
+    #: (R, M).
+    inputs: Array
+    seconds: Array  #: Processor time of one run: the median of a rung; of shape (R,).
+    numbers: tuple[NumberLadder, ...]  #: What was found.
+    #: Earliest and latest physical time at which runs ended; None where that is not known.
     ends: tuple[float, float] | None
-    repeatable: bool
+    repeatable: bool  #: Whether the same command gave the same digits twice.
 
     @property
-    def values(self) -> NDArray[np.float64]:
+    def values(self) -> Array:
         """The value of each of these rungs, of shape (R,)."""
         return self.inputs[:, 0]
 
@@ -139,11 +116,10 @@ class _Runs:
         coarse = self.run(0, 0)
         if coarse.failure:
             return
-        same = all(coarse.numbers[k].value == fine.numbers[k].value for k in fine.numbers)
-        if same and self.varied.kind == "variable" and not script.mentions(ladder.name):
-            value = next(iter(fine.numbers.values())).value
+        unused = self.varied.kind == "variable" and not script.mentions(ladder.name)
+        if unused and _same_digits(coarse, fine):
             raise InputError(
-                f"{script.path.name} gives {value!r} at both ends of the ladder and "
+                f"{script.path.name} gives {_first(fine)!r} at both ends of the ladder and "
                 f"does not mention ${{{ladder.name}}}; expected a script that uses the variable"
             )
         dearer = coarse.seconds > max(_DEARER * fine.seconds, _SURELY_SECONDS)
@@ -161,15 +137,22 @@ class _Runs:
         second = self.anew(rung, 0, again=True)
         if second.failure:
             raise self.failed(second, rung)
-        same = all(first.numbers[k].value == second.numbers[k].value for k in first.numbers)
+        same = _same_digits(first, second)
         if seeds and same:
             raise InputError(
-                f"{self.runner.script.name} gives {next(iter(first.numbers.values())).value!r} "
-                f"with seed {seeds[0]} and with {seeds[1]}; expected a script whose random numbers "
-                "obey the variable 'seed', or seeds that are whole numbers in it: leave --seeds "
-                "out where it draws none"
+                f"{self.runner.script.name} gives {_first(first)!r} with seed {seeds[0]} and with "
+                f"{seeds[1]}; expected a script whose random numbers obey the variable 'seed', or "
+                "seeds that are whole numbers in it: leave --seeds out where it draws none"
             )
         return same or bool(seeds)
+
+
+def _same_digits(first: ScriptRun, second: ScriptRun) -> bool:
+    return all(each.value == second.numbers[name].value for name, each in first.numbers.items())
+
+
+def _first(run: ScriptRun) -> float:
+    return next(iter(run.numbers.values())).value
 
 
 def measure_ladder(
@@ -222,16 +205,17 @@ def _judge(
     varied: Varied,
     name: str,
     rows: list[list[ScriptRun]],
-    inputs: NDArray[np.float64],
-    seconds: NDArray[np.float64],
+    inputs: Array,
+    seconds: Array,
     tolerance: float | None,
     sampled: bool,
 ) -> NumberLadder:
     """Say of one number what its error is like, and what to run."""
     ladder, seeded = varied.ladder, bool(varied.seeds)
-    results = np.array([[run.numbers[name].value for run in row] for row in rows])
-    resolution = min(run.numbers[name].unit for row in rows for run in row)
-    steps = np.array([[ladder.step(value) for value in row] for row in inputs])
+    found = [[run.numbers[name] for run in row] for row in rows]
+    results = np.array([[each.value for each in row] for row in found])
+    resolution = min(each.unit for row in found for each in row)
+    steps = np.vectorize(ladder.step)(inputs)
     verdict = judge_ladder(steps, results, resolution=resolution, seeded=seeded)
     if tolerance is None and sampled:
         tolerance = own_tolerance(verdict)
@@ -239,7 +223,7 @@ def _judge(
     if tolerance is not None:
         repeats = seeded or sampled
         advice = give_advice(ladder, inputs[:, 0], verdict, seconds, tolerance, repeats=repeats)
-    error = float(np.sqrt(np.mean([run.numbers[name].error ** 2 for run in rows[-1]])))
+    error = float(np.sqrt(np.mean([each.error**2 for each in found[-1]])))
     return NumberLadder(
         name=name,
         results=results,

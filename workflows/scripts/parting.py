@@ -11,12 +11,11 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.workflows.scripts.change import Change
 from chaincor.workflows.scripts.script_run import Runner, ScriptRun
-from chaincor.workflows.scripts.timed_runs import FRAME_FILE
 
 # Of the distance between neighbours: runs have parted when they differ by this much.
 PARTED = 0.01
@@ -31,33 +30,20 @@ _SURE = 3.0
 
 @dataclass(frozen=True)
 class Comparison:
-    """
-    A run beside the script's own.
+    """A run beside the script's own."""
 
-    Attributes
-    ----------
-    what : str
-        What it did otherwise.
-    kind : str
-        ``same``: not a digit differs; ``together``: roundings stay invisible; ``chaos``: they grow
-        until the runs have parted; ``at once``: no rounding does that.
-    parted : float or None
-        Physical time at which the runs had parted.
-    growth : float or None
-        lambda, the rate at which the distance grew.
-    times, distances : ndarray of shape (S,)
-        Root-mean-square distance between the runs' particles, in distances of neighbours.
-    numbers : dict of str to tuple
-        By name: the script's own number, the difference, and the standard error of that, nan where
-        it is not known.
-    """
-
-    what: str
+    what: str  #: What it did otherwise.
+    #: ``same``: not a digit differs; ``together``: roundings stay invisible; ``chaos``: they grow
+    #: until the runs have parted; ``at once``: no rounding does that.
     kind: str
-    parted: float | None
-    growth: float | None
-    times: NDArray[np.float64]
-    distances: NDArray[np.float64]
+    parted: float | None  #: Physical time at which the runs had parted.
+    growth: float | None  #: lambda, the rate at which the distance grew.
+    #: Root-mean-square distance between the runs' particles, in distances of neighbours, at times
+    #: of shape (S,).
+    times: Array
+    distances: Array  #: See ``times``.
+    #: By name: the script's own number, the difference, and the standard error of that, nan where
+    #: it is not known.
     numbers: dict[str, tuple[float, float, float]]
 
     def agrees(self, name: str) -> bool | None:
@@ -68,24 +54,18 @@ class Comparison:
         return None if not math.isfinite(error) else abs(difference) <= _SURE * error
 
 
-def compare_last_digit(runner: Runner) -> Comparison:
-    """Run the script as it stands, and with all particles displaced by a last digit."""
-    first = _run(runner, "as it stands")
-    second = _run(runner, "last digit changed", _LAST_DIGIT)
-    return _compare("last digit of the coordinates", first, second)
-
-
-def compare_ranks(runner: Runner, ranks: tuple[int, ...]) -> tuple[Comparison, ...]:
-    """Run the script on each number of processes, and compare with the first."""
-    launcher = _launcher(runner.lmp)
-    runs = [
-        _run(replace(runner, lmp=f"{launcher} -n {k} {runner.lmp}"), f"{k} processes")
-        for k in ranks
-    ]
-    return tuple(
-        _compare(f"{k} processes instead of {ranks[0]}", runs[0], each)
-        for k, each in zip(ranks[1:], runs[1:], strict=True)
-    )
+def compare_runs(runner: Runner, ranks: tuple[int, ...]) -> tuple[Comparison, ...]:
+    """Compare runs on numbers of processes with the first; without any, with a last digit moved."""
+    if ranks:
+        mpi = _launcher(runner.lmp)
+        runs = [
+            _run(replace(runner, lmp=f"{mpi} -n {k} {runner.lmp}"), f"{k} processes") for k in ranks
+        ]
+        names = [f"{k} processes instead of {ranks[0]}" for k in ranks[1:]]
+    else:
+        runs = [_run(runner, "as it stands"), _run(runner, "last digit changed", _LAST_DIGIT)]
+        names = ["last digit of the coordinates"]
+    return tuple(_compare(name, runs[0], run) for name, run in zip(names, runs[1:], strict=True))
 
 
 def _launcher(lmp: str) -> str:
@@ -103,77 +83,34 @@ def _launcher(lmp: str) -> str:
     return found
 
 
-_Found = tuple[ScriptRun, NDArray[np.float64], NDArray[np.float64], float]
-
-
-def _run(runner: Runner, name: str, shaken: float = 0.0) -> _Found:
-    """Return a run, the times of its frames, its positions, and the distance of neighbours."""
-    frames: list[tuple[NDArray[np.float64], NDArray[np.float64], float]] = []
-    run = runner.run(
-        name,
-        Change(shaken=shaken, frames=True),
-        read=lambda folder: frames.append(read_frames(folder / FRAME_FILE)),
-    )
+def _run(runner: Runner, name: str, shaken: float = 0.0) -> ScriptRun:
+    run = runner.run(name, Change(shaken=shaken, frames=True))
     if run.failure:
         raise runner.error(f"with {name}", run.failure)
-    return run, *frames[0]
+    return run
 
 
-def read_frames(path: Path) -> tuple[NDArray[np.float64], NDArray[np.float64], float]:
-    """
-    Read the positions that were written with the samples.
-
-    Returns times of shape (S,), positions of shape (S, N, 3), nan beyond the particles of a frame,
-    and the distance of neighbours, that of as many particles on a simple cubic lattice.
-    """
-    times: list[float] = []
-    frames: list[NDArray[np.float64]] = []
-    spacing = 1.0
-    lines = path.read_text("utf-8").splitlines() if path.is_file() else []
-    k = 0
-    while k < len(lines):
-        item = lines[k]
-        if item.startswith("ITEM: TIME") and item != "ITEM: TIMESTEP":
-            times.append(float(lines[k + 1]))
-        elif item.startswith("ITEM: NUMBER"):
-            count = int(lines[k + 1])
-        elif item.startswith("ITEM: BOX"):
-            box = [[float(x) for x in line.split()] for line in lines[k + 1 : k + 4]]
-            spacing = (math.prod(row[1] - row[0] for row in box) / max(count, 1)) ** (1.0 / 3.0)
-        elif item.startswith("ITEM: ATOMS"):
-            rows = [line.split() for line in lines[k + 1 : k + 1 + count]]
-            frames.append(np.array(rows, dtype=float).reshape(-1, 4)[:, 1:])
-            k += count
-        k += 1
-    if not frames:
-        raise InputError("the script wrote no positions; expected a 'run' with particles")
-    most = max(len(frame) for frame in frames)
-    padded = [np.pad(f, ((0, most - len(f)), (0, 0)), constant_values=np.nan) for f in frames]
-    return np.array(times), np.array(padded), spacing
-
-
-def _compare(what: str, first: _Found, second: _Found) -> Comparison:
+def _compare(what: str, first: ScriptRun, second: ScriptRun) -> Comparison:
     """Say how the distance of two runs grew, and what became of the numbers."""
-    count = min(len(first[1]), len(second[1]))
-    times = first[1][:count]
-    particles = min(first[2].shape[1], second[2].shape[1])
-    apart = first[2][:count, :particles] - second[2][:count, :particles]
-    distances = np.sqrt(np.nanmean(np.sum(apart**2, axis=2), axis=1)) / first[3]
+    assert first.frames is not None
+    assert second.frames is not None
+    (times, here, spacing), there = first.frames, second.frames.positions
+    count, particles = map(min, zip(here.shape[:2], there.shape[:2], strict=True))
+    apart = here[:count, :particles] - there[:count, :particles]
+    distances = np.sqrt(np.nanmean(np.sum(apart**2, axis=2), axis=1)) / spacing
     numbers = {
         name: (
             number.value,
-            second[0].numbers[name].value - number.value,
-            math.hypot(number.error, second[0].numbers[name].error),
+            second.numbers[name].value - number.value,
+            math.hypot(number.error, second.numbers[name].error),
         )
-        for name, number in first[0].numbers.items()
+        for name, number in first.numbers.items()
     }
-    kind, parted, growth = judge_distances(times, distances)
-    return Comparison(what, kind, parted, growth, times, distances, numbers)
+    kind, parted, growth = judge_distances(times[:count], distances)
+    return Comparison(what, kind, parted, growth, times[:count], distances, numbers)
 
 
-def judge_distances(
-    times: NDArray[np.float64], distances: NDArray[np.float64]
-) -> tuple[str, float | None, float | None]:
+def judge_distances(times: Array, distances: Array) -> tuple[str, float | None, float | None]:
     """
     Return what a growing distance means, the time of parting, and the rate of growth.
 

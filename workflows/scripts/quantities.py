@@ -1,17 +1,22 @@
-"""What is asked of a run: thermo keywords, computes and variables, and what of them."""
+"""What is asked of a run, numbers that it prints or that are sampled, and how that is read."""
 
+import json
+import math
 import re
+import subprocess
+import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from chaincor.analysis.dumps.printed import end_of
 from chaincor.analysis.ladders.series import standard_error
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.workflows.errors import RunError
-from chaincor.workflows.scripts.observable import Observed, check_pattern
 
 # What is asked for without a word.
 ALL = ("etotal:drift", "etotal:fluctuation", "temp", "pe", "press")
@@ -21,6 +26,39 @@ SHARE = 0.5
 # Fewer samples tell neither a mean's error nor a drift.
 LEAST_SAMPLES = 8
 _QUANTITY = re.compile(r"(?P<what>[cfv]_\w+(\[\d+\])*|[a-z][a-z0-9]*)(:(?P<kind>\w+))?", re.ASCII)
+# A pattern may take ages, or fill the memory: it is tried in a process of its own.
+PATTERN_SECONDS = 10.0
+_LONGEST_PATTERN = 1000
+# The last match counts: of an endless output its end is enough.
+_MOST_BYTES = 8_000_000
+_PROGRAM = """
+import json, re, sys
+try:
+    import resource
+    resource.setrlimit(resource.RLIMIT_AS, (1 << 30, 1 << 30))
+except (ImportError, ValueError, OSError):
+    pass
+asked = json.load(sys.stdin)
+try:
+    pattern = re.compile(asked["pattern"], re.MULTILINE)
+except (re.error, OverflowError, RecursionError, MemoryError) as error:
+    print(json.dumps({"wrong": str(error) or type(error).__name__}))
+    sys.exit()
+last = None
+for last in pattern.finditer(asked["text"]):
+    pass
+print(json.dumps({"groups": pattern.groups, "found": None if last is None else last.groups()[:1]}))
+"""
+
+
+@dataclass(frozen=True)
+class Observed:
+    """A number of a run."""
+
+    value: float  #: The number.
+    unit: float = 0.0  #: Unit of its last digit, where a script printed it; 0 for what is sampled.
+    #: Standard error of a mean, as this run alone tells it; nan for what is none.
+    error: float = math.nan
 
 
 @dataclass(frozen=True)
@@ -58,8 +96,8 @@ class Asked:
 class Samples:
     """What was sampled in a run."""
 
-    times: NDArray[np.float64]  #: Physical times; of shape (S,).
-    values: dict[str, NDArray[np.float64]]  #: By quantity; of shape (S,).
+    times: Array  #: Physical times, up to its end; of shape (S,).
+    values: dict[str, Array]  #: By quantity; of shape (S,).
 
     @property
     def end(self) -> float:
@@ -145,3 +183,115 @@ def read_samples(path: Path, quantities: tuple[str, ...]) -> Samples:
     kept = np.concatenate([[True], np.diff(times) > 0.0])
     values = {what: data[kept, k] for k, what in enumerate(quantities, 1)}
     return Samples(times[kept], values)
+
+
+def check_pattern(pattern: str) -> None:
+    """Raise InputError unless a pattern is a regular expression with one group."""
+    if len(pattern) > _LONGEST_PATTERN:
+        raise InputError(
+            f"--observable has {len(pattern)} letters; expected {_LONGEST_PATTERN} at most"
+        )
+    answer = _search(pattern, "")
+    if answer is None:
+        raise InputError(
+            f"--observable {pattern!r} takes longer than {PATTERN_SECONDS:g} s or more memory than "
+            "1 GB by itself; expected a simple pattern, such as 'restitution = (\\S+)'"
+        )
+    if "wrong" in answer:
+        raise InputError(
+            f"--observable {pattern!r} is no regular expression: {answer['wrong']}; expected one "
+            "such as 'restitution = (\\S+)'"
+        )
+    if answer["groups"] != 1:
+        raise InputError(
+            f"--observable {pattern!r} has {answer['groups']} groups; expected one pair of "
+            "brackets, around the number: 'restitution = (\\S+)'; other brackets as (?:...)"
+        )
+
+
+def find_observable(pattern: str, output: Path) -> Observed:
+    """
+    Return the last number in a script's output that a pattern matches.
+
+    Raises RunError where nothing matches, what matches is no finite number, or the search takes
+    too long.
+    """
+    answer = _search(pattern, end_of(output, _MOST_BYTES))
+    if answer is None:
+        raise RunError(
+            f"the search for {pattern!r} takes longer than {PATTERN_SECONDS:g} s or more memory "
+            "than 1 GB; expected a pattern without nested repetition"
+        )
+    if answer.get("found") is None:
+        raise RunError(f"the script prints nothing that {pattern!r} matches")
+    return read_observed(pattern, answer["found"][0])
+
+
+def read_observed(pattern: str, text: str | None) -> Observed:
+    """Turn matched text into a number and the unit of its last digit."""
+    shown = (text or "").strip(" \t,;()[]\"'")
+    try:
+        value = float(shown)
+    except ValueError:
+        raise RunError(
+            f"{pattern!r} matches {(text or '')[:60]!r}, which is no number; expected the "
+            "brackets around the number alone"
+        ) from None
+    if not math.isfinite(value):
+        raise RunError(f"the script prints {text!r} for {pattern!r}; expected a finite number")
+    mantissa, _, exponent = shown.lower().partition("e")
+    decimals = len(mantissa.partition(".")[2])
+    return Observed(value, 10.0 ** (int(exponent or 0) - decimals))
+
+
+def _search(pattern: str, text: str) -> dict[str, Any] | None:
+    """Compile and search in a process of its own; None where it had to be stopped."""
+    try:
+        done = subprocess.run(
+            [sys.executable, "-I", "-S", "-c", _PROGRAM],
+            input=json.dumps({"pattern": pattern, "text": text}),
+            capture_output=True,
+            text=True,
+            timeout=PATTERN_SECONDS,
+            check=False,
+        )
+        return dict(json.loads(done.stdout))
+    except (subprocess.TimeoutExpired, ValueError):
+        return None
+
+
+class Frames(NamedTuple):
+    """The positions that a run wrote with its samples."""
+
+    times: Array  #: Of shape (S,).
+    positions: Array  #: Of shape (S, N, 3); nan beyond the particles of a frame.
+    #: The distance of neighbours: that of as many particles on a simple cubic lattice.
+    spacing: float
+
+
+def read_frames(path: Path) -> Frames:
+    """Read the positions of a run; raises InputError where there are none."""
+    times: list[float] = []
+    frames: list[Array] = []
+    spacing = 1.0
+    lines = path.read_text("utf-8").splitlines() if path.is_file() else []
+    k = 0
+    while k < len(lines):
+        item = lines[k]
+        if item.startswith("ITEM: TIME") and item != "ITEM: TIMESTEP":
+            times.append(float(lines[k + 1]))
+        elif item.startswith("ITEM: NUMBER"):
+            count = int(lines[k + 1])
+        elif item.startswith("ITEM: BOX"):
+            box = [[float(x) for x in line.split()] for line in lines[k + 1 : k + 4]]
+            spacing = (math.prod(row[1] - row[0] for row in box) / max(count, 1)) ** (1.0 / 3.0)
+        elif item.startswith("ITEM: ATOMS"):
+            rows = [line.split() for line in lines[k + 1 : k + 1 + count]]
+            frames.append(np.array(rows, dtype=float).reshape(-1, 4)[:, 1:])
+            k += count
+        k += 1
+    if not frames:
+        raise InputError("the script wrote no positions; expected a 'run' with particles")
+    most = max(len(frame) for frame in frames)
+    padded = [np.pad(f, ((0, most - len(f)), (0, 0)), constant_values=np.nan) for f in frames]
+    return Frames(np.array(times), np.array(padded), spacing)

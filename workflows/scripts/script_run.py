@@ -7,18 +7,29 @@ import shutil
 import signal
 import subprocess
 import time
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
+from chaincor.analysis.dumps.printed import end_of
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.workflows.engines.lammps.library import find_mpi_library
 from chaincor.workflows.errors import RunError
-from chaincor.workflows.scripts.change import AS_IT_STANDS, Change
-from chaincor.workflows.scripts.observable import Observed, find_observable
-from chaincor.workflows.scripts.quantities import Asked, Samples, read_samples
-from chaincor.workflows.scripts.rewriting import rewrite_folder
-from chaincor.workflows.scripts.timed_runs import SAMPLE_FILE
+from chaincor.workflows.scripts.change import Change
+from chaincor.workflows.scripts.quantities import (
+    Asked,
+    Frames,
+    Observed,
+    Samples,
+    find_observable,
+    read_frames,
+    read_samples,
+)
+from chaincor.workflows.scripts.rewriting import (
+    FRAME_FILE,
+    SAMPLE_FILE,
+    STEP_FILE,
+    rewrite_folder,
+)
 
 SCREEN_FILE = "screen.txt"
 _MOST_FOLDER_BYTES = 200_000_000
@@ -34,12 +45,14 @@ class ScriptRun:
     """One run."""
 
     variables: dict[str, str]  #: What was given by -var.
-    numbers: dict[str, Observed]  #: By name; empty where the run failed.
-    samples: Samples | None  #: What was sampled; None where nothing was.
     #: Processor time of the whole process, its start included; of a command of several words, such
     #: as ``srun lmp``, what LAMMPS's log says of its loops.
     seconds: float
     failure: str | None = None  #: What went wrong, in LAMMPS's words where it has some.
+    numbers: dict[str, Observed] = field(default_factory=dict)  #: By name; none where it failed.
+    samples: Samples | None = None  #: What was sampled; None where nothing was.
+    step: float | None = None  #: The script's own, in its last run; None where it has none.
+    frames: Frames | None = None  #: Positions, where these are asked for.
 
 
 def list_files(folder: Path) -> list[Path]:
@@ -67,14 +80,10 @@ def list_files(folder: Path) -> list[Path]:
     return files
 
 
-def _words(lmp: str, variables: dict[str, str], script: str) -> list[str]:
-    """Return the command of a run, word by word."""
-    return [*shlex.split(lmp), *_options(variables), "-in", script]
-
-
 def format_command(lmp: str, variables: dict[str, str], script: str) -> str:
     """Return the command of a run, to paste into a shell."""
-    return shlex.join(_words(lmp, variables, script))
+    given = [word for name, value in variables.items() for word in ("-var", name, value)]
+    return shlex.join([*shlex.split(lmp), *given, "-in", script])
 
 
 @dataclass(frozen=True)
@@ -88,17 +97,11 @@ class Runner:
     scratch: Path  #: An absolute folder, for the copies.
     timeout: float  #: Seconds of the wall clock that a run may take.
 
-    def run(
-        self,
-        name: str,
-        change: Change = AS_IT_STANDS,
-        read: Callable[[Path], None] = lambda _folder: None,
-    ) -> ScriptRun:
+    def run(self, name: str, change: Change) -> ScriptRun:
         """
         Run the script in a changed copy of its folder, and read its numbers.
 
-        `name` is that of the copy, which is removed after the run, once `read` was called with it,
-        and stays where the run failed.
+        `name` is that of the copy, which is removed after the run, and stays where it failed.
         """
         folder = self.scratch / re.sub(r"[^\w.=+-]", "_", name)[:150]
         source = self.script.resolve().parent
@@ -109,27 +112,30 @@ class Runner:
         printed = self.asked.pattern is not None
         change = replace(change, quantities=self.asked.sampled, printed=printed)
         rewrite_folder(folder, folder / self.script.name, change)
-        screen = folder / SCREEN_FILE
-        variables = dict(change.variables)
-        words = _words(self.lmp, variables, self.script.name)
-        status, seconds = _execute(words, folder, screen, self.timeout)
-        if status is None:
-            failure = f"it has not ended after {self.timeout:g} s"
-        elif status != 0:
-            failure = _said(screen, status)
-        else:
-            try:
-                cost = seconds if len(shlex.split(self.lmp)) == 1 else _loops(screen)
-                run = _read(folder, self.asked, variables, cost)
-                read(folder)
-            except RunError as error:
-                failure = str(error)
-            else:
-                shutil.rmtree(folder, ignore_errors=True)
-                return run
-        text = f"{shlex.join(words)}\n{failure}\n"
-        (folder / "command.txt").write_text(text, encoding="utf-8")
-        return ScriptRun(variables, {}, None, seconds, failure)
+        screen, variables = folder / SCREEN_FILE, dict(change.variables)
+        command = format_command(self.lmp, variables, self.script.name)
+        status, seconds = _execute(shlex.split(command), folder, screen, self.timeout)
+        try:
+            if status is None:
+                raise RunError(f"it has not ended after {self.timeout:g} s")
+            if status != 0:
+                raise RunError(_said(screen, status))
+            numbers, samples = _read(folder, self.asked)
+            steps = folder / STEP_FILE
+            run = ScriptRun(
+                variables=variables,
+                seconds=seconds if len(shlex.split(self.lmp)) == 1 else _loops(screen),
+                numbers=numbers,
+                samples=samples,
+                step=float(steps.read_text().split()[-1]) if steps.is_file() else None,
+                frames=read_frames(folder / FRAME_FILE) if change.frames else None,
+            )
+        except RunError as error:
+            text = f"{command}\n{error}\n"
+            (folder / "command.txt").write_text(text, encoding="utf-8")
+            return ScriptRun(variables, seconds, str(error))
+        shutil.rmtree(folder, ignore_errors=True)
+        return run
 
     def error(self, where: str, failure: str) -> ScriptRunError:
         """Return the error of a run that failed, with where its files are."""
@@ -139,32 +145,26 @@ class Runner:
         )
 
 
-def _read(folder: Path, asked: Asked, variables: dict[str, str], seconds: float) -> ScriptRun:
-    """Read a run's numbers; raises RunError where one is missing."""
+def _read(folder: Path, asked: Asked) -> tuple[dict[str, Observed], Samples | None]:
+    """Return a run's numbers and samples; raises RunError where a number is missing."""
     numbers, samples = {}, None
     if asked.pattern is not None:
         numbers[asked.pattern] = find_observable(asked.pattern, folder / SCREEN_FILE)
-    if (folder / SAMPLE_FILE).is_file() or asked.quantities:
-        try:
-            samples = read_samples(folder / SAMPLE_FILE, asked.sampled)
-        except RunError:
-            if asked.quantities:
-                raise
-    for each in asked.quantities:
-        assert samples is not None
-        numbers[str(each)] = samples.number(each)
-    return ScriptRun(variables, numbers, samples, seconds)
+    try:
+        samples = read_samples(folder / SAMPLE_FILE, asked.sampled)
+    except RunError:
+        if asked.quantities:
+            raise
+    if samples is not None:
+        numbers |= {str(each): samples.number(each) for each in asked.quantities}
+    return numbers, samples
 
 
 def _loops(screen: Path) -> float:
-    """Return processor seconds as LAMMPS's log says them: of its loops, on all its processes."""
+    """Return processor seconds of LAMMPS's loops, on all its processes, as its log says them."""
     text = screen.read_text("utf-8", "replace")
     found = re.findall(r"^Loop time of (\S+) on (\d+) procs", text, re.MULTILINE)
     return sum(float(seconds) * int(ranks) for seconds, ranks in found)
-
-
-def _options(variables: dict[str, str]) -> list[str]:
-    return [word for name, value in variables.items() for word in ("-var", name, value)]
 
 
 def _execute(
@@ -210,9 +210,7 @@ def _execute(
 
 def _said(screen: Path, status: int) -> str:
     """Return LAMMPS's words on what went wrong."""
-    with screen.open("rb") as file:
-        file.seek(max(0, screen.stat().st_size - 100_000))
-        text = file.read().decode("utf-8", "replace")
+    text = end_of(screen, 100_000)
     words = [line for line in text.splitlines() if line.startswith("ERROR")][-1:]
     words += re.findall(r"^Last (?:input line|command): .*$", text, re.MULTILINE)[-1:]
     if not words:

@@ -3,6 +3,7 @@
 import re
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 from chaincor.lammps_inputs.errors import InputError
 
@@ -24,29 +25,101 @@ _READERS = (
 )
 
 
-@dataclass(frozen=True)
-class ScriptText:
-    """A script, read but not run."""
+class Command(NamedTuple):
+    """A command of a script, its comment gone and continued lines joined."""
 
-    path: Path  #: Where it lies.
-    #: Its commands with the number of their first line, continued lines joined and comments gone.
-    lines: tuple[tuple[int, str], ...]
-
-    def mentions(self, name: str) -> bool:
-        """Return whether a variable's value is used anywhere in this text."""
-        short = rf"|\${re.escape(name)}" if len(name) == 1 else ""
-        used = re.compile(rf"\$\{{{re.escape(name)}\}}|\bv_{re.escape(name)}\b{short}")
-        return any(used.search(line) for _, line in self.lines)
+    path: Path  #: The file it stands in.
+    number: int  #: Its first line.
+    text: str
 
     @property
-    def is_whole(self) -> bool:
-        """Whether no other text is included, which may use a variable as well."""
-        return not any(line.split()[0] in ("include", "jump") and "SELF" not in line.split()
-                       for _, line in self.lines)  # fmt: skip
+    def words(self) -> list[str]:
+        """Its words, the name first."""
+        return self.text.split()
+
+    def __str__(self) -> str:
+        return f"line {self.number} of {self.path.name}"
 
 
-def read_script(path: Path) -> ScriptText:
-    """Read a script; raises InputError where that cannot be done."""
+@dataclass(frozen=True)
+class ScriptText:
+    """A script and all that it includes or jumps into, read but not run."""
+
+    path: Path
+    commands: tuple[Command, ...]
+    whole: bool  #: Whether all of it was found: names of files may be worked out by the script.
+
+    @classmethod
+    def read(cls, path: Path) -> "ScriptText":
+        """Read a script; raises InputError where that cannot be done."""
+        commands, files, whole = _commands_of(path), {path.resolve()}, True
+        for command in commands:
+            words = command.words
+            if words[0] in ("include", "jump") and words[1:] and words[1] != "SELF":
+                more = path.parent / words[1].strip("\"'")
+                whole = whole and more.is_file()
+                if more.is_file() and more.resolve() not in files:
+                    files.add(more.resolve())
+                    commands += _commands_of(more)
+        return cls(path, tuple(commands), whole)
+
+    def mentions(self, name: str, *, of: str = "") -> bool:
+        """Return whether a variable's value is used, by the commands `of` a name or by any."""
+        short = rf"|\${re.escape(name)}" if len(name) == 1 else ""
+        used = re.compile(rf"\$\{{{re.escape(name)}\}}|\bv_{re.escape(name)}\b{short}")
+        return any(used.search(c.text) for c in self.commands if of in ("", c.words[0]))
+
+    def of_variable(self, name: str) -> list[Command]:
+        """Return the commands that make a variable, or delete it."""
+        return [c for c in self.commands if c.words[:2] == ["variable", name] and c.words[2:]]
+
+    def check_variable(self, name: str) -> None:
+        """
+        Raise InputError where the script does not use a variable, or counts a loop with it.
+
+        Whatever else sets the variable is set to the value that is given instead.
+        """
+        for command in self.of_variable(name):
+            if command.words[2] in _COUNTS:
+                raise InputError(
+                    f"{command} says '{' '.join(command.words)}', which counts and cannot be given "
+                    f"a value; expected 'variable {name} index VALUE'"
+                )
+        if self.whole and not self.mentions(name):
+            raise InputError(
+                f"{self.path.name} does not use the variable {name!r}; expected ${{{name}}} or "
+                f"v_{name} in it"
+            )
+
+    def check(self) -> None:
+        """
+        Raise InputError where a script cannot be studied in a copy of its folder.
+
+        Paths through ``..`` would not be found there, and files named from the root would be
+        overwritten by every run. Some commands run otherwise than ``run``, whose time is kept.
+        """
+        for command in self.commands:
+            words = [word.strip("\"'") for word in command.words]
+            for word in words[1:]:
+                if word.startswith("../") or "/../" in word or word.endswith("/.."):
+                    raise InputError(
+                        f"{command} names {word!r}, and runs take place in a copy of the script's "
+                        "folder; expected paths inside it, or from the root"
+                    )
+                if re.match(r"/\w|~/|\$\{?HOME\b", word) and words[0] not in _READERS:
+                    raise InputError(
+                        f"{command} names {word!r} in '{words[0]}', so that each run would write "
+                        "there; expected a path inside the script's folder"
+                    )
+            if words[0] in _OTHER_RUNS:
+                raise InputError(
+                    f"{command} is '{words[0]}', whose runs cannot be held at one time with other "
+                    "steps; expected a script of 'run' commands"
+                )
+
+
+def _commands_of(path: Path) -> list[Command]:
+    """Read one file; raises InputError where that cannot be done."""
     try:
         if not path.is_file():
             raise InputError(f"the script is {str(path)!r}; expected a file: there is none")
@@ -57,13 +130,13 @@ def read_script(path: Path) -> ScriptText:
         text = path.read_text(encoding="utf-8", errors="replace")
     except OSError as error:
         raise InputError(f"cannot read the script {str(path)!r}: {error.strerror}") from None
-    lines: list[tuple[int, str]] = []
+    found: list[Command] = []
     number = 1
     for raw, command in join_lines(text):
         if command.split():
-            lines.append((number, command))
+            found.append(Command(path, number, command))
         number += raw.count("\n") + 1
-    return ScriptText(path, tuple(lines))
+    return found
 
 
 def join_lines(text: str) -> list[tuple[str, str]]:
@@ -81,80 +154,11 @@ def join_lines(text: str) -> list[tuple[str, str]]:
         command += _COMMENT.sub(r"\1", line).rstrip()
         if "\n".join(raw).count('"""') % 2:
             command += "\n"
-            continue
-        if command.endswith("&"):
+        elif command.endswith("&"):
             command = command[:-1] + " "
-            continue
-        found.append(("\n".join(raw), command))
-        raw, command = [], ""
+        else:
+            found.append(("\n".join(raw), command))
+            raw, command = [], ""
     if raw:
         found.append(("\n".join(raw), command))
     return found
-
-
-def included(script: ScriptText) -> list[ScriptText]:
-    """Return a script and all that it includes, or jumps into, by names that stand in it."""
-    found = [script]
-    for each in found:
-        for _, line in each.lines:
-            words = line.split()
-            if words[0] in ("include", "jump") and len(words) > 1 and words[1] != "SELF":
-                path = script.path.parent / words[1].strip("\"'")
-                if path.is_file() and path.resolve() not in {f.path.resolve() for f in found}:
-                    found.append(read_script(path))
-    return found
-
-
-def check_variable(script: ScriptText, name: str) -> None:
-    """
-    Raise InputError where a script does not use a variable, or counts a loop with it.
-
-    Whatever else sets the variable is set to the value that is given instead.
-    """
-    own = re.compile(rf"\s*variable\s+{re.escape(name)}\s+(\S+)(.*)")
-    for number, line in script.lines:
-        match = own.match(line)
-        if match and match[1] in _COUNTS:
-            rest = " ".join(match[2].split())
-            raise InputError(
-                f"line {number} of {script.path.name} says 'variable {name} {match[1]} {rest}', "
-                f"which counts and cannot be given a value; expected 'variable {name} index VALUE'"
-            )
-    if script.is_whole and not script.mentions(name):
-        raise InputError(
-            f"{script.path.name} does not use the variable {name!r}; expected ${{{name}}} or "
-            f"v_{name} in it"
-        )
-
-
-def refuse_other_runs(script: ScriptText) -> None:
-    """Raise InputError where a script runs by commands whose time is not that of ``run``."""
-    for each in included(script):
-        for number, line in each.lines:
-            if line.split()[0] in _OTHER_RUNS:
-                raise InputError(
-                    f"line {number} of {each.path.name} is '{line.split()[0]}', whose runs cannot "
-                    "be held at one time with other steps; expected a script of 'run' commands"
-                )
-
-
-def check_paths(script: ScriptText) -> None:
-    """
-    Raise InputError where a script reaches out of its folder, a copy of which it runs in.
-
-    Paths through ``..`` would not be found there, and files named from the root would be
-    overwritten by every run.
-    """
-    for number, line in script.lines:
-        words = [word.strip("\"'") for word in line.split()]
-        for word in words[1:]:
-            if word.startswith("../") or "/../" in word or word.endswith("/.."):
-                raise InputError(
-                    f"line {number} of {script.path.name} names {word!r}, and runs take place in a "
-                    "copy of the script's folder; expected paths inside it, or from the root"
-                )
-            if re.match(r"/\w|~/|\$\{?HOME\b", word) and words[0] not in _READERS:
-                raise InputError(
-                    f"line {number} of {script.path.name} names {word!r} in '{words[0]}', so that "
-                    "each run would write there; expected a path inside the script's folder"
-                )

@@ -3,7 +3,7 @@
 import re
 from dataclasses import dataclass
 
-from chaincor.workflows.scripts.script_text import ScriptText
+from chaincor.workflows.scripts.script_text import Command, ScriptText
 
 # Where each style of `fix` holds numbers of steps: words of the line, from 0. A second one must
 # stay a multiple of the first.
@@ -43,18 +43,16 @@ _LEAST_DAMPING = 10.0
 
 @dataclass(frozen=True)
 class StepCount:
-    """A line that counts steps."""
+    """A command that counts steps."""
 
-    #: Where it stands.
-    file: str
-    number: int  #: See ``file``.
+    command: Command
     what: str  #: Its command and style.
     says: str  #: What that does to a ladder of steps.
-    moves: bool  #: Whether the motion depends on it; otherwise what is written does.
-    periods: bool  #: Whether ``--scale-periods`` holds it in time.
+    moves: bool = True  #: Whether the motion depends on it; otherwise what is written does.
+    periods: bool = False  #: Whether ``--scale-periods`` holds it in time.
 
     def __str__(self) -> str:
-        return f"line {self.number} of {self.file}, '{self.what}', {self.says}"
+        return f"{self.command}, '{self.what}', {self.says}"
 
 
 def count_positions(words: list[str]) -> tuple[int, ...]:
@@ -65,67 +63,47 @@ def count_positions(words: list[str]) -> tuple[int, ...]:
     return found if found and len(words) > max(found) else ()
 
 
-def find_step_counts(scripts: list[ScriptText], coarsest: float | None) -> list[StepCount]:
+def find_step_counts(script: ScriptText, coarsest: float | None) -> tuple[StepCount, ...]:
     """
-    Return every line of scripts that counts steps.
+    Return every command of a script that counts steps.
 
-    Parameters
-    ----------
-    scripts : list of ScriptText
-        The script and what it includes.
-    coarsest : float or None
-        Largest step of the ladder, to compare damping times with.
+    Damping times are compared with the `coarsest` step of the ladder, where it is known.
     """
-    found = []
-    for script in scripts:
-        for number, line in script.lines:
-            words = line.split()
-            told = _of_fix(words, coarsest) if words[0] == "fix" and len(words) > 3 else None
-            told = told or _of_others(words, line)
-            if told is not None:
-                found.append(StepCount(script.path.name, number, *told))
-    return found
+    found = (_of_fix(each, coarsest) or _of_others(each) for each in script.commands)
+    return tuple(count for count in found if count is not None)
 
 
-_Told = tuple[str, str, bool, bool]
-
-
-def _of_fix(words: list[str], coarsest: float | None) -> _Told | None:
-    style = plain_style(words[3])
-    what = f"fix {words[3]}"
+def _of_fix(command: Command, coarsest: float | None) -> StepCount | None:
+    words = command.words
+    if words[0] != "fix" or len(words) < 4:
+        return None
+    style, what = plain_style(words[3]), f"fix {words[3]}"
     if style in _PER_STEP:
-        return what, _PER_STEP[style], True, False
-    if count_positions(words):
+        return StepCount(command, what, _PER_STEP[style])
+    if positions := count_positions(words):
         only_looks = style.startswith(_ONLY_LOOK)
-        period = " ".join(words[k] for k in count_positions(words))
+        period = " ".join(words[k] for k in positions)
         says = f"acts every {period} steps" if not only_looks else f"samples every {period} steps"
         if style == "halt":
             says = f"looks every {period} steps whether to end the run"
-        return what, says, not only_looks, True
+        return StepCount(command, what, says, not only_looks, periods=True)
     damping = _damping(words)
     if coarsest is not None and damping is not None and damping < _LEAST_DAMPING * coarsest:
-        return (
-            what,
-            f"damps within {damping:g}, fewer than {_LEAST_DAMPING:g} steps of {coarsest:g}",
-            True,
-            False,
-        )
+        says = f"damps within {damping:g}, fewer than {_LEAST_DAMPING:g} steps of {coarsest:g}"
+        return StepCount(command, what, says)
     return None
 
 
-def _of_others(words: list[str], line: str) -> _Told | None:
+def _of_others(command: Command) -> StepCount | None:
+    words = command.words
     if words[0] == "neigh_modify":
         settings = dict(zip(words[1::2], words[2::2], strict=False))
         if settings.get("check") == "no" and settings.get("once") != "yes":
-            return (
-                "neigh_modify check no",
-                "rebuilds neighbours after steps, not distances",
-                True,
-                True,
-            )
+            says = "rebuilds neighbours after steps, not distances"
+            return StepCount(command, "neigh_modify check no", says, periods=True)
     formula = words[0] == "variable" and words[2:3] in (["equal"], ["atom"], ["vector"])
     if formula and _COUNTING.search(" ".join(words[3:])):
-        return f"variable {words[1]}", "uses the number of the step", True, False
+        return StepCount(command, f"variable {words[1]}", "uses the number of the step")
     return None
 
 

@@ -14,20 +14,21 @@ from chaincor.lammps_inputs.errors import InputError
 from chaincor.workflows.engines.lammps.library import find_lmp_command
 from chaincor.workflows.errors import MissingLibraryError
 from chaincor.workflows.scripts.change import Change
-from chaincor.workflows.scripts.ladder import Ladder, ladder_around
 from chaincor.workflows.scripts.ladder_runs import Progress, ScriptLadder, measure_ladder
-from chaincor.workflows.scripts.parting import Comparison, compare_last_digit, compare_ranks
+from chaincor.workflows.scripts.parting import Comparison, compare_runs
 from chaincor.workflows.scripts.quantities import Asked, read_asked
 from chaincor.workflows.scripts.script_run import Runner, ScriptRunError, list_files
-from chaincor.workflows.scripts.script_text import (
-    check_paths,
-    included,
-    read_script,
-    refuse_other_runs,
-)
+from chaincor.workflows.scripts.script_text import ScriptText
 from chaincor.workflows.scripts.step_counts import StepCount, find_step_counts
-from chaincor.workflows.scripts.timed_runs import STEP_FILE
-from chaincor.workflows.scripts.varied import LAST_DIGIT, RANKS, STEP, Varied, read_varied
+from chaincor.workflows.scripts.varied import (
+    LAST_DIGIT,
+    RANKS,
+    STEP,
+    Ladder,
+    Varied,
+    ladder_around,
+    read_varied,
+)
 
 DEFAULT_TIMEOUT = 600.0
 # A coarse end that no run survives is halved so often.
@@ -172,9 +173,8 @@ def timestep_study(
         raise InputError(f"the tolerance is {tolerance}; expected a positive error to keep")
     if not 0.0 < timeout < np.inf:
         raise InputError(f"--timeout is {timeout}; expected positive seconds")
-    text = read_script(Path(script))
-    check_paths(text)
-    refuse_other_runs(text)
+    text = ScriptText.read(Path(script))
+    text.check()
     printed = observable is not None
     varied = read_varied(
         text, vary, fix, seeds, phases, printed=printed, scale_periods=scale_periods
@@ -187,13 +187,16 @@ def timestep_study(
     comparisons: tuple[Comparison, ...] = ()
     found: list[ScriptLadder] = []
     try:
-        if varied.kind == LAST_DIGIT:
-            comparisons = (compare_last_digit(runner),)
-        elif varied.kind == RANKS:
-            comparisons = compare_ranks(runner, varied.ranks)
+        if varied.kind in (LAST_DIGIT, RANKS):
+            comparisons = compare_runs(runner, varied.ranks)
         else:
             varied = _with_step(runner, varied)
-            found = _measure_ladders(runner, varied, tolerance, progress)
+            for values in varied.fixed:
+
+                def part(name: str, done: float) -> None:
+                    progress(name, (len(found) + done) / len(varied.fixed))
+
+                found.append(measure_ladder(runner, varied, values, tolerance, part))
         keep = any(each.failures for each in found)
     except ScriptRunError:
         keep = True
@@ -244,8 +247,11 @@ def _with_step(runner: Runner, varied: Varied) -> Varied:
     """
     if varied.kind != "step":
         return varied
-    own = _own_step(runner)
-    ladder = varied.values
+    run = runner.run("as it stands", Change())
+    own, ladder = run.step, varied.values
+    if own is None:
+        said = run.failure or "it has no run, so that no step can be varied"
+        raise runner.error("as it stands", said)
     if ladder is None:
         ladder = ladder_around(own)
         for _ in range(_HALVINGS):
@@ -256,40 +262,9 @@ def _with_step(runner: Runner, varied: Varied) -> Varied:
     return replace(varied, values=ladder, own_step=own)
 
 
-def _own_step(runner: Runner) -> float:
-    """Run the script as it stands; returns the step of its last run."""
-    steps: list[float] = []
-
-    def read(folder: Path) -> None:
-        path = folder / STEP_FILE
-        if path.is_file():
-            steps.append(float(path.read_text().split()[-1]))
-
-    run = runner.run("as it stands", read=read)
-    if run.failure or not steps:
-        said = run.failure or "it has no run, so that no step can be varied"
-        raise runner.error("as it stands", said)
-    return steps[-1]
-
-
-def _measure_ladders(
-    runner: Runner, varied: Varied, tolerance: float | None, progress: Progress
-) -> list[ScriptLadder]:
-    """Measure the ladder at each combination of the other variables."""
-    found: list[ScriptLadder] = []
-    for values in varied.fixed:
-
-        def part(name: str, done: float) -> None:
-            progress(name, (len(found) + done) / len(varied.fixed))
-
-        found.append(measure_ladder(runner, varied, values, tolerance, part))
-    return found
-
-
 def _step_counts(varied: Varied) -> tuple[StepCount, ...]:
     """Return what in the script counts steps, where the step is varied."""
     ladder = varied.values
     if ladder is None or ladder.name != STEP:
         return ()
-    coarsest = ladder.coarse if varied.kind == "step" else None
-    return tuple(find_step_counts(included(varied.script), coarsest))
+    return find_step_counts(varied.script, ladder.coarse if varied.kind == "step" else None)

@@ -8,9 +8,11 @@ import numpy as np
 from chaincor.analysis.restitution import restitution
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
+from chaincor.lammps_inputs.scene_parts.scene_fields import TableStyle
 from chaincor.workflows.accuracy.in_house_runs import eta_of
 from chaincor.workflows.engines.lammps import engine as lammps
 from chaincor.workflows.engines.outcome import Outcome
+from chaincor.workflows.errors import ChaincorError
 from chaincor.workflows.tradeoff.oracles import (
     lepton_formula,
     restitution_with_exact_bonds,
@@ -22,8 +24,17 @@ from chaincor.workflows.tradeoff.truth import Truth
 # Seconds per force call of bond_style lepton, and per step in NumPy: for planning.
 _LEPTON_CALL = 2e-4
 _WIDE_STAGE = 3e-5
+_ROWS: dict[TableStyle, tuple[int, ...]] = {
+    "linear": (101, 1_001, 10_001, 100_001),
+    "spline": (31, 101, 301, 1_001, 10_001),
+}
+# What one writes down without a scouting run: most of the well, for any speed.
+_WIDE = (0.8, 1.8)
 
 CAUSES = ("wall", "integrator", "table", "rounding", "output")
+
+# Is told the fraction of a part that is done.
+Advance = Callable[[float], None]
 
 
 @dataclass(frozen=True)
@@ -60,14 +71,13 @@ def printed_restitution(scene: Scene, outcome: Outcome, pattern: str) -> float:
 
 
 def measure_budget(
-    scene: Scene,
     truth: Truth,
     name: str,
     numerics: Numerics,
     *,
     phases: int,
     oracle_seconds: float,
-    advance: Callable[[], None] = lambda: None,
+    advance: Advance = lambda _done: None,
 ) -> ErrorBudget:
     """
     Take the causes of error away one after the other.
@@ -76,42 +86,39 @@ def measure_budget(
     average the stock wall's; `oracle_seconds` is what the slow runs with exact bonds and with wider
     floats may take each.
     """
-    wall = None
-    event = replace(numerics, wall="event")
-    full = lammps.run(scene, numerics)
+    advance(0.0)
+    scene = truth.scene
+    full = located = lammps.run(scene, numerics)
     total = eta_of(scene, full) - truth.restitution
-    advance()
-    located = full
+    advance(1.0 / (phases + 2))
+    event = replace(numerics, wall="event")
+    wall = None
     if numerics.wall == "reflect":
         located = lammps.run(scene, event)
-        differences = [total]
-        wall_errors = [eta_of(scene, full) - eta_of(scene, located)]
+        errors = [total]
+        walls = [eta_of(scene, full) - eta_of(scene, located)]
         for phase in range(1, phases):
             step = numerics.timestep * (1.0 - 0.02 * phase / phases)
-            stock = lammps.run(scene, replace(numerics, timestep=step))
-            other = lammps.run(scene, replace(event, timestep=step))
-            wall_errors.append(eta_of(scene, stock) - eta_of(scene, other))
-            differences.append(eta_of(scene, stock) - truth.restitution)
-            advance()
-        wall = float(np.sqrt(np.mean(np.square(wall_errors))))
-        total = float(np.sqrt(np.mean(np.square(differences))))
-    tabulated = not scene.bond.is_harmonic
-    exact = eta_of(scene, located)
-    table: float | None = 0.0
-    if tabulated:
-        table = None
-        fits = _LEPTON_CALL * located.force_evaluations < oracle_seconds
-        if fits and lepton_formula(scene) is not None:
-            exact = restitution_with_exact_bonds(scene, event, located)
-            table = abs(eta_of(scene, located) - exact)
-        advance()
+            stock = eta_of(scene, lammps.run(scene, replace(numerics, timestep=step)))
+            walls.append(stock - eta_of(scene, lammps.run(scene, replace(event, timestep=step))))
+            errors.append(stock - truth.restitution)
+            advance((phase + 1.0) / (phases + 2))
+        wall = float(np.sqrt(np.mean(np.square(walls))))
+        total = float(np.sqrt(np.mean(np.square(errors))))
+    exact, table = eta_of(scene, located), None
+    if scene.bond.is_harmonic:
+        table = 0.0
+    elif _LEPTON_CALL * located.force_evaluations < oracle_seconds and lepton_formula(scene):
+        exact = restitution_with_exact_bonds(scene, event, located)
+        table = abs(eta_of(scene, located) - exact)
+    advance((phases + 1.0) / (phases + 2))
     integrator = rounding = None
     if wider_floats() and _WIDE_STAGE * located.force_evaluations < oracle_seconds:
         smooth = restitution_without_rounding(scene, event, located)
         integrator = abs(smooth - truth.restitution)
         # Without exact bonds the difference would hold the table's error as well.
         rounding = None if table is None else abs(exact - smooth)
-    advance()
+    advance(1.0)
     return ErrorBudget(
         name=name,
         scheme=numerics.scheme,
@@ -125,3 +132,53 @@ def measure_budget(
         total=abs(total),
         exact_restitution=None if table is None else exact,
     )
+
+
+@dataclass(frozen=True)
+class TablePoint:
+    """The effect of one bond table on eta."""
+
+    style: TableStyle  #: ``linear`` or ``spline``.
+    rows: int  #: Rows.
+    bond_range: str  #: ``scene`` for the lengths this scene's bonds have, ``wide`` for 0.8 to 1.8.
+    #: Largest error of LAMMPS's interpolated force, from the table's certificate.
+    force_error: float
+    restitution_error: float  #: |eta - eta with exact bonds| at the same steps.
+
+
+def measure_tables(
+    truth: Truth,
+    numerics: Numerics,
+    exact: float,
+    *,
+    quick: bool,
+    advance: Advance = lambda _done: None,
+) -> list[TablePoint]:
+    """
+    Run the same steps with each style, range and number of rows that holds the bonds.
+
+    `exact` is eta of these steps with exact bonds; `quick` keeps to the scene's own range.
+    """
+    scene, own = truth.scene, truth.bond_range
+    ranges = {"scene": own}
+    if not quick and _WIDE[0] < own[0] and own[1] < _WIDE[1]:
+        ranges["wide"] = _WIDE
+    tables = [(name, style, n) for name in ranges for style, rows in _ROWS.items() for n in rows]
+    points = []
+    for k, (name, style, rows) in enumerate(tables):
+        advance(k / len(tables))
+        table = replace(numerics, table=style, table_points=rows, bond_range=ranges[name])
+        try:
+            outcome = lammps.run(scene, table)
+        except ChaincorError:
+            continue  # too coarse to hold the chain together: nothing to show
+        points.append(
+            TablePoint(
+                style=style,
+                rows=rows,
+                bond_range=name,
+                force_error=outcome.details["table"]["force_error"],
+                restitution_error=abs(eta_of(scene, outcome) - exact),
+            )
+        )
+    return points

@@ -16,10 +16,9 @@ from chaincor.analysis.figures.style import (
     VERMILION,
     new_figure,
 )
-from chaincor.workflows.tradeoff.bond_tables import TablePoint
-from chaincor.workflows.tradeoff.budget import CAUSES, ErrorBudget
+from chaincor.workflows.tradeoff.budget import CAUSES, ErrorBudget, TablePoint
 from chaincor.workflows.tradeoff.front import find_series, pareto_front
-from chaincor.workflows.tradeoff.measurement import Measurement
+from chaincor.workflows.tradeoff.settings import Measurement
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -11,8 +11,7 @@ from chaincor.lammps_inputs.schemes import SCHEME_ORDERS, Scheme
 from chaincor.workflows.accuracy.by_lammps import usual_scheme
 from chaincor.workflows.engines.rounding import rounding_error
 from chaincor.workflows.measured import measured
-from chaincor.workflows.tradeoff.measurement import Measurement
-from chaincor.workflows.tradeoff.settings import Series, Setting, time_unit
+from chaincor.workflows.tradeoff.settings import Measurement, Series, Setting, time_unit
 
 # An error that a setting promises is this many times the worst that was measured. Between scenes,
 # errors at equal steps (in units of the fastest bond) scatter, as contacts graze the wall or
@@ -108,16 +107,21 @@ def cheapest_settings(
     return rows
 
 
+def advised(rows: list[CheapestRow], tolerance: float) -> CheapestRow | None:
+    """Return the cheapest row that keeps a tolerance; None where none does."""
+    good = [row for row in rows if row.error <= tolerance * (1.0 + 1e-9)]
+    return min(good, key=lambda row: row.seconds, default=None)
+
+
 def give_advice(scene: Scene, rows: list[CheapestRow], tolerance: float) -> str:
     """Say in one line what an error costs, and where a tolerance chooses something quicker."""
-    good = [row for row in rows if row.error <= tolerance * (1.0 + 1e-9)]
+    row = advised(rows, tolerance)
     # Extrapolated steps, which neither a scene can name nor a script can have.
     has_more = usual_scheme(scene, tolerance) not in SCHEME_ORDERS
-    if not good:
+    if row is None:
         reached = f"{rows[-1].error:.0e}" if rows else "nothing"
         more = f"; --tolerance {tolerance:.0e} may reach it" if has_more else ""
         return f"{tolerance:.0e} is beyond what was measured here (reached: {reached}){more}"
-    row = min(good, key=lambda each: each.seconds)
     more = f"; quicker: --tolerance {tolerance:.0e}" if has_more else ""
     return f"{tolerance:.0e} costs {format_seconds(row.seconds)}: {describe(row.setting)}{more}"
 

@@ -26,18 +26,10 @@ State = tuple[NDArray, NDArray, NDArray]
 
 
 def lepton_formula(scene: Scene) -> str | None:
-    """
-    Return the bond energy as ``bond_style lepton`` reads it, a formula in the strain, called r.
-
-    None for a bond without a formula.
-    """
-    formula = scene.bond.lammps_energy("strain")
+    """Return the bond energy for ``bond_style lepton``; None for a bond without a formula."""
     # Lepton's r is the length less the natural one; its natural logarithm is called log.
-    return (
-        None
-        if formula is None
-        else formula.replace("strain", "r").replace("ln(", "log(").replace(" ", "")
-    )
+    formula = scene.bond.lammps_energy("r")
+    return None if formula is None else formula.replace("ln(", "log(").replace(" ", "")
 
 
 def restitution_with_exact_bonds(scene: Scene, numerics: Numerics, like: Outcome) -> float:
@@ -45,7 +37,6 @@ def restitution_with_exact_bonds(scene: Scene, numerics: Numerics, like: Outcome
     Run LAMMPS without a table: ``bond_style lepton`` differentiates the formula itself.
 
     It compiles the formula anew at every force call, 100 us and more: an oracle, not an engine.
-
     Forces are exact to rounding; the run ends with as many contacts as `like`, that with the table.
     Raises RunError if the bond has no formula, or LAMMPS fails.
     """
@@ -67,11 +58,10 @@ def wider_floats() -> bool:
 
 def restitution_without_rounding(scene: Scene, numerics: Numerics, like: Outcome) -> float:
     """
-    Take LAMMPS's steps in NumPy with coordinates of 64 bits instead of 53.
+    Take LAMMPS's steps in NumPy with coordinates of 64 bits instead of 53, and exact bonds.
 
-    Bonds are exact as well. What is left is the error of the integrator.
-
-    The run ends with as many contacts as `like`, that of LAMMPS.
+    What is left is the error of the integrator. The run ends with as many contacts as `like`, that
+    of LAMMPS.
     """
     return _collide(scene, numerics, WideChain(scene, numerics), like)
 
@@ -83,7 +73,9 @@ def _collide(
     flight: Flight
     meeting = HardBodies(chain, scene.line)  # type: ignore[arg-type]
     if numerics.scheme == "verlet":
-        flight = VerletFlight(chain, False, longest_blind_time(scene), meeting)  # type: ignore[arg-type]
+        # Only LAMMPS saves time by steps that are not asked for the wall one by one.
+        blind = 0.0 if isinstance(chain, WideChain) else longest_blind_time(scene)
+        flight = VerletFlight(chain, False, blind, meeting)  # type: ignore[arg-type]
     else:
         flight = ComposedFlight(chain, meeting)  # type: ignore[arg-type]
     # Contacts shift a little when an error is left out.
@@ -98,26 +90,13 @@ class WideChain:
     """
     A chain with the interface of :class:`LammpsChain`, integrated here in long doubles.
 
-    Parameters
-    ----------
-    scene : Scene
-        The collision.
-    numerics : Numerics
-        Scheme and step.
-
-    Attributes
-    ----------
-    x, v, f : ndarray of shape (n,)
-        Coordinates, velocities and forces.
-    stages_done : int
-        Verlet steps taken.
+    Its coordinates, velocities and forces are ``x``, ``v`` and ``f``, of shape (n,).
     """
 
     def __init__(self, scene: Scene, numerics: Numerics) -> None:
         self._bond = scene.bond
         self.weights = COMPOSITIONS[numerics.scheme].weights
         self.timestep = numerics.timestep
-        self.stages_done = 0
         self.x = np.arange(scene.particles, dtype=np.longdouble)
         self.v = np.full(scene.particles, -scene.impact_velocity, dtype=np.longdouble)
         self.f = np.zeros(scene.particles, dtype=np.longdouble)
@@ -126,19 +105,6 @@ class WideChain:
         """Take full Verlet steps."""
         for _ in range(steps):
             self.verlet(self.timestep)
-
-    @property
-    def guard_position(self) -> float:
-        """Where :meth:`run_guarded` stops particle 1."""
-        return 0.0
-
-    def run_guarded(self, steps: int) -> bool:
-        """Take full Verlet steps; False as soon as one has ended behind the wall."""
-        for _ in range(steps):
-            self.verlet(self.timestep)
-            if self.x[0] < 0.0:
-                return False
-        return True
 
     def verlet(self, duration: float) -> None:
         """Take one Verlet step, of either sign: kick, drift, kick."""
@@ -151,7 +117,6 @@ class WideChain:
         self.f[:-1] -= force
         self.f[1:] += force
         self.v += 0.5 * h * self.f
-        self.stages_done += 1
 
     def step(self, duration: float | None = None) -> None:
         """Take one composed step, of the full length H by default."""

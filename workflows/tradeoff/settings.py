@@ -1,15 +1,23 @@
-"""What is compared: engine, wall, scheme and table, and for each a ladder of steps."""
+"""What is compared: engine, wall, scheme and table, for each a ladder of steps; and its errors."""
 
-from dataclasses import dataclass
+import math
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
 
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.scene_parts.scene_fields import Engine, TableStyle, Wall
 from chaincor.lammps_inputs.schemes import Scheme
+from chaincor.workflows.accuracy.cost_model import cost_model
 from chaincor.workflows.accuracy.step_guess import sharpness
 from chaincor.workflows.engines.in_house import stepping
 from chaincor.workflows.engines.lammps import engine as lammps
 from chaincor.workflows.engines.outcome import Outcome
+from chaincor.workflows.errors import RunError
+from chaincor.workflows.tradeoff.truth import Deviation, Truth
 
 _ENGINE_NAMES = {"lammps": "LAMMPS", "reference": "in-house"}
 # Force error of the linear tables that are compared with splines, in units of v0: some thousands
@@ -20,6 +28,12 @@ STOCK_TIMESTEP = 0.005
 STOCK_PHASES = 8
 # Nearby steps stand for different phases of the contacts within a step.
 _PHASE_WIDTH = 0.02
+# A ladder ends where the error has been this many times the floor's or less.
+_FLOOR_SHARE = 3.0
+# No single run of the first pass may take more than this part of the time.
+_LONGEST_SHARE = 0.08
+# In-house steps cost about this part of LAMMPS's; only the plan depends on it.
+_IN_HOUSE_COST = 0.1
 
 
 @dataclass(frozen=True)
@@ -43,6 +57,10 @@ class Series:
             parts.append("linear table")
         return ", ".join(parts)
 
+    def run(self, scene: Scene, numerics: Numerics) -> Outcome:
+        """Run a scene with the engine of these settings."""
+        return (lammps if self.engine == "lammps" else stepping).run(scene, numerics)
+
 
 @dataclass(frozen=True)
 class Setting:
@@ -60,22 +78,15 @@ class Setting:
         `bond_range` is what the table must hold; None lets the engine find it. `phase`, from 0 to
         1, shortens the step by up to 2 %.
         """
-        series = self.series
+        series, linear = self.series, self.series.table == "linear"
         return Numerics(
             wall=series.wall,
             scheme=series.scheme,
             timestep=self.timestep * (1.0 - _PHASE_WIDTH * phase),
             table=series.table or "spline",
             bond_range=bond_range,
-            force_error=_LINEAR_FORCE_ERROR * scene.impact_velocity
-            if series.table == "linear"
-            else None,
+            force_error=_LINEAR_FORCE_ERROR * scene.impact_velocity if linear else None,
         )
-
-
-def run_setting(scene: Scene, series: Series, numerics: Numerics) -> Outcome:
-    """Run a scene with a series' engine."""
-    return (lammps if series.engine == "lammps" else stepping).run(scene, numerics)
 
 
 def time_unit(scene: Scene, wall: Wall) -> float:
@@ -87,13 +98,6 @@ def time_unit(scene: Scene, wall: Wall) -> float:
     """
     unit = scene.bond.stiffness**-0.5
     return unit if wall == "reflect" else unit / sharpness(scene)
-
-
-def _ladder(first: float, last: float, ratio: float) -> tuple[float, ...]:
-    steps = [first]
-    while steps[-1] / ratio > 0.99 * last:
-        steps.append(steps[-1] / ratio)
-    return tuple(steps)
 
 
 _STOCK_STEPS = {
@@ -127,6 +131,141 @@ def study_settings(scene: Scene, quick: bool) -> list[list[Setting]]:
                 styles = ("spline", "linear")
             for style in styles:
                 series = Series(engine, "event", scheme, style)  # type: ignore[arg-type]
-                steps = _ladder(first, last, ratio)
+                steps = [first]
+                while steps[-1] / ratio > 0.99 * last:
+                    steps.append(steps[-1] / ratio)
                 ladders.append([Setting(series, unit * step) for step in steps])
     return ladders
+
+
+@dataclass
+class Measurement:
+    """Errors and times of one setting, gathered run by run."""
+
+    setting: Setting  #: What was run.
+    deviations: list[Deviation] = field(default_factory=list)  #: One for each phase.
+    #: Processor time of the integration alone, one for each phase.
+    seconds: list[float] = field(default_factory=list)
+    #: Everything else: table, files, a new LAMMPS.
+    setup_seconds: list[float] = field(default_factory=list)
+    force_evaluations: int = 0  #: Of one run.
+    table_points: int | None = None  #: Rows of its table.
+    failure: str | None = None  #: Why it cannot be run.
+
+    @property
+    def errors(self) -> np.ndarray:
+        """|Error of eta| of each phase, shape (phases,)."""
+        return np.array([abs(each.restitution) for each in self.deviations])
+
+    @property
+    def median_error(self) -> float:
+        """Median over the phases."""
+        return float(np.median(self.errors))
+
+    @property
+    def rms_error(self) -> float:
+        """Root of the mean square over the phases."""
+        return float(np.sqrt(np.mean(self.errors**2)))
+
+    @property
+    def worst_error(self) -> float:
+        """Largest over the phases."""
+        return float(np.max(self.errors))
+
+    @property
+    def contact_time_error(self) -> float:
+        """Largest error of the last contact's time; inf where the number of contacts differs."""
+        return max(each.last_contact_time for each in self.deviations)
+
+    @property
+    def mode_energy_error(self) -> float:
+        """Largest error of a mode energy, in units of the energy at impact."""
+        return max(each.mode_energies for each in self.deviations)
+
+    @property
+    def time(self) -> float:
+        """Median seconds of the integration."""
+        return float(np.median(self.seconds))
+
+    def run(self, truth: Truth, phase: float) -> None:
+        """Run the setting once more; `phase` is from 0 to 1, see :meth:`Setting.numerics`."""
+        numerics = self.setting.numerics(truth.scene, truth.bond_range, phase)
+        started, worked = time.perf_counter(), time.thread_time()
+        try:
+            outcome = self.setting.series.run(truth.scene, numerics)
+        except RunError as error:
+            self.failure = str(error)
+            return
+        total, busy = time.perf_counter() - started, time.thread_time() - worked
+        # What the machine did for others meanwhile is no cost of the setting.
+        integration = outcome.seconds * min(busy / total, 1.0)
+        self.deviations.append(truth.deviation(outcome))
+        self.seconds.append(integration)
+        self.setup_seconds.append(max(busy - integration, 0.0))
+        self.force_evaluations = outcome.force_evaluations
+        self.table_points = outcome.details.get("table", {}).get("rows")
+
+
+def measure_ladders(
+    truth: Truth,
+    ladders: list[list[Setting]],
+    *,
+    quick: bool,
+    seconds: float,
+    floor: float,
+    advance: Callable[[float], None],
+) -> list[Measurement]:
+    """
+    Climb down each ladder once, then repeat all settings in turns.
+
+    Returns all settings that were run, coarse to fine within each series. What does not fit into
+    `seconds` is left out, the most expensive first. `floor` is the error of eta below which finer
+    steps say nothing: the truth's own bar, and rounding. `advance` is told the fraction of the time
+    that is gone.
+    """
+    started = time.perf_counter()
+
+    def spent() -> float:
+        return time.perf_counter() - started
+
+    def run(measurement: Measurement, phase: float) -> None:
+        measurement.run(truth, phase)
+        advance(min(1.0, spent() / seconds))
+
+    # First down all ladders, cheapest step first: half the time at most.
+    measured: list[list[Measurement]] = [[] for _ in ladders]
+    rungs = [(k, setting) for k, ladder in enumerate(ladders) for setting in ladder]
+    rungs.sort(key=lambda rung: expected_seconds(truth, rung[1]))
+    longest = _LONGEST_SHARE * seconds
+    for k, setting in rungs:
+        before = [m for m in measured[k] if m.failure is None]
+        if before and before[-1].median_error < _FLOOR_SHARE * floor:
+            continue
+        expected = expected_seconds(truth, setting)
+        if before and (expected > longest or spent() + expected > 0.6 * seconds):
+            continue
+        measurement = Measurement(setting)
+        run(measurement, 0.0)
+        measured[k].append(measurement)
+    # Then again in turns, so that a slow moment of the machine hits all alike.
+    found = [m for series in measured for m in series]
+    for turn in range(1, STOCK_PHASES):
+        for measurement in found:
+            # The stock wall's error is irregular.
+            stock = measurement.setting.series.wall == "reflect"
+            wanted = STOCK_PHASES if stock else 2 if quick else 4
+            if turn >= wanted or measurement.failure or not measurement.seconds:
+                continue
+            if spent() + measurement.time > seconds:
+                continue
+            run(measurement, turn / (wanted - 1))
+    return found
+
+
+def expected_seconds(truth: Truth, setting: Setting) -> float:
+    """Return the seconds that one run of a setting should take, well enough for planning."""
+    numerics = setting.numerics(truth.scene)
+    seconds = cost_model().integration(truth.scene, numerics, truth.scouting.last_contact_time)
+    if setting.series.engine == "reference":
+        return _IN_HOUSE_COST * seconds
+    return seconds if math.isfinite(seconds) else 0.0

@@ -1,6 +1,5 @@
 """One study from beginning to end: truth, ladders, budgets, tables, advice."""
 
-import itertools
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -12,15 +11,25 @@ from chaincor.lammps_inputs.scene_parts.scene_fields import Engine
 from chaincor.workflows.engines.rounding import rounding_error
 from chaincor.workflows.errors import RunError
 from chaincor.workflows.given import scene_given
-from chaincor.workflows.tradeoff.bond_tables import TablePoint, measure_tables
-from chaincor.workflows.tradeoff.budget import ErrorBudget, measure_budget
-from chaincor.workflows.tradeoff.front import CheapestRow, cheapest_settings, give_advice
-from chaincor.workflows.tradeoff.measurement import Measurement, measure_ladders
+from chaincor.workflows.tradeoff.budget import (
+    ErrorBudget,
+    TablePoint,
+    measure_budget,
+    measure_tables,
+)
+from chaincor.workflows.tradeoff.front import (
+    CheapestRow,
+    advised,
+    cheapest_settings,
+    give_advice,
+)
 from chaincor.workflows.tradeoff.settings import (
     STOCK_PHASES,
     STOCK_TIMESTEP,
+    Measurement,
     Series,
     Setting,
+    measure_ladders,
     study_settings,
     time_unit,
 )
@@ -147,15 +156,13 @@ def tradeoff(
     scene = bare_scene(scene)
     progress("converged value", 0.0)
     truth = find_truth(scene)
-    floor = truth.restitution_error + 0.1 * rounding_error("lammps", scene)
     measurements = measure_ladders(
-        scene,
         truth,
         study_settings(scene, quick),
         quick=quick,
         seconds=plan.ladder_seconds,
-        floor=floor,
-        advance=lambda part: progress("settings", 0.05 + 0.6 * part),
+        floor=truth.restitution_error + 0.1 * rounding_error("lammps", scene),
+        advance=_share_of(progress, "settings", 0.05, 0.65),
     )
     if all(m.failure for m in measurements):
         raise RunError(f"no setting runs this scene: {measurements[0].failure}")
@@ -163,7 +170,7 @@ def tradeoff(
         engine: cheapest_settings(scene, measurements, engine) for engine in ENGINES
     }
     budgets, tables = _find_causes(
-        scene, truth, _advised(measurements, cheapest["lammps"], tolerance), plan, progress
+        truth, _setting_of(measurements, cheapest["lammps"], tolerance), plan, progress
     )
     progress("done", 1.0)
     return Tradeoff(
@@ -186,33 +193,27 @@ def bare_scene(scene: Scene) -> Scene:
     return scene.replace(**open_fields, engine="lammps")
 
 
-def _advised(
+def _setting_of(
     measurements: list[Measurement], rows: list[CheapestRow], tolerance: float
 ) -> Setting | None:
     """Return the setting the advice names, or the most exact one that LAMMPS has."""
-    good = [row for row in rows if row.error <= tolerance * (1.0 + 1e-9)]
-    if good:
-        return min(good, key=lambda row: row.seconds).setting
+    if row := advised(rows, tolerance):
+        return row.setting
     usable = [m for m in measurements if not m.failure and m.setting.series.engine == "lammps"]
     return min(usable, key=lambda m: m.rms_error).setting if usable else None
 
 
 def _find_causes(
-    scene: Scene, truth: Truth, advised: Setting | None, plan: Plan, progress: Progress
+    truth: Truth, setting: Setting | None, plan: Plan, progress: Progress
 ) -> tuple[tuple[ErrorBudget, ...], tuple[TablePoint, ...]]:
-    if advised is None:
+    if setting is None:
         return (), ()
-    bond_range = truth.scouting.table_range(scene)
-    numerics = advised.numerics(scene, bond_range)
+    scene, numerics = truth.scene, setting.numerics(truth.scene, truth.bond_range)
+    seconds = plan.oracle_seconds
+    advance = _share_of(progress, "causes", 0.66, 0.74)
     budgets = [
         measure_budget(
-            scene,
-            truth,
-            "advised",
-            numerics,
-            phases=1,
-            oracle_seconds=plan.oracle_seconds,
-            advance=_in_steps(progress, "causes", 0.66, 0.74, 3),
+            truth, "advised", numerics, phases=1, oracle_seconds=seconds, advance=advance
         )
     ]
     if plan.stock_budget:
@@ -223,37 +224,22 @@ def _find_causes(
         )
         budgets.append(
             measure_budget(
-                scene,
                 truth,
                 "stock recipe",
-                stock.numerics(scene, bond_range),
+                stock.numerics(scene, truth.bond_range),
                 phases=STOCK_PHASES,
-                oracle_seconds=plan.oracle_seconds,
-                advance=_in_steps(progress, "causes", 0.74, 0.9, STOCK_PHASES + 2),
+                oracle_seconds=seconds,
+                advance=_share_of(progress, "causes", 0.74, 0.9),
             )
         )
     tables: list[TablePoint] = []
     exact = budgets[0].exact_restitution
     if exact is not None and not scene.bond.is_harmonic:
-        tables = measure_tables(
-            scene,
-            truth,
-            numerics,
-            exact,
-            quick=not plan.stock_budget,
-            advance=_in_steps(progress, "tables", 0.9, 1.0, 18),
-        )
+        advance, quick = _share_of(progress, "tables", 0.9, 1.0), not plan.stock_budget
+        tables = measure_tables(truth, numerics, exact, quick=quick, advance=advance)
     return tuple(budgets), tuple(tables)
 
 
-def _in_steps(
-    progress: Progress, part: str, first: float, last: float, steps: int
-) -> Callable[[], None]:
-    """Return what moves the progress from first to last in so many calls; start it."""
-    calls = itertools.count()
-
-    def advance() -> None:
-        progress(part, first + (last - first) * min(next(calls) / steps, 1.0))
-
-    advance()
-    return advance
+def _share_of(progress: Progress, part: str, first: float, last: float) -> Callable[[float], None]:
+    """Return what is told the fraction of a part that is done."""
+    return lambda done: progress(part, first + (last - first) * done)

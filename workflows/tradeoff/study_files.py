@@ -17,8 +17,7 @@ from chaincor.workflows.tradeoff.front import (
     pareto_front,
     promised_errors,
 )
-from chaincor.workflows.tradeoff.measurement import Measurement
-from chaincor.workflows.tradeoff.settings import time_unit
+from chaincor.workflows.tradeoff.settings import Measurement, time_unit
 from chaincor.workflows.tradeoff.study import Tradeoff
 from chaincor.workflows.versions import processor, versions
 

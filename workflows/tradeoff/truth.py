@@ -19,9 +19,20 @@ _GOAL = 1e-13
 
 
 @dataclass(frozen=True)
+class Deviation:
+    """How far a run is from the truth."""
+
+    restitution: float  #: Signed error of eta.
+    #: Error of the time of the last contact; inf where the number of contacts differs.
+    last_contact_time: float
+    mode_energies: float  #: Largest error of any E_j, in units of the energy at impact.
+
+
+@dataclass(frozen=True)
 class Truth:
     """Converged values of a collision."""
 
+    scene: Scene
     #: eta and its bar.
     restitution: float
     restitution_error: float  #: See ``restitution``.
@@ -34,15 +45,22 @@ class Truth:
     scouting: Scouting  #: Bond lengths and duration.
     source: str  #: What computed it.
 
+    @property
+    def bond_range(self) -> tuple[float, float]:
+        """Lengths of bonds that a table of this collision must hold."""
+        return self.scouting.table_range(self.scene)
 
-@dataclass(frozen=True)
-class Deviation:
-    """How far a run is from the truth."""
-
-    restitution: float  #: Signed error of eta.
-    #: Error of the time of the last contact; inf where the number of contacts differs.
-    last_contact_time: float
-    mode_energies: float  #: Largest error of any E_j, in units of the energy at impact.
+    def deviation(self, outcome: Outcome) -> Deviation:
+        """Compare a run with the truth."""
+        energy = 0.5 * self.scene.particles * self.scene.impact_velocity**2
+        late = abs(float(outcome.contact_times[-1]) - self.last_contact_time)
+        same = len(outcome.contact_times) == self.contacts
+        apart = _modes(self.scene, outcome) - self.mode_energies
+        return Deviation(
+            restitution=eta_of(self.scene, outcome) - self.restitution,
+            last_contact_time=late if same else float("inf"),
+            mode_energies=float(np.max(np.abs(apart))) / energy,
+        )
 
 
 def find_truth(scene: Scene) -> Truth:
@@ -55,17 +73,15 @@ def find_truth(scene: Scene) -> Truth:
     if scene.bond.is_harmonic:
         exact = modal.run(scene)
         found = Converged(exact, exact, eta_of(scene, exact), MODAL_ERROR, exact.seconds)
-        return _truth_from(scene, found, "exact modes")
-    found = converge(scene, _GOAL)
-    order = STEP_SCHEMES[found.outcome.scheme].order
-    source = f"in-house engine, order {order}, H = {found.outcome.timestep:.4g}"
-    return _truth_from(scene, found, source)
-
-
-def _truth_from(scene: Scene, found: Converged, source: str) -> Truth:
+        source = "exact modes"
+    else:
+        found = converge(scene, _GOAL)
+        order = STEP_SCHEMES[found.outcome.scheme].order
+        source = f"in-house engine, order {order}, H = {found.outcome.timestep:.4g}"
     outcome = found.outcome
     rounding = np.finfo(float).eps * scene.particles
     bare = Truth(
+        scene=scene,
         restitution=found.restitution,
         restitution_error=found.error,
         last_contact_time=float(outcome.contact_times[-1]),
@@ -76,7 +92,7 @@ def _truth_from(scene: Scene, found: Converged, source: str) -> Truth:
         scouting=scouting_from(found, scene),
         source=source,
     )
-    spread = deviation_from(bare, scene, found.coarse)
+    spread = bare.deviation(found.coarse)
     return replace(
         bare,
         last_contact_time_error=spread.last_contact_time + rounding,
@@ -86,15 +102,3 @@ def _truth_from(scene: Scene, found: Converged, source: str) -> Truth:
 
 def _modes(scene: Scene, outcome: Outcome) -> Array:
     return mode_energies(outcome.displacements, outcome.velocities, scene.bond.stiffness)
-
-
-def deviation_from(truth: Truth, scene: Scene, outcome: Outcome) -> Deviation:
-    """Compare a run with the truth."""
-    energy = 0.5 * scene.particles * scene.impact_velocity**2
-    late = abs(float(outcome.contact_times[-1]) - truth.last_contact_time)
-    same = len(outcome.contact_times) == truth.contacts
-    return Deviation(
-        restitution=eta_of(scene, outcome) - truth.restitution,
-        last_contact_time=late if same else float("inf"),
-        mode_energies=float(np.max(np.abs(_modes(scene, outcome) - truth.mode_energies))) / energy,
-    )

@@ -30,23 +30,13 @@ SHARPEST = 1e-11
 
 @dataclass(frozen=True)
 class Comparison:
-    """
-    One quantity as two integrators have it.
+    """One quantity as two integrators have it."""
 
-    Attributes
-    ----------
-    quantity : str
-        What is compared.
-    difference : float
-        Largest absolute difference, in the unit named by the quantity; inf where the numbers of
-        contacts differ.
-    allowed : float or None
-        Both error bars together; None where it is shown but not judged.
-    """
-
-    quantity: str
+    quantity: str  #: What is compared.
+    #: Largest absolute difference, in the unit named by the quantity; inf where the numbers of
+    #: contacts differ.
     difference: float
-    allowed: float | None
+    allowed: float | None  #: Both error bars together; None where it is shown but not judged.
 
     @property
     def agrees(self) -> bool:

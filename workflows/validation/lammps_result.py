@@ -5,7 +5,12 @@ import re
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from chaincor.analysis.dumps.printed import printed_numbers, printed_values, stopped_with
+from chaincor.analysis.dumps.printed import (
+    end_of,
+    printed_numbers,
+    printed_values,
+    stopped_with,
+)
 from chaincor.analysis.dumps.run_commands import RunCommands
 from chaincor.analysis.job_folder import find_job
 from chaincor.analysis.modes import are_equal
@@ -152,8 +157,7 @@ def _read_log(path: Path, scene: Scene | None) -> LammpsResult | None:
     try:
         with path.open("rb") as file:
             head = file.read(200)
-            file.seek(max(0, path.stat().st_size - _MOST_BYTES))
-            text = file.read().decode("utf-8", "replace")
+        text = end_of(path, _MOST_BYTES)
     except OSError as error:
         raise InputError(f"cannot read {str(path)!r}: {error.strerror}") from None
     if not head.startswith(_HEADS) and "restitution = " not in text:

@@ -1,10 +1,15 @@
-"""A user's own integrator against the in-house one: who agrees, within what."""
+"""A user's own integrator against the in-house one: who agrees, and the order of its error."""
+
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
+from chaincor.analysis.ladders.verdict import LadderVerdict, judge_ladder
 from chaincor.analysis.modes import mode_energies
 from chaincor.analysis.restitution import restitution
 from chaincor.lammps_inputs.arrays import Array
+from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.scene import DEFAULT_TOLERANCE, Scene
 from chaincor.workflows.given import scene_given
 from chaincor.workflows.result import Collision
@@ -20,6 +25,10 @@ from chaincor.workflows.validation.user_integrator import (
     UserOutcome,
     run_user_integrator,
 )
+
+RUNGS = 6
+# Steps within a percent of each rung tell an error that jumps from one that does not.
+NEARBY = (1.0, 0.9937, 1.0071, 0.9862, 1.0123)
 
 
 def validate_user(
@@ -37,9 +46,8 @@ def validate_user(
     asked = tolerance or scene.tolerance or DEFAULT_TOLERANCE
     user = run_user_integrator(against, scene, timeout)
     judge = judge_for(scene, asked)
-    eta = restitution_of_user(user, scene)
     others = _compare_user_arrays(user, judge, scene)
-    return Validation.of(scene, against, eta, asked, judge, others)
+    return Validation.of(scene, against, _restitution_of(user, scene), asked, judge, others)
 
 
 def _compare_user_arrays(user: UserOutcome, judge: Collision, scene: Scene) -> list[Comparison]:
@@ -69,10 +77,83 @@ def _compare_user_arrays(user: UserOutcome, judge: Collision, scene: Scene) -> l
     return [compare_contacts(len(user.contact_times), judge), *comparisons]
 
 
-def restitution_of_user(user: UserOutcome, scene: Scene) -> float:
+def _restitution_of(user: UserOutcome, scene: Scene) -> float:
     """Return eta: of the relative translation, where the target is free."""
     line, v0 = scene.line, scene.impact_velocity
     if line.plain:
         return float(restitution(user.velocities, v0))
     target = np.zeros(1) if user.target_velocities is None else user.target_velocities[::-1]
     return (line.separation(np.concatenate((target, user.velocities))) / v0) ** 2
+
+
+@dataclass(frozen=True, repr=False)
+class UserLadder:
+    """A user's integrator along halved steps."""
+
+    against: str  #: The function.
+    steps: tuple[float, ...]  #: Of the rungs, each half of the one before.
+    errors: tuple[float, ...]  #: Largest distance of eta from the in-house one, by rung.
+    #: The in-house eta and its error bar.
+    judge_restitution: float
+    judge_error: float  #: See ``judge_restitution``.
+    verdict: LadderVerdict  #: Order, and what the error is like.
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the ladder, ready for JSON."""
+        return {
+            "verdict": self.verdict.kind,
+            **{name: getattr(self.verdict, name) for name in ("reason", "order", "order_error")},
+            "timesteps": list(self.steps),
+            "errors": list(self.errors),
+            "judge_restitution": self.judge_restitution,
+            "judge_restitution_error": self.judge_error,
+        }
+
+    def __repr__(self) -> str:
+        verdict = self.verdict
+        order = "" if verdict.order is None else f", order {verdict.order:.2f} +- "
+        order += "" if verdict.order_error is None else f"{verdict.order_error:.2f}"
+        pairs = zip(self.steps, self.errors, strict=True)
+        lines = [
+            f"{self.against} along halved steps: {verdict.kind}{order}",
+            f"({verdict.reason})",
+            f"{'timestep':>12} {'error':>10}",
+            *(f"{step:12.6g} {error:10.1e}" for step, error in pairs),
+            f"in-house     eta = {self.judge_restitution:.12g} +- {self.judge_error:.1e}",
+        ]
+        return "\n".join(lines)
+
+
+def climb_ladder(scene: Scene, against: str, timeout: float) -> UserLadder:
+    """
+    Run a user's function at the scene's step, and at 5 halvings of it.
+
+    The function reads ``scene.timestep``. Raises InputError where the scene has none, or the
+    function gives the same result at all steps.
+    """
+    if scene.timestep is None:
+        raise InputError(
+            "--ladder halves the time step, and none is given; expected the coarsest one: "
+            "--timestep H, which the function reads as scene.timestep"
+        )
+
+    def run(step: float) -> float:
+        user = run_user_integrator(against, scene.replace(timestep=step), timeout)
+        return _restitution_of(user, scene)
+
+    steps = scene.timestep * 0.5 ** np.arange(RUNGS)[:, None] * np.array(NEARBY)
+    found = np.array([[run(float(h)) for h in rung] for rung in steps])
+    if np.ptp(found) == 0.0:
+        raise InputError(
+            f"{against} gives {found[0, 0]!r} at all steps from {steps[0, 0]:g} to "
+            f"{steps[-1, 0]:g}; expected a function that takes its step from scene.timestep"
+        )
+    judge = judge_for(scene, min(DEFAULT_TOLERANCE, float(np.ptp(found[-1])) + 1e-10))
+    return UserLadder(
+        against=against,
+        steps=tuple(map(float, steps[:, 0])),
+        errors=tuple(map(float, np.max(np.abs(found - judge.restitution), axis=1))),
+        judge_restitution=judge.restitution,
+        judge_error=judge.restitution_error or 0.0,
+        verdict=judge_ladder(steps, found),
+    )

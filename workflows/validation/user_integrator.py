@@ -16,7 +16,7 @@ from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.campaign.pool import ProcessPool, sent
-from chaincor.workflows.errors import RunError, WorkerDiedError
+from chaincor.workflows.errors import ChaincorError, RunError, WorkerDiedError
 
 # Seconds that a user's function may take where nothing else is said.
 USER_TIMEOUT = 600.0
@@ -54,11 +54,10 @@ def run_user_integrator(against: str, scene: Scene, timeout: float) -> UserOutco
     :class:`~chaincor.lammps_inputs.scene.Scene`, with its `velocity` in absolute units in place of
     a `speed`, and returns the final velocities (array of shape (n,)), or a mapping with the key
     ``velocities`` and, if it likes, ``displacements``, ``contact_times`` and ``contact_speeds``.
-    Masses, a target, a soft contact and the state at the
-    start are in ``scene.line`` (a :class:`~chaincor.lammps_inputs.line.Line`); for a free target
-    the mapping must have ``target_velocities``, too, and may have ``target_displacements``.
-
-    A path that ends in .csv or .npz is read. The result is checked for shape and finiteness.
+    Masses, a target, a soft contact and the state at the start are in ``scene.line`` (a
+    :class:`~chaincor.lammps_inputs.line.Line`); for a free target the mapping must have
+    ``target_velocities``, too, and may have ``target_displacements``. A path that ends in .csv or
+    .npz is read. The result is checked for shape and finiteness.
 
     Raises InputError if there is no such function or file, or its module cannot be imported, and
     UserIntegratorError if it raises, takes longer than `timeout` seconds, dies, or returns
@@ -76,14 +75,14 @@ def run_user_integrator(against: str, scene: Scene, timeout: float) -> UserOutco
     return _checked(against, _call(module, function, scene, timeout), scene)
 
 
-def _call(module: str, function: str, scene: Scene, timeout: float) -> Any:
+def _call(module: str, function: str, scene: Scene, timeout: float) -> dict[str, Any]:
     name = f"{module}:{function}"
     with sent("the scene", name, UserIntegratorError):
         pickle.dumps(scene)
     pool = ProcessPool(1)
     try:
         working = pool.submit(_work, module, function, scene, str(Path.cwd()))
-        kind, value = working.result(timeout)
+        found = working.result(timeout)
     except TimeoutError:
         raise UserIntegratorError(
             f"{name} has not returned after {timeout:g} s; expected final velocities: give it a "
@@ -95,32 +94,30 @@ def _call(module: str, function: str, scene: Scene, timeout: float) -> Any:
         ) from None
     finally:
         pool.shutdown(wait=False)
-    if kind == "missing":
-        raise InputError(value)
-    if kind == "failed":
-        raise UserIntegratorError(f"{name} raised {value}")
-    return value
+    if isinstance(found, ChaincorError):
+        raise found
+    return found
 
 
-def _work(module: str, function: str, scene: Scene, folder: str) -> tuple[str, Any]:
+def _work(module: str, function: str, scene: Scene, folder: str) -> dict[str, Any] | ChaincorError:
     """Run in the child: the user's module is looked for in the current folder first."""
     sys.path.insert(0, folder)
     try:
         integrate = getattr(importlib.import_module(module), function)
     except (ImportError, AttributeError) as error:
-        return "missing", (
+        return InputError(
             f"cannot find {module}:{function}: {_one_line(error)}; expected a function in a module "
             "on the Python path or in this folder"
         )
     except (Exception, SystemExit) as error:  # a module may not compile, or do anything
-        return "missing", (
+        return InputError(
             f"cannot import {module}: {_with_line(error, module)}; expected a module that Python "
             f"imports and that has a function {function}: correct it"
         )
     try:
-        return "done", _plain(integrate(with_velocity(scene)))
+        return _plain(integrate(_with_velocity(scene)))
     except Exception as error:  # whatever a user's code raises
-        return "failed", _with_line(error, module)
+        return UserIntegratorError(f"{module}:{function} raised {_with_line(error, module)}")
 
 
 def _with_line(error: BaseException, module: str) -> str:
@@ -135,7 +132,7 @@ def _with_line(error: BaseException, module: str) -> str:
     return f"{said} ({name}, line {frames[-1].lineno}: {(frames[-1].line or '')[:80]})"
 
 
-def with_velocity(scene: Scene) -> Scene:
+def _with_velocity(scene: Scene) -> Scene:
     """Return a scene whose `velocity` is a number, where it has one velocity at all."""
     if scene.velocity is not None or scene.comes_moving:
         return scene
@@ -146,7 +143,7 @@ def _one_line(error: BaseException) -> str:
     return " ".join(str(error).split())[:200]
 
 
-def _plain(value: Any) -> Any:
+def _plain(value: Any) -> dict[str, Any]:
     """Return what can cross to the parent without its unpickling anything of the user's."""
     if isinstance(value, Mapping):
         return {

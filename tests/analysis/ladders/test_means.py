@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from chaincor.analysis.ladders.means import judge_means
+from chaincor.analysis.ladders.order_fit import judge_means
 from chaincor.analysis.ladders.series import standard_error
 from chaincor.analysis.ladders.verdict import judge_ladder
 from tests.analysis.ladders.draws import autoregressive

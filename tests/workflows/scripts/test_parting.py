@@ -10,11 +10,10 @@ from chaincor.lammps_inputs.errors import InputError
 from chaincor.workflows.engines.lammps.library import find_lmp_command
 from chaincor.workflows.scripts.change import Change
 from chaincor.workflows.scripts.description import describe_script_study
-from chaincor.workflows.scripts.ladder import read_ranks
-from chaincor.workflows.scripts.parting import PARTED, judge_distances, read_frames
+from chaincor.workflows.scripts.parting import PARTED, judge_distances
 from chaincor.workflows.scripts.quantities import Asked
 from chaincor.workflows.scripts.script_run import Runner
-from chaincor.workflows.scripts.timed_runs import FRAME_FILE
+from chaincor.workflows.scripts.varied import read_ranks
 
 SCRIPT = """
 units lj
@@ -42,17 +41,14 @@ def script(tmp_path, density, temperature):
 
 
 def frames_of(path, tmp_path, shaken):
-    found = []
     scratch = tmp_path / "scratch"
     scratch.mkdir(exist_ok=True)
     files = list(path.parent.glob("*.*"))
     done = Runner(path, files, Asked(None, ()), find_lmp_command(), scratch, 600.0).run(
-        f"{shaken}",
-        Change(shaken=shaken, frames=True),
-        read=lambda folder: found.append(read_frames(folder / FRAME_FILE)),
+        f"{shaken}", Change(shaken=shaken, frames=True)
     )
     assert done.failure is None
-    return found[0]
+    return done.frames
 
 
 def with_data(path):

@@ -6,15 +6,11 @@ import pytest
 from chaincor.analysis.ladders.verdict import LadderVerdict
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.workflows.errors import RunError
-from chaincor.workflows.scripts import observable
-from chaincor.workflows.scripts.advice import give_advice, promised_errors
-from chaincor.workflows.scripts.ladder import PHASE_WIDTH, read_fixed, read_ladder
-from chaincor.workflows.scripts.observable import find_observable, read_observed
-from chaincor.workflows.scripts.script_text import (
-    check_paths,
-    check_variable,
-    read_script,
-)
+from chaincor.workflows.scripts import quantities
+from chaincor.workflows.scripts.advice import give_advice
+from chaincor.workflows.scripts.quantities import find_observable, read_observed
+from chaincor.workflows.scripts.script_text import ScriptText
+from chaincor.workflows.scripts.varied import PHASE_WIDTH, read_fixed, read_ladder
 
 
 def test_a_ladder_goes_from_end_to_end_in_equal_ratios():
@@ -76,7 +72,7 @@ def test_the_last_match_counts_and_its_digits_are_kept(tmp_path):
 
 
 def test_a_search_that_does_not_end_is_stopped(tmp_path, monkeypatch):
-    monkeypatch.setattr(observable, "PATTERN_SECONDS", 1.0)
+    monkeypatch.setattr(quantities, "PATTERN_SECONDS", 1.0)
     screen = tmp_path / "screen.txt"
     screen.write_text("a" * 60 + "b\n")
     with pytest.raises(RunError, match="longer than"):
@@ -86,23 +82,26 @@ def test_a_search_that_does_not_end_is_stopped(tmp_path, monkeypatch):
 def script(tmp_path, text):
     path = tmp_path / "in.mine"
     path.write_text(text)
-    return read_script(path)
+    return ScriptText.read(path)
 
 
 @pytest.mark.parametrize("style", ["loop 3", "world 0.1 0.2", "uloop 3"])
 def test_a_variable_that_counts_is_named(tmp_path, style):
     text = script(tmp_path, f"# by hand\nvariable timestep &\n  {style}\ntimestep ${{timestep}}\n")
     with pytest.raises(InputError, match=f"line 2 .*timestep {style.split()[0]}"):
-        check_variable(text, "timestep")
+        text.check_variable("timestep")
 
 
 def test_a_variable_that_is_not_used_is_named(tmp_path):
     text = script(tmp_path, "variable timestep index 0.01\ntimestep 0.01 # not ${timestep}\n")
     with pytest.raises(InputError, match="does not use the variable 'timestep'"):
-        check_variable(text, "timestep")
+        text.check_variable("timestep")
     for line in ("timestep ${timestep}", "timestep $(v_timestep)", "include more.in"):
-        check_variable(script(tmp_path, f"variable timestep index 0.01\n{line}\n"), "timestep")
-    check_variable(script(tmp_path, "timestep $t\n"), "t")
+        script(tmp_path, f"variable timestep index 0.01\n{line}\n").check_variable("timestep")
+    script(tmp_path, "timestep $t\n").check_variable("t")
+    (tmp_path / "found.in").write_text("timestep 0.01\n")
+    with pytest.raises(InputError, match="does not use the variable 't'"):
+        script(tmp_path, "include found.in\n").check_variable("t")
 
 
 def test_paths_out_of_the_folder_are_refused(tmp_path):
@@ -114,8 +113,11 @@ def test_paths_out_of_the_folder_are_refused(tmp_path):
         "shell rm $HOME/b",
     ):
         with pytest.raises(InputError, match=r"line 1 of in\.mine"):
-            check_paths(script(tmp_path, f"{line}\n"))
-    check_paths(script(tmp_path, "read_data /data/a.data # ../b\nvariable x equal 1.0 / 2\n"))
+            script(tmp_path, f"{line}\n").check()
+    script(tmp_path, "read_data /data/a.data # ../b\nvariable x equal 1.0 / 2\n").check()
+    (tmp_path / "more.in").write_text("\nlog /tmp/l\n")
+    with pytest.raises(InputError, match=r"line 2 of more\.in names '/tmp/l'"):
+        script(tmp_path, "include more.in\n").check()
 
 
 def verdict(kind, bias, scatter, order=None):
@@ -154,4 +156,4 @@ def test_what_cannot_be_told_is_not_advised():
     ladder = read_ladder("timestep=0.08:0.01:4")
     untold = verdict("cannot tell", [np.inf] * 4, [1e-2] * 4)
     assert give_advice(ladder, np.ones(4), untold, np.ones(4), 1.0, repeats=True) is None
-    assert np.all(np.isinf(promised_errors(untold)))
+    assert np.all(np.isinf(untold.promised))

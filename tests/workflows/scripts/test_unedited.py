@@ -13,7 +13,7 @@ from chaincor.workflows.scripts.description import describe_script_study, notes
 from chaincor.workflows.scripts.quantities import Asked, Quantity, Samples, read_quantity
 from chaincor.workflows.scripts.rewriting import rewrite
 from chaincor.workflows.scripts.script_run import Runner, list_files
-from chaincor.workflows.scripts.script_text import included, read_script
+from chaincor.workflows.scripts.script_text import ScriptText
 from chaincor.workflows.scripts.step_counts import find_step_counts
 from chaincor.workflows.scripts.study_files import script_study_to_dict
 from chaincor.workflows.scripts.varied import read_varied
@@ -75,25 +75,31 @@ def one_run(script, tmp_path, names=("v_x:last",), **change):
     scratch = tmp_path / "scratch"
     scratch.mkdir(exist_ok=True)
     files = [path for path in list_files(script.parent) if scratch not in path.parents]
-    kept = []
-    run = runner(script, asked, scratch, files).run(
-        "a run",
-        Change(**change),
-        read=lambda folder: kept.extend(path.name for path in folder.iterdir()),
-    )
+    run = runner(script, asked, scratch, files).run("a run", Change(**change))
     assert run.failure is None
-    return run, kept
+    return run
 
 
 @pytest.mark.parametrize("finer", [1.0, 0.5, 0.37, 2.0, 3.3])
 def test_every_kind_of_run_keeps_its_time(spring, tmp_path, finer):
-    run, files = one_run(spring, tmp_path, finer=finer)
+    run = one_run(spring, tmp_path, finer=finer)
     # Times are sums of some hundred steps, each rounded.
     assert run.samples.end == pytest.approx(TIME, abs=1e-12)
-    assert not {"frames.txt", "e.txt", "old", "new"} & set(files)
     # Verlet is of second order, with an error of the phase of t h^2/24 at most: the numbers agree.
     steps = 0.02 / finer
     assert abs(run.numbers["v_x:last"].value - 0.1 * np.cos(TIME)) < 0.1 * TIME * steps**2 / 12
+
+
+def test_frames_and_restarts_are_left_out(spring, tmp_path):
+    # The copy of a run that fails stays.
+    spring.write_text(spring.read_text() + "no_such_command\n")
+    asked = Asked(None, (read_quantity("v_x"),))
+    files = [spring, spring.parent / "more.in"]
+    run = runner(spring, asked, tmp_path / "scratch", files).run("a run", Change(finer=2.0))
+    assert "no_such_command" in run.failure
+    written = {path.name for path in (tmp_path / "scratch" / "a_run").iterdir()}
+    assert "more.in" in written
+    assert not {"frames.txt", "e.txt", "old", "new"} & written
 
 
 # Steps of 0.03, and lengths that scripts work out of them.
@@ -116,15 +122,15 @@ ROUNDED = {
 def test_lengths_that_a_script_rounds_are_the_same_time_at_every_step(tmp_path, lines, finer):
     path = tmp_path / "in.x"
     path.write_text(f"{SPRING}variable h index 0.03\ntimestep $h\n{lines}\n")
-    run, _ = one_run(path, tmp_path, finer=finer)
+    run = one_run(path, tmp_path, finer=finer)
     assert run.samples.end == pytest.approx(0.03 * ROUNDED[lines], abs=1e-12)
 
 
 def test_line_ends_of_windows_change_nothing(spring, tmp_path):
-    run, _ = one_run(spring, tmp_path, finer=2.0)
+    run = one_run(spring, tmp_path, finer=2.0)
     for path in (spring, spring.parent / "more.in"):
         path.write_bytes(path.read_bytes().replace(b"\n", b"\r\n"))
-    again, _ = one_run(spring, tmp_path, finer=2.0)
+    again = one_run(spring, tmp_path, finer=2.0)
     assert again.numbers == run.numbers
 
 
@@ -147,7 +153,7 @@ def test_nothing_else_is_rewritten(tmp_path):
 def test_keywords_that_a_script_does_not_print_are_sampled(tmp_path):
     path = tmp_path / "in.x"
     path.write_text(SPRING + "thermo_style custom step temp\nrun 20\n")
-    run, _ = one_run(path, tmp_path, ("press", "etotal:drift", "temp"))
+    run = one_run(path, tmp_path, ("press", "etotal:drift", "temp"))
     assert set(run.numbers) == {"press:mean", "etotal:drift", "temp:mean"}
 
 
@@ -164,7 +170,7 @@ def test_thermo_output_of_fixes_with_a_period_stops_no_run(tmp_path):
     """33 steps, no multiple of 10: LAMMPS refuses to print ``f_a`` at such an end."""
     path = tmp_path / "in.x"
     path.write_text(SPRING + PERIODS)
-    run, _ = one_run(path, tmp_path, ("temp",), finer=1.65)
+    run = one_run(path, tmp_path, ("temp",), finer=1.65)
     assert run.failure is None
     assert run.samples.end == pytest.approx(20 * 0.005, abs=1e-12)
     # A number that the script prints may be one of these: there they stay.
@@ -199,7 +205,7 @@ def test_a_script_as_it_stands_gets_values_and_advice(spring, tmp_path):
     # The script's step is that of its last run.
     assert study.own_step == 0.01
     assert not study.ladders[0].ends_apart
-    run, _ = one_run(spring, tmp_path, finer=0.01 / position.advice.value)
+    run = one_run(spring, tmp_path, finer=0.01 / position.advice.value)
     assert abs(run.numbers["v_x:last"].value - exact) <= position.advice.promised_error <= 1e-6
     plain = json.loads(json.dumps(script_study_to_dict(study), allow_nan=False))
     first, second = plain["observables"]
@@ -259,10 +265,11 @@ def test_what_counts_steps_is_named(tmp_path, line):
     path = tmp_path / "in.x"
     (tmp_path / "more.in").write_text(f"{line}\n")
     path.write_text("include more.in\nrun 10\n")
-    (found,) = find_step_counts(included(read_script(path)), 0.02)
+    (found,) = find_step_counts(ScriptText.read(path), 0.02)
     said, moves = TRAPS[line]
     assert said in str(found)
-    assert (found.file, found.number, found.moves) == ("more.in", 1, moves)
+    assert str(found).startswith("line 1 of more.in, ")
+    assert found.moves == moves
 
 
 @pytest.mark.parametrize(
@@ -279,7 +286,7 @@ def test_what_counts_steps_is_named(tmp_path, line):
 def test_what_counts_no_steps_is_not_named(tmp_path, line):
     path = tmp_path / "in.x"
     path.write_text(f"{line}\n")
-    assert find_step_counts([read_script(path)], 0.02) == []
+    assert find_step_counts(ScriptText.read(path), 0.02) == ()
 
 
 def test_periods_are_held_in_time(tmp_path):
@@ -293,7 +300,7 @@ def test_periods_are_held_in_time(tmp_path):
     program += "print 'f = $(v_chaincor_c6x)'\n"
     path.write_text(program.replace("'", '"'))
     for pattern, count in ((r"n = (\d+)", 20.0), (r"f = (\d+)", 80.0)):
-        run = runner(path, Asked(pattern, ()), tmp_path).run("p")
+        run = runner(path, Asked(pattern, ()), tmp_path).run("p", Change())
         assert run.numbers[pattern].value == count
 
 
@@ -339,7 +346,7 @@ def test_random_forces_are_drawn_where_the_step_varies(tmp_path, vary, seeds, dr
     path = tmp_path / "in.x"
     path.write_text(f"{SPRING}variable h index 0.1\nvariable r index 9\ntimestep $h\nrun $r\n")
     options = {"printed": False, "scale_periods": False}
-    varied = read_varied(read_script(path), vary, (), seeds, None, **options)
+    varied = read_varied(ScriptText.read(path), vary, (), seeds, None, **options)
     assert varied.random_forces == drawn
     # Each run of a ladder has numbers of its own; with seeds, each column.
     if varied.values is not None:

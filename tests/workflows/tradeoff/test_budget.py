@@ -7,8 +7,11 @@ from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.in_house_runs import eta_of
 from chaincor.workflows.engines.lammps import engine as lammps
-from chaincor.workflows.tradeoff.bond_tables import measure_tables
-from chaincor.workflows.tradeoff.budget import measure_budget, printed_restitution
+from chaincor.workflows.tradeoff.budget import (
+    measure_budget,
+    measure_tables,
+    printed_restitution,
+)
 from chaincor.workflows.tradeoff.oracles import (
     lepton_formula,
     restitution_with_exact_bonds,
@@ -65,7 +68,7 @@ def test_a_bond_given_by_a_file_has_no_formula(tmp_path):
 @needs_wider_floats
 def test_the_parts_of_an_event_wall_budget_make_up_its_error(truth):
     numerics = Numerics(scheme="order6", timestep=0.2, bond_range=(0.9, 1.2))
-    budget = measure_budget(SCENE, truth, "advised", numerics, phases=1, oracle_seconds=5.0)
+    budget = measure_budget(truth, "advised", numerics, phases=1, oracle_seconds=5.0)
     assert budget.wall is None
     assert budget.integrator > 1e3 * max(budget.table, budget.rounding)
     parts = budget.integrator + budget.table + budget.rounding
@@ -76,7 +79,7 @@ def test_the_parts_of_an_event_wall_budget_make_up_its_error(truth):
 
 def test_the_stock_recipes_error_is_the_walls(truth):
     numerics = Numerics(wall="reflect", scheme="verlet", timestep=0.005, bond_range=(0.9, 1.2))
-    budget = measure_budget(SCENE, truth, "stock", numerics, phases=4, oracle_seconds=0.0)
+    budget = measure_budget(truth, "stock", numerics, phases=4, oracle_seconds=0.0)
     assert budget.wall > 10.0 * abs(budget.total - budget.wall)
     # No time for the slow oracles: said, not guessed.
     assert budget.table is None
@@ -94,18 +97,18 @@ def test_six_digits_cost_more_than_seventeen():
 
 @pytest.mark.slow
 def test_errors_of_tables_fall_with_their_rows_and_with_a_narrower_range(truth):
-    numerics = Numerics(scheme="order6", timestep=0.1, bond_range=truth.scouting.table_range(SCENE))
+    numerics = Numerics(scheme="order6", timestep=0.1, bond_range=truth.bond_range)
     outcome = lammps.run(SCENE, numerics)
     exact = restitution_with_exact_bonds(SCENE, numerics, outcome)
     points = {
         (p.style, p.bond_range, p.rows): p
-        for p in measure_tables(SCENE, truth, numerics, exact, quick=False)
+        for p in measure_tables(truth, numerics, exact, quick=False)
     }
     narrow = points["linear", "scene", 1001].force_error
     wide = points["linear", "wide", 1001].force_error
     # Linear interpolation errs by U''' times the spacing squared over 8.
     assert points["linear", "scene", 101].force_error == pytest.approx(100 * narrow, rel=0.3)
-    ratio = (1.0 / np.ptp(truth.scouting.table_range(SCENE))) ** 2
+    ratio = (1.0 / np.ptp(truth.bond_range)) ** 2
     assert wide > ratio * narrow
     assert points["spline", "scene", 1001].force_error < 1e-5 * narrow
     assert points["linear", "scene", 101].restitution_error > 1e-7

@@ -3,15 +3,13 @@
 import numpy as np
 import pytest
 
-from chaincor.workflows.tradeoff.bond_tables import TablePoint
-from chaincor.workflows.tradeoff.budget import ErrorBudget
+from chaincor.workflows.tradeoff.budget import ErrorBudget, TablePoint
 from chaincor.workflows.tradeoff.figures import (
     plot_error_budget,
     plot_table_errors,
     plot_work_precision,
 )
-from chaincor.workflows.tradeoff.measurement import Measurement
-from chaincor.workflows.tradeoff.settings import Series, Setting
+from chaincor.workflows.tradeoff.settings import Measurement, Series, Setting
 from chaincor.workflows.tradeoff.truth import Deviation
 
 

@@ -13,8 +13,7 @@ from chaincor.workflows.tradeoff.front import (
     pareto_front,
     promised_errors,
 )
-from chaincor.workflows.tradeoff.measurement import Measurement
-from chaincor.workflows.tradeoff.settings import Series, Setting, time_unit
+from chaincor.workflows.tradeoff.settings import Measurement, Series, Setting, time_unit
 from chaincor.workflows.tradeoff.truth import Deviation
 
 VERLET = Series("lammps", "event", "verlet", "spline")

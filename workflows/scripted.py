@@ -12,7 +12,6 @@ from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.script_plan import ScriptedBar, ScriptPlan
 from chaincor.workflows.accuracy.by_lammps import COARSER, SCRIPTED_SCHEMES, choose
-from chaincor.workflows.accuracy.convergence import Converged
 from chaincor.workflows.accuracy.error_bars import (
     PROOF_SHARE,
     PROOF_STEPS,
@@ -55,14 +54,45 @@ def plan_script(scene: Scene, table_range: tuple[float, float] | None = None) ->
     """
     if table_range is not None:
         _refuse_range(scene, table_range)
-    asked = scene.asked_tolerance
+    asked, goal, sensitivity = scene.asked_tolerance, 0.0, 0.0
     if asked is None:
-        plan = _as_given(scene, table_range)
+        truth, numerics = scouted_run(scene), Numerics.from_scene(scene)
     else:
-        plan = _for_tolerance(scene, asked, table_range)
-    if table_range is None or plan.table is None:
-        return plan
-    return replace(plan, fastest=_fastest_held(scene, plan.table))
+        goal, sensitivity = goal_of(scene, asked)
+        choice = choose(scene, goal, sensitivity, SCRIPTED_SCHEMES)
+        truth, numerics = choice.truth, replace(choice.numerics, bond_range=None)
+    scouting = None if truth is None else scouting_from(truth, scene, flown_on(scene))
+    table = _tabulate(scene, numerics, scouting, table_range)
+    bar = None
+    if truth is not None and (scene.error or asked is not None):
+        known = PROOF_SHARE[numerics.wall]
+        bar = ScriptedBar(
+            multiples=(1.0, *PROOF_STEPS),
+            share=known,
+            share_alone=known,
+            table=_table_part(table, scene, truth.outcome, goal),
+            rounding=rounding_of_steps(scene, numerics.scheme, numerics.timestep),
+            ending=ending_error(truth.outcome, scene),
+        )
+        if asked is not None:
+            order = effective_order(scene, numerics.scheme)
+            bar = replace(
+                bar,
+                multiples=_MULTIPLES,
+                share=share_of_difference(order, COARSER),
+                share_alone=_ALONE,
+                rounding=max(bar.rounding, amplified_rounding("lammps", sensitivity, scene)),
+                reference_solution=truth.restitution,
+                reference_error=truth.error,
+            )
+    return ScriptPlan(
+        numerics=numerics,
+        table=table,
+        end=None if scouting is None else scouting.end,
+        bar=bar,
+        tolerance=asked,
+        fastest=None if table_range is None or table is None else _fastest_held(scene, table),
+    )
 
 
 def _refuse_range(scene: Scene, table_range: tuple[float, float]) -> None:
@@ -92,63 +122,6 @@ def _fastest_held(scene: Scene, table: BondTable) -> float | None:
         held = table.lengths[0] <= low and high <= table.longest
         slow, fast = (middle, fast) if held else (slow, middle)
     return float(f"{slow:.3g}") if slow > 1.01 * scene.impact_velocity else None
-
-
-def _as_given(scene: Scene, table_range: tuple[float, float] | None) -> ScriptPlan:
-    numerics = Numerics.from_scene(scene)
-    truth = scouted_run(scene)
-    scouting = None if truth is None else scouting_from(truth, scene, flown_on(scene))
-    table = _tabulate(scene, numerics, scouting, table_range)
-    bar = None
-    if scene.error and truth is not None:
-        share = PROOF_SHARE[numerics.wall]
-        bar = ScriptedBar(
-            multiples=(1.0, *PROOF_STEPS),
-            share=share,
-            share_alone=share,
-            table=_table_part(table, scene, truth.outcome, 0.0),
-            rounding=rounding_of_steps(scene, numerics.scheme, numerics.timestep),
-            ending=ending_error(truth.outcome, scene),
-        )
-    return ScriptPlan(numerics, table, None if scouting is None else scouting.end, bar)
-
-
-def _for_tolerance(
-    scene: Scene, tolerance: float, table_range: tuple[float, float] | None
-) -> ScriptPlan:
-    goal, sensitivity = goal_of(scene, tolerance)
-    choice = choose(scene, goal, sensitivity, SCRIPTED_SCHEMES)
-    truth, numerics = choice.truth, choice.numerics
-    scouting = scouting_from(truth, scene, flown_on(scene))
-    numerics = replace(numerics, bond_range=None)
-    table = _tabulate(scene, numerics, scouting, table_range)
-    bar = _bar(scene, numerics, table, truth, goal, sensitivity)
-    return ScriptPlan(numerics, table, scouting.end, bar, tolerance)
-
-
-def _bar(
-    scene: Scene,
-    numerics: Numerics,
-    table: BondTable | None,
-    truth: Converged,
-    goal: float,
-    sensitivity: float,
-) -> ScriptedBar:
-    """Return the error bar that the engine gives a run that meets a tolerance."""
-    scheme = numerics.scheme
-    return ScriptedBar(
-        multiples=_MULTIPLES,
-        share=share_of_difference(effective_order(scene, scheme), COARSER),
-        share_alone=_ALONE,
-        table=_table_part(table, scene, truth.outcome, goal),
-        rounding=max(
-            rounding_of_steps(scene, scheme, numerics.timestep),
-            amplified_rounding("lammps", sensitivity, scene),
-        ),
-        ending=ending_error(truth.outcome, scene),
-        reference_solution=truth.restitution,
-        reference_error=truth.error,
-    )
 
 
 def _tabulate(

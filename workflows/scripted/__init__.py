@@ -1,1 +1,0 @@
-"""Scripts that LAMMPS runs alone: what is chosen for them, and what is made of many."""
