@@ -16,7 +16,6 @@ from chaincor.workflows.campaign.work import collide_to_rows, tasks_of
 from chaincor.workflows.given import workers_given
 from chaincor.workflows.store.results_store import Store
 from chaincor.workflows.store.row import Row
-from chaincor.workflows.store.standing import Standing
 
 
 @dataclass
@@ -165,16 +164,16 @@ def collide_into_store(
     return [row for row in rows if row is not None]
 
 
-def _as_exactly(scene: Scene, standing: Standing) -> Scene:
+def _as_exactly(scene: Scene, standing: Row) -> Scene:
     """
     Return a scene, asked for at least as exactly as the result that is there.
 
     A looser run could not take its place, neither for missing arrays nor to recompute it.
     """
-    asked = scene.asked_tolerance
-    if asked is None or standing.restitution is None or standing.tolerance is None:
+    asked, known = scene.asked_tolerance, standing.columns["tolerance"]
+    if asked is None or known is None or not standing.has_result or asked <= known:
         return scene
-    return scene if asked <= standing.tolerance else scene.replace(tolerance=standing.tolerance)
+    return scene.replace(tolerance=known)
 
 
 def _tightest(scenes: Iterable[Scene]) -> list[Scene]:

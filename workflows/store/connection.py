@@ -38,7 +38,8 @@ def connect(path: Path, *, read_only: bool = False) -> sqlite3.Connection:
             isolation_level=None,
         )
         try:
-            with _snapshot(connection):
+            # Between two reads another process may make the store.
+            with transaction(connection, "BEGIN", "ROLLBACK"):
                 version = _version(connection, path)
             if version < SCHEMA_VERSION:
                 _migrate(connection, path, read_only)
@@ -46,17 +47,6 @@ def connect(path: Path, *, read_only: bool = False) -> sqlite3.Connection:
             connection.close()
             raise
     return connection
-
-
-@contextlib.contextmanager
-def _snapshot(connection: sqlite3.Connection) -> Iterator[None]:
-    """Read one state of the file: between two reads another process may make the store."""
-    connection.execute("BEGIN")
-    try:
-        yield
-    finally:
-        if connection.in_transaction:
-            connection.execute("ROLLBACK")
 
 
 def _version(connection: sqlite3.Connection, path: Path) -> int:
@@ -94,15 +84,17 @@ def _migrate(connection: sqlite3.Connection, path: Path, read_only: bool) -> Non
 
 
 @contextlib.contextmanager
-def transaction(connection: sqlite3.Connection) -> Iterator[None]:
-    """Write all or nothing, on a connection in autocommit mode."""
+def transaction(
+    connection: sqlite3.Connection, begin: str = "BEGIN IMMEDIATE", end: str = "COMMIT"
+) -> Iterator[None]:
+    """Write all or nothing, or read one state, on a connection in autocommit mode."""
     if connection.in_transaction:
         # Ctrl-C can come between the beginning of a transaction and the code that would end it.
         connection.execute("ROLLBACK")
     try:
-        connection.execute("BEGIN IMMEDIATE")
+        connection.execute(begin)
         yield
-        connection.execute("COMMIT")
+        connection.execute(end)
     except BaseException:
         # A full disk makes SQLite roll back by itself.
         if connection.in_transaction:

@@ -32,8 +32,19 @@ def export_store(store: Store, path: Path) -> int:
     if path.suffix not in (".csv", ".parquet"):
         raise StoreError(f"'{path.name}' ends in '{path.suffix}'; expected .csv or .parquet")
     refuse_other_kinds(path, path.suffix)
+    rows = _rows(store)
     with written_aside(path) as aside:
-        return (_write_csv if path.suffix == ".csv" else _write_parquet)(store, aside)
+        if path.suffix == ".csv":
+            with aside.open("w", newline="", encoding="utf-8") as file:
+                csv.writer(file).writerows([PLAIN_COLUMNS, *rows])
+        else:
+            try:
+                _frame(rows).to_parquet(aside, index=False)
+            except ImportError:
+                raise StoreError(
+                    "Parquet needs pandas and pyarrow; expected them: pip install chaincor[export]"
+                ) from None
+    return len(rows)
 
 
 def export_crate(store: Store, folder: Path) -> int:
@@ -69,26 +80,6 @@ def _meaning(column: str) -> str:
     return ALL_TERMS.get(terms.get(column, terms.get(words, words)), words)
 
 
-def _write_csv(store: Store, path: Path) -> int:
-    rows = _rows(store)
-    with path.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file)
-        writer.writerow(PLAIN_COLUMNS)
-        writer.writerows(rows)
-    return len(rows)
-
-
-def _write_parquet(store: Store, path: Path) -> int:
-    try:
-        frame = _frame(store)
-        frame.to_parquet(path, index=False)
-    except ImportError:
-        raise StoreError(
-            "Parquet needs pandas and pyarrow; expected them: pip install chaincor[export]"
-        ) from None
-    return len(frame)
-
-
 def to_pandas(store: Store | Path | str) -> "pandas.DataFrame":
     """
     Return all rows as a data frame.
@@ -116,12 +107,11 @@ def to_pandas(store: Store | Path | str) -> "pandas.DataFrame":
     [[5, 4]]
     """
     with nullcontext(store) if isinstance(store, Store) else Store(store, read_only=True) as opened:
-        return _frame(opened)
+        return _frame(_rows(opened))
 
 
-def _frame(store: Store) -> "pandas.DataFrame":
-    pd = require_pandas()
-    frame = pd.DataFrame.from_records(_rows(store), columns=list(PLAIN_COLUMNS))
+def _frame(rows: list[tuple]) -> "pandas.DataFrame":
+    frame = require_pandas().DataFrame.from_records(rows, columns=list(PLAIN_COLUMNS))
     names = ("contacts", "fragments", *WHOLE_KEYS, "table_points", "target_particles")
     whole = dict.fromkeys(names, "Int64")
     return frame.astype(whole | dict.fromkeys(FLAG_COLUMNS, "boolean"))

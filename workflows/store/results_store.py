@@ -1,13 +1,11 @@
 """A results store: one SQLite file, one row a collision."""
 
 import datetime
-import sqlite3
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, Self
 
-from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.errors import StoreError
 from chaincor.workflows.store.connection import connect, named_errors, transaction
@@ -19,19 +17,23 @@ from chaincor.workflows.store.row import (
     scene_columns,
 )
 from chaincor.workflows.store.schema import FAILURE_COLUMNS, SCHEMA_VERSION
-from chaincor.workflows.store.standing import Standing, standing_columns
 
 _HAS_ARRAYS = (
-    "EXISTS (SELECT 1 FROM arrays WHERE arrays.collision_sha256 = collisions.collision_sha256)"
+    "EXISTS (SELECT 1 FROM arrays WHERE arrays.collision_sha256 = collisions.collision_sha256) "
+    "AS has_arrays"
 )
-_STANDINGS = f"SELECT collision_sha256, {standing_columns()} FROM collisions"
+# What decides whether a collision has to be run, and which of two rows stays.
+_STANDINGS = f"""
+    SELECT collision_sha256, restitution, restitution_error, tolerance, failure_tolerance,
+    failure_stands, tries, finished, {_HAS_ARRAYS} FROM collisions
+"""
 # Keys of one question to the database; older versions take 999 values.
 _MOST_KEYS = 500
-_ROW = f"""
-    SELECT collisions.*, environments.versions, {_HAS_ARRAYS} AS has_arrays
+_ROWS = f"""
+    SELECT collisions.*, environments.versions, {_HAS_ARRAYS}
     FROM collisions LEFT JOIN environments ON environment = environments.id
-    WHERE collision_sha256 = ?
 """
+_ARRAYS = "SELECT name, npy FROM arrays WHERE collision_sha256 = ?"
 
 
 class Store:
@@ -39,7 +41,7 @@ class Store:
     A results store in one SQLite file.
 
     A row is a collision whatever the tolerance: of its results the one that reached the smaller
-    error stays (:meth:`~chaincor.workflows.store.standing.Standing.yields_to`). Every write is a
+    error stays (:meth:`~chaincor.workflows.store.row.Row.yields_to`). Every write is a
     transaction of its own, so that a killed program leaves whole rows only.
 
     Parameters
@@ -104,14 +106,14 @@ class Store:
     def find(self, scene: Scene, *, arrays: bool = False) -> Row | None:
         """Return the row of a scene, however exact, even if it failed; None where there is none."""
         key = row_key(scene)
-        with named_errors(self.path):
-            cursor = self.connection.execute(_ROW, (key,))
-            row = cursor.fetchone()
-            if row is None:
-                return None
-            names = [column[0] for column in cursor.description]
-            kept = self._arrays(key) if arrays else {}
-        found = Row(dict(zip(names, row, strict=True)), kept)
+        names, rows = self.select(f"{_ROWS} WHERE collision_sha256 = ?", (key,))
+        if not rows:
+            return None
+        kept = self.select(_ARRAYS, (key,))[1] if arrays else []
+        found = Row(
+            dict(zip(names, rows[0], strict=True)),
+            {name: array_from_bytes(npy) for name, npy in kept},
+        )
         try:
             _ = found.scene, found.result  # JSON is read now, and whether it can be
         except (TypeError, ValueError) as error:
@@ -121,37 +123,28 @@ class Store:
             ) from None
         return found
 
-    def _arrays(self, key: str) -> dict[str, Array]:
-        query = "SELECT name, npy FROM arrays WHERE collision_sha256 = ?"
-        rows = self.connection.execute(query, (key,))
-        return {name: array_from_bytes(content) for name, content in rows}
-
-    def standing(self, scene: Scene) -> Standing | None:
-        """Return what decides whether a scene has to be run; None where there is no row."""
+    def standing(self, scene: Scene) -> Row | None:
+        """Return of a scene's row what decides whether it has to be run; None without a row."""
         return self.standings([scene])[0]
 
-    def standings(self, scenes: Sequence[Scene]) -> list[Standing | None]:
+    def standings(self, scenes: Sequence[Scene]) -> list[Row | None]:
         """Return the same of each of several scenes."""
-        keys = [row_key(scene) for scene in scenes]
-        found: dict[str, Standing] = {}
-        with named_errors(self.path):
-            for begin in range(0, len(keys), _MOST_KEYS):
-                part = keys[begin : begin + _MOST_KEYS]
-                places = ", ".join("?" * len(part))
-                query = f"{_STANDINGS} WHERE collision_sha256 IN ({places})"
-                for key, *columns in self.connection.execute(query, part):
-                    found[key] = Standing(*columns)
+        return self._standings([row_key(scene) for scene in scenes])
+
+    def _standings(self, keys: Sequence[str]) -> list[Row | None]:
+        found: dict[str, Row] = {}
+        for begin in range(0, len(keys), _MOST_KEYS):
+            part = keys[begin : begin + _MOST_KEYS]
+            query = f"{_STANDINGS} WHERE collision_sha256 IN ({', '.join('?' * len(part))})"
+            names, rows = self.select(query, part)
+            found |= {row[0]: Row(dict(zip(names, row, strict=True))) for row in rows}
         return [found.get(key) for key in keys]
 
     def check_writable(self) -> None:
         """Raise now, not after hours of computing, if the store cannot be written."""
-        with named_errors(self.path):
-            self.connection.execute("BEGIN IMMEDIATE")
-            try:
-                # Only a change, not the wish for one, is refused on a read-only file.
-                self.connection.execute(f"PRAGMA user_version = {SCHEMA_VERSION}")
-            finally:
-                self.connection.execute("ROLLBACK")
+        with named_errors(self.path), transaction(self.connection, end="ROLLBACK"):
+            # Only a change, not the wish for one, is refused on a read-only file.
+            self.connection.execute(f"PRAGMA user_version = {SCHEMA_VERSION}")
 
     def record(
         self, found: Iterable[tuple[Scene, Row]], *, arrays: bool = False, replace: bool = False
@@ -159,7 +152,7 @@ class Store:
         """
         Write what came of scenes, all in one transaction or, with StoreWriteError, nothing.
 
-        What stays is decided by :meth:`~chaincor.workflows.store.standing.Standing.yields_to`;
+        What stays is decided by :meth:`~chaincor.workflows.store.row.Row.yields_to`;
         `replace` lets a result take the place of one that was asked for no more exactly.
         """
         now = datetime.datetime.now(datetime.UTC).isoformat(timespec="milliseconds")
@@ -168,51 +161,70 @@ class Store:
                 self._write(scene, row, now, arrays, replace)
 
     def _write(self, scene: Scene, row: Row, finished: str, arrays: bool, replace: bool) -> None:
-        key, old, columns = row_key(scene), self.standing(scene), dict(row.columns)
-        tries = 1 + (0 if old is None else old.tries)
-        record = {"tries": tries, "finished": finished}
-        if columns.get("restitution") is None:
-            if old is None or not old.answers(scene):
-                self._write_failure(scene, columns, record, old)
+        key, old, asked = row_key(scene), self.standing(scene), scene.asked_tolerance
+        tries = 1 + (0 if old is None else old.columns["tries"])
+        columns = {**row.columns, "tries": tries, "finished": finished}
+        if not row.has_result:
+            columns["failure_tolerance"] = asked
+            if old is None or not old.has_result:
+                self._upsert(columns | scene_columns(scene) | {"tolerance": asked})
+            elif not old.answers(scene):
+                kept = (*FAILURE_COLUMNS, "tries")
+                self._update(key, {name: columns[name] for name in kept})
             return
-        had_arrays = old is not None and old.has_arrays
+        had_arrays = old is not None and old.columns["has_arrays"]
         # Arrays that were kept must stay those of the row's result.
         keep_arrays = arrays or had_arrays
-        new = Standing(
-            restitution=columns["restitution"],
-            restitution_error=columns["restitution_error"],
-            tolerance=columns["tolerance"],
-            failure_tolerance=None,
-            failure_stands=False,
-            tries=tries,
-            finished=finished,
-            has_arrays=keep_arrays,
+        self._put(
+            old,
+            Row(columns | scene_columns(scene) | _NO_FAILURE | {"has_arrays": keep_arrays}),
+            {k: array_to_bytes(array) for k, array in row.arrays.items()} if keep_arrays else {},
+            changing=_NO_FAILURE | {"tries": tries},
+            renew=replace or (arrays and not had_arrays),
         )
+
+    def adopt(self, row: Row, arrays: Mapping[str, bytes]) -> None:
+        """Take over a row of another store, in a transaction of the caller's."""
+        (old,) = self._standings([row.columns["collision_sha256"]])
+        self._put(old, row, arrays, changing={})
+
+    def _put(
+        self,
+        old: Row | None,
+        new: Row,
+        arrays: Mapping[str, bytes],
+        *,
+        changing: dict[str, Any],
+        renew: bool = False,
+    ) -> None:
+        """Write the better of two rows; `changing` is what the old one, if it stays, has anew."""
+        columns = {**new.columns}
+        key = columns["collision_sha256"]
         if old is not None:
-            if not old.yields_to(new, renew=replace or (arrays and not had_arrays)):
-                if changes := old.tightened_by(new):
-                    changes |= _NO_FAILURE | {"tries": tries}
-                    update_row(self.connection, key, changes)
+            if not old.yields_to(new, renew=renew):
+                if tightened := old.tightened_by(new):
+                    self._update(key, tightened | changing)
                 return
             columns |= new.tightened_by(old)
-        columns["environment"] = self._environment(columns.pop("versions"))
-        self._upsert(columns | record | scene_columns(scene) | _NO_FAILURE)
-        if keep_arrays:
-            self.connection.executemany(
-                "INSERT OR REPLACE INTO arrays VALUES (?, ?, ?)",
-                [(key, name, array_to_bytes(array)) for name, array in row.arrays.items()],
-            )
+            self.connection.execute("DELETE FROM arrays WHERE collision_sha256 = ?", (key,))
+        del columns["has_arrays"]
+        versions = columns.pop("versions")
+        columns["environment"] = None if versions is None else self._environment(versions)
+        self._upsert(columns)
+        self.connection.executemany(
+            "INSERT INTO arrays VALUES (?, ?, ?)",
+            [(key, name, npy) for name, npy in arrays.items()],
+        )
 
-    def _write_failure(
-        self, scene: Scene, columns: dict[str, Any], record: dict[str, Any], old: Standing | None
-    ) -> None:
-        asked = scene.asked_tolerance
-        columns["failure_tolerance"] = asked
-        if old is None or old.restitution is None:
-            self._upsert(columns | scene_columns(scene) | record | {"tolerance": asked})
-            return
-        changed = {name: columns[name] for name in FAILURE_COLUMNS} | {"tries": record["tries"]}
-        update_row(self.connection, row_key(scene), changed)
+    def stored_rows(self) -> Iterator[tuple[Row, dict[str, bytes]]]:
+        """Yield all rows, each with its arrays as they are stored."""
+        with named_errors(self.path):
+            cursor = self.connection.execute(_ROWS)
+            names = [column[0] for column in cursor.description]
+            for values in cursor:
+                row = Row(dict(zip(names, values, strict=True)))
+                key, has_arrays = row.columns["collision_sha256"], row.columns["has_arrays"]
+                yield row, dict(self.select(_ARRAYS, (key,))[1]) if has_arrays else {}
 
     def _environment(self, versions: str) -> int:
         query = "SELECT id FROM environments WHERE versions = ?"
@@ -224,6 +236,11 @@ class Store:
 
     def _upsert(self, columns: dict[str, Any]) -> None:
         self.connection.execute(_upsertion(tuple(columns)), columns)
+
+    def _update(self, key: str, columns: dict[str, Any]) -> None:
+        assignments = ", ".join(f"{name} = :{name}" for name in columns)
+        query = f"UPDATE collisions SET {assignments} WHERE collision_sha256 = :key"
+        self.connection.execute(query, columns | {"key": key})
 
     def select(
         self, query: str, parameters: Sequence[Any] | dict[str, Any] = ()
@@ -248,15 +265,6 @@ class Store:
         with named_errors(self.path):
             cursor = self.connection.execute(query, parameters)
             return [column[0] for column in cursor.description], cursor.fetchall()
-
-
-def update_row(connection: sqlite3.Connection, key: str, columns: dict[str, Any]) -> None:
-    """Change some columns of a row."""
-    assignments = ", ".join(f"{name} = :{name}" for name in columns)
-    connection.execute(
-        f"UPDATE main.collisions SET {assignments} WHERE collision_sha256 = :key",
-        columns | {"key": key},
-    )
 
 
 _NO_FAILURE: dict[str, Any] = dict.fromkeys(FAILURE_COLUMNS)

@@ -2,6 +2,7 @@
 
 import io
 import json
+import math
 import platform
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -37,7 +38,12 @@ class Failure(NamedTuple):
 
 @dataclass(frozen=True)
 class Row:
-    """One row of a results store; a worker makes it, a store adds what tells rows apart."""
+    """
+    One row of a results store; a worker makes it, a store adds what tells rows apart.
+
+    Its tolerance is the tightest that has been asked of the collision and that the result stands
+    for: it meets it, or no run has come closer. None with explicit numerics.
+    """
 
     #: As ``schema`` has them, as far as they are known: of a row of a store also
     #: ``collision_sha256``, its key, ``tries``, ``host`` and ``finished`` (UTC, ISO 8601), and
@@ -80,11 +86,10 @@ class Row:
         """
         The fields of a :class:`~chaincor.workflows.result.Collision` but for the arrays.
 
-        None where no try has succeeded. ``tolerance`` is the tightest that was asked of the
-        collision and that the result stands for, ``tolerance_met`` and ``reason`` are by that.
+        None where no try has succeeded. ``tolerance_met`` and ``reason`` are by its tolerance.
         """
         columns = self.columns
-        if columns.get("restitution") is None:
+        if not self.has_result:
             return None
         fields = {name: columns[name] for name in (*RESULT_COLUMNS, *_OF_SCENES)}
         for name in FLAG_COLUMNS:
@@ -110,6 +115,80 @@ class Row:
     def restitution_error(self) -> float | None:
         """Error bar of eta."""
         return self.columns.get("restitution_error")
+
+    @property
+    def has_result(self) -> bool:
+        """Whether a try has succeeded."""
+        return self.columns.get("restitution") is not None
+
+    @property
+    def reached(self) -> float:
+        """The error bar of the result; inf without one."""
+        return math.inf if self.restitution_error is None else self.restitution_error
+
+    def answers(self, scene: Scene, *, arrays: bool = False) -> bool:
+        """
+        Say whether the result is exact enough for a scene.
+
+        That is if the same or a smaller error was asked for, or reached. With explicit numerics any
+        result is: runs with and without an error bar have rows of their own.
+        """
+        if not self.has_result or (arrays and not self.columns["has_arrays"]):
+            return False
+        asked, known = scene.asked_tolerance, self.columns["tolerance"]
+        return asked is None or self.reached <= asked or (known is not None and known <= asked)
+
+    def would_fail(self, scene: Scene) -> bool:
+        """Say whether a scene failed by itself when no smaller an error was asked for."""
+        if not self.columns["failure_stands"]:
+            return False
+        asked, failed = scene.asked_tolerance, self.columns["failure_tolerance"]
+        return asked is None or failed is None or asked <= failed
+
+    def yields_to(self, other: "Row", *, renew: bool = False) -> bool:
+        """
+        Say whether another row of the same collision takes the place of this: the one rule.
+
+        A result takes the place of a failure, a later failure that of an earlier one. Of two
+        results the one with the smaller error bar stays, none counting as the largest; of equal
+        ones that with arrays; else the one that is there.
+
+        `renew` says that the other was computed to take the place of this, on request or for the
+        arrays that this lacks. Then it does so if it was asked for no less exactly, whatever it
+        reached; but without an error bar it never takes the place of a result with one.
+        """
+        if not other.has_result:
+            return not self.has_result and other.columns["finished"] > self.columns["finished"]
+        if not self.has_result:
+            return True
+        loses_bar = math.isfinite(self.reached) and not math.isfinite(other.reached)
+        if renew and not loses_bar and not self._asked_more_exactly_than(other):
+            return True
+        mine, others = ((row.reached, not row.columns["has_arrays"]) for row in (self, other))
+        return others < mine
+
+    def _asked_more_exactly_than(self, other: "Row") -> bool:
+        asked, others = self.columns["tolerance"], other.columns["tolerance"]
+        # With explicit numerics every run is the same.
+        return asked is not None and others is not None and asked < others
+
+    def tightened_by(self, other: "Row") -> dict[str, Any]:
+        """
+        Return what changes in a row that stays if the other was asked for more exactly.
+
+        From then on the row stands for that tolerance, too, whether it meets it or no run came
+        closer: else a sweep that asks for it would run it again and again.
+        """
+        both = self.has_result and other.has_result
+        if not (both and other._asked_more_exactly_than(self)):
+            return {}
+        asked = other.columns["tolerance"]
+        met = self.reached <= asked
+        missed = (
+            f"the error reached is {self.reached:.2g}, not {asked:g}; a run that was "
+            "asked for that reached no smaller one"
+        )
+        return {"tolerance": asked, "tolerance_met": met, "reason": None if met else missed}
 
 
 # The scene's columns hold them.
