@@ -9,8 +9,7 @@ import pytest
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.grids.collect import collect_grid
-from chaincor.workflows.grids.grid import folder_name, write_grid
-from chaincor.workflows.grids.submit import submit_script
+from chaincor.workflows.grids.grid import folder_name, submit_script, write_grid
 from chaincor.workflows.store.export import to_pandas
 from chaincor.workflows.store.results_store import Store
 from tests.lmp import LMP, lmp_environment

@@ -129,13 +129,13 @@ def _write_grid(
     sweep = read_sweep(sweep_file)
     groups = sweep.scenes.groups
     axes = list(dict.fromkeys(key for group in groups for entry in group for key in entry))
-    points = write_grid(
+    jobs = write_grid(
         sweep.scenes, axes, folder, submit, site=lines, replace_existing=force, wishes=wishes
     )
-    refused = [point for point in points if point.refusal]
-    click.echo(f"{len(points) - len(refused)} jobs in {folder}, listed in {folder / MANIFEST}")
+    refused = {name: refusal for name, refusal in jobs.items() if refusal}
+    click.echo(f"{len(jobs) - len(refused)} jobs in {folder}, listed in {folder / MANIFEST}")
     click.echo(f"run them: {folder / f'submit.{submit}'}")
-    for point in refused:
-        click.echo(f"chaincor: no job for {point.folder}: {point.refusal}", err=True)
+    for name, refusal in refused.items():
+        click.echo(f"chaincor: no job for {name}: {refusal}", err=True)
     if refused:
         raise SystemExit(1)

@@ -114,25 +114,27 @@ def _row(
     asked: Scene, as_run: Scene, found: dict[str, float], log: str, known: dict[str, str]
 ) -> Row:
     """Make a row of what a log holds; columns of which it says nothing stay empty."""
-    numerics = Numerics.from_scene(as_run)
-    error: float | None = found["restitution_error"]
-    if error is not None and math.isnan(error):
-        error = None
+    numerics, eta, told = (
+        Numerics.from_scene(as_run),
+        found["restitution"],
+        found["restitution_error"],
+    )
+    error = None if math.isnan(told) else told
     v0, v_star = asked.impact_velocity, asked.bond.natural_speed
     tolerance = asked.asked_tolerance
-    missed = error is not None and tolerance is not None and error > tolerance
-    took = _WALL_TIME.search(log)
-    seconds = (
-        math.nan if took is None else float(np.dot([3600, 60, 1], list(map(int, took.groups()))))
-    )
+    met = None if tolerance is None or error is None else error <= tolerance
+    seconds = math.nan
+    if took := _WALL_TIME.search(log):
+        hours, minutes, rest = map(float, took.groups())
+        seconds = 3600.0 * hours + 60.0 * minutes + rest
     ended = re.search(r"^ending = .*, end (\w+)$", log, re.MULTILINE)
     mass = float(np.sum(asked.line.chain_masses))
     residual = abs(found.get("momentum_change", math.nan) - found.get("wall_impulse", math.nan))
     return Row.of_fields(
         {
-            "restitution": found["restitution"],
+            "restitution": eta,
             "restitution_error": error,
-            "kinematic_restitution": math.sqrt(found["restitution"]),
+            "kinematic_restitution": math.sqrt(eta),
             "contacts": int(found["contacts"]),
             "last_contact_time": found.get("last_contact_time"),
             "wall": numerics.wall,
@@ -147,8 +149,8 @@ def _row(
             "momentum_residual": residual / (mass * v0),
             "ending": "open" if ended is None else ended[1],
             "tolerance": tolerance,
-            "tolerance_met": None if tolerance is None or error is None else not missed,
-            "reason": f"the job reached {error:.2g}, not {tolerance:g}" if missed else None,
+            "tolerance_met": met,
+            "reason": f"the job reached {error:.2g}, not {tolerance:g}" if met is False else None,
             "error_parts": vars(ErrorBar(error, 0.0, 0.0)),
             "seconds": seconds,
             "seconds_total": seconds,

@@ -2,16 +2,17 @@
 
 import csv
 import io
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+import shlex
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
+from typing import Literal
 
 from chaincor.analysis.atomic_write import write_whole
 from chaincor.lammps_inputs.errors import ChaincorError, InputError
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.script_plan import NO_WISHES, JobWishes
 from chaincor.workflows.campaign.points import value_of
-from chaincor.workflows.grids.submit import Scheduler, submit_script
 from chaincor.workflows.job import job_files
 
 MANIFEST = "manifest.csv"
@@ -21,12 +22,50 @@ _SAFE = frozenset("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ012345678
 _LONGEST_NAME = 100
 
 
-@dataclass(frozen=True)
-class GridPoint:
-    """A job of a grid."""
+Scheduler = Literal["slurm", "pbs", "bash"]
 
-    folder: str  #: Its name.
-    refusal: str = ""  #: Why no job could be written, in one line; empty where it was.
+_HEADS = {
+    "slurm": "#SBATCH --job-name=chaincor\n#SBATCH --array=1-{count}\n#SBATCH --ntasks=1\n",
+    "pbs": "#PBS -N chaincor\n#PBS -J 1-{count}\n#PBS -l select=1:ncpus=1\n",
+    "bash": "",
+}
+# PBS knows no array of one job.
+_HEAD_OF_ONE = {"pbs": "#PBS -N chaincor\n#PBS -l select=1:ncpus=1\n"}
+_FOLDERS = {
+    "slurm": 'cd "${SLURM_SUBMIT_DIR:-$(dirname "$0")}"',
+    "pbs": 'cd "${PBS_O_WORKDIR:-$(dirname "$0")}"',
+    "bash": 'cd "$(dirname "$0")"',
+}
+_COMMON = """\
+# Jobs that have their result are left alone; those that were stopped go on from their last restart
+# file. LMP is the command that runs LAMMPS, RESTART the contacts between two restart files.
+set -u
+{cd}
+folders=(
+{folders}
+)
+run_job() {{
+    local resume=()
+    cd "$1" || return 1
+    grep -qs '^restitution_error = ' log.lammps && return 0
+    # Of a run that was stopped, not of one that failed.
+    if [ -s chain.state ] && [ -s chain.restart ] && ! grep -qs '^ERROR' screen.txt; then
+        resume=(-var resume 1)
+    fi
+    ${{LMP:-lmp}} -in in.chain -var restart "${{RESTART:-20}}" \\
+        ${{resume[@]+"${{resume[@]}}"}} > screen.txt 2>&1
+}}
+"""
+_TAILS = {
+    "slurm": 'run_job "${folders[$((SLURM_ARRAY_TASK_ID - 1))]}"\n',
+    "pbs": 'run_job "${folders[$((${PBS_ARRAY_INDEX:-1} - 1))]}"\n',
+    "bash": """\
+# WORKERS jobs at a time; one that fails does not stop the others.
+export -f run_job
+printf '%s\\0' "${folders[@]}" |
+    xargs -0 -n 1 -P "${WORKERS:-1}" "$BASH" -c 'run_job "$1" || exit 1' run_job || exit 1
+""",
+}
 
 
 def write_grid(
@@ -37,33 +76,33 @@ def write_grid(
     *,
     site: str = "",
     replace_existing: bool = False,
-    progress: Callable[[int], None] = lambda _: None,
     wishes: JobWishes = NO_WISHES,
-) -> list[GridPoint]:
+) -> dict[str, str]:
     """
-    Write a job for each scene, a manifest and a script that runs them; returns the points.
+    Write a job for each scene, a manifest and a script that runs them.
 
     `axes` are the fields that tell the points apart; `site` are lines of the user's own for the
     script. Points for which no job can be made are in the manifest with the reason. The manifest
     comes last: a folder without one is no grid. Jobs are restartable and have guards, whatever
-    the `wishes`. Raises InputError if there is a grid already or the folder cannot be written.
+    the `wishes`. Returns for each folder why no job could be written in it, empty where it was.
+    Raises InputError if there is a grid already or the folder cannot be written.
     """
     if (folder / MANIFEST).exists() and not replace_existing:
         raise InputError(
             f"the folder {str(folder)!r} has a grid of jobs already; expected a new or empty "
             "folder: give another, or --force to write the jobs anew"
         )
-    points, rows = [], []
+    refusals: dict[str, str] = {}
+    rows = []
     try:
         folder.mkdir(parents=True, exist_ok=True)
         (folder / MANIFEST).unlink(missing_ok=True)
         for number, scene in enumerate(scenes, 1):
-            point = _write_point(scene, axes, number, folder, wishes)
-            points.append(point)
-            rows.append([number, point.folder, *(value_of(scene, axis) for axis in axes)])
-            rows[-1].append(point.refusal)
-            progress(number)
-        names = [point.folder for point in points if not point.refusal]
+            name = folder_name(scene, axes, number)
+            refusals[name] = _write_point(scene, folder / name, wishes)
+            values = [value_of(scene, axis) for axis in axes]
+            rows.append([number, name, *values, refusals[name]])
+        names = [name for name, refusal in refusals.items() if not refusal]
         script = folder / f"submit.{scheduler}"
         script.write_text(submit_script(scheduler, names, site), encoding="utf-8")
         script.chmod(0o755)
@@ -75,24 +114,21 @@ def write_grid(
         raise InputError(
             f"cannot write the jobs into {str(folder)!r}: {error.strerror}; give another folder"
         ) from None
-    return points
+    return refusals
 
 
-def _write_point(
-    scene: Scene, axes: Sequence[str], number: int, folder: Path, wishes: JobWishes
-) -> GridPoint:
-    name = folder_name(scene, axes, number)
+def _write_point(scene: Scene, job: Path, wishes: JobWishes) -> str:
+    """Write one job; returns why none can be written, empty where it was."""
     try:
         files = job_files(scene, replace(wishes, restartable=True, guards=True))
     except ChaincorError as error:
-        return GridPoint(name, " ".join(str(error).split()))
-    job = folder / name
+        return " ".join(str(error).split())
     job.mkdir(exist_ok=True)
     for old in ("log.lammps", "log.motion", "screen.txt", "chain.restart", "chain.state"):
         (job / old).unlink(missing_ok=True)  # of an older job, which would be taken for its result
     for file, text in (files | {ASKED: scene.to_toml()}).items():
         (job / file).write_text(text, encoding="utf-8")
-    return GridPoint(name)
+    return ""
 
 
 def folder_name(scene: Scene, axes: Sequence[str], number: int) -> str:
@@ -104,3 +140,18 @@ def folder_name(scene: Scene, axes: Sequence[str], number: int) -> str:
         parts.append(f"{axis}={text}" if axis != "potential" else text)
     safe = ["".join(c if c in _SAFE or c in "=_" else "-" for c in part) for part in parts]
     return "_".join(safe)[:_LONGEST_NAME]
+
+
+def submit_script(scheduler: Scheduler, folders: Sequence[str], site: str = "") -> str:
+    """
+    Return a script that runs the jobs in some folders beside it.
+
+    `site` are lines of the user's own, such as ``#SBATCH --time=1:00:00`` or ``module load
+    lammps``; they stand where a scheduler reads its options.
+    """
+    count = len(folders)
+    head = (_HEAD_OF_ONE if count == 1 else {}).get(scheduler, _HEADS[scheduler])
+    quoted = "\n".join(f"    {shlex.quote(folder)}" for folder in folders)
+    common = _COMMON.format(cd=_FOLDERS[scheduler], folders=quoted)
+    site = site if not site or site.endswith("\n") else f"{site}\n"
+    return f"#!/bin/bash\n{head.format(count=count)}{site}{common}{_TAILS[scheduler]}"
