@@ -2,18 +2,13 @@
 
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, overload
+from typing import TYPE_CHECKING, Any, overload
 
 from chaincor.lammps_inputs.errors import ChaincorError, InputError
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.expected_cost import refuse_endless
 from chaincor.workflows.accuracy.step_guess import foresee_sharpness
-from chaincor.workflows.campaign.carry_out import (
-    TASKS_PER_WORKER,
-    Done,
-    carry_out,
-    workers_for,
-)
+from chaincor.workflows.campaign.carry_out import TASKS_PER_WORKER, carry_out, workers_for
 from chaincor.workflows.campaign.progress import progress_bar
 from chaincor.workflows.campaign.work import (
     MOST_SECONDS,
@@ -161,16 +156,18 @@ def collide(
         )
     tasks = tasks_of(scenes, TASKS_PER_WORKER * workers)
     found: list[Collision | None] = [None] * len(scenes)
-    failed: list[Done] = []
+    failed: list[Exception] = []
 
-    def take(done: Sequence[Done]) -> None:
+    def take(done: Sequence[tuple[int, Any]]) -> None:
         """Put results in the order of their scenes; raise the first failure, once."""
-        for each in done:
-            if not isinstance(each.found, Exception):
-                found[each.place] = each.found
+        for place, each in done:
+            if not isinstance(each, Exception):
+                found[place] = each
             elif not failed:
                 failed.append(each)
-                raise _named(each, len(scenes))
+                each.__notes__ = [f"scene {place + 1} of {len(scenes)}: {scenes[place]!r}"]
+                # Of a named error nothing else is said.
+                raise each.with_traceback(None) if isinstance(each, ChaincorError) else each
 
     seconds = sum(sum(task.costs) for task in tasks)
     with (
@@ -179,10 +176,3 @@ def collide(
     ):
         carry_out(tasks, collide_scenes, executor, take, in_flight=in_flight, advance=advance)
     return ResultTable(result for result in found if result is not None)
-
-
-def _named(failed: Done, count: int) -> Exception:
-    """Say of which of some scenes an error is, and of a named one nothing else."""
-    error: Exception = failed.found
-    error.__notes__ = [f"scene {failed.place + 1} of {count}: {failed.scene!r}"]
-    return error.with_traceback(None) if isinstance(error, ChaincorError) else error

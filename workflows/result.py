@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chaincor.analysis.atomic_write import write_arrays, written_aside
-from chaincor.workflows.bodies import BODY_FIELDS, TARGET_ARRAYS, Bodies
 from chaincor.workflows.error_bar import ErrorBar
 from chaincor.workflows.json_output import finite
 from chaincor.workflows.motion import Motion
@@ -28,21 +27,20 @@ ARRAY_FIELDS = (
     "velocities",
     "displacements",
 )
-# Only of bonds that need them.
-BOND_FIELDS = ("energy", "parameters", "stiffness", "natural_length")
-_NOT_PLAIN = (*ARRAY_FIELDS, *TARGET_ARRAYS, "replay")
+TARGET_ARRAYS = ("target_mode_energies", "target_velocities", "target_displacements")
 
 
 @dataclass(frozen=True, repr=False)
-class Collision(Bodies, Motion):
+class Collision(Motion):
     r"""
     Result of one collision.
 
     Lengths, masses and stiffnesses are in units of the natural bond length, the particle mass and
     the bond stiffness; times count from the first contact; velocities are positive away from the
-    wall. The final state is the one right after the last contact. Scenes with masses, a free
-    target, a soft contact or a state of their own have besides the attributes of
-    :class:`~chaincor.workflows.bodies.Bodies`. A notebook shows a table; ``result.plot`` draws.
+    wall, those of a target that is knocked away negative. The final state, and energies of bodies,
+    are those right after the last contact. What is said of both bodies, from `masses` on, is None
+    for a cold chain of unit masses and a hard wall. A notebook shows a table, and pictures are
+    drawn by ``result.plot``.
 
     Attributes
     ----------
@@ -115,7 +113,7 @@ class Collision(Bodies, Motion):
     details : dict
         What only some runs have: certificate of the table, choice of numerics, scouting.
     energy, parameters : str or None, dict or None
-        Of a bond by formula, else None; None is left out of the JSON, as below.
+        Of a bond by formula, else None; None is left out of the JSON, here and below.
     stiffness, natural_length : float or None
         U'' and length of a bond at rest; None where they are 1.
     replay : Replay or None
@@ -127,6 +125,35 @@ class Collision(Bodies, Motion):
         Harmonic energies E_j of the free chain's modes; j = 0 is the translation.
     velocities, displacements : ndarray of shape (n,)
         Final state; displacement is u_i = x_i - (i - 1).
+    masses : tuple of float or None
+        Of the chain's particles from the contact outward, as they were given, repeated along the
+        chain; None where all are 1.
+    target_particles : int or None
+        Of a free target; None for the wall.
+    target_masses : tuple of float or None
+        Its masses, from the contact outward, likewise.
+    contact : str or None
+        ``power`` where the bodies are soft.
+    contact_stiffness, contact_exponent : float or None
+        K and q of their repulsion :math:`K d^q`.
+    initial : str or None
+        File of the state that the chain came with.
+    compression : float or None
+        By which part its bonds were shorter at first.
+    temperature : float or None
+        k_B T of both bodies at first.
+    seed : int or None
+        Of what was drawn.
+    velocity_after, target_velocity_after : float or None
+        Of the centres of mass.
+    translational_energy, target_translational_energy : float or None
+        :math:`M V^2/2` of each body.
+    vibrational_energy, target_vibrational_energy : float or None
+        All other energy of each body.
+    target_mode_energies : ndarray of shape (M,) or None
+        As `mode_energies`, of the target.
+    target_velocities, target_displacements : ndarray of shape (M,) or None
+        Its final state from the contact outward; particle k is at :math:`1 - k + u_k`.
 
     Examples
     --------
@@ -170,17 +197,36 @@ class Collision(Bodies, Motion):
     seconds_total: float
     scene_sha256: str
     versions: dict[str, str]
-    contact_times: NDArray[np.float64] = field(repr=False)
-    contact_speeds: NDArray[np.float64] = field(repr=False)
-    mode_energies: NDArray[np.float64] = field(repr=False)
-    velocities: NDArray[np.float64] = field(repr=False)
-    displacements: NDArray[np.float64] = field(repr=False)
-    details: dict[str, Any] = field(default_factory=dict, repr=False)
+    contact_times: NDArray[np.float64]
+    contact_speeds: NDArray[np.float64]
+    mode_energies: NDArray[np.float64]
+    velocities: NDArray[np.float64]
+    displacements: NDArray[np.float64]
+    details: dict[str, Any] = field(default_factory=dict)
+    masses: tuple[float, ...] | None = None
+    target_particles: int | None = None
+    target_masses: tuple[float, ...] | None = None
+    contact: str | None = None
+    contact_stiffness: float | None = None
+    contact_exponent: float | None = None
+    initial: str | None = None
+    compression: float | None = None
+    temperature: float | None = None
+    seed: int | None = None
+    velocity_after: float | None = None
+    target_velocity_after: float | None = None
+    translational_energy: float | None = None
+    vibrational_energy: float | None = None
+    target_translational_energy: float | None = None
+    target_vibrational_energy: float | None = None
+    target_mode_energies: NDArray[np.float64] | None = None
+    target_velocities: NDArray[np.float64] | None = None
+    target_displacements: NDArray[np.float64] | None = None
     energy: str | None = None
     parameters: dict[str, float] | None = None
     stiffness: float | None = None
     natural_length: float | None = None
-    replay: "Replay | None" = field(default=None, repr=False, compare=False)
+    replay: "Replay | None" = field(default=None, compare=False)
 
     def __repr__(self) -> str:
         return describe_shortly(self)
@@ -220,6 +266,7 @@ class Collision(Bodies, Motion):
 @cache
 def _names_told() -> tuple[list[str], list[str]]:
     """Return the fields that every result tells, and those told where there is something."""
-    rare = (*BODY_FIELDS, *BOND_FIELDS)
-    usual = [f.name for f in fields(Collision) if f.name not in (*_NOT_PLAIN, *rare)]
-    return usual, [name for name in rare if name not in TARGET_ARRAYS]
+    left_out = (*ARRAY_FIELDS, *TARGET_ARRAYS, "replay")
+    defaults = {f.name: f.default for f in fields(Collision) if f.name not in left_out}
+    rare = [name for name, default in defaults.items() if default is None]
+    return [name for name in defaults if name not in rare], rare

@@ -7,15 +7,22 @@ from typing import Any, cast
 import numpy as np
 
 from chaincor.analysis.modes import mode_energies
+from chaincor.analysis.restitution import centre_of_mass_velocity, energy_split
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.formula import Formula
 from chaincor.lammps_inputs.bonds.potential import Potential
+from chaincor.lammps_inputs.line import Line
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
+from chaincor.lammps_inputs.scene_parts.given_bodies import (
+    DEFAULT_CONTACT_EXPONENT,
+    DEFAULT_CONTACT_STIFFNESS,
+    plain_bodies,
+    seed_of,
+)
 from chaincor.lammps_inputs.schemes import StepSchemeName
 from chaincor.workflows.accuracy.answer import Answer
 from chaincor.workflows.accuracy.in_house_runs import eta_of
-from chaincor.workflows.bodies import bodies_after, impulse_residual
 from chaincor.workflows.engines.in_house import adaptive, modal
 from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.engines.replay import Replay
@@ -97,7 +104,7 @@ def result_of(
         details=outcome.details | found,
         **_bond_fields(scene.bond),
         replay=_replay(scene, outcome, found),
-        **bodies_after(scene, outcome),
+        **_bodies_after(scene, outcome),
     )
 
 
@@ -110,6 +117,66 @@ def _bond_fields(bond: Potential) -> dict[str, Any]:
         if abs(getattr(bond, name) - 1.0) > _ROUNDED:
             fields[name] = float(getattr(bond, name))
     return fields
+
+
+def _bodies_after(scene: Scene, outcome: Outcome) -> dict[str, Any]:
+    """Return what a result says of both bodies; nothing for a plain scene."""
+    line = scene.line
+    if line.plain:
+        return {}
+    k = scene.bond.stiffness
+    chain = energy_split(
+        outcome.displacements, outcome.velocities, scene.bond, masses=line.chain_masses
+    )
+    found: dict[str, Any] = _as_given(scene) | {
+        "velocity_after": float(centre_of_mass_velocity(outcome.velocities, line.chain_masses)),
+        "translational_energy": float(chain.translation),
+        "vibrational_energy": float(chain.vibration),
+    }
+    if line.rigid:
+        return found
+    masses, velocities = line.target_masses, outcome.target_velocities
+    # From the contact outward a target goes towards -x: seen in a mirror, it is a chain.
+    target = energy_split(-outcome.target_displacements, -velocities, scene.bond, masses=masses)
+    return found | {
+        "target_velocity_after": float(centre_of_mass_velocity(velocities, masses)),
+        "target_translational_energy": float(target.translation),
+        "target_vibrational_energy": float(target.vibration),
+        "target_velocities": velocities,
+        "target_displacements": outcome.target_displacements,
+        "target_mode_energies": mode_energies(outcome.target_displacements, velocities, k, masses),
+    }
+
+
+def _as_given(scene: Scene) -> dict[str, Any]:
+    given, state = plain_bodies(scene), scene.initial_state
+    if state is not None and state.masses is not None:
+        given["masses"] = tuple(state.masses.tolist())
+    if scene.temperature is not None:
+        given["seed"] = seed_of(scene)
+    if scene.contact == "power":
+        given.setdefault("contact_stiffness", DEFAULT_CONTACT_STIFFNESS)
+        given.setdefault("contact_exponent", DEFAULT_CONTACT_EXPONENT)
+    else:
+        given.pop("contact", None)
+    return given
+
+
+def impulse_residual(line: Line, outcome: Outcome, impact_velocity: float) -> float:
+    """
+    Return how far the momenta of both bodies are from what the contacts gave, in units of M v0.
+
+    Each contact gives the chain its impulse and the target the opposite one, whatever the bonds do.
+
+    The larger of both residuals; of the chain alone before a wall, which takes any momentum.
+    """
+    given = float(np.sum(outcome.impulses))
+    mass = float(np.sum(line.chain_masses))
+    change = float(line.chain_masses @ outcome.velocities) + mass * impact_velocity
+    residuals = [abs(change - given)]
+    if not line.rigid:
+        residuals.append(abs(float(line.target_masses @ outcome.target_velocities) + given))
+    return max(residuals) / (mass * impact_velocity)
 
 
 def _replay(scene: Scene, outcome: Outcome, found: dict[str, Any]) -> Replay:

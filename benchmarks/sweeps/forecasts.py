@@ -10,7 +10,7 @@ model is its own (`chaincor tradeoff --calibrate`).
 import time
 
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.campaign.forecast import Forecast
+from chaincor.workflows.campaign.work import Forecast
 from chaincor.workflows.collision import collide
 
 _CHAINS = (("lj", 100, 0.1), ("toda", 100, 1.0), ("log", 50, 0.5), ("lj", 200, 0.5))

@@ -1,5 +1,6 @@
 """What a result says of both bodies: balances, modes, labels; nothing of them in plain results."""
 
+import dataclasses
 import json
 import math
 
@@ -8,9 +9,10 @@ import pytest
 
 from chaincor.analysis.modes import anharmonic_remainder
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.bodies import BODY_FIELDS, impulse_residual
 from chaincor.workflows.collision import collide
 from chaincor.workflows.errors import CostError, RunError
+from chaincor.workflows.result import TARGET_ARRAYS, Collision
+from chaincor.workflows.result_of import impulse_residual
 from chaincor.workflows.showing.text import describe
 
 IN_HOUSE = {"engine": "reference", "tolerance": 1e-8}
@@ -157,8 +159,11 @@ def test_a_soft_contact_says_its_law():
 
 def test_a_plain_result_says_nothing_of_bodies():
     result = collide(Scene(particles=4, masses=[1, 1], **IN_HOUSE))
-    assert all(getattr(result, name) is None for name in BODY_FIELDS)
-    assert not set(BODY_FIELDS) & set(result.to_dict())
+    names = [field.name for field in dataclasses.fields(Collision)]
+    of_bodies = names[names.index("masses") : names.index("energy")]
+    assert set(TARGET_ARRAYS) < set(of_bodies)
+    assert all(getattr(result, name) is None for name in of_bodies)
+    assert not set(of_bodies) & set(result.to_dict())
     assert not {name for name in result.arrays() if "target" in name}
 
 

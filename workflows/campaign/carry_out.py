@@ -24,6 +24,8 @@ SOONER_HERE = 3.0
 # Is given scenes and returns what came of each: a result, the error that it failed with, or None
 # where it has to be carried out alone.
 Work = Callable[[Any], Sequence[Any]]
+# Takes what came of some collisions: the place of each among all that are asked for, and what.
+Take = Callable[[Sequence[tuple[int, Any]]], None]
 
 
 class Task(NamedTuple):
@@ -42,60 +44,33 @@ class Task(NamedTuple):
         )
 
 
-class Done(NamedTuple):
-    """What came of one collision: its place, cost and scene as in its task, and what was found."""
-
-    place: int
-    scene: Scene
-    cost: float
-    found: Any
-
-
 def carry_out(
     tasks: Sequence[Task],
     work: Work,
     executor: Executor,
-    take: Callable[[Sequence[Done]], None],
+    take: Take,
     *,
     in_flight: int,
     is_wanted: Callable[[Sequence[Scene]], Sequence[bool]] | None = None,
     advance: Advance = lambda _: None,
-    left: list[Task] | None = None,
-) -> None:
+    alone: bool = True,
+) -> list[Task]:
     """
-    Carry out collisions: those that go together first, then the longest.
+    Carry out collisions, those that go together first, then the longest.
 
-    Parameters
-    ----------
-    tasks : sequence of Task
-        What is to be done.
-    work : callable
-        How: see `Work`.
-    executor : concurrent.futures.Executor
-        Who does it. At an interrupt, or an error, it is shut down at once.
-    take : callable
-        Takes the results, as they come, and what was finished when an interrupt came. What it
-        raises ends everything.
-    in_flight : int
-        How many tasks are handed out at a time.
-    is_wanted : callable, optional
-        Says of each scene of a task, just before it is handed out, whether it is still wanted.
-    advance : callable
-        Is told the expected seconds of each collision that is done.
-    left : list of Task, optional
-        Where collisions go that their task did not settle. By default they are carried out alone,
-        next.
+    `in_flight` tasks are handed out at a time, to an executor that an error shuts down at once.
+    `take` gets results as they come, and at an interrupt what was finished; what it raises ends
+    everything. `is_wanted` says of each scene of a task, just before it is handed out, whether it
+    is still wanted. `advance` is told the expected seconds of each collision that is done.
+    Collisions that their task did not settle are carried out next, each `alone`, or returned.
 
-    Raises
-    ------
-    SchedulerError, MissingLibraryError, WorkerStartError
-        If no collision can be carried out any more.
-    Exception
-        Whatever is no named failure of a collision: an error of the program, or of a user's own
-        bond; and what `take` raises.
+    Raises whatever is no named failure of a collision: an error of the program, of a user's own
+    bond, of `take`; and SchedulerError, MissingLibraryError or WorkerStartError if no collision can
+    be carried out any more.
     """
     queue = deque(sorted(tasks, key=_turn))
     pending: dict[Future, Task] = {}
+    left: list[Task] = []
     try:
         while queue or pending:
             while queue and len(pending) < in_flight:
@@ -107,20 +82,22 @@ def carry_out(
                     task = task.part([k for k, each in enumerate(wanted) if each])
                 if task.places:
                     pending[executor.submit(work, task.scenes)] = task
-            done: list[Done] = []
+            done: list[tuple[int, Any]] = []
             over = wait(pending, return_when=FIRST_COMPLETED).done if pending else set()
             for future in over:
-                ended, alone = _ended(future, pending[future])
+                ended, unsettled = _ended(future, pending[future])
                 done += ended
-                if left is None:
-                    queue.extendleft(alone)  # what takes long by itself is not left for the end
+                if alone:
+                    queue.extendleft(unsettled)  # what takes long is not left for the end
                 else:
-                    left += alone
+                    left += unsettled
             take(done)
-            for future in over:
-                del pending[future]
-            for each in done:
-                advance(each.cost)
+            costs: dict[int, float] = {}
+            for task in [pending.pop(future) for future in over]:
+                costs |= zip(task.places, task.costs, strict=True)
+            for place, _ in done:
+                advance(costs[place])
+        return left
     except BaseException:
         over = {future for future in pending if future.done()}
         executor.shutdown(wait=False, cancel_futures=True)
@@ -135,8 +112,8 @@ def _turn(task: Task) -> tuple[bool, int]:
     return alone, -round(math.log2(max(task.costs[0], 1e-9))) if alone else 0
 
 
-def _ended(future: Future, task: Task) -> tuple[list[Done], list[Task]]:
-    """Return what came of a task, and which of its collisions have to be carried out alone."""
+def _ended(future: Future, task: Task) -> tuple[list[tuple[int, Any]], list[Task]]:
+    """Return what came of a task, and which of its collisions it did not settle."""
     try:
         found = future.result()
     except CancelledError:
@@ -147,9 +124,9 @@ def _ended(future: Future, task: Task) -> tuple[list[Done], list[Task]]:
     except (WorkerDiedError, *MACHINE_FAILURES) as error:
         # Of several, the one that it is about will tell.
         found = [error] if len(task.places) == 1 else [None] * len(task.places)
-    columns = zip(task.places, task.scenes, task.costs, found, strict=True)
-    done = [Done(*each) for each in columns if each[-1] is not None]
-    return done, [task.part([k]) for k, each in enumerate(found) if each is None]
+    pairs = list(zip(task.places, found, strict=True))
+    unsettled = [task.part([k]) for k, (_, each) in enumerate(pairs) if each is None]
+    return [pair for pair in pairs if pair[1] is not None], unsettled
 
 
 class Here(Executor):

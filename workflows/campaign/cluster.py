@@ -17,17 +17,9 @@ _LEAST_IN_FLIGHT = 1000
 
 class DaskCluster(Executor):
     """
-    An executor whose tasks run on the workers of a Dask scheduler.
+    An executor whose tasks run on the workers of a Dask scheduler, at ``tcp://host:8786`` or so.
 
-    Parameters
-    ----------
-    address : str
-        Of the scheduler, as ``tcp://host:8786``.
-
-    Raises
-    ------
-    SchedulerError
-        If Dask is not installed or the scheduler does not answer.
+    Raises SchedulerError if Dask is not installed or the scheduler does not answer.
     """
 
     def __init__(self, address: str) -> None:

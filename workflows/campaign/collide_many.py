@@ -2,9 +2,10 @@
 
 import math
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,8 +14,7 @@ from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.at_once.many import ManyMeetings
 from chaincor.workflows.campaign.carry_out import (
     TASKS_PER_WORKER,
-    Done,
-    Task,
+    Take,
     carry_out,
     workers_for,
 )
@@ -97,22 +97,20 @@ def collide_many(
         )
     found: list[Sample | None] = [None] * count
 
-    def take(done: Sequence[Done]) -> None:
+    alone: dict[int, Scene] = {}
+
+    def take(done: Sequence[tuple[int, Any]]) -> None:
         """Put samples in the order of the scenes; a failure is a sample that says why."""
-        for each in done:
-            known = isinstance(each.found, Sample)
-            found[each.place] = each.found if known else Sample.of(each.scene, each.found)
+        for place, each in done:
+            found[place] = each if isinstance(each, Sample) else Sample.of(alone[place], each)
 
     with progress_bar(progress, count, seconds) as advance:
-        left: list[Task] = []
         for group in groups:
             if group.together:
-                left += _meet_together(group, take, workers, advance)
+                alone |= _meet_together(group, take, workers, advance)
             else:
-                left += [group.task(k, k + 1) for k in range(len(group))]
-        places = [task.places[0] for task in left]
-        alone = [scene for task in left for scene in task.scenes]
-        tasks = tasks_of(alone, TASKS_PER_WORKER * workers, places=places)
+                alone |= zip(group.places, group, strict=True)
+        tasks = tasks_of([*alone.values()], TASKS_PER_WORKER * workers, places=[*alone])
         with workers_for(tasks, min(workers, len(tasks))) as (executor, in_flight):
             carry_out(tasks, collide_scenes, executor, take, in_flight=in_flight, advance=advance)
     return Ensemble(
@@ -125,25 +123,28 @@ def collide_many(
     )
 
 
-def _meet_together(
-    group: Group, take: Callable[[Sequence[Done]], None], workers: int, advance: Advance
-) -> list[Task]:
-    """Carry out a group in compiled loops; return what must be collided by itself."""
+def _meet_together(group: Group, take: Take, workers: int, advance: Advance) -> dict[int, Scene]:
+    """Carry out a group in compiled loops; return what must be collided by itself, by its place."""
     meetings = ManyMeetings(group.scene)
     # Compiling, and what is worked out once, is not for threads at once.
     meetings.meet(group.part(0, 1).starts(), group.velocities[:1])
     share = min(meetings.share(float(np.median(group.velocities))), -(-len(group) // workers))
-    work = partial(_samples, meetings)
     tasks = [group.task(k, min(k + share, len(group))) for k in range(0, len(group), share)]
-    left: list[Task] = []
     with ThreadPoolExecutor(workers) as threads:
         try:
-            in_flight = TASKS_PER_WORKER * workers
-            carry_out(tasks, work, threads, take, in_flight=in_flight, advance=advance, left=left)
+            left = carry_out(
+                tasks,
+                partial(_samples, meetings),
+                threads,
+                take,
+                in_flight=TASKS_PER_WORKER * workers,
+                advance=advance,
+                alone=False,
+            )
         except BaseException:
             meetings.stop()
             raise
-    return sorted(left, key=lambda task: task.places[0])
+    return dict(sorted((task.places[0], task.scenes[0]) for task in left))
 
 
 def _samples(meetings: ManyMeetings, group: Group) -> list[Sample | None]:

@@ -1,6 +1,7 @@
-"""The frozen result of many collisions: every sample, and their distribution."""
+"""The frozen result of many collisions: every sample, their distribution, both for people."""
 
 import math
+from collections import Counter
 from dataclasses import asdict, dataclass, fields
 from functools import cached_property
 from typing import Any, Self
@@ -8,14 +9,17 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from chaincor.analysis.distribution import Distribution, Share, share_above
+from chaincor.analysis.distribution import Distribution, Quantile, Share, share_above
+from chaincor.analysis.figures.terminal import draw_histogram
+from chaincor.analysis.showing.numbers import impact_speed, named_lines
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.lammps_inputs.scene_parts.given_bodies import seed_of
-from chaincor.workflows.campaign.ensemble_text import rows_of
+from chaincor.lammps_inputs.scene_parts.given_bodies import chain_masses, seed_of
 from chaincor.workflows.errors import RunError
 from chaincor.workflows.json_output import finite
 from chaincor.workflows.result import Collision
+
+DEFAULT_PRECISION = 0.01
 
 
 @dataclass(frozen=True)
@@ -181,7 +185,7 @@ class Ensemble:
         above = self.above_one
         cells = "".join(
             f"<tr><th>{name}</th><td>{one}</td><td>{other}</td></tr>"
-            for name, one, other in rows_of(self.eta, self.e)
+            for name, one, other in _rows(self.eta, self.e)
         )
         missed = len(self.failures), len(self.inexact)
         return (
@@ -191,3 +195,88 @@ class Ensemble:
             f"{cells}<tr><th>P(e &gt; 1)</th><td colspan='2'>{above.value:.3g}, "
             f"{above.low:.3g} to {above.high:.3g} with 95 % confidence</td></tr></table>"
         )
+
+
+def describe_ensemble(result: Ensemble, scene: Scene, precision: float) -> str:
+    """Describe the samples of a warm scene; `precision` is wanted of the mean of eta."""
+    eta, e, above = result.eta, result.e, result.above_one
+    seeds = [sample.seed for sample in result.samples]
+    assert scene.temperature is not None
+    thermal = math.sqrt(scene.temperature / float(np.mean(chain_masses(scene))))
+    speed = impact_speed(scene.impact_velocity, scene.bond.natural_speed)
+    contacts = result.contacts
+    lines = [
+        f"{len(seeds)} collisions: {scene.particles} particles, {scene.label} bonds, {speed}",
+        f"warm at first: T = {scene.temperature:.6g}, seeds {seeds[0]} to {seeds[-1]}; v0 is "
+        f"{scene.impact_velocity / thermal:.4g} times the thermal speed of a particle",
+        "",
+        f"{'':22} {'eta = K_r/K_i':<32}e = sqrt(eta)",
+        *(f"{name:22} {one:<32}{other}" for name, one, other in _rows(eta, e)),
+    ]
+    share = f"{above.value:.4g}, {above.low:.4g} to {above.high:.4g} with 95 % confidence"
+    if above.doubtful:
+        share += f"; for {above.doubtful} the error bar leaves e > 1 open"
+    counts = Counter(sample.scheme for sample in result.samples if sample.scheme is not None)
+    schemes = ", ".join(f"{count} {name}" for name, count in sorted(counts.items()))
+    endings = [sample.ending for sample in result.samples]
+    ends = ", ".join(
+        f"{endings.count(kind)} {kind}" for kind in ("proved", "argued", "open") if kind in endings
+    )
+    hits = f"{np.mean(contacts):.4g} on average, {contacts.min()} to {contacts.max()}"
+    rows = {"P(e > 1)": share, "contacts": hits, "ends": ends}
+    rows["precision"] = _precision(eta, precision)
+    lines += [
+        *named_lines(rows.items()),
+        "",
+        draw_histogram(result.kinematic_restitution, label="e", mark=1.0),
+        "",
+        f"run by {scene.engine}: {schemes}",
+        f"time {result.seconds_total:.3g} s, "
+        f"{len(seeds) / result.seconds_total:.3g} collisions a second",
+    ]
+    return "\n".join(lines)
+
+
+def _rows(eta: Distribution, e: Distribution) -> list[tuple[str, str, str]]:
+    """Return what is told of both ratios, line by line: its name, that of eta, that of e."""
+    rows = [
+        ("mean", _mean(eta), _mean(e)),
+        ("numerical error", _bar(eta), _bar(e)),
+        ("standard deviation", _number(eta.deviation), _number(e.deviation)),
+    ]
+    for one, other in zip(eta.quantiles, e.quantiles, strict=True):
+        name = f"quantile {100.0 * one.probability:g} %"
+        rows.append((name, _interval(one), _interval(other)))
+    return rows
+
+
+def _mean(found: Distribution) -> str:
+    if math.isnan(found.standard_error):
+        return f"{found.mean:.6g}"
+    error, digits = found.standard_error, 15
+    if error > 0.0:
+        digits = min(max(1, 2 - math.floor(math.log10(error))), 15)
+    return f"{found.mean:.{digits}f} +- {error:.1e}"
+
+
+def _bar(found: Distribution) -> str:
+    return "none asked for" if math.isnan(found.numerical_error) else f"{found.numerical_error:.1e}"
+
+
+def _number(value: float) -> str:
+    return "unknown" if math.isnan(value) else f"{value:.4g}"
+
+
+def _interval(found: Quantile) -> str:
+    value, low, high = found.value, found.low, found.high
+    between = f"{low:.4g} to {high:.4g}" if math.isfinite(low + high) else "too few samples"
+    return f"{value:.4g} ({between})"
+
+
+def _precision(eta: Distribution, precision: float) -> str:
+    needed = eta.samples_needed(precision)
+    if needed is None:
+        return "one sample does not tell how many are needed"
+    if needed <= eta.count:
+        return f"mean of eta to {precision:g}: reached with {needed} of these samples"
+    return f"mean of eta to {precision:g} needs about {needed - eta.count} more samples"

@@ -7,9 +7,10 @@ from concurrent.futures import Executor
 from contextlib import nullcontext
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.campaign.carry_out import TASKS_PER_WORKER, Done, carry_out
+from chaincor.workflows.campaign.carry_out import TASKS_PER_WORKER, carry_out
 from chaincor.workflows.campaign.pool import ProcessPool
 from chaincor.workflows.campaign.progress import progress_bar
 from chaincor.workflows.campaign.work import collide_to_rows, tasks_of
@@ -40,24 +41,10 @@ class IntoStore:
     """
     What a store leaves to be done of many collisions, and how it gets there.
 
-    Parameters
-    ----------
-    store : Store
-        Where results are kept.
-    scenes : iterable of Scene
-        The collisions. Of those that differ only in their tolerance, the tightest counts.
-    arrays : bool
-        Whether contacts, mode energies and final states are wanted. What is there without them,
-        or is to be recomputed, is asked for as exactly as before, or more.
-    recompute, retry_failed : bool
-        Whether to do also what is there, and what would fail again.
-
-    Attributes
-    ----------
-    todo : list of Scene
-        Collisions to compute, each once.
-    tally : Tally
-        What came of them so far.
+    Of scenes that differ only in their tolerance the tightest counts. With `arrays` contacts, mode
+    energies and final states are wanted: what is there without them, or is to be recomputed, is
+    asked for as exactly as before, or more. `recompute` and `retry_failed` say whether to do also
+    what is there, and what would fail again.
     """
 
     def __init__(
@@ -70,8 +57,8 @@ class IntoStore:
         retry_failed: bool = False,
     ) -> None:
         self._store, self._arrays, self._recompute = store, arrays, recompute
-        self.todo: list[Scene] = []
-        self.tally = Tally()
+        self.todo: list[Scene] = []  #: Collisions to compute, each once.
+        self.tally = Tally()  #: What came of them so far.
         wanted = _tightest(scenes)
         for scene, standing in zip(wanted, store.standings(wanted), strict=True):
             if standing is not None and not recompute:
@@ -127,13 +114,15 @@ class IntoStore:
         self.tally.found += wanted.count(False)
         return wanted
 
-    def _take(self, done: Sequence[Done]) -> None:
+    def _take(self, done: Sequence[tuple[int, Any]]) -> None:
         """Write what has come, and count it."""
-        rows = [each.found if isinstance(each.found, Row) else Row.of(each.found) for each in done]
-        pairs = [(each.scene, row) for each, row in zip(done, rows, strict=True)]
-        self._store.record(pairs, arrays=self._arrays, replace=self._recompute)
-        for row in rows:
-            if row.columns.get("restitution") is None:
+        found = [
+            (self.todo[place], each if isinstance(each, Row) else Row.of(each))
+            for place, each in done
+        ]
+        self._store.record(found, arrays=self._arrays, replace=self._recompute)
+        for _, row in found:
+            if not row.has_result:
                 self.tally.failed += 1
                 continue
             self.tally.computed += 1

@@ -5,7 +5,7 @@ import math
 import random
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, overload
+from typing import Any
 
 from chaincor.lammps_inputs.errors import PotentialError, SceneError
 from chaincor.lammps_inputs.scene import NUMERICS_KEYS, Scene
@@ -29,15 +29,9 @@ class SweepPoints(Sequence[Scene]):
     """
     The crossed axes of a sweep, as scenes that are made when they are asked for.
 
-    Parameters
-    ----------
-    base : dict
-        Fields of the base scene.
-    groups : sequence of list of dict
-        What each value of each axis sets; axes that move together are one, and no two set one
-        field. The last varies fastest.
-    folder : pathlib.Path
-        That of the sweep file, where relative paths start.
+    Each of the `groups` is an axis, or axes that move together: what each of its values sets of the
+    `base` scene's fields. No two set one field; the last varies fastest. Relative paths start at
+    `folder`, that of the sweep file.
     """
 
     def __init__(
@@ -48,13 +42,7 @@ class SweepPoints(Sequence[Scene]):
     def __len__(self) -> int:
         return math.prod(len(group) for group in self.groups)
 
-    @overload
-    def __getitem__(self, index: int) -> Scene: ...
-
-    @overload
-    def __getitem__(self, index: slice) -> tuple[Scene, ...]: ...
-
-    def __getitem__(self, index: int | slice) -> Scene | tuple[Scene, ...]:
+    def __getitem__(self, index: Any) -> Any:
         numbers = range(len(self))[index]
         if isinstance(numbers, range):
             return tuple(self._scene(number) for number in numbers)
@@ -98,9 +86,9 @@ def shard(points: SweepPoints, number: int, count: int) -> tuple[Scene, ...]:
     """
     Return part `number`, from 1, of `count` disjoint ones of a sweep, for the tasks of a job array.
 
-    Only the points of this part are made. It is the same on every machine; parts have equally many
-    points of every chain length, scattered over the other axes, so that they take about equally
-    long. Raises SweepError if there is no such part.
+    Only its points are made. It is the same on every machine; parts have equally many points of
+    every chain length, scattered over the other axes, so that they take about equally long. Raises
+    SweepError if there is no such part.
     """
     if not 1 <= number <= count:
         raise SweepError(
@@ -124,19 +112,9 @@ def shard(points: SweepPoints, number: int, count: int) -> tuple[Scene, ...]:
 
 def refuse_shared_fields(axes: Mapping[str, Axis], together: Sequence[Sequence[str]] = ()) -> None:
     """
-    Refuse axes of which two set one field at one point.
+    Refuse axes of which two set one field at one point; SweepError names them, and the field.
 
-    Parameters
-    ----------
-    axes : dict
-        Names of the axes and what each of their values sets.
-    together : sequence of sequence of str
-        Axes that move together: equally long, and of their values only those at one place meet.
-
-    Raises
-    ------
-    SweepError
-        With the names of the two axes and of the field.
+    Axes that move `together` are equally long, and of their values only those at one place meet.
     """
     fields = {name: _fields(axis) for name, axis in axes.items()}
     for one, other in itertools.combinations(axes, 2):

@@ -27,11 +27,6 @@ class ProcessPool(Executor):
     The executors of the standard library give up altogether when one process dies. Here each
     process belongs to a thread that talks to it alone: a death is the failure of the one task it
     had, with the signal or exit status as the reason, and a new process takes its place.
-
-    Parameters
-    ----------
-    workers : int
-        Number of processes.
     """
 
     def __init__(self, workers: int) -> None:
@@ -44,11 +39,7 @@ class ProcessPool(Executor):
         self._folder = tempfile.mkdtemp(prefix="chaincor-sweep-")
 
     def submit(self, function: Callable, /, *args: Any, **kwargs: Any) -> Future:
-        """
-        Run a function that is importable by name in a worker.
-
-        The future raises WorkerDiedError if the worker died over it.
-        """
+        """Run a function, importable by name, in a worker; WorkerDiedError if it dies over it."""
         return self._threads.submit(self._call, function, args, kwargs)
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:

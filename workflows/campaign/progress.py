@@ -4,21 +4,86 @@ import contextlib
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any
 
 from chaincor.analysis.showing.notebook import in_notebook, session_bar
-from chaincor.workflows.durations import LINE_SECONDS, LineAMinute, format_duration
+from chaincor.workflows.durations import format_duration
 from chaincor.workflows.engines.in_house.loops.beside import COMPILING
-
-if TYPE_CHECKING:
-    from rich.console import Console
 
 # Called after every collision with what it was expected to cost.
 Advance = Callable[[float], None]
 # What is over sooner needs no word.
 _QUIET_SECONDS = 2.0
 _REFRESH_SECONDS = 0.25
+# Between two lines in the log of a batch job.
+_LINE_SECONDS = 60.0
+
+
+class LineAMinute:
+    """Lines on standard error, the first after a minute: for logs, where a bar is no use."""
+
+    def __init__(self, seconds: float = _LINE_SECONDS) -> None:
+        self._seconds = seconds
+        self._started = self._last = time.monotonic()
+
+    def tell(self, text: str) -> None:
+        """Write a line with the time that has passed, unless the last one is too young."""
+        now = time.monotonic()
+        if now - self._last < self._seconds:
+            return
+        self._last = now
+        elapsed = format_duration(now - self._started)
+        print(f"chaincor: {text} after {elapsed}", file=sys.stderr, flush=True)
+
+
+@contextlib.contextmanager
+def _terminal_bar(
+    columns: Callable[[Any], Sequence[Any]], first: str = "", auto_refresh: bool = True
+) -> Iterator[Callable[..., None] | None]:
+    """
+    Show a bar on a terminal; yields what to tell the fraction done, a text and the columns' fields.
+
+    None where lines cannot be written over: in a file, or where IPython runs a program. `columns`
+    are made of ``rich.progress``, which most runs are over too early to need.
+    """
+    from rich import progress
+    from rich.console import Console
+
+    console = Console(stderr=True)
+    if not console.is_terminal or console.is_dumb_terminal:
+        yield None
+        return
+    with progress.Progress(
+        *columns(progress), console=console, transient=True, auto_refresh=auto_refresh
+    ) as bar:
+        task = bar.add_task(first, total=1.0, rate="")
+
+        def show(done: float, text: str, **fields: Any) -> None:
+            bar.update(task, completed=done, description=text, refresh=not auto_refresh, **fields)
+
+        yield show
+
+
+@contextlib.contextmanager
+def study_progress() -> Iterator[Callable[[str, float], None]]:
+    """Show how far a study is; yields what to tell a part's name and the fraction done."""
+    with _terminal_bar(
+        lambda rich: (
+            rich.TextColumn("{task.description:<16}"),
+            rich.BarColumn(),
+            rich.TimeElapsedColumn(),
+        )
+    ) as bar:
+        line = LineAMinute()
+
+        def show(part: str, done: float) -> None:
+            if bar is None:
+                line.tell(f"{part}, {100.0 * done:.0f} % done")
+            else:
+                bar(done, part)
+
+        yield show
 
 
 @contextlib.contextmanager
@@ -32,64 +97,49 @@ def progress_bar(wanted: bool, points: int, seconds: float) -> Iterator[Advance]
     if not wanted or points == 0:
         yield lambda _cost: None
         return
-    done, spent = 0, 0.0
+    number, spent, started = 0, 0.0, time.monotonic()
+    show: Callable[[float], None]
 
-    def counted(show: Callable[[int, float], None]) -> Advance:
-        def advance(cost: float) -> None:
-            nonlocal done, spent
-            done, spent = done + 1, spent + cost
-            show(done, min(spent / seconds, 1.0) if seconds > 0.0 else done / points)
-
-        return advance
+    def advance(cost: float) -> None:
+        nonlocal number, spent
+        number, spent = number + 1, spent + cost
+        show(min(spent / seconds, 1.0) if seconds > 0.0 else number / points)
 
     if in_notebook():
-        yield counted(_notebook_bar(points))
-        return
-    from rich.console import Console
-    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
-    from rich.progress import TimeRemainingColumn as TimeLeft
+        stays = session_bar(points)
 
-    console = Console(stderr=True)
-    if not _moves(console):
+        def show(share: float) -> None:
+            elapsed, left = time.monotonic() - started, ""
+            if share > 0.0 and number < points:
+                left = f", about {format_duration(elapsed * (1.0 - share) / share)} left"
+            words = f"{number} of {points} collisions in {format_duration(elapsed)}{left}"
+            # All the work may be done before the last collision is.
+            stays(points if number == points else min(points * share, 0.999 * points), words)
+
+        yield advance
+        return
+    with _terminal_bar(
+        lambda rich: (
+            rich.TextColumn("{task.description}"),
+            rich.BarColumn(),
+            rich.TextColumn("{task.fields[rate]}"),
+            rich.TimeElapsedColumn(),
+            rich.TextColumn("left"),
+            rich.TimeRemainingColumn(),
+        ),
+        f"0/{points}",
+    ) as bar:
         line = LineAMinute()
-        yield counted(
-            lambda number, share: line.tell(
-                f"{number} of {points} collisions, {100.0 * share:.0f} % of the work, done"
-            )
-        )
-        return
-    columns = (
-        TextColumn("{task.fields[done]}/{task.fields[points]}"),
-        BarColumn(),
-        TextColumn("{task.fields[rate]}"),
-        TimeElapsedColumn(),
-        TextColumn("left"),
-        TimeLeft(),
-    )
-    with Progress(*columns, console=console, transient=True) as bar:
-        task = bar.add_task("", total=1.0, done=0, points=points, rate="")
 
-        def show(number: int, share: float) -> None:
-            elapsed = bar.tasks[0].elapsed or 0.0
-            rate = f"{number / elapsed:.2g}/s" if elapsed > 0.0 else ""
-            bar.update(task, completed=share, done=number, rate=rate)
+        def show(share: float) -> None:
+            if bar is None:
+                work = f"{100.0 * share:.0f} % of the work"
+                line.tell(f"{number} of {points} collisions, {work}, done")
+                return
+            rate = number / max(time.monotonic() - started, 1e-9)
+            bar(share, f"{number}/{points}", rate=f"{rate:.2g}/s")
 
-        yield counted(show)
-
-
-def _notebook_bar(points: int) -> Callable[[int, float], None]:
-    """Show a bar that stays, with the time taken, when all is done."""
-    started, bar = time.monotonic(), session_bar(points)
-
-    def show(done: int, share: float) -> None:
-        elapsed, left = time.monotonic() - started, ""
-        if share > 0.0 and done < points:
-            left = f", about {format_duration(elapsed * (1.0 - share) / share)} left"
-        words = f"{done} of {points} collisions in {format_duration(elapsed)}{left}"
-        # All the work may be done before the last collision is.
-        bar(points if done == points else min(points * share, 0.999 * points), words)
-
-    return show
+        yield advance
 
 
 @contextlib.contextmanager
@@ -98,14 +148,8 @@ def show_elapsed(expected: float, *, at_least: bool = False) -> Iterator[None]:
     Show the time that has passed, and the time expected, while a collision runs.
 
     Nothing is shown for the first two seconds, and where standard error is no terminal a line a
-    minute. One that is interrupted leaves no number: that is said, with what was expected.
-
-    Parameters
-    ----------
-    expected : float
-        Seconds.
-    at_least : bool
-        Whether it may take several times as long.
+    minute. One that is interrupted leaves no number: that is said, with the seconds `expected`,
+    `at_least` so many where it may take several times as long.
     """
     done, started = threading.Event(), time.monotonic()
     known = format_duration(expected)
@@ -131,24 +175,24 @@ def show_elapsed(expected: float, *, at_least: bool = False) -> Iterator[None]:
 
 
 def _show_elapsed(expected: float, known: str, done: threading.Event) -> None:
-    started, line = time.monotonic(), LineAMinute()
+    started, line, compiled = time.monotonic(), LineAMinute(), 0.0
     if done.wait(_QUIET_SECONDS):
         return
-    # Most runs are over before these would have been imported.
-    from rich.console import Console
-    from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn
-
-    console = Console(stderr=True)
-    if not _moves(console):
-        while not done.wait(LINE_SECONDS):
-            late = time.monotonic() - started > expected
-            words = f"longer than the {format_duration(expected)}" if late else known
-            line.tell(f"running, {words} expected,")
-        return
-    # The bar is short, so that the words beside it stay whole on 80 columns.
-    columns = (SpinnerColumn(), BarColumn(10), TextColumn("{task.description}"))
-    with Progress(*columns, console=console, transient=True, auto_refresh=False) as bar:
-        task, compiled = bar.add_task("", total=expected), 0.0
+    with _terminal_bar(
+        # The bar is short, so that the words beside it stay whole on 80 columns.
+        lambda rich: (
+            rich.SpinnerColumn(),
+            rich.BarColumn(10),
+            rich.TextColumn("{task.description}"),
+        ),
+        auto_refresh=False,
+    ) as bar:
+        if bar is None:
+            while not done.wait(_LINE_SECONDS):
+                late = time.monotonic() - started > expected
+                words = f"longer than the {format_duration(expected)}" if late else known
+                line.tell(f"running, {words} expected,")
+            return
         while True:
             elapsed = time.monotonic() - started
             begin = format_duration(elapsed)
@@ -158,8 +202,7 @@ def _show_elapsed(expected: float, known: str, done: threading.Event) -> None:
             else:
                 elapsed -= compiled
                 words = _told(elapsed, expected, known, begin)
-            bar.update(task, completed=min(elapsed, expected), description=words)
-            bar.refresh()
+            bar(min(elapsed / expected, 1.0), words)
             if done.wait(_REFRESH_SECONDS):
                 return
 
@@ -171,8 +214,3 @@ def _told(elapsed: float, expected: float, known: str, begin: str) -> str:
         # What takes long is to begin.
         return f"{begin}, of which the collision itself needs about {format_duration(expected)}"
     return f"{begin}, {format_duration(expected)} were expected; how much longer is not known"
-
-
-def _moves(console: "Console") -> bool:
-    """Return whether lines can be written over: not in a file, nor where IPython runs a program."""
-    return console.is_terminal and not console.is_dumb_terminal

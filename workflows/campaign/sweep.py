@@ -13,7 +13,7 @@ from chaincor.workflows.campaign.points import (
     refuse_shared_fields,
     value_of,
 )
-from chaincor.workflows.campaign.sweep_file import axis_values, refuse_outputs
+from chaincor.workflows.campaign.sweep_file import read_axes
 from chaincor.workflows.errors import SweepError
 from chaincor.workflows.given import scene_given, told_shortly, workers_given
 from chaincor.workflows.store.export import require_pandas, to_pandas
@@ -75,11 +75,8 @@ def sweep(
     require_pandas()
     workers = workers_given(workers)
     base = {key: getattr(scene, key) for key in scene.model_fields_set}
-    instead = "give a store, which keeps all results"
-    refuse_outputs({**base, **axes}, instead)
-    values = {name: axis_values(name, _listed(name, axis)) for name, axis in axes.items()}
+    values = read_axes(base, axes, "give a store, which keeps all results", _listed)
     fields = fields_set(values)
-    refuse_outputs(dict.fromkeys(fields, True), instead)
     refuse_shared_fields(values)
     points = list(SweepPoints(base, list(values.values()), Path()))
     with tempfile.TemporaryDirectory(prefix="chaincor-") as folder:

@@ -1,7 +1,7 @@
 """A sweep file: a base scene, axes over any of its fields, crossed or moving together."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -48,30 +48,17 @@ def is_sweep(path: Path) -> bool:
 
 def read_sweep(path: Path | str) -> Sweep:
     """
-    Read a sweep file.
+    Read a sweep file, in TOML.
 
-    Parameters
-    ----------
-    path : pathlib.Path or str
-        A TOML file: ``[scene]`` is the base; every key of ``[axes]`` is an axis, a list or a range
-        ``{from, to, points | step, spacing = "linear" | "log"}`` of a scene's field (of ``masses``:
-        a list of lists; of ``seed``: ``{from, to}``), or a list of tables that set several fields
-        at once; an axis ``parameters.a`` is one parameter of a formula. ``zip = [["particles",
-        "speed"]]`` makes axes move together; ``store`` and ``arrays`` say what is kept and where.
-        Relative paths are taken from the file's folder.
+    ``[scene]`` is the base; every key of ``[axes]`` is an axis, a list or a range ``{from, to,
+    points | step, spacing = "linear" | "log"}`` of a scene's field (of ``masses``: a list of lists;
+    of ``seed``: ``{from, to}``), or a list of tables that set several fields at once; an axis
+    ``parameters.a`` is one parameter of a formula. ``zip = [["particles", "speed"]]`` makes axes
+    move together; ``store`` and ``arrays`` say what is kept and where. Relative paths are taken
+    from the file's folder.
 
-    Returns
-    -------
-    Sweep
-        With one scene a point, made when it is asked for; a point that is no scene raises
-        SceneError then.
-
-    Raises
-    ------
-    SweepError
-        If an axis makes no sense.
-    SceneError
-        If the file cannot be read.
+    Raises SweepError if an axis makes no sense, SceneError if the file cannot be read. A point that
+    is no scene raises SceneError when it is asked for.
     """
     path = Path(path)
     fields = read_scene_fields(path)
@@ -82,9 +69,6 @@ def read_sweep(path: Path | str) -> Sweep:
             "scene go under [scene] or [axes]"
         )
     base, axes = _table(fields, "scene"), _table(fields, "axes")
-    instead = "use arrays = true beside [scene], or --keep-jobs DIR"
-    refuse_outputs({**base, **axes}, instead)
-    base = from_folder(base, path.parent)
     inner = axes.pop("parameters", {}) if isinstance(axes.get("parameters"), dict) else {}
     for name, axis in inner.items():
         if (whole := f"{PARAMETER_AXIS}{name}") in axes:
@@ -93,8 +77,8 @@ def read_sweep(path: Path | str) -> Sweep:
                 "leave one out"
             )
         axes[whole] = axis
-    values = {name: axis_values(name, axis) for name, axis in axes.items()}
-    refuse_outputs(dict.fromkeys(fields_set(values), True), instead)
+    values = read_axes(base, axes, "use arrays = true beside [scene], or --keep-jobs DIR")
+    base = from_folder(base, path.parent)
     arrays = fields.get("arrays", False)
     if not isinstance(arrays, bool):
         raise SweepError(f"arrays is {arrays!r}; expected true or false")
@@ -116,8 +100,25 @@ def _table(fields: dict[str, Any], key: str) -> dict[str, Any]:
     return dict(table)
 
 
-def refuse_outputs(given: Mapping[str, Any], instead: str) -> None:
-    """Refuse keys that name files: all points would write them; SweepError says what to do."""
+def read_axes(
+    base: dict[str, Any],
+    axes: dict[str, Any],
+    instead: str,
+    listed: Callable[[str, Any], Any] = lambda _name, axis: axis,
+) -> dict[str, list[dict[str, Any]]]:
+    """
+    Return what each value of each axis, first `listed`, sets; SweepError if it is no axis.
+
+    Keys that name files are refused, `instead` of which there is something to do: all points would
+    write to one.
+    """
+    _refuse_outputs({**base, **axes}, instead)
+    values = {name: _axis_values(name, listed(name, axis)) for name, axis in axes.items()}
+    _refuse_outputs(dict.fromkeys(fields_set(values), True), instead)
+    return values
+
+
+def _refuse_outputs(given: Mapping[str, Any], instead: str) -> None:
     for key in FILE_KEYS:
         if given.get(key) is not None:
             raise SweepError(
@@ -125,8 +126,7 @@ def refuse_outputs(given: Mapping[str, Any], instead: str) -> None:
             )
 
 
-def axis_values(name: str, axis: Any) -> list[dict[str, Any]]:
-    """Return what each value of an axis sets; SweepError if it is no axis."""
+def _axis_values(name: str, axis: Any) -> list[dict[str, Any]]:
     if isinstance(axis, list) and axis and all(isinstance(value, dict) for value in axis):
         # Of this field alone a value is a table itself.
         return [{name: value} for value in axis] if name == "parameters" else axis

@@ -1,13 +1,11 @@
-"""What several commands have: options, the print of a result, how far a study is."""
+"""What several commands have: options, the print of a result."""
 
-import contextlib
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from chaincor.workflows.durations import LineAMinute
 from chaincor.workflows.json_output import json_text
 
 if TYPE_CHECKING:
@@ -31,22 +29,3 @@ def page_option(page: str, figures: str = "figures") -> Callable[[Callable], Cal
 def tell(plain: Mapping[str, Any], text: str, as_json: bool, scene: "Scene | None" = None) -> None:
     """Print a result: as one JSON object with what all of them have, or as text."""
     click.echo(json_text(plain, scene) if as_json else text)
-
-
-@contextlib.contextmanager
-def study_progress() -> Iterator[Callable[[str, float], None]]:
-    """Show how far a study is; yields what to tell a part's name and the fraction that is done."""
-    from rich.console import Console
-    from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
-    from rich.progress import Progress as ProgressBar
-
-    console = Console(stderr=True)
-    if not console.is_terminal:
-        line = LineAMinute()
-        yield lambda part, done: line.tell(f"{part}, {100.0 * done:.0f} % done")
-        return
-    columns = (TextColumn("{task.description:<16}"), BarColumn(), TimeElapsedColumn())
-    with ProgressBar(*columns, console=console, transient=True) as bar:
-        task = bar.add_task("", total=1.0)
-
-        yield lambda part, done: bar.update(task, description=part, completed=done)

@@ -149,7 +149,7 @@ def _run_samples(
 ) -> None:
     """Run many collisions of a warm scene and print what they say together."""
     from chaincor.workflows.campaign.collide_many import collide_many
-    from chaincor.workflows.campaign.ensemble_text import DEFAULT_PRECISION, describe_ensemble
+    from chaincor.workflows.campaign.ensemble import DEFAULT_PRECISION, describe_ensemble
 
     result = collide_many(scene, samples, workers=workers, progress=True, most_seconds=most_seconds)
     wanted = DEFAULT_PRECISION if precision is None else precision

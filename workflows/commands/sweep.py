@@ -12,9 +12,9 @@ from chaincor.workflows.given import workers_given
 from chaincor.workflows.json_output import json_text
 
 if TYPE_CHECKING:
-    from chaincor.workflows.campaign.forecast import Forecast
     from chaincor.workflows.campaign.into_store import IntoStore, Tally
     from chaincor.workflows.campaign.sweep_file import Sweep
+    from chaincor.workflows.campaign.work import Forecast
 
 _MOST_POINTS_SHOWN = 30
 
@@ -89,8 +89,8 @@ def sweep(
     from chaincor.workflows.campaign import points
     from chaincor.workflows.campaign import sweep_file as files
     from chaincor.workflows.campaign.cluster import DaskCluster
-    from chaincor.workflows.campaign.forecast import Forecast
     from chaincor.workflows.campaign.into_store import IntoStore
+    from chaincor.workflows.campaign.work import Forecast
     from chaincor.workflows.store.results_store import Store
 
     if scheduler is not None and workers is not None:

@@ -5,7 +5,7 @@ from typing import Any
 
 import click
 
-from chaincor.workflows.commands.options import FILE, json_option, page_option, study_progress, tell
+from chaincor.workflows.commands.options import FILE, json_option, page_option, tell
 
 
 @click.command()
@@ -64,6 +64,7 @@ def timestep(script: Path, output: Path | None, as_json: bool, **options: Any) -
     Each run takes place in a copy of the script's folder, at the same physical time exactly;
     dumps are left out. With --vary the same for a variable, a cutoff, seeds, or processes.
     """
+    from chaincor.workflows.campaign.progress import study_progress
     from chaincor.workflows.scripts.description import describe_script_study
     from chaincor.workflows.scripts.study import timestep_study
     from chaincor.workflows.scripts.study_files import (

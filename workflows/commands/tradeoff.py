@@ -6,7 +6,7 @@ from typing import Any
 import click
 
 from chaincor.lammps_inputs.scene import FILE_KEYS
-from chaincor.workflows.commands.options import json_option, page_option, study_progress, tell
+from chaincor.workflows.commands.options import json_option, page_option, tell
 from chaincor.workflows.commands.scene_options import SceneCommand, scene_from, scene_options
 
 # A study chooses these itself, and writes none of the files of a single run.
@@ -49,6 +49,7 @@ def tradeoff(
             )
         _calibrate(as_json)
         return
+    from chaincor.workflows.campaign.progress import study_progress
     from chaincor.workflows.tradeoff import study
     from chaincor.workflows.tradeoff.description import describe_study
     from chaincor.workflows.tradeoff.study_files import REPORT, to_dict, write_study

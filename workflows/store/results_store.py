@@ -90,8 +90,7 @@ class Store:
         self.connection.close()
 
     def __len__(self) -> int:
-        with named_errors(self.path):
-            return self.connection.execute("SELECT count(*) FROM collisions").fetchone()[0]
+        return self.select("SELECT count(*) FROM collisions")[1][0][0]
 
     def get(self, scene: Scene, *, arrays: bool = False) -> Row | None:
         """
@@ -99,21 +98,15 @@ class Store:
 
         That is where it is not there, not exact enough, or lacks the arrays that are wanted.
         """
-        standing = self.standing(scene)
-        enough = standing is not None and standing.answers(scene, arrays=arrays)
-        return self.find(scene, arrays=arrays) if enough else None
+        row = self.find(scene, arrays=arrays)
+        return row if row is not None and row.answers(scene, arrays=arrays) else None
 
     def find(self, scene: Scene, *, arrays: bool = False) -> Row | None:
         """Return the row of a scene, however exact, even if it failed; None where there is none."""
         key = row_key(scene)
-        names, rows = self.select(f"{_ROWS} WHERE collision_sha256 = ?", (key,))
-        if not rows:
+        found = next(self._rows(f"{_ROWS} WHERE collision_sha256 = ?", (key,)), None)
+        if found is None:
             return None
-        kept = self.select(_ARRAYS, (key,))[1] if arrays else []
-        found = Row(
-            dict(zip(names, rows[0], strict=True)),
-            {name: array_from_bytes(npy) for name, npy in kept},
-        )
         try:
             _ = found.scene, found.result  # JSON is read now, and whether it can be
         except (TypeError, ValueError) as error:
@@ -121,14 +114,18 @@ class Store:
                 f"the row collision_sha256={key} of {self.path} is damaged ({error}); expected "
                 "what `chaincor sweep` wrote: run the sweep into a new store"
             ) from None
-        return found
+        kept = self.select(_ARRAYS, (key,))[1] if arrays else []
+        return Row(found.columns, {name: array_from_bytes(npy) for name, npy in kept})
 
-    def standing(self, scene: Scene) -> Row | None:
-        """Return of a scene's row what decides whether it has to be run; None without a row."""
-        return self.standings([scene])[0]
+    def _rows(self, query: str, parameters: Sequence[Any] = ()) -> Iterator[Row]:
+        with named_errors(self.path):
+            cursor = self.connection.execute(query, parameters)
+            names = [column[0] for column in cursor.description]
+            for values in cursor:
+                yield Row(dict(zip(names, values, strict=True)))
 
     def standings(self, scenes: Sequence[Scene]) -> list[Row | None]:
-        """Return the same of each of several scenes."""
+        """Return of each scene's row what decides whether it has to be run; None without a row."""
         return self._standings([row_key(scene) for scene in scenes])
 
     def _standings(self, keys: Sequence[str]) -> list[Row | None]:
@@ -136,8 +133,7 @@ class Store:
         for begin in range(0, len(keys), _MOST_KEYS):
             part = keys[begin : begin + _MOST_KEYS]
             query = f"{_STANDINGS} WHERE collision_sha256 IN ({', '.join('?' * len(part))})"
-            names, rows = self.select(query, part)
-            found |= {row[0]: Row(dict(zip(names, row, strict=True))) for row in rows}
+            found |= {row.columns["collision_sha256"]: row for row in self._rows(query, part)}
         return [found.get(key) for key in keys]
 
     def check_writable(self) -> None:
@@ -161,7 +157,8 @@ class Store:
                 self._write(scene, row, now, arrays, replace)
 
     def _write(self, scene: Scene, row: Row, finished: str, arrays: bool, replace: bool) -> None:
-        key, old, asked = row_key(scene), self.standing(scene), scene.asked_tolerance
+        key, asked = row_key(scene), scene.asked_tolerance
+        (old,) = self._standings([key])
         tries = 1 + (0 if old is None else old.columns["tries"])
         columns = {**row.columns, "tries": tries, "finished": finished}
         if not row.has_result:
@@ -218,13 +215,9 @@ class Store:
 
     def stored_rows(self) -> Iterator[tuple[Row, dict[str, bytes]]]:
         """Yield all rows, each with its arrays as they are stored."""
-        with named_errors(self.path):
-            cursor = self.connection.execute(_ROWS)
-            names = [column[0] for column in cursor.description]
-            for values in cursor:
-                row = Row(dict(zip(names, values, strict=True)))
-                key, has_arrays = row.columns["collision_sha256"], row.columns["has_arrays"]
-                yield row, dict(self.select(_ARRAYS, (key,))[1]) if has_arrays else {}
+        for row in self._rows(_ROWS):
+            key, has_arrays = row.columns["collision_sha256"], row.columns["has_arrays"]
+            yield row, dict(self.select(_ARRAYS, (key,))[1]) if has_arrays else {}
 
     def _environment(self, versions: str) -> int:
         query = "SELECT id FROM environments WHERE versions = ?"

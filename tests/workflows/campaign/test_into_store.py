@@ -12,9 +12,8 @@ from benchmarks.sweeps import kills
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.expected_cost import expected_seconds
 from chaincor.workflows.campaign import carry_out, into_store
-from chaincor.workflows.campaign.forecast import Forecast
 from chaincor.workflows.campaign.into_store import IntoStore, collide_into_store
-from chaincor.workflows.campaign.work import collide_scenes, collide_to_rows, tasks_of
+from chaincor.workflows.campaign.work import Forecast, collide_scenes, collide_to_rows, tasks_of
 from chaincor.workflows.collision import collide
 from chaincor.workflows.errors import (
     CrossingError,
@@ -254,11 +253,11 @@ def test_longer_faster_and_tighter_cost_more(monkeypatch):
     cost, single = Forecast.of([base] * 10), Forecast.of([base])
     assert cost.seconds == pytest.approx(10 * seconds)
     start = single.wall_seconds(1) - seconds
-    monkeypatch.setattr("chaincor.workflows.campaign.forecast.cores_allowed", lambda: 100)
+    monkeypatch.setattr("chaincor.workflows.campaign.work.cores_allowed", lambda: 100)
     assert cost.wall_seconds(2) == pytest.approx(start + 5 * seconds)
     assert cost.wall_seconds(100) == pytest.approx(start + seconds), "one is not divided"
     assert Forecast.of([]).wall_seconds(2) == 0.0
-    monkeypatch.setattr("chaincor.workflows.campaign.forecast.cores_allowed", lambda: 2)
+    monkeypatch.setattr("chaincor.workflows.campaign.work.cores_allowed", lambda: 2)
     assert cost.wall_seconds(100) == pytest.approx(start + 5 * seconds), "workers share the cores"
     assert Forecast.of([base], arrays=True).disk_bytes > Forecast.of([base]).disk_bytes
 

@@ -2,11 +2,11 @@
 
 import contextlib
 import time
+from functools import partial
 
 import pytest
 
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows import durations
 from chaincor.workflows.accuracy.expected_cost import expected_seconds, may_take_longer
 from chaincor.workflows.campaign import progress
 from chaincor.workflows.campaign.progress import show_elapsed
@@ -69,17 +69,17 @@ def test_nothing_is_shown_elsewhere(capsys, monkeypatch):
 
 
 def test_elsewhere_it_writes_a_line_a_minute(capsys):
-    line = durations.LineAMinute(seconds=0.0)
+    line = progress.LineAMinute(seconds=0.0)
     line.tell("3 of 4 done")
     assert capsys.readouterr().err.startswith("chaincor: 3 of 4 done after ")
-    line = durations.LineAMinute()
+    line = progress.LineAMinute()
     line.tell("3 of 4 done")
     assert capsys.readouterr().err == ""
 
 
 def test_a_sweep_tells_a_log_how_far_it_is(capsys, monkeypatch):
     monkeypatch.delenv("FORCE_COLOR", raising=False)
-    monkeypatch.setattr(progress, "LineAMinute", lambda: durations.LineAMinute(seconds=0.0))
+    monkeypatch.setattr(progress, "LineAMinute", partial(progress.LineAMinute, seconds=0.0))
     with progress.progress_bar(True, points=4, seconds=10.0) as advance:
         advance(2.0)
         advance(3.0)

@@ -71,6 +71,7 @@ def test_a_collision_that_fails_is_a_row_that_says_why():
         (BASE, {"speed": []}, SweepError, "axis 'speed' is"),
         (BASE, {"speed": [0.1, -1.0]}, SceneError, "speed is -1.0"),
         (BASE, {"arrays": ["a.npz"]}, SweepError, "'arrays' in a sweep would write"),
+        (BASE, {"arrays": "a.npz"}, SweepError, "'arrays' in a sweep would write"),
         (BASE, {"x": [{"dump": "a"}]}, SweepError, "'dump' in a sweep would write"),
         (BASE, {"x": [{"speed": 0.1}], "speed": [0.2]}, SweepError, "'x' and 'speed' both set"),
     ],

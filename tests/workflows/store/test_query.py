@@ -173,7 +173,7 @@ def test_many_rows_are_asked_in_a_moment(store, make_attempt):
         # The same result under every key: only the numbers of rows matter here.
         store.record([(scene, one.row) for scene in part])
         with _instructions(store) as alone:
-            assert store.standing(scenes[0]).answers(scenes[0])
+            assert store.standings(scenes[:1])[0].answers(scenes[0])
         with _instructions(store) as whole:
             assert len(query_rows(store, columns, order=["speed"])) == len(store)
         counts.append((len(alone), len(whole) / len(store)))

@@ -123,9 +123,9 @@ def test_a_failure_is_recorded_but_never_replaces_a_result(store, make_attempt, 
 
 def test_a_failure_stands_for_the_same_and_tighter_tolerances(store, make_failure):
     store.record([make_failure(SCENE)])
-    standing = store.standing(SCENE)
+    standing = store.find(SCENE)
     assert standing.would_fail(SCENE)
     assert standing.would_fail(SCENE.replace(tolerance=1e-8))
     assert not standing.would_fail(SCENE.replace(tolerance=1e-4))
     store.record([make_failure(SCENE, WorkerDiedError("killed"))])
-    assert not store.standing(SCENE).would_fail(SCENE)
+    assert not store.find(SCENE).would_fail(SCENE)
