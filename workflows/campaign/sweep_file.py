@@ -1,6 +1,7 @@
 """A sweep file: a base scene, axes over any of its fields, crossed or moving together."""
 
 import math
+import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -152,35 +153,36 @@ def _axis_values(name: str, axis: Any) -> list[dict[str, Any]]:
 
 
 def _range_values(name: str, axis: dict[str, Any]) -> list[float] | list[int]:
+    def wrong(expected: str) -> SweepError:
+        return SweepError(f"the range of axis '{name}' is {axis!r}; expected {expected}")
+
     if name == "seed":
-        return _seeds(axis)
-    wrong = sorted(set(axis) - _RANGE_KEYS)
-    if wrong or not {"from", "to"} <= set(axis) or ("points" in axis) == ("step" in axis):
-        raise SweepError(
-            f"the range of axis '{name}' is {axis!r}; expected from, to, and either points or "
-            "step; with points also spacing"
-        )
-    spacing = axis.get("spacing", "linear")
-    numbers = [axis[key] for key in ("from", "to", "points", "step") if key in axis]
-    if not all(_is_finite(number) for number in numbers):
-        raise SweepError(f"the range of axis '{name}' is {axis!r}; expected finite numbers")
-    first, last = float(axis["from"]), float(axis["to"])
+        # Every seed from the first to the last: whole numbers, which may be no floats.
+        ends = [axis[key] for key in ("from", "to") if key in axis]
+        whole = all(isinstance(end, int) and not isinstance(end, bool) for end in ends)
+        if not (len(ends) == len(axis) == 2 and whole and 0 <= ends[1] - ends[0] < _MOST_POINTS):
+            raise wrong("two whole numbers, as { from = 1, to = 200 }, of which each is taken")
+        return list(range(ends[0], ends[1] + 1))
+    wanted = {"from", "to"} <= set(axis) <= _RANGE_KEYS and ("points" in axis) != ("step" in axis)
+    if not wanted:
+        raise wrong("from, to, and either points or step; with points also spacing")
+    if not all(_is_finite(axis[key]) for key in ("from", "to", "points", "step") if key in axis):
+        raise wrong("finite numbers")
+    first, last, spacing = float(axis["from"]), float(axis["to"]), axis.get("spacing", "linear")
     if spacing not in _SPACINGS or (spacing == "log" and "step" in axis):
-        raise SweepError(
-            f"spacing of axis '{name}' is {spacing!r}; expected linear, or log with points"
-        )
+        raise wrong("spacing linear, or log with points")
     if "step" in axis:
         step = float(axis["step"])
         count = (last - first) / step * (1.0 + 1e-12) + 1.0 if step else 0.0
         if not 1.0 <= count <= _MOST_POINTS:
-            raise SweepError(f"the range of axis '{name}' is {axis!r}; expected a step towards to")
+            raise wrong("a step towards to")
         values = first + step * np.arange(math.floor(count))
     else:
         points = axis["points"]
         if not isinstance(points, int) or not 1 <= points <= _MOST_POINTS:
-            raise SweepError(f"points of axis '{name}' is {points!r}; expected a whole number")
+            raise wrong("a whole number of points")
         if spacing == "log" and not (first > 0 and last > 0):
-            raise SweepError(f"the log range of axis '{name}' is {axis!r}; expected it above zero")
+            raise wrong("it above zero where spacing is log")
         space = np.geomspace if spacing == "log" else np.linspace
         values = space(first, last, points)
     if name in _WHOLE:
@@ -188,25 +190,10 @@ def _range_values(name: str, axis: dict[str, Any]) -> list[float] | list[int]:
     return [float(value) for value in values]
 
 
-def _seeds(axis: dict[str, Any]) -> list[int]:
-    """Return every seed from the first to the last: whole numbers, which may be no floats."""
-    ends = [axis[key] for key in ("from", "to") if key in axis]
-    whole = all(isinstance(end, int) and not isinstance(end, bool) for end in ends)
-    if len(ends) < 2 or len(axis) > 2 or not whole or not 0 <= ends[1] - ends[0] < _MOST_POINTS:
-        raise SweepError(
-            f"the range of axis 'seed' is {axis!r}; expected two whole numbers, as "
-            "{ from = 1, to = 200 }, of which each is taken"
-        )
-    return list(range(ends[0], ends[1] + 1))
-
-
 def _is_finite(value: Any) -> bool:
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        return False
-    try:
-        return math.isfinite(value)
-    except OverflowError:  # a whole number beyond all floats
-        return False
+    """Tell whether a value is a number that a float can hold."""
+    number = isinstance(value, int | float) and not isinstance(value, bool)
+    return number and abs(value) <= sys.float_info.max
 
 
 def _groups(values: dict[str, list[dict[str, Any]]], together: Any) -> list[list[dict[str, Any]]]:
