@@ -9,9 +9,8 @@ from typing import Any
 import numpy as np
 
 from chaincor.analysis.atomic_write import folder_aside, write_arrays
-from chaincor.analysis.collision_figures import draw_figures
-from chaincor.analysis.results import BodyAnalysis, CollisionAnalysis
-from chaincor.analysis.shown_series import energy_at_impact, energy_series, mode_theory
+from chaincor.analysis.collision_figures import draw_figures, energy_series, mode_theory
+from chaincor.analysis.results import CollisionAnalysis
 
 _COLUMNS = {
     "contacts.csv": ("contact", "time", "interval", "incoming_speed"),
@@ -78,8 +77,7 @@ def _plain(value: Any) -> Any:
 
 def _energy_of_all(analysis: CollisionAnalysis, name: str) -> float | None:
     """Return the energy of all bodies; None where the bond is not known."""
-    bodies = [analysis] if analysis.target is None else [analysis, analysis.target]
-    parts = [getattr(body, name) for body in bodies]
+    parts = [getattr(body, name) for body in analysis.bodies.values()]
     return None if None in parts else sum(float(part.total) for part in parts)
 
 
@@ -104,10 +102,13 @@ def write_report(
             "contact_times": analysis.contact_times,
             "contact_speeds": analysis.contact_speeds,
             "times": history.times,
-            **_arrays_of(analysis, ""),
         }
-        if analysis.target is not None:
-            arrays |= _arrays_of(analysis.target, "target_", along=-1.0)
+        for owner, body in analysis.bodies.items():
+            along = -1.0 if owner else 1.0  # a target is mirrored
+            for name in ("masses", "mode_frequencies", "mode_energies", "mode_energies_start"):
+                arrays[f"{owner}{name}"] = getattr(body, name)
+            for name in ("displacements", "velocities"):
+                arrays[f"{owner}{name}"] = along * getattr(body.history, name)
         write_arrays(aside / "arrays.npz", arrays)
         _write_table(aside / "contacts.csv", _contact_rows(analysis))
         _write_table(aside / "modes.csv", _mode_rows(analysis))
@@ -120,14 +121,6 @@ def write_report(
     return folder
 
 
-def _arrays_of(body: BodyAnalysis, owner: str, along: float = 1.0) -> dict[str, Any]:
-    """Return the arrays of a body by name; `along` is -1 for a target, which is mirrored."""
-    names = ("masses", "mode_frequencies", "mode_energies", "mode_energies_start")
-    motion = {name: along * getattr(body.history, name) for name in ("displacements", "velocities")}
-    found = {name: getattr(body, name) for name in names} | motion
-    return {f"{owner}{name}": array for name, array in found.items()}
-
-
 def _contact_rows(analysis: CollisionAnalysis) -> Iterable[tuple]:
     intervals: list = ["", *np.diff(analysis.contact_times).tolist()][: len(analysis.contact_times)]
     times, speeds = analysis.contact_times.tolist(), analysis.contact_speeds.tolist()
@@ -138,10 +131,9 @@ def _mode_rows(analysis: CollisionAnalysis) -> Iterable[tuple]:
     energies = analysis.mode_energies
     theory = mode_theory(analysis) if analysis.particles > 1 else None
     predicted = [""] * energies.size if theory is None else ["", *theory.tolist()]
-    total = energy_at_impact(analysis)
-    shares = (energies / total).tolist()
-    frequencies = analysis.mode_frequencies.tolist()
-    return zip(range(energies.size), frequencies, energies.tolist(), shares, predicted, strict=True)
+    columns = analysis.mode_frequencies, energies, energies / analysis.energy_at_impact
+    lists = (column.tolist() for column in columns)
+    return zip(range(energies.size), *lists, predicted, strict=True)
 
 
 def _write_table(path: Path, rows: Iterable) -> None:

@@ -1,4 +1,4 @@
-"""The figures of one analysed collision."""
+"""What figures and tables show of one analysed collision, of both bodies together."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -6,18 +6,72 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from chaincor.analysis.modes import are_equal, mode_energies
-from chaincor.analysis.results import BodyAnalysis, CollisionAnalysis
-from chaincor.analysis.shown_series import (
-    along_the_line,
-    describe,
-    energy_at_impact,
-    energy_series,
-    mode_theory,
-)
+from chaincor.analysis.results import CollisionAnalysis
+from chaincor.analysis.theory import measured_contacts_energies
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.potential import stiffness_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+
+def caption_of(analysis: CollisionAnalysis) -> str:
+    """Return the scene in a few words, such as ``lj, n = 100, v0 = 0.4 v*``."""
+    bond = analysis.bond
+    if bond is None or bond.natural_speed is None:
+        speed = f"$v_0$ = {analysis.velocity:.4g}"
+    else:
+        speed = f"$v_0$ = {analysis.velocity / bond.natural_speed:.4g} $v^*$"
+    name = "bond not known" if bond is None else bond.name
+    unequal = "" if are_equal(analysis.masses) else ", unequal masses"
+    return f"{name}, $n$ = {analysis.particles}{unequal}{analysis.against}, {speed}"
+
+
+def energy_series(analysis: CollisionAnalysis) -> tuple[Array, ...]:
+    """
+    Return translation, vibration, shortest and longest bond of all frames, of both bodies.
+
+    Translation is that of the bodies against each other; what both do as one body stays.
+    """
+    history = analysis.history
+    own = history.translation, history.vibration, history.bond_min, history.bond_max
+    if analysis.target is None:
+        return own
+    other = analysis.target.history
+    total, others = float(np.sum(analysis.masses)), float(np.sum(analysis.target.masses))
+    # The mirrored target's momentum counts the other way.
+    relative = history.momentum / total + other.momentum / others
+    return (
+        0.5 * relative**2 / (1.0 / total + 1.0 / others),
+        history.vibration + other.vibration,
+        np.fmin(history.bond_min, other.bond_min),
+        np.fmax(history.bond_max, other.bond_max),
+    )
+
+
+def along_the_line(analysis: CollisionAnalysis) -> tuple[Array, Array]:
+    """Return displacements and velocities along x of all frames, a target's before the chain's."""
+    history, target = analysis.history, analysis.target
+    near = history.displacements, history.velocities
+    if target is None:
+        return near
+    far = target.history.displacements, target.history.velocities
+    u, v = (np.concatenate((-f[:, ::-1], n), axis=1) for f, n in zip(far, near, strict=True))
+    return u, v
+
+
+def mode_theory(analysis: CollisionAnalysis) -> Array | None:
+    """Return the Basile-Dumont energies with this collision's count, mean interval and speed."""
+    # The formula has the modes of equal masses, and a wall.
+    if not are_equal(analysis.masses) or analysis.target is not None:
+        return None
+    return measured_contacts_energies(
+        analysis.particles,
+        analysis.contact_statistics,
+        analysis.velocity,
+        stiffness=stiffness_of(analysis.bond),
+        mass=float(analysis.masses[0]),
+    )
 
 
 def draw_figures(analysis: CollisionAnalysis, folder: Path) -> None:
@@ -36,9 +90,9 @@ def draw_figures(analysis: CollisionAnalysis, folder: Path) -> None:
     stiffness = stiffness_of(analysis.bond)
     # Waves long against the period of unequal masses see the mean mass.
     light = stiffness / float(np.mean(analysis.masses))
-    energy = energy_at_impact(analysis)
+    energy = analysis.energy_at_impact
     last = analysis.contact_statistics.last_time
-    targets = 0 if analysis.target is None else analysis.target.masses.size
+    targets = analysis.target_particles
     translation, vibration, shortest, longest = energy_series(analysis)
 
     figure, ax = new_figure()
@@ -62,25 +116,16 @@ def draw_figures(analysis: CollisionAnalysis, folder: Path) -> None:
         _save(figure, folder / "contacts.png", analysis)
 
     figure, ax = new_figure()
-    plot_energy_partition(
-        history.series_times,
-        translation,
-        vibration,
-        energy,
-        last_contact=last,
-        ax=ax,
-    )
+    times = history.series_times
+    plot_energy_partition(times, translation, vibration, energy, last_contact=last, ax=ax)
     _save(figure, folder / "energy.png", analysis)
 
     if max(analysis.particles, targets) > 1:
         figure, ax = new_figure()
-        plot_bond_lengths(history.series_times, shortest, longest, ax=ax)
+        plot_bond_lengths(times, shortest, longest, ax=ax)
         _save(figure, folder / "bonds.png", analysis)
 
-    bodies: dict[str, BodyAnalysis] = {"": analysis}
-    if analysis.target is not None:
-        bodies["target_"] = analysis.target
-    for name, body in bodies.items():
+    for name, body in analysis.bodies.items():
         if body.masses.size == 1:
             continue
         theory = mode_theory(analysis) if not name else None
@@ -95,8 +140,27 @@ def draw_figures(analysis: CollisionAnalysis, folder: Path) -> None:
         _save(figure, folder / f"{name}mode_heat_map.png", analysis)
 
 
+def animate(analysis: CollisionAnalysis, path: Path) -> None:
+    """Write a moving picture of one collision."""
+    from chaincor.analysis.figures.animation import animate_collision
+
+    times = analysis.history.times
+    # A little beyond the last contact there is nothing more to see.
+    shown = times <= 1.25 * (analysis.contact_statistics.last_time or times[-1])
+    displacements, velocities = along_the_line(analysis)
+    animate_collision(
+        times[shown],
+        displacements[shown],
+        velocities[shown],
+        path,
+        targets=analysis.target_particles,
+        impact_velocity=analysis.velocity,
+        title=caption_of(analysis),
+    )
+
+
 def _save(figure: "Figure", path: Path, analysis: CollisionAnalysis) -> None:
-    caption = describe(analysis)
+    caption = caption_of(analysis)
     if analysis.contradictions:
         caption += " (CONTRADICTED, see analysis.json)"
     figure.suptitle(

@@ -21,11 +21,10 @@ from chaincor.analysis.restitution import (
 )
 from chaincor.analysis.results import BodyAnalysis, CollisionAnalysis
 from chaincor.lammps_inputs.arrays import Array
-from chaincor.lammps_inputs.bonds.potential import Potential, stiffness_of
+from chaincor.lammps_inputs.bonds.potential import stiffness_of
 
 # An energy so little above that of the translation is that.
 _ROUNDINGS = 1e-12
-Energies = Sequence[EnergySplit | None]
 
 
 def analyze_frames(
@@ -48,12 +47,16 @@ def analyze_frames(
     origin = opening.time if known.soft else float(detection.times[0])
     times = detection.times - origin
     statistics = contact_statistics(times, detection.speeds, masses[0].size, velocity)
-    states = opening, seen.parted, seen.last
-    energies = [_energies(state, masses, known.bond) for state in states]
-    drifts = None if known.bond is None else _drifts(energies)
+    energies = _energies(seen)
+    totals = [sum(float(part.total) for part in split) for split in energies]
+    drifts = remainder = None
+    if known.bond is not None:
+        start, parted, end = totals
+        drifts = (parted - start) / start, (end - start) / start
+        remainder = float(anharmonic_remainder(seen.last.displacements, known.bond))
     e = seen.last.separation(masses) / velocity
     error = restitution_precision(seen, e)
-    bound = _largest_restitution(energies[0], reading)
+    bound = _largest_restitution(totals[0] if totals else None, reading)
     contradictions = find_contradictions(e**2, error, detection, bound)
     caveats = collect_caveats(seen, drifts=drifts, truncated=frames.truncated)
     chain, *target = _each_body(seen, energies, origin)
@@ -75,9 +78,7 @@ def analyze_frames(
         contact_statistics=statistics,
         contacts=None if uncounted else statistics.count,
         detection=detection,
-        anharmonic_remainder=None
-        if known.bond is None
-        else float(anharmonic_remainder(seen.last.displacements, known.bond)),
+        anharmonic_remainder=remainder,
         energy_drift=None if drifts is None else drifts[1],
         momentum_residual=_momentum_residual(seen),
         bond_min=min(record.bond_min for record in seen.records),
@@ -95,7 +96,27 @@ def analyze_frames(
     )
 
 
-def _each_body(seen: Followed, energies: Sequence[Energies], origin: float) -> list[dict[str, Any]]:
+def _energies(seen: Followed) -> list[list[EnergySplit]]:
+    """
+    Return the energies of the bodies in three frames; nothing where the bond is not known.
+
+    These are the first, the first after the last contact, and the last.
+    """
+    bond = seen.reading.known.bond
+    if bond is None:
+        return []
+    return [
+        [
+            energy_split(body.displacements, body.velocities, bond, m)
+            for body, m in zip(state.bodies, seen.reading.masses, strict=True)
+        ]
+        for state in (seen.reading.opening, seen.parted, seen.last)
+    ]
+
+
+def _each_body(
+    seen: Followed, energies: Sequence[Sequence[EnergySplit]], origin: float
+) -> list[dict[str, Any]]:
     """Return what a BodyAnalysis holds, of each body; a target's velocity is along x."""
     reading, found = seen.reading, []
     k = stiffness_of(reading.known.bond)
@@ -107,33 +128,14 @@ def _each_body(seen: Followed, energies: Sequence[Energies], origin: float) -> l
                 "masses": m,
                 "velocity_after": -velocity if i else velocity,
                 "history": seen.records[i].history(origin),
-                "energy_start": energies[0][i],
-                "energy_end": energies[2][i],
+                "energy_start": energies[0][i] if energies else None,
+                "energy_end": energies[2][i] if energies else None,
                 "mode_frequencies": mode_frequencies(m.size, k, m),
                 "mode_energies": mode_energies(last.displacements, last.velocities, k, m),
                 "mode_energies_start": mode_energies(first.displacements, first.velocities, k, m),
             }
         )
     return found
-
-
-def _energies(state: ChainState, masses: Sequence[Array], bond: Potential | None) -> Energies:
-    """Return the energy of each body; None where the bond is not known."""
-    return [
-        None if bond is None else energy_split(body.displacements, body.velocities, bond, m)
-        for body, m in zip(state.bodies, masses, strict=True)
-    ]
-
-
-def _total(energies: Energies) -> float:
-    """Return the energy of all bodies."""
-    return sum(float(part.total) for part in energies if part is not None)
-
-
-def _drifts(energies: Sequence[Energies]) -> tuple[float, float]:
-    """Return how the energy changes to the first frame after the last contact, and to the last."""
-    start, parted, end = map(_total, energies)
-    return (parted - start) / start, (end - start) / start
 
 
 def _momentum_residual(seen: Followed) -> float:
@@ -156,13 +158,12 @@ def _momentum(state: ChainState, masses: Sequence[Array]) -> float:
     )
 
 
-def _largest_restitution(energies: Energies, reading: CollisionFrames) -> float | None:
+def _largest_restitution(energy: float | None, reading: CollisionFrames) -> float | None:
     """Return eta if all energy of the first frame became relative motion; None if not known."""
-    if None in energies:
+    if energy is None:
         return None if reading.start in ("moving", "turned") else 1.0
     masses = [float(np.sum(m)) for m in reading.masses]
     reduced = 1.0 / sum(1.0 / mass for mass in masses)
-    energy = _total(energies)
     if len(masses) > 1:
         # What both do as one body stays.
         energy -= 0.5 * _momentum(reading.opening, reading.masses) ** 2 / sum(masses)

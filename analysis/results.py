@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from chaincor.analysis.contacts import ContactStatistics
 from chaincor.analysis.dumps.contact_detection import DetectedContacts
 from chaincor.analysis.restitution import EnergySplit
@@ -173,10 +175,28 @@ class CollisionAnalysis(BodyAnalysis):
     target: BodyAnalysis | None = None
 
     @property
+    def target_particles(self) -> int:
+        """Number of particles of a free target; 0 for a wall."""
+        return 0 if self.target is None else self.target.masses.size
+
+    @property
+    def bodies(self) -> dict[str, BodyAnalysis]:
+        """The chain and a free target, by what stands before their names: nothing, ``target_``."""
+        return {"": self} if self.target is None else {"": self, "target_": self.target}
+
+    @property
+    def energy_at_impact(self) -> float:
+        """Translational energy before, and of a chain that came vibrating all energy."""
+        reduced = float(np.sum(self.masses))
+        if self.target is not None:
+            reduced /= 1.0 + reduced / float(np.sum(self.target.masses))
+        return 0.5 * reduced * self.velocity**2 * (self.restitution_bound or 1.0)
+
+    @property
     def against(self) -> str:
         """What the chain hits, in words after its own; nothing for a hard wall."""
         if self.target is not None:
-            return f" and a free target of {self.target.masses.size}"
+            return f" and a free target of {self.target_particles}"
         return " and a soft wall" if self.soft else ""
 
     def __repr__(self) -> str:

@@ -23,7 +23,7 @@ REFLECT_RESERVE = 8.0
 _NUMERICS = ("timestep", "tolerance", "error")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class SteppedRun:
     """A job and its analysis."""
 
@@ -60,21 +60,23 @@ def analyze_folder(
     that are not one collision.
     """
     job, below = find_jobs(folder, data=data, dump=dump, scene=scene)
-    if job is not None:
-        own = SteppedRun(job, analyze(job))
-        others = [SteppedRun(other, analyze(other)) for other in below]
-        left_out = {run.job.dump.parent: _difference(own, run) for run in others}
-        notes = tuple(
-            f"the job in {path} is another collision and was left out: it differs in {what}"
-            for path, what in left_out.items()
-            if what is not None
-        )
-        own = replace(own, analysis=_with_notes(own.analysis, notes))
-        return estimate_error([own, *(r for r in others if not left_out[r.job.dump.parent])])
-    runs = [SteppedRun(job, analyze(job)) for job in below]
-    for other in runs[1:]:
-        refuse_other_collisions(runs[0], other)
-    return estimate_error(runs)
+    runs = [SteppedRun(each, analyze(each)) for each in (job, *below) if each is not None]
+    different = {run: _difference(runs[0], run) for run in runs[1:]}
+    if job is None:
+        for run, what in different.items():
+            if what is not None:
+                raise InputError(
+                    f"{runs[0].job.dump.parent} and {run.job.dump.parent} differ in {what}; "
+                    "expected runs of one collision at different steps: name the folder of one job"
+                )
+    notes = [
+        f"the job in {run.job.dump.parent} is another collision and was left out: it differs in "
+        f"{what}"
+        for run, what in different.items()
+        if what is not None
+    ]
+    alike = [run for run, what in different.items() if what is None]
+    return estimate_error([_with_notes(runs[0], notes), *alike])
 
 
 def estimate_error(runs: Sequence[SteppedRun]) -> SteppedRun:
@@ -105,29 +107,21 @@ def estimate_error(runs: Sequence[SteppedRun]) -> SteppedRun:
     alone = len(runs) == 1 or None in every or len(steps) < 2
     fine = runs[0] if alone else next(run for run in runs if run.step == steps[0])
     error, says = printed_error(fine.job.logs, fine.analysis.restitution, fine.analysis.data_error)
-    if says is not None:
-        fine = replace(fine, analysis=_with_notes(fine.analysis, (says,)))
-    if error is not None:
-        return replace(fine, analysis=_with_error(fine.analysis, error))
-    if alone:
-        return _without(fine, _why_alone(runs, steps))
-    coarse = next(run for run in runs if run.step == steps[1])
-    order = fine.order
-    why = _why_incomparable(fine, coarse)
+    notes = [] if says is None else [says]
+    why = None
+    if error is None and alone:
+        why = _why_alone(runs, steps)
+    elif error is None:
+        coarse = next(run for run in runs if run.step == steps[1])
+        why = _why_incomparable(fine, coarse)
+        error = _bar(fine, coarse) if why is None else None
     if why is not None:
-        return _without(fine, why)
-    assert order is not None
-    return replace(fine, analysis=_with_error(fine.analysis, _bar(fine, coarse, order)))
-
-
-def refuse_other_collisions(first: SteppedRun, other: SteppedRun) -> None:
-    """Refuse two jobs that are not the same collision at different steps, naming what differs."""
-    difference = _difference(first, other)
-    if difference is not None:
-        raise InputError(
-            f"{first.job.dump.parent} and {other.job.dump.parent} differ in {difference}; expected "
-            "runs of one collision at different steps: name the folder of one job"
+        notes.append(
+            f"restitution_error is not known: {why}; a second job of the same collision at half "
+            "the step, in a folder beside this one or in it, would tell it. data_error is that of "
+            "the digits and frames of the dump"
         )
+    return _with_notes(fine if error is None else _with_error(fine, error), notes)
 
 
 def _difference(first: SteppedRun, other: SteppedRun) -> str | None:
@@ -155,12 +149,14 @@ def _difference(first: SteppedRun, other: SteppedRun) -> str | None:
     return None if not keys else f"{keys[0]} ({one.get(keys[0])} and {two.get(keys[0])})"
 
 
-def _bar(fine: SteppedRun, coarse: SteppedRun, order: int) -> float:
+def _bar(fine: SteppedRun, coarse: SteppedRun) -> float:
+    order = fine.order
     difference = abs(fine.analysis.restitution - coarse.analysis.restitution)
     digits = fine.analysis.data_error + coarse.analysis.data_error
     drift, coarse_drift = fine.analysis.energy_drift, coarse.analysis.energy_drift
     assert drift is not None
     assert coarse_drift is not None
+    assert order is not None
     if order == 0:
         drifts = (abs(drift), abs(coarse_drift), abs(drift - coarse_drift))
         return REFLECT_RESERVE * max(difference, *drifts) + digits
@@ -172,18 +168,25 @@ def _bar(fine: SteppedRun, coarse: SteppedRun, order: int) -> float:
     return EVENT_RESERVE * error + digits * (1.0 + EVENT_RESERVE / (ratio - 1.0))
 
 
-def _with_error(analysis: CollisionAnalysis, error: float) -> CollisionAnalysis:
-    """Return the analysis with its error, within which restitution may lie above 1."""
+def _with_error(run: SteppedRun, error: float) -> SteppedRun:
+    """Return the run with its error, within which restitution may lie above 1."""
+    analysis = run.analysis
     contradictions = find_contradictions(
         analysis.restitution, error, analysis.detection, analysis.restitution_bound
     )
     gone = set(analysis.contradictions) - set(contradictions)
-    return replace(
+    known = replace(
         analysis,
         restitution_error=error,
         contradictions=contradictions,
         caveats=tuple(caveat for caveat in analysis.caveats if caveat not in gone),
     )
+    return replace(run, analysis=known)
+
+
+def _with_notes(run: SteppedRun, notes: Sequence[str]) -> SteppedRun:
+    analysis = run.analysis
+    return replace(run, analysis=replace(analysis, caveats=(*analysis.caveats, *notes)))
 
 
 def _why_alone(runs: Sequence[SteppedRun], steps: Sequence[float]) -> str:
@@ -192,10 +195,6 @@ def _why_alone(runs: Sequence[SteppedRun], steps: Sequence[float]) -> str:
     if len(steps) == 1:
         return f"all runs have the step {steps[0]:g}"
     return "neither log nor script tells the step of every run"
-
-
-def _with_notes(analysis: CollisionAnalysis, notes: tuple[str, ...]) -> CollisionAnalysis:
-    return replace(analysis, caveats=(*analysis.caveats, *notes))
 
 
 def _why_incomparable(fine: SteppedRun, coarse: SteppedRun) -> str | None:
@@ -214,12 +213,3 @@ def _why_incomparable(fine: SteppedRun, coarse: SteppedRun) -> str | None:
     if a.energy_drift is None or b.energy_drift is None:
         return "without the potential (--potential) the drift of the energy is not known"
     return None
-
-
-def _without(run: SteppedRun, why: str) -> SteppedRun:
-    caveat = (
-        f"restitution_error is not known: {why}; a second job of the same collision at half the "
-        "step, in a folder beside this one or in it, would tell it. data_error is that of the "
-        "digits and frames of the dump"
-    )
-    return replace(run, analysis=_with_notes(run.analysis, (caveat,)))

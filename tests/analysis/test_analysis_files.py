@@ -6,10 +6,10 @@ import pytest
 from PIL import Image
 
 from chaincor.analysis.analysis_files import to_json_object, write_report
+from chaincor.analysis.collision_figures import caption_of
 from chaincor.analysis.dumps.dump import Dump
 from chaincor.analysis.frame_analysis import analyze_frames
 from chaincor.analysis.known import Known
-from chaincor.analysis.shown_series import describe
 from chaincor.lammps_inputs.bonds.potentials import Harmonic, LennardJones
 
 FIGURES = ["bonds", "contacts", "energy", "mode_heat_map", "spectrum", "trajectories"]
@@ -71,7 +71,7 @@ def test_a_bond_not_known_is_null(harmonic20, dump_writer, tmp_path):
     result = to_json_object(unknown)
     assert result["potential"] is None
     assert result["energy_drift"] is None
-    assert "not known" in describe(unknown)
+    assert "not known" in caption_of(unknown)
     write_report(unknown, tmp_path)
     named = analyze_frames(Dump(path), Known(bond=LennardJones()))
-    assert "v^*" in describe(named)
+    assert "v^*" in caption_of(named)

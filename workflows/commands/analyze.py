@@ -19,7 +19,6 @@ from chaincor.workflows.commands.scene_options import bond_options
 if TYPE_CHECKING:
     from chaincor.analysis.dumps.view import DumpView
     from chaincor.analysis.job_folder import Job
-    from chaincor.analysis.results import CollisionAnalysis
 
 
 @click.command()
@@ -117,6 +116,7 @@ def analyze(
     says so.
     """
     from chaincor.analysis.analysis_files import to_json_object, write_report
+    from chaincor.analysis.collision_figures import animate
     from chaincor.analysis.dumps.other_formats import write_extended_xyz
     from chaincor.lammps_inputs.units.unit_system import CHAIN_UNITS
     from chaincor.workflows.job_analysis.analyze import analyze_found
@@ -139,10 +139,10 @@ def analyze(
     )
     known = see(job).units
     if animation is not None:
-        _animate(analysis, animation)
+        animate(analysis, animation)
     if xyz is not None:
         seen = job.frames(see(job))
-        both = [analysis.masses, *([analysis.target.masses] if analysis.target else [])]
+        both = [body.masses for body in analysis.bodies.values()]
         write_extended_xyz(seen, xyz, analysis.timestep or 1.0, *both)
     if output is not None:
         more = {animation: "moving picture", xyz: "the motion, for viewers of atoms"}
@@ -224,26 +224,6 @@ def _read_masses(text: str) -> list[float]:
             f"masses '{shown}' are neither numbers nor a file of numbers; expected them from the "
             "wall outwards, as --masses 1,2 or --masses FILE"
         ) from None
-
-
-def _animate(analysis: "CollisionAnalysis", path: Path) -> None:
-    from chaincor.analysis.figures.animation import animate_collision
-    from chaincor.analysis.shown_series import along_the_line
-    from chaincor.analysis.shown_series import describe as caption
-
-    history = analysis.history
-    # A little beyond the last contact there is nothing more to see.
-    shown = history.times <= 1.25 * (analysis.contact_statistics.last_time or history.times[-1])
-    displacements, velocities = along_the_line(analysis)
-    animate_collision(
-        history.times[shown],
-        displacements[shown],
-        velocities[shown],
-        path,
-        targets=0 if analysis.target is None else analysis.target.masses.size,
-        impact_velocity=analysis.velocity,
-        title=caption(analysis),
-    )
 
 
 @contextmanager

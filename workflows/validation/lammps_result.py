@@ -82,7 +82,7 @@ def read_lammps_result(path: Path | str) -> LammpsResult:
         analysis.restitution_error,
         analysis.contacts,
         analysis.data_error,
-        analysis.particles + (analysis.target.masses.size if analysis.target else 0),
+        analysis.particles + analysis.target_particles,
         job.commands.stock_wall,
         None if timestep is None else timestep / job.view.units.time,
     )
