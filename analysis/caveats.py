@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from chaincor.analysis.dumps.chain_frames import DISPLACEMENT_COLUMN, ChainLayout
+from chaincor.analysis.collision_frames import CollisionFrames
+from chaincor.analysis.dumps.chain_frames import DISPLACEMENT_COLUMN
 from chaincor.analysis.dumps.contact_detection import DetectedContacts
-from chaincor.analysis.dumps.frame import DumpFrame
 from chaincor.analysis.followed import Followed
 from chaincor.analysis.modes import indistinct_modes
 from chaincor.lammps_inputs.arrays import Array
@@ -41,10 +41,7 @@ def collect_caveats(
             "ids do not count particles from the wall outwards; particles were numbered by their "
             "positions in the first frame"
         )
-    digits = reading.digits
-    half = float(np.max(reading.last.resolution("vx", digits)))
-    resolution = half / reading.velocity
-    caveats += _precision_caveats(layout, reading.first, digits, resolution)
+    caveats += _precision_caveats(reading)
     if reading.start == "late":
         caveats.append(
             "the first frame lies inside the collision: contacts before it are not seen, and "
@@ -106,16 +103,15 @@ def find_contradictions(
     return tuple(found)
 
 
-def _precision_caveats(
-    layout: ChainLayout, first: DumpFrame, digits: int, resolution: float
-) -> list[str]:
-    caveats = []
+def _precision_caveats(reading: CollisionFrames) -> list[str]:
+    first, digits, caveats = reading.first, reading.digits, []
+    resolution = float(np.max(reading.last.resolution("vx", digits))) / reading.velocity
     if resolution > _ALL_DIGITS:
         caveats.append(
             f"velocities are printed to {resolution:.0e} of the impact speed; "
             "'dump_modify ID format float %.17g' keeps all digits"
         )
-    column = layout.displacement_column
+    column = reading.layout.displacement_column
     if column != DISPLACEMENT_COLUMN:
         resolution = float(np.max(first.resolution(column, digits)))
         if column in ("xs", "xsu"):
@@ -124,7 +120,7 @@ def _precision_caveats(
             f"displacements are taken from column {column}, good to {resolution:.0e} of a bond "
             "length; a column of displacements keeps all digits"
         )
-        strains = np.diff(layout.displacements(first))
+        strains = np.diff(reading.opening.displacements)
         if strains.size and abs(np.median(strains)) > _UNUSUAL_BOND + 2.0 * resolution:
             caveats.append(
                 f"bonds are {1.0 + np.median(strains):.6g} long in the first frame, not 1; all "

@@ -187,7 +187,8 @@ def infer_timestep(dump: Frames, layout: ChainLayout) -> float | None:
     """
     first = timestep = None
     for frame in dump:
-        x, velocity = layout.displacements(frame)[-1], layout.velocities(frame)[-1]
+        state = layout.state(frame, 0.0)
+        x, velocity = state.displacements[-1], state.velocities[-1]
         if first is None:
             first = frame.step, x, velocity
         if velocity == 0.0 or not np.isclose(velocity, first[2], rtol=_SAME_SPEED, atol=0.0):

@@ -77,41 +77,36 @@ class ChainLayout:
             _refuse_other_displacements(frame, x, position)
         return cls(frame.column(found).size, found, order, time_known)
 
-    def velocities(self, frame: DumpFrame) -> Array:
-        """Return the velocities, particle 1 first."""
-        return self.from_the_wall(frame.column("vx"))
-
-    def displacements(self, frame: DumpFrame) -> Array:
-        """Return u_i = x_i - (i - 1), particle 1 first: exact where dumped, else from positions."""
-        return self._displacements(frame, self.particle_order, 1.0)
-
-    def _displacements(
-        self, frame: DumpFrame, rows: NDArray[np.int64] | None, along: float
-    ) -> Array:
-        """Return those of some rows, in whose order places at rest go along x, or against it."""
-        name = self.displacement_column
-        dumped = name == DISPLACEMENT_COLUMN
-        values = frame.column(name) if dumped else _positions(frame, name)
-        values = values if rows is None else values[rows]
-        if dumped:
-            return values
-        _refuse_wrapped(frame, name, values)
-        return values - along * np.arange(values.size)
-
     @property
     def targets(self) -> int:
         """Number of particles M of a free target; 0 for a wall."""
         return 0 if self.target_rows is None else self.target_rows.size
 
-    def by_body(self, values: Array) -> list[Array]:
-        """Bring one value a particle from the order of ids to each body's, from the contact."""
-        chain = self.from_the_wall(values)
-        return [chain] if self.target_rows is None else [chain, values[self.target_rows]]
-
     @property
     def all_particles(self) -> int:
         """Number of particles of both bodies."""
         return self.particles + self.targets
+
+    def by_body(self, values: Array) -> list[Array]:
+        """Bring one value a particle from the order of ids to each body's, from the contact."""
+        chain = values if self.particle_order is None else values[self.particle_order]
+        return [chain] if self.target_rows is None else [chain, values[self.target_rows]]
+
+    def displacements(self, frame: DumpFrame) -> list[Array]:
+        """
+        Return u_i = x_i - (i - 1) of the chain, and 1 - k + u_k = x_k of a free target.
+
+        They are exact where dumped, else from positions.
+        """
+        name = self.displacement_column
+        if name == DISPLACEMENT_COLUMN:
+            return self.by_body(frame.column(name))
+        found = self.by_body(_positions(frame, name))
+        for x in found:
+            _refuse_wrapped(frame, name, x)
+        # At rest the particles of a target lie along -x.
+        sides = zip(found, (1.0, -1.0), strict=False)
+        return [x - along * np.arange(x.size) for x, along in sides]
 
     def state(self, frame: DumpFrame, timestep: float | None) -> ChainState:
         """
@@ -137,19 +132,16 @@ class ChainLayout:
                 f"the frame of step {frame.step} does not carry the time, unlike the first one; "
                 "expected the frames of one run"
             )
-        velocities, displacements = self.velocities(frame), self.displacements(frame)
-        target: tuple[Array, ...] = ()
-        if self.target_rows is not None:
-            u = self._displacements(frame, self.target_rows, -1.0)
-            target = u, frame.column("vx")[self.target_rows]
+        motion = zip(self.displacements(frame), self.by_body(frame.column("vx")), strict=True)
+        arrays = [array for body in motion for array in body]
         # All at once: Python's max passes over a nan that does not come first.
-        largest = np.max(np.abs(np.concatenate((velocities, displacements, *target, [time]))))
+        largest = np.max(np.abs(np.concatenate((*arrays, [time]))))
         if not largest < _LARGEST:
             raise InputError(
                 f"the frame of step {frame.step} holds a value that is not a number, or one too "
                 "large; the run had blown up there: use a smaller timestep"
             )
-        return ChainState(frame.step, time, displacements, velocities, *target)
+        return ChainState(frame.step, time, *arrays)
 
     def states(
         self, frames: Iterable[DumpFrame], timestep: float | None = None
@@ -157,10 +149,6 @@ class ChainLayout:
         """Yield the state of every frame, as :meth:`state` returns it."""
         for frame in frames:
             yield self.state(frame, timestep)
-
-    def from_the_wall(self, values: Array) -> Array:
-        """Bring one value a particle from the order of ids to that from the wall outwards."""
-        return values if self.particle_order is None else values[self.particle_order]
 
 
 def _rows_of_bodies(

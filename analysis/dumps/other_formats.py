@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from chaincor.analysis.atomic_write import written_aside
 from chaincor.analysis.dumps.chain_frames import ChainLayout
 from chaincor.analysis.dumps.chain_state import ChainState
-from chaincor.analysis.dumps.frame import DumpFrame, Frames
+from chaincor.analysis.dumps.frame import Frames
 from chaincor.analysis.dumps.masses import masses_of_bodies
 from chaincor.analysis.dumps.other_trajectories import open_trajectory
 from chaincor.lammps_inputs.arrays import Array
@@ -51,8 +51,9 @@ def to_ase(
     repeated along the chain; by default those of the dump, else 1: InputError if particles are of
     different types and their masses are not known.
     """
-    m = _masses(_opened(dump).first(), masses)
-    for state in read_states(dump, timestep):
+    source = _opened(dump)
+    layout, m = _layout_and_masses(source, masses)
+    for state in layout.states(source, timestep):
         yield ase_atoms(state, m)
 
 
@@ -68,29 +69,25 @@ def ase_atoms(state: ChainState, masses: Array, bond: "Potential | None" = None)
     """
     from ase import Atoms
 
-    x, bonds = state.all_positions, state.all_bonds
+    x = state.all_positions
     atoms = Atoms([SYMBOL] * x.size, positions=_along_x(x))
     atoms.set_masses(masses)
     atoms.set_velocities(_along_x(state.all_velocities))
     atoms.new_array("displacement", state.all_displacements)
-    neighbours = {i: f"{j}(1)" for i, j in bonds}
+    neighbours = {i: f"{j}(1)" for i, j in state.all_bonds}
     atoms.new_array("bonds", np.array([neighbours.get(i, "_") for i in range(x.size)]))
     atoms.info.update(time=state.time, step=state.step)
     if bond is not None:
         from ase.calculators.singlepoint import SinglePointCalculator
 
-        # In a mirror a target is a chain.
-        bodies = ((state.displacements, 1.0), (-state.target_displacements, -1.0))
         energy, forces = 0.0, []
-        for displacements, along in bodies:
-            if displacements.size:
-                strains = np.diff(displacements)
-                pushes = np.asarray(bond.force(strains), dtype=float)
-                energy += float(np.sum(bond.energy(strains)))
-                forces.append(-along * np.diff(pushes, prepend=0.0, append=0.0))
-        atoms.calc = SinglePointCalculator(
-            atoms, energy=energy, forces=_along_x(np.concatenate(forces))
-        )
+        for body, along in zip(state.bodies, (1.0, -1.0), strict=False):  # a target is mirrored
+            strains = np.diff(body.displacements)
+            pushes = np.asarray(bond.force(strains), dtype=float)
+            energy += float(np.sum(bond.energy(strains)))
+            forces.append(-along * np.diff(pushes, prepend=0.0, append=0.0))
+        vectors = _along_x(np.concatenate(forces))
+        atoms.calc = SinglePointCalculator(atoms, energy=energy, forces=vectors)
     return atoms
 
 
@@ -108,23 +105,21 @@ def write_extended_xyz(
     `target_masses`, of shape (M,), are those of a free target, from the contact outward, whose
     particles follow those of the chain.
     """
-    count = 0
-    first = _opened(dump).first()
-    targets = 0 if target_masses is None else target_masses.size
+    source, count = _opened(dump), 0
     if target_masses is None:
-        m = _masses(first, masses).tolist()
+        layout, m = _layout_and_masses(source, masses)
     else:
-        m = [*np.asarray(masses).tolist(), *target_masses.tolist()]
-    states = ChainLayout.from_frame(first, targets).states(_opened(dump), timestep)
+        layout = ChainLayout.from_frame(source.first(), target_masses.size)
+        m = np.concatenate((np.asarray(masses), target_masses))
+    states, listed = layout.states(source, timestep), m.tolist()
     with written_aside(Path(path)) as aside, aside.open("w", encoding="ascii") as file:
         for state in states:
-            n = len(m)
             file.write(
-                f"{n}\nProperties=species:S:1:pos:R:3:velo:R:3:displacement:R:1:masses:R:1 "
+                f"{m.size}\nProperties=species:S:1:pos:R:3:velo:R:3:displacement:R:1:masses:R:1 "
                 f'pbc="F F F" Time={state.time!r} Step={state.step}\n'
             )
             columns = state.all_positions, state.all_velocities, state.all_displacements
-            rows = zip(*(column.tolist() for column in columns), m, strict=True)
+            rows = zip(*(column.tolist() for column in columns), listed, strict=True)
             file.writelines(
                 f"{SYMBOL} {a!r} 0.0 0.0 {b!r} 0.0 0.0 {c!r} {d!r}\n" for a, b, c, d in rows
             )
@@ -136,9 +131,10 @@ def _opened(dump: Path | str | Frames) -> Frames:
     return open_trajectory(dump) if isinstance(dump, Path | str) else dump
 
 
-def _masses(first: DumpFrame, given: ArrayLike | None) -> Array:
-    masses, _ = masses_of_bodies(first, ChainLayout.from_frame(first), given=given)
-    return masses[0]
+def _layout_and_masses(source: Frames, given: ArrayLike | None) -> tuple[ChainLayout, Array]:
+    first = source.first()
+    layout = ChainLayout.from_frame(first)
+    return layout, masses_of_bodies(first, layout, given=given)[0][0]
 
 
 def _along_x(values: np.ndarray) -> np.ndarray:

@@ -1,7 +1,14 @@
 r"""
 Long harmonic chains against a wall, by what comes back from their free end.
 
-Particle 1 of a half-infinite chain is followed as ``pressed_end`` says. In a chain
+A wall stops the end of a half-infinite chain, contact by contact. Particle 1 of such a chain at
+rest that gets the momentum 1 is after the time t at
+
+.. math:: R(t) = \int_0^t \frac{J_1(2\tau)}{\tau} d\tau
+               = 1 - \frac{1}{\pi} \mathrm{Re} \int_0^\infty
+                 \frac{\sqrt{u} \sqrt{4i - u}}{2i - u} e^{(2i - u) t} du,
+
+the second form from the cut of the Laplace transform :math:`(\sqrt{s^2 + 4} - s)/2`. In a chain
 of n, mirrored at both of its ends, what comes back of it is
 
 .. math:: E_n(t) = \int_0^t \left[J_{4n-2} + 2 J_{4n} + J_{4n+2}\right](2\tau)\, d\tau,
@@ -13,11 +20,11 @@ Units: mass, stiffness and impact speed 1.
 
 import math
 from collections.abc import Iterable, Iterator
+from copy import deepcopy
 from dataclasses import dataclass
 
 import numpy as np
 
-from chaincor.analysis.slow_chains.pressed_end import PressedEnd
 from chaincor.lammps_inputs.arrays import Array
 
 # Airy's function is 1e-13 at 9 widths before the front. Wall and chain part at 0.4 behind it, where
@@ -26,6 +33,20 @@ _BEFORE, _BEHIND = 10.0, 4.0
 _PANEL_NODES = 16
 # Of 76 lengths from 100 to 10000 the largest difference from the modal engine is a third of this.
 _ERROR_PER_PARTICLE = 5e-12
+
+
+# u = exp(z) in steps of 0.3: the error of the trapezoidal rule is exp(-pi^2/0.3) = 5e-15, as the
+# nearest singularity is at Im z = pi/2. Ends: u^1.5 = 1e-17, and exp(-u t) = 1e-18 at _SOONEST.
+_SOONEST = 0.05
+_Z = np.arange(math.log(5e-12), math.log(42.0 / _SOONEST), 0.3)
+_U = np.exp(_Z)
+_RATES = 2j - _U
+_WEIGHTS = -0.3 * _U**1.5 * np.sqrt(4j - _U) / (math.pi * _RATES)
+# Steady contacts are 2.1 to 2.5 apart and come after one arch; moments to look at between them.
+_ARCH = np.arange(1.0, 3.0, 0.25)
+_TURNS = np.exp(_ARCH[:, None] * _RATES)
+# While the push ends particle 1 may hit the wall softly and soon again.
+_LOOK = 0.1
 
 
 @dataclass(frozen=True)
@@ -37,6 +58,104 @@ class HarmonicCollision:
     restitution_error: float  #: A bound on its error.
     contacts: int  #: How often particle 1 hit the wall.
     last_contact_time: float  #: From the first contact.
+
+
+class PressedEnd:
+    """
+    Particle 1 of a half-infinite chain that a wall stops: its contacts, one by one.
+
+    `times` and `momenta` are when it hit the wall, and the momentum 2 v of each contact.
+    """
+
+    def __init__(self) -> None:
+        self.times, self.momenta = [0.0], [2.0]
+        #: The momentum that the wall gave, less the time: what the front is ahead by.
+        self.surplus = 2.0
+        self._state = 2.0 * _WEIGHTS
+
+    def next_contact(self, echo: "_EchoOfChain | None" = None, until: float = math.inf) -> bool:
+        """
+        Fly to the next contact and carry it out; return whether there was one.
+
+        Parameters
+        ----------
+        echo : _EchoOfChain, optional
+            What comes back from the free end.
+        until : float
+            When to stop looking.
+        """
+        bracket = self._arch() if echo is None else self._search(echo, until - self.times[-1])
+        if bracket is None or self.times[-1] + bracket[0] > until:
+            return False
+        flown = self._root(*bracket, echo)
+        momentum = -2.0 * self._motion(flown, echo)[1]
+        self._state = self._state * np.exp(_RATES * flown) + momentum * _WEIGHTS
+        self.surplus += momentum - flown
+        self.times.append(self.times[-1] + flown)
+        self.momenta.append(momentum)
+        return True
+
+    def _arch(self) -> tuple[float, float]:
+        """Return moments before and after x = 0 of steady contacts."""
+        places = self.surplus - _ARCH + (_TURNS @ self._state).real
+        first = int(np.argmax(places <= 0.0))
+        assert first > 0, "steady contacts are more than 1 and less than 2.75 apart"
+        return float(_ARCH[first - 1]), float(_ARCH[first])
+
+    def _search(self, echo: "_EchoOfChain", longest: float) -> tuple[float, float] | None:
+        """Return moments before and after the first x = 0, or None."""
+        early = _SOONEST
+        place, speed = self._motion(early, echo)
+        if place <= 0.0:
+            raise ArithmeticError(f"contacts at {self.times[-1]} are less than {early} apart")
+        while early < longest:
+            late = early + _LOOK
+            place, later_speed = self._motion(late, echo)
+            if place <= 0.0:
+                return early, late
+            if speed < 0.0 < later_speed:
+                lowest = self._lowest(early, late, echo)
+                if self._motion(lowest, echo)[0] <= 0.0:
+                    return early, lowest
+            early, speed = late, later_speed
+        return None
+
+    def _lowest(self, early: float, late: float, echo: "_EchoOfChain") -> float:
+        """Return when particle 1 turns back, by bisection."""
+        for _ in range(40):
+            middle = 0.5 * (early + late)
+            if self._motion(middle, echo)[1] < 0.0:
+                early = middle
+            else:
+                late = middle
+        return late
+
+    def _motion(self, flown: float, echo: "_EchoOfChain | None") -> tuple[float, float]:
+        """Return x and its rate so long after the last contact."""
+        turned = self._state * np.exp(_RATES * flown)
+        place = self.surplus - flown + float(turned.sum().real)
+        speed = -1.0 + float((_RATES * turned).sum().real)
+        if echo is not None:
+            back, rate = echo.of(self.times[-1] + flown, self.times, self.momenta)
+            place, speed = place + back, speed + rate
+        return place, speed
+
+    def _root(self, early: float, late: float, echo: "_EchoOfChain | None") -> float:
+        """Return where x falls through zero, by Newton's steps kept between two bounds."""
+        before = self.times[-1] - self.times[-2] if len(self.times) > 1 else 0.0
+        flown = before if early < before < late else 0.5 * (early + late)
+        for _ in range(60):
+            place, speed = self._motion(flown, echo)
+            if place > 0.0:
+                early = flown
+            else:
+                late = flown
+            step = flown - place / speed if speed else early
+            new = step if early < step < late else 0.5 * (early + late)
+            if abs(new - flown) < 1e-13:
+                return new
+            flown = new
+        return flown
 
 
 class _EchoOfChain:
@@ -103,7 +222,7 @@ def collide_long_chains(lengths: Iterable[int]) -> Iterator[HarmonicCollision]:
         # It stays before any echo, so that longer chains go on from there.
         while pressed.times[-1] < echo.start - 10.0 and pressed.next_contact(until=echo.start):
             pass
-        own = pressed.branch()
+        own = deepcopy(pressed)
         while own.next_contact(echo, echo.end):
             pass
         rebound = math.fsum(own.momenta) / particles - 1.0

@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from chaincor.analysis.slow_chains.pressed_end import PressedEnd
+from chaincor.analysis.slow_chains.harmonic import PressedEnd
 
 
 class _Ramp:

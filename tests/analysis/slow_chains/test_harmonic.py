@@ -5,7 +5,7 @@ from mpmath import besselj as j
 from mpmath import struveh as h
 
 from chaincor.analysis.modes import mode_frequencies
-from chaincor.analysis.slow_chains import harmonic, pressed_end
+from chaincor.analysis.slow_chains import harmonic
 from chaincor.analysis.slow_chains.curve import FRONT_LEAD
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.collision import collide
@@ -13,7 +13,7 @@ from chaincor.workflows.collision import collide
 
 def test_exponentials_are_the_response_of_a_half_infinite_chain():
     times = np.array([0.05, 0.3, 1.0, 1.5, 2.3, 10.0, 300.0, 1e5])
-    place = 1.0 + (np.exp(times[:, None] * pressed_end._RATES) @ pressed_end._WEIGHTS).real
+    place = 1.0 + (np.exp(times[:, None] * harmonic._RATES) @ harmonic._WEIGHTS).real
     # R is the integral of J0 + J2, which is that of J0 less J1, and that one has a closed form.
     x = [mpmath.mpf(2.0 * time) for time in times]
     exact = [
@@ -29,7 +29,7 @@ def test_response_and_echo_are_those_of_the_modes_of_a_chain(time):
     omega = mode_frequencies(n)[1:]
     shape = 2.0 / n * np.cos(0.5 * np.pi * np.arange(1, n) / n) ** 2
     exact = time / n + np.sum(shape * np.sin(omega * time) / omega)
-    own = 1.0 + float((np.exp(time * pressed_end._RATES) @ pressed_end._WEIGHTS).real)
+    own = 1.0 + float((np.exp(time * harmonic._RATES) @ harmonic._WEIGHTS).real)
     echo = harmonic._EchoOfChain(n)
     back = echo.of(time, [0.0], [1.0])[0] if time > echo.start else 0.0
     # Bessel functions of large order have 1e-12 or so of their largest value.

@@ -10,8 +10,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from chaincor.analysis.free_modes import free_modes
-from chaincor.analysis.modes import are_equal, mode_frequencies
+from chaincor.analysis.modes import are_equal, free_modes, mode_frequencies
 from chaincor.lammps_inputs.arrays import Array
 
 # Shapes of unequal masses are matrices, and finding them takes n^3: 0.7 s for 300, 12 s for 1000.
