@@ -128,7 +128,7 @@ def analyze_job(
                     "from the flight of the last particle; --timestep gives it exactly"
                 )
         known = replace(known, timestep=step)
-    return analyze_frames(dump, known, notes, progress)
+    return replace(analyze_frames(dump, known, notes, progress), job=job)
 
 
 def target_particles_of(job: Job, first: DumpFrame, given: int | None = None) -> int:

@@ -16,6 +16,7 @@ from chaincor.analysis.dumps.run_commands import RunCommands
 from chaincor.analysis.dumps.view import DumpView, ViewedDump
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.scene import Scene
+from chaincor.lammps_inputs.schemes import SCHEME_ORDERS
 from chaincor.lammps_inputs.units.unit_system import UNITS_FILE, UnitSystem
 
 _HEAD = 4096
@@ -81,6 +82,14 @@ class Job:
         except ValueError:
             return DumpView(units)
         return DumpView(units, wall, upwards)
+
+    @property
+    def order(self) -> int | None:
+        """Order of convergence of the run: 0 for the stock wall, None where it is not known."""
+        if self.commands.stock_wall:
+            return 0
+        scene = self.told_scene
+        return None if scene is None else SCHEME_ORDERS[scene.scheme or "verlet"]
 
     def frames(self, view: DumpView) -> Frames:
         """Open its dump, in the chain's units; exactly as it is where it is in them."""

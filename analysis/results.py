@@ -1,6 +1,7 @@
 """What the analysis of a collision returns."""
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -10,6 +11,9 @@ from chaincor.analysis.restitution import EnergySplit
 from chaincor.analysis.showing.numbers import eta_of_dump
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.potential import Potential
+
+if TYPE_CHECKING:
+    from chaincor.analysis.job_folder import Job
 
 
 @dataclass(frozen=True)
@@ -139,6 +143,9 @@ class CollisionAnalysis(BodyAnalysis):
         What limits the numbers above, one sentence each.
     soft : bool
         Whether the bodies overlap when they meet: contacts are not told then.
+    job : Job or None
+        Files that it was read from, as :func:`~chaincor.analysis.job_folder.find_job` finds them;
+        None where frames alone were analysed.
     target : BodyAnalysis or None
         The free target, if it is not a wall that the chain hits. `velocity`, `restitution` and
         contacts are then those of the relative motion, `energy_drift` that of both bodies, and
@@ -172,6 +179,7 @@ class CollisionAnalysis(BodyAnalysis):
     contradictions: tuple[str, ...]
     caveats: tuple[str, ...]
     soft: bool = False
+    job: "Job | None" = None
     target: BodyAnalysis | None = None
 
     @property

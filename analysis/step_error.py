@@ -1,19 +1,22 @@
 """The error of a whole run: as its log tells it, or estimated from a run at another step."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from contextlib import AbstractContextManager, nullcontext
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from chaincor.analysis.caveats import find_contradictions
 from chaincor.analysis.dumps.printed import printed_error
+from chaincor.analysis.dumps.view import DumpView
 from chaincor.analysis.job_analysis import analyze_job
 from chaincor.analysis.job_folder import Job, find_jobs
 from chaincor.analysis.results import CollisionAnalysis
 from chaincor.lammps_inputs.errors import InputError
-from chaincor.lammps_inputs.schemes import SCHEME_ORDERS
 
+Progress = Callable[[int], None] | None
 # Error over what difference and drift say, largest of 79 pairs of random jobs with the
 # impact-located wall 1.9 and of 67 with the stock wall 3.6: about twice that. The study is
 # benchmarks/bars/analyzed.py, which also counts the truths inside the bars.
@@ -23,63 +26,52 @@ REFLECT_RESERVE = 8.0
 _NUMERICS = ("timestep", "tolerance", "error")
 
 
-@dataclass(frozen=True, eq=False)
-class SteppedRun:
-    """A job and its analysis."""
-
-    job: Job  #: Files of the job.
-    analysis: CollisionAnalysis  #: What its dump says.
-
-    @property
-    def step(self) -> float | None:
-        """Step of the run; None where neither log nor script tells it."""
-        return self.job.commands.first_timestep
-
-    @property
-    def order(self) -> int | None:
-        """Order of convergence: 0 for the stock wall, None where it is not known."""
-        if self.job.commands.stock_wall:
-            return 0
-        scene = self.job.told_scene
-        return None if scene is None else SCHEME_ORDERS[scene.scheme or "verlet"]
-
-
 def analyze_folder(
     folder: Path | str,
     *,
     data: Path | str | None = None,
     dump: Path | str | None = None,
     scene: Path | str | None = None,
-    analyze: Callable[[Job], CollisionAnalysis] = analyze_job,
-) -> SteppedRun:
+    watch: Callable[[Path], AbstractContextManager[Progress]] | None = None,
+    see: Callable[[Job], DumpView] | None = None,
+    **known: Any,
+) -> CollisionAnalysis:
     """
     Analyse the job in a folder, and the same collision at other steps in folders below it.
 
-    `analyze` analyses one job. Returns the run at the finest step, its `restitution_error` as its
-    own log or the others tell it. Raises InputError if there is no job, or only jobs below
-    that are not one collision.
+    `scene` takes the place of a ``scene.toml`` beside the dump, `known` are what else
+    :func:`~chaincor.analysis.job_analysis.analyze_job` is told; `watch` is entered while a dump is
+    read, and gives what to tell how far; `see` tells units and wall of a dump. Returns the analysis
+    of the run at the finest step, its `restitution_error` as its own log or the others tell it.
+    Raises InputError if there is no job, or only jobs below that are not one collision.
     """
     job, below = find_jobs(folder, data=data, dump=dump, scene=scene)
-    runs = [SteppedRun(each, analyze(each)) for each in (job, *below) if each is not None]
-    different = {run: _difference(runs[0], run) for run in runs[1:]}
-    if job is None:
-        for run, what in different.items():
-            if what is not None:
-                raise InputError(
-                    f"{runs[0].job.dump.parent} and {run.job.dump.parent} differ in {what}; "
-                    "expected runs of one collision at different steps: name the folder of one job"
-                )
-    notes = [
-        f"the job in {run.job.dump.parent} is another collision and was left out: it differs in "
-        f"{what}"
-        for run, what in different.items()
-        if what is not None
-    ]
-    alike = [run for run, what in different.items() if what is None]
-    return estimate_error([_with_notes(runs[0], notes), *alike])
+    runs = []
+    for each in (job, *below):
+        if each is not None:
+            view = None if see is None else see(each)
+            with nullcontext() if watch is None else watch(each.dump) as progress:
+                runs.append(analyze_job(each, progress=progress, view=view, **known))
+    alike, notes = runs[:1], []
+    for run in runs[1:]:
+        what = _difference(runs[0], run)
+        first, other = _job_of(runs[0]).dump.parent, _job_of(run).dump.parent
+        if what is None:
+            alike.append(run)
+        elif job is None:
+            raise InputError(
+                f"{first} and {other} differ in {what}; expected runs of one collision at "
+                "different steps: name the folder of one job"
+            )
+        else:
+            notes.append(
+                f"the job in {other} is another collision and was left out: it differs in {what}"
+            )
+    alike[0] = _with_notes(runs[0], notes)
+    return estimate_error(alike)
 
 
-def estimate_error(runs: Sequence[SteppedRun]) -> SteppedRun:
+def estimate_error(runs: Sequence[CollisionAnalysis]) -> CollisionAnalysis:
     r"""
     Return the run at the finest step, with its error.
 
@@ -102,17 +94,17 @@ def estimate_error(runs: Sequence[SteppedRun]) -> SteppedRun:
     steps, their order or the bond are not known, contacts are not the same, or a dump ends too
     early; a caveat says why.
     """
-    every = [run.step for run in runs]
+    every = [_step(run) for run in runs]
     steps = sorted({step for step in every if step is not None})
     alone = len(runs) == 1 or None in every or len(steps) < 2
-    fine = runs[0] if alone else next(run for run in runs if run.step == steps[0])
-    error, says = printed_error(fine.job.logs, fine.analysis.restitution, fine.analysis.data_error)
+    fine = runs[0] if alone else next(run for run in runs if _step(run) == steps[0])
+    error, says = printed_error(_job_of(fine).logs, fine.restitution, fine.data_error)
     notes = [] if says is None else [says]
     why = None
     if error is None and alone:
         why = _why_alone(runs, steps)
     elif error is None:
-        coarse = next(run for run in runs if run.step == steps[1])
+        coarse = next(run for run in runs if _step(run) == steps[1])
         why = _why_incomparable(fine, coarse)
         error = _bar(fine, coarse) if why is None else None
     if why is not None:
@@ -124,8 +116,18 @@ def estimate_error(runs: Sequence[SteppedRun]) -> SteppedRun:
     return _with_notes(fine if error is None else _with_error(fine, error), notes)
 
 
-def _difference(first: SteppedRun, other: SteppedRun) -> str | None:
-    a, b = first.analysis, other.analysis
+def _job_of(run: CollisionAnalysis) -> Job:
+    assert run.job is not None
+    return run.job
+
+
+def _step(run: CollisionAnalysis) -> float | None:
+    """Return the step of a run; None where neither log nor script tells it."""
+    return _job_of(run).commands.first_timestep
+
+
+def _difference(a: CollisionAnalysis, b: CollisionAnalysis) -> str | None:
+    """Return in what two runs are not one collision at two steps; None if they are."""
     if a.particles != b.particles:
         return f"the number of particles ({a.particles} and {b.particles})"
     # Speeds read off a dump have its digits.
@@ -141,7 +143,7 @@ def _difference(first: SteppedRun, other: SteppedRun) -> str | None:
             return "the masses of the target"
     if not np.allclose(a.masses, b.masses, rtol=1e-5, atol=0.0):
         return "the masses"
-    scenes = first.job.told_scene, other.job.told_scene
+    scenes = _job_of(a).told_scene, _job_of(b).told_scene
     if None in scenes:
         return None if scenes == (None, None) else "scene.toml, which one of them lacks"
     one, two = (scene.canonical_fields for scene in scenes if scene is not None)
@@ -149,47 +151,44 @@ def _difference(first: SteppedRun, other: SteppedRun) -> str | None:
     return None if not keys else f"{keys[0]} ({one.get(keys[0])} and {two.get(keys[0])})"
 
 
-def _bar(fine: SteppedRun, coarse: SteppedRun) -> float:
-    order = fine.order
-    difference = abs(fine.analysis.restitution - coarse.analysis.restitution)
-    digits = fine.analysis.data_error + coarse.analysis.data_error
-    drift, coarse_drift = fine.analysis.energy_drift, coarse.analysis.energy_drift
+def _bar(fine: CollisionAnalysis, coarse: CollisionAnalysis) -> float:
+    order, step, coarse_step = _job_of(fine).order, _step(fine), _step(coarse)
+    difference = abs(fine.restitution - coarse.restitution)
+    digits = fine.data_error + coarse.data_error
+    drift, coarse_drift = fine.energy_drift, coarse.energy_drift
     assert drift is not None
     assert coarse_drift is not None
     assert order is not None
     if order == 0:
         drifts = (abs(drift), abs(coarse_drift), abs(drift - coarse_drift))
         return REFLECT_RESERVE * max(difference, *drifts) + digits
-    assert fine.step is not None
-    assert coarse.step is not None
-    ratio = (coarse.step / fine.step) ** order
+    assert step is not None
+    assert coarse_step is not None
+    ratio = (coarse_step / step) ** order
     # Where the difference is within the digits, these say what is known.
     error = max(difference / (ratio - 1.0), abs(drift), abs(coarse_drift) / ratio)
     return EVENT_RESERVE * error + digits * (1.0 + EVENT_RESERVE / (ratio - 1.0))
 
 
-def _with_error(run: SteppedRun, error: float) -> SteppedRun:
+def _with_error(run: CollisionAnalysis, error: float) -> CollisionAnalysis:
     """Return the run with its error, within which restitution may lie above 1."""
-    analysis = run.analysis
     contradictions = find_contradictions(
-        analysis.restitution, error, analysis.detection, analysis.restitution_bound
+        run.restitution, error, run.detection, run.restitution_bound
     )
-    gone = set(analysis.contradictions) - set(contradictions)
-    known = replace(
-        analysis,
+    gone = set(run.contradictions) - set(contradictions)
+    return replace(
+        run,
         restitution_error=error,
         contradictions=contradictions,
-        caveats=tuple(caveat for caveat in analysis.caveats if caveat not in gone),
+        caveats=tuple(caveat for caveat in run.caveats if caveat not in gone),
     )
-    return replace(run, analysis=known)
 
 
-def _with_notes(run: SteppedRun, notes: Sequence[str]) -> SteppedRun:
-    analysis = run.analysis
-    return replace(run, analysis=replace(analysis, caveats=(*analysis.caveats, *notes)))
+def _with_notes(run: CollisionAnalysis, notes: Sequence[str]) -> CollisionAnalysis:
+    return replace(run, caveats=(*run.caveats, *notes))
 
 
-def _why_alone(runs: Sequence[SteppedRun], steps: Sequence[float]) -> str:
+def _why_alone(runs: Sequence[CollisionAnalysis], steps: Sequence[float]) -> str:
     if len(runs) == 1:
         return "there is one run, whose log does not tell it"
     if len(steps) == 1:
@@ -197,15 +196,15 @@ def _why_alone(runs: Sequence[SteppedRun], steps: Sequence[float]) -> str:
     return "neither log nor script tells the step of every run"
 
 
-def _why_incomparable(fine: SteppedRun, coarse: SteppedRun) -> str | None:
-    a, b = fine.analysis, coarse.analysis
+def _why_incomparable(a: CollisionAnalysis, b: CollisionAnalysis) -> str | None:
+    order = _job_of(a).order
     if a.soft or a.target is not None:
         return "the bars of two runs were measured for chains before a hard wall"
-    if fine.order is None or fine.order != coarse.order:
+    if order is None or order != _job_of(b).order:
         return "the jobs do not tell with which wall and scheme they ran"
     if a.contacts is None or a.contacts != b.contacts:
         return (
-            f"the runs at steps {fine.step:g} and {coarse.step:g} do not show the same number of "
+            f"the runs at steps {_step(a):g} and {_step(b):g} do not show the same number of "
             "contacts"
         )
     if not (a.finished and b.finished):

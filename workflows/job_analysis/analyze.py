@@ -1,23 +1,15 @@
 """The dump of a LAMMPS job, whichever bodies it shows, to the physics of the collision."""
 
 import os
-from collections.abc import Callable
-from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
-from typing import Any
 
 from numpy.typing import ArrayLike
 
-from chaincor.analysis.dumps.view import DumpView
-from chaincor.analysis.job_analysis import analyze_job
-from chaincor.analysis.job_folder import Job
 from chaincor.analysis.results import CollisionAnalysis
 from chaincor.analysis.step_error import analyze_folder
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.workflows.engines.ending import argue_end
-
-Progress = Callable[[int], None] | None
 
 
 def analyze(
@@ -77,7 +69,7 @@ def analyze(
     """
     if not isinstance(folder, str | os.PathLike):
         raise InputError(f"{folder!r} was given; expected the folder of a LAMMPS job")
-    return analyze_found(
+    return analyze_folder(
         folder,
         data=data,
         dump=dump,
@@ -87,31 +79,5 @@ def analyze(
         timestep=timestep,
         masses=masses,
         target_particles=target_particles,
-    )[1]
-
-
-def analyze_found(
-    folder: Path | str,
-    *,
-    data: Path | str | None = None,
-    dump: Path | str | None = None,
-    scene: Path | str | None = None,
-    watch: Callable[[Path], AbstractContextManager[Progress]] | None = None,
-    see: Callable[[Job], DumpView] | None = None,
-    **known: Any,
-) -> tuple[Job, CollisionAnalysis]:
-    """
-    Return the job that was found, too.
-
-    `scene` takes the place of a ``scene.toml`` beside the dump, `known` are what else
-    :func:`~chaincor.analysis.job_analysis.analyze_job` is told; `watch` is entered while a
-    dump is read, and gives what to tell how far; `see` tells units and wall of a dump.
-    """
-
-    def analyze_one(job: Job) -> CollisionAnalysis:
-        view = None if see is None else see(job)
-        with nullcontext() if watch is None else watch(job.dump) as progress:
-            return analyze_job(job, end_argument=argue_end, progress=progress, view=view, **known)
-
-    run = analyze_folder(folder, data=data, dump=dump, scene=scene, analyze=analyze_one)
-    return run.job, run.analysis
+        end_argument=argue_end,
+    )

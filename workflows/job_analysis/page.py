@@ -72,11 +72,7 @@ _HOLDS = {
 
 
 def write_analysis_page(
-    job: Job,
-    analysis: CollisionAnalysis,
-    folder: Path,
-    beside: Mapping[Path, str],
-    units: UnitSystem,
+    analysis: CollisionAnalysis, folder: Path, beside: Mapping[Path, str], units: UnitSystem
 ) -> None:
     """
     Write ``analysis.html`` about what lies in a folder that `write_report` has filled.
@@ -85,6 +81,8 @@ def write_analysis_page(
     """
     statistics = analysis.contact_statistics
     error = analysis.restitution_error
+    job = analysis.job
+    assert job is not None
     scene = job.told_scene
     terms = TERMS | OF_DUMPS
     settings = {

@@ -15,10 +15,11 @@ from chaincor.analysis.dumps.run_commands import RunCommands
 from chaincor.analysis.job_folder import find_job
 from chaincor.analysis.modes import are_equal
 from chaincor.analysis.results import CollisionAnalysis
+from chaincor.analysis.step_error import analyze_folder
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.scene import DEFAULT_TOLERANCE, NUMERICS_KEYS, Scene
 from chaincor.workflows.collision import collide
-from chaincor.workflows.job_analysis.analyze import analyze_found
+from chaincor.workflows.engines.ending import argue_end
 from chaincor.workflows.validation.comparison import Validation, compare_contacts, judge_for
 
 _MOST_BYTES = 4_000_000
@@ -73,7 +74,10 @@ def read_lammps_result(path: Path | str) -> LammpsResult:
         found = _read_log(path, scene)
         if found is not None:
             return found
-    job, analysis = analyze_found(folder, dump=None if path.is_dir() else path)
+    dump = None if path.is_dir() else path
+    analysis = analyze_folder(folder, dump=dump, end_argument=argue_end)
+    job = analysis.job
+    assert job is not None
     timestep = job.commands.first_timestep
     return LammpsResult(
         str(path),

@@ -189,7 +189,7 @@ def test_two_steps_tell_the_error_of_the_run(job, tmp_path):
     tree = tmp_path / "tree"
     shutil.copytree(job[0], tree / "coarse")
     run_two_masses(tree / "fine", timestep=0.005)
-    analysis = analyze_folder(tree).analysis
+    analysis = analyze_folder(tree)
     error = abs(analysis.restitution - exact_restitution())
     assert error <= analysis.restitution_error <= 10.0 * error
 
