@@ -1,5 +1,8 @@
 """What figures and tables show of one analysed collision, of both bodies together."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -12,6 +15,7 @@ from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.potential import stiffness_of
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 
@@ -95,17 +99,16 @@ def draw_figures(analysis: CollisionAnalysis, folder: Path) -> None:
     targets = analysis.target_particles
     translation, vibration, shortest, longest = energy_series(analysis)
 
-    figure, ax = new_figure()
-    plot_trajectories(
-        history.times,
-        along_the_line(analysis)[0],
-        targets=targets,
-        contact_times=analysis.contact_times,
-        sound_speed=light**0.5,
-        ax=ax,
-    )
-    _save(figure, folder / "trajectories.png", analysis)
-
+    drawn = partial(_drawn, analysis, folder)
+    with drawn("trajectories.png") as ax:
+        plot_trajectories(
+            history.times,
+            along_the_line(analysis)[0],
+            targets=targets,
+            contact_times=analysis.contact_times,
+            sound_speed=light**0.5,
+            ax=ax,
+        )
     if not analysis.soft:
         figure, (upper, lower) = new_figure(2, 1, figsize=(6.0, 5.2), sharex=True)
         # What two particles do that meet a wall.
@@ -114,30 +117,22 @@ def draw_figures(analysis: CollisionAnalysis, folder: Path) -> None:
         plot_contact_speeds(analysis.contact_speeds, analysis.velocity, pair_line=alike, ax=lower)
         upper.set_xlabel("")
         _save(figure, folder / "contacts.png", analysis)
-
-    figure, ax = new_figure()
     times = history.series_times
-    plot_energy_partition(times, translation, vibration, energy, last_contact=last, ax=ax)
-    _save(figure, folder / "energy.png", analysis)
-
+    with drawn("energy.png") as ax:
+        plot_energy_partition(times, translation, vibration, energy, last_contact=last, ax=ax)
     if max(analysis.particles, targets) > 1:
-        figure, ax = new_figure()
-        plot_bond_lengths(times, shortest, longest, ax=ax)
-        _save(figure, folder / "bonds.png", analysis)
-
+        with drawn("bonds.png") as ax:
+            plot_bond_lengths(times, shortest, longest, ax=ax)
     for name, body in analysis.bodies.items():
         if body.masses.size == 1:
             continue
         theory = mode_theory(analysis) if not name else None
-        figure, ax = new_figure()
-        plot_spectrum(body.mode_energies, energy, theory=theory, ax=ax)
-        _save(figure, folder / f"{name}spectrum.png", analysis)
-
-        figure, ax = new_figure()
+        with drawn(f"{name}spectrum.png") as ax:
+            plot_spectrum(body.mode_energies, energy, theory=theory, ax=ax)
         motion = body.history
         over_time = mode_energies(motion.displacements, motion.velocities, stiffness, body.masses)
-        plot_mode_heat_map(motion.times, over_time, energy, last_contact=last, ax=ax)
-        _save(figure, folder / f"{name}mode_heat_map.png", analysis)
+        with drawn(f"{name}mode_heat_map.png") as ax:
+            plot_mode_heat_map(motion.times, over_time, energy, last_contact=last, ax=ax)
 
 
 def animate(analysis: CollisionAnalysis, path: Path) -> None:
@@ -157,6 +152,16 @@ def animate(analysis: CollisionAnalysis, path: Path) -> None:
         impact_velocity=analysis.velocity,
         title=caption_of(analysis),
     )
+
+
+@contextmanager
+def _drawn(analysis: CollisionAnalysis, folder: Path, name: str) -> Iterator["Axes"]:
+    """Yield the axes of a figure that is saved when they are filled."""
+    from chaincor.analysis.figures.style import new_figure
+
+    figure, ax = new_figure()
+    yield ax
+    _save(figure, folder / name, analysis)
 
 
 def _save(figure: "Figure", path: Path, analysis: CollisionAnalysis) -> None:

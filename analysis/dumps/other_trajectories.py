@@ -9,7 +9,6 @@ float32. Dumps of style custom are read here: in MDAnalysis they lose half their
 import itertools
 import warnings
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -83,8 +82,17 @@ class OtherTrajectory(Frames):
         found = self._through_ase() if through_ase else self._through_mdanalysis()
         count = 0
         while True:
-            with self._named_errors():
-                frame = next(found, None)
+            try:
+                with warnings.catch_warnings():
+                    # Of units and boxes that mean nothing here.
+                    warnings.simplefilter("ignore")
+                    frame = next(found, None)
+            except InputError:
+                raise
+            # Whatever their readers raise at a damaged file or a missing library.
+            except Exception as error:
+                reason = " ".join(str(error).split()) or type(error).__name__
+                raise InputError(f"cannot read the trajectory {self.path}: {reason}") from None
             if frame is None:
                 break
             count += 1
@@ -93,20 +101,6 @@ class OtherTrajectory(Frames):
             raise InputError(f"{self.path} holds no frames")
         if progress is not None:
             progress(self.path.stat().st_size)
-
-    @contextmanager
-    def _named_errors(self) -> Iterator[None]:
-        try:
-            with warnings.catch_warnings():
-                # Of units and boxes that mean nothing here.
-                warnings.simplefilter("ignore")
-                yield
-        except InputError:
-            raise
-        # Whatever their readers raise at a damaged file or a missing library.
-        except Exception as error:
-            reason = " ".join(str(error).split()) or type(error).__name__
-            raise InputError(f"cannot read the trajectory {self.path}: {reason}") from None
 
     def _no_velocities(self) -> InputError:
         return InputError(
