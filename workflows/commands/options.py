@@ -28,11 +28,13 @@ def option(
     it is not the option's; `more` are click's own settings.
     """
     words = shown.split()
-    flags = [word.rstrip(",") for word in words if word.startswith("-")]
-    metavar = " ".join(words[len(flags) :]) or None
-    more["is_flag"] = metavar is None and kind is None
-    named = [*flags, *([name] if name else [])]
-    return click.option(*named, type=kind, metavar=metavar, help=text, **more)
+    names = [word.rstrip(",") for word in words if word.startswith("-")]
+    metavar = " ".join(words[len(names) :]) or None
+    if metavar is None and kind is None:
+        more["is_flag"] = True
+    if name is not None:
+        names.append(name)
+    return click.option(*names, type=kind, metavar=metavar, help=text, **more)
 
 
 json_option = option("--json", "print one JSON object", name="as_json")
