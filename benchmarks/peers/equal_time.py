@@ -14,10 +14,10 @@ import numpy as np
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.tradeoff.settings import (
     STOCK_PHASES,
-    STOCK_TIMESTEP,
     Measurement,
     Series,
     Setting,
+    stock_setting,
     time_unit,
 )
 from chaincor.workflows.tradeoff.truth import find_truth
@@ -54,12 +54,7 @@ def compare(fields: dict, phases: int = STOCK_PHASES) -> EqualTime:
     scene = Scene(particles=100, **fields)
     truth = find_truth(scene)
     spline = None if fields["potential"] == "harmonic" else "spline"
-    stock = Measurement(
-        Setting(
-            Series("lammps", "reflect", "verlet", spline),
-            STOCK_TIMESTEP * time_unit(scene, "reflect"),
-        )
-    )
+    stock = Measurement(stock_setting(scene))
     unit = time_unit(scene, "event")
     events = [
         Measurement(Setting(Series("lammps", "event", scheme, spline), unit * step))

@@ -14,8 +14,10 @@ _OTHER_RUNS = (
     *("rerun", "temper", "temper/grem", "temper/npt", "neb", "neb/spin"),
     *("prd", "tad", "hyper"),
 )
-# What stands in quotes or not, up to a comment.
-_COMMENT = re.compile(r"""^((?:[^#"']|"[^"]*"|'[^']*'|["'])*?)#.*$""")
+# What comes before a comment: a # in quotes begins none.
+_UNCOMMENTED = re.compile(r"""(?>"{3}.*?"{3}|"[^"]*"|'[^']*'|[^#])*""", re.DOTALL)
+# Also in the quotes of an `if`.
+_INCLUDED = re.compile(r"""(?:^|["'])\s*(?:include|jump)\s+["']?(?!SELF\b)([^\s"']+)""")
 _LARGEST_SCRIPT = 10_000_000
 # Commands that read what the words behind them name; whatever else names a path writes there.
 _READERS = (
@@ -54,11 +56,11 @@ class ScriptText:
         """Read a script; raises InputError where that cannot be done."""
         commands, files, whole = _commands_of(path), {path.resolve()}, True
         for command in commands:
-            words = command.words
-            if words[0] in ("include", "jump") and words[1:] and words[1] != "SELF":
-                more = path.parent / words[1].strip("\"'")
-                whole = whole and more.is_file()
-                if more.is_file() and more.resolve() not in files:
+            for name in _INCLUDED.findall(command.text):
+                more = path.parent / name
+                if not more.is_file():
+                    whole = False
+                elif more.resolve() not in files:
                     files.add(more.resolve())
                     commands += _commands_of(more)
         return cls(path, tuple(commands), whole)
@@ -143,22 +145,21 @@ def join_lines(text: str) -> list[tuple[str, str]]:
     """
     Return each command of a script, as it stands and as LAMMPS reads it.
 
-    The second is without comments, and with lines joined that ``&`` continues; what stands in
-    triple quotes over several lines is left as it is.
+    The second is without its comment, and with lines joined that ``&`` continues, in a comment as
+    well, or that stand in triple quotes.
     """
     found: list[tuple[str, str]] = []
     raw: list[str] = []
     command = ""
     for line in text.splitlines():
         raw.append(line)
-        command += _COMMENT.sub(r"\1", line).rstrip()
-        if "\n".join(raw).count('"""') % 2:
+        command += line.rstrip()
+        if command.count('"""') % 2:
             command += "\n"
         elif command.endswith("&"):
-            command = command[:-1] + " "
+            command = command[:-1]
         else:
-            found.append(("\n".join(raw), command))
+            own = _UNCOMMENTED.match(command)
+            found.append(("\n".join(raw), own[0].rstrip() if own else ""))
             raw, command = [], ""
-    if raw:
-        found.append(("\n".join(raw), command))
-    return found
+    return found + ([("\n".join(raw), command)] if raw else [])

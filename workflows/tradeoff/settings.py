@@ -89,6 +89,13 @@ class Setting:
         )
 
 
+def stock_setting(scene: Scene, step: float = STOCK_TIMESTEP) -> Setting:
+    """Return the stock recipe, at a step in its unit of time."""
+    spline: TableStyle | None = None if scene.bond.is_harmonic else "spline"
+    series = Series("lammps", "reflect", "verlet", spline)
+    return Setting(series, step * time_unit(scene, "reflect"))
+
+
 def time_unit(scene: Scene, wall: Wall) -> float:
     """
     Return the time that steps are measured in, so that they mean the same in other scenes.
@@ -118,9 +125,7 @@ def study_settings(scene: Scene, quick: bool) -> list[list[Setting]]:
     tabulated = not scene.bond.is_harmonic
     spline: TableStyle | None = "spline" if tabulated else None
     ratio = 2.0 if quick else 2.0**0.5
-    unit = time_unit(scene, "reflect")
-    stock = Series("lammps", "reflect", "verlet", spline)
-    ladders = [[Setting(stock, unit * step) for step in _STOCK_STEPS[quick]]]
+    ladders = [[stock_setting(scene, step) for step in _STOCK_STEPS[quick]]]
     unit = time_unit(scene, "event")
     for engine in ("lammps", "reference"):
         for scheme, (first, last) in _EVENT_ENDS.items():

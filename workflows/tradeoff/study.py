@@ -25,13 +25,11 @@ from chaincor.workflows.tradeoff.front import (
 )
 from chaincor.workflows.tradeoff.settings import (
     STOCK_PHASES,
-    STOCK_TIMESTEP,
     Measurement,
-    Series,
     Setting,
     measure_ladders,
+    stock_setting,
     study_settings,
-    time_unit,
 )
 from chaincor.workflows.tradeoff.truth import Truth, find_truth
 
@@ -209,35 +207,27 @@ def _find_causes(
     if setting is None:
         return (), ()
     scene, numerics = truth.scene, setting.numerics(truth.scene, truth.bond_range)
-    seconds = plan.oracle_seconds
-    advance = _share_of(progress, "causes", 0.66, 0.74)
-    budgets = [
-        measure_budget(
-            truth, "advised", numerics, phases=1, oracle_seconds=seconds, advance=advance
-        )
-    ]
+    asked = [("advised", numerics, 1, 0.66, 0.74)]
     if plan.stock_budget:
-        spline = None if scene.bond.is_harmonic else "spline"
-        stock = Setting(
-            Series("lammps", "reflect", "verlet", spline),  # type: ignore[arg-type]
-            STOCK_TIMESTEP * time_unit(scene, "reflect"),
+        stock = stock_setting(scene).numerics(scene, truth.bond_range)
+        asked.append(("stock recipe", stock, STOCK_PHASES, 0.74, 0.9))
+    budgets = tuple(
+        measure_budget(
+            truth,
+            name,
+            each,
+            phases=phases,
+            oracle_seconds=plan.oracle_seconds,
+            advance=_share_of(progress, "causes", first, last),
         )
-        budgets.append(
-            measure_budget(
-                truth,
-                "stock recipe",
-                stock.numerics(scene, truth.bond_range),
-                phases=STOCK_PHASES,
-                oracle_seconds=seconds,
-                advance=_share_of(progress, "causes", 0.74, 0.9),
-            )
-        )
+        for name, each, phases, first, last in asked
+    )
     tables: list[TablePoint] = []
     exact = budgets[0].exact_restitution
     if exact is not None and not scene.bond.is_harmonic:
         advance, quick = _share_of(progress, "tables", 0.9, 1.0), not plan.stock_budget
         tables = measure_tables(truth, numerics, exact, quick=quick, advance=advance)
-    return tuple(budgets), tuple(tables)
+    return budgets, tuple(tables)
 
 
 def _share_of(progress: Progress, part: str, first: float, last: float) -> Callable[[float], None]:

@@ -100,6 +100,7 @@ def test_a_variable_that_is_not_used_is_named(tmp_path):
         script(tmp_path, f"variable timestep index 0.01\n{line}\n").check_variable("timestep")
     script(tmp_path, "timestep $t\n").check_variable("t")
     (tmp_path / "found.in").write_text("timestep 0.01\n")
+    script(tmp_path, "if '1 > 0' then 'include more.in'\n").check_variable("t")
     with pytest.raises(InputError, match="does not use the variable 't'"):
         script(tmp_path, "include found.in\n").check_variable("t")
 

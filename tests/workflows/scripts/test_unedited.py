@@ -134,6 +134,15 @@ def test_line_ends_of_windows_change_nothing(spring, tmp_path):
     assert again.numbers == run.numbers
 
 
+def test_quotes_comments_and_continued_lines_are_read_as_lammps_reads_them(tmp_path):
+    """Ten steps: what follows a comment that ends in ``&`` belongs to it, a # in quotes is none."""
+    path = tmp_path / "in.x"
+    if_so = "if '1 == 1' then 'print \"# 1\"' 'run 1&\n0' # run 5 &\nrun 3\n"
+    path.write_text(f"{SPRING}timestep 0.02\n# no &\nrun 7\n{if_so}")
+    run = one_run(path, tmp_path, finer=2.0)
+    assert run.samples.end == pytest.approx(10 * 0.02, abs=1e-12)
+
+
 def test_between_runs_the_script_sees_its_own_step(tmp_path):
     path = tmp_path / "in.x"
     path.write_text(SPRING + 'timestep 0.03\nrun 50\nprint "dt is $(dt)"\nrun 0\n')
