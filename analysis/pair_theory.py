@@ -10,7 +10,6 @@ import math
 import numpy as np
 
 from chaincor.lammps_inputs.arrays import Array
-from chaincor.lammps_inputs.bonds.energy_levels import distance_at
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.errors import InputError
 
@@ -156,7 +155,7 @@ def compressed_strain(bond: Potential, energy: float) -> float:
     InputError
         If the bond cannot hold the energy.
     """
-    strain = -distance_at(bond, energy, -1.0, -bond.strain_min)
+    strain = -bond.distance_at(energy, -1.0, -bond.strain_min)
     with np.errstate(all="ignore"):
         # One rounding farther from rest the bond would hold more than the energy.
         if not float(bond.energy(np.nextafter(strain, -math.inf))) > energy:

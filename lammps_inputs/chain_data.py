@@ -4,7 +4,6 @@ import numpy as np
 
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.line import Line
-from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.units.unit_system import CHAIN_UNITS, UnitSystem
 
 # Free space on both sides of the chain, in chain lengths. The box only has to hold the motion of
@@ -12,40 +11,19 @@ from chaincor.lammps_inputs.units.unit_system import CHAIN_UNITS, UnitSystem
 _ROOM = 30.0
 
 
-def format_scene_data(scene: Scene, bond_types: int = 1, units: UnitSystem = CHAIN_UNITS) -> str:
+def format_data(line: Line, bond_types: int = 1, units: UnitSystem = CHAIN_UNITS) -> str:
     """
-    Format the data file of a collision, exact to the last bit, with room for types of bonds.
+    Format the data file of a collision, for ``atom_style bond``, exact to the last bit.
 
-    The chain is as in :func:`format_chain_data`; a free target follows it, with the next ids from
-    the contact outward, in a molecule of its own.
+    Ids are those of the chain, from the contact outward, in molecule 1, and then those of a free
+    target, from the contact outward, in molecule 2. Neighbours in each have bonds of type 1, with
+    room for `bond_types`, and there is an atom type for each mass. All is written in `units`.
     """
-    line = scene.line
-    masses = None if line.plain else np.concatenate((line.chain_masses, line.target_masses))
-    return format_chain_data(*initial_state(line), bond_types, masses, line.targets, units)
-
-
-def format_chain_data(
-    positions: Array,
-    velocities: Array,
-    bond_types: int = 1,
-    masses: Array | None = None,
-    targets: int = 0,
-    units: UnitSystem = CHAIN_UNITS,
-) -> str:
-    """
-    Format particles for ``atom_style bond``, exact to the last bit.
-
-    Positions and velocities are along x, away from the target at x = 0, particle 1 first; the last
-    `targets` particles are those of a free target, from the contact outward. Ids follow that order.
-    The chain is molecule 1 and the target molecule 2, neighbours in each have bonds of type 1, with
-    room for `bond_types`, and there is an atom type for each mass; masses are 1 by default. All is
-    written in `units`.
-    """
-    count = len(positions)
-    n = count - targets
-    given = np.ones(count) if masses is None else masses
-    values, types = np.unique(given, return_inverse=True)
-    reach = _ROOM * (count + 10.0) * _slowness(given, velocities, masses is not None)
+    positions, velocities = initial_state(line)
+    masses = np.concatenate((line.chain_masses, line.target_masses))
+    count, n = len(masses), len(line.chain_masses)
+    values, types = np.unique(masses, return_inverse=True)
+    reach = _ROOM * (count + 10.0) * (1.0 if line.plain else _slowness(masses, velocities))
     reach, half = units.length * reach, 0.5 * units.length
     positions, velocities = units.length * positions, units.speed * velocities
     values = units.mass * values
@@ -79,10 +57,8 @@ def format_chain_data(
     return "\n".join(lines) + "\n"
 
 
-def _slowness(masses: Array, velocities: Array, unequal: bool) -> float:
+def _slowness(masses: Array, velocities: Array) -> float:
     """Return by how much more room bodies need that are slow to part, or fast."""
-    if not unequal:
-        return 1.0
     slow = max(1.0, float(np.mean(masses)) ** 0.5)
     return slow * max(1.0, 2.0 * float(np.max(np.abs(velocities))))
 

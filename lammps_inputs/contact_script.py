@@ -22,13 +22,6 @@ def displacement(particles: int, alone: bool = True, length: float = 1.0) -> str
     return f"x-{unit}(id<={particles})*(id-1)+{unit}(id>{particles})*(id-{particles + 1})"
 
 
-def _doubled(line: Line, units: UnitSystem) -> str:
-    """Return twice the reduced mass of the two that meet."""
-    if line.plain:
-        return number(2.0 * units.mass)
-    return f"2.0*{number(units.mass * line.contact_mass)}"
-
-
 def contact_force(line: Line, only: str = "", unit: float = 1.0, length: float = 1.0) -> list[str]:
     r"""
     Return the commands that define the force :math:`K d^q` between soft bodies with overlap d.
@@ -95,7 +88,10 @@ def contact_values(scene: Scene, wall: Wall, units: UnitSystem = CHAIN_UNITS) ->
         "gap": gap,
         "opening": opening,
         "bend": bend,
-        "doubled_mass": _doubled(line, units),
+        # Twice the reduced mass of the two that meet.
+        "doubled_mass": number(2.0 * units.mass)
+        if line.plain
+        else f"2.0*{number(units.mass * line.contact_mass)}",
         "chain": chain,
         "targets": targets,
         "place": place,

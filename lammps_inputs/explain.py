@@ -3,17 +3,16 @@
 import re
 import textwrap
 import tomllib
-from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
+from typing import NamedTuple
 
 # For a slide.
 _WIDTH = 72
 _SENTENCE_ENDS = re.compile(r"(?<=[.!?])\s")
 
 
-@dataclass(frozen=True)
-class Explanation:
+class Explanation(NamedTuple):
     """What a command is for."""
 
     match: str  #: Regular expression that fits the command's text from its start.
@@ -68,9 +67,9 @@ def explain_table(table: str) -> str:
 
 def explanation_of(command: str) -> Explanation:
     """Return the first explanation that fits a command; KeyError if there is none."""
-    for explanation in _explanations():
-        if re.match(explanation.match, command):
-            return explanation
+    for entry in _texts()["command"]:
+        if re.match(entry["match"], command):
+            return Explanation(**entry)
     raise KeyError(f"explanations.toml has no entry for {command!r}; expected one for each command")
 
 
@@ -78,11 +77,6 @@ def explanation_of(command: str) -> Explanation:
 def _texts() -> dict:
     text = files("chaincor.lammps_inputs").joinpath("explanations.toml").read_text(encoding="utf-8")
     return tomllib.loads(text)
-
-
-@cache
-def _explanations() -> tuple[Explanation, ...]:
-    return tuple(Explanation(**entry) for entry in _texts()["command"])
 
 
 def _comment(text: str) -> list[str]:

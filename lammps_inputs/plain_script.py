@@ -2,10 +2,12 @@
 
 import math
 
+from chaincor.lammps_inputs.bond_table import KEYWORDS
 from chaincor.lammps_inputs.contact_script import number
 from chaincor.lammps_inputs.errors import InputError, SceneError
+from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.lammps_inputs.script import render_plain_template
+from chaincor.lammps_inputs.script import TABLE_FILE, rendered, setup_values, values_in_units
 from chaincor.lammps_inputs.script_plan import JobWishes, ScriptPlan
 
 # Velocity Verlet resolves the fastest bond at rest with so many steps in 1/omega.
@@ -86,7 +88,10 @@ def render_plain(scene: Scene, plan: ScriptPlan, approach: float, wishes: JobWis
     time = wishes.units.time
     duration = approach + _LONGER * plan.end.last_contact_time + _MARGIN
     steps = math.ceil(duration / scene.timestep)
-    values = {
+    values = setup_values(Numerics.from_scene(scene), plan.table, ".")
+    values |= values_in_units(scene, wishes.units)
+    values |= {
+        "given_velocities": scene.temperature is not None or scene.initial is not None,
         "step": number(time * scene.timestep),
         "duration": number(time * steps * scene.timestep * (1.0 - 1e-9)),
         "steps": steps,
@@ -94,4 +99,14 @@ def render_plain(scene: Scene, plan: ScriptPlan, approach: float, wishes: JobWis
         "contacts": plan.end.contacts,
         "last": f"{time * (approach + plan.end.last_contact_time):.6g}",
     }
-    return render_plain_template(scene, plan.table, wishes, values)
+    if wishes.whole is None:
+        return rendered("plain", values)
+    values |= {
+        "particles": scene.particles,
+        "timestep": values["step"],
+        "wall": "fix wall all wall/reflect xlo 0.0",
+        "bond_coeff": values["spring"] if plan.table is None else f"{TABLE_FILE} {KEYWORDS[0]}",
+    }
+    if plan.table is not None:
+        values["bond_table"] = TABLE_FILE
+    return wishes.whole.render_whole(values)

@@ -7,6 +7,7 @@ from chaincor.lammps_inputs.bond_table import KEYWORDS, BondTable
 from chaincor.lammps_inputs.contact_script import contact_values, number
 from chaincor.lammps_inputs.errors import SceneError
 from chaincor.lammps_inputs.numerics import Numerics
+from chaincor.lammps_inputs.own_templates.own_template import RENDERING
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.scene_parts.rules import SHORTEST_TIMESTEP, VERLET_STABILITY_LIMIT
 from chaincor.lammps_inputs.script_plan import (
@@ -40,14 +41,14 @@ _SAFE_PATH_CHARACTERS = frozenset(
 def _environment() -> Any:
     from jinja2 import Environment, PackageLoader, StrictUndefined
 
-    return Environment(
-        loader=PackageLoader("chaincor.lammps_inputs", "templates"),
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        keep_trailing_newline=True,
-        autoescape=False,  # the text is no HTML, and nothing in it comes from a user
-    )
+    loader = PackageLoader("chaincor.lammps_inputs", "templates")
+    # Not escaped: the text is no HTML, and nothing in it comes from a user.
+    return Environment(loader=loader, undefined=StrictUndefined, **RENDERING)
+
+
+def rendered(template: str, values: dict[str, Any]) -> str:
+    """Return a template of ours with values."""
+    return str(_environment().get_template(f"{template}.in.j2").render(values))
 
 
 def render_setup(numerics: Numerics, table: BondTable | None, folder: str) -> str:
@@ -62,32 +63,7 @@ def render_setup(numerics: Numerics, table: BondTable | None, folder: str) -> st
             f"the temporary folder is {folder!r}; expected a path of letters, digits and ./_+-: "
             "set TMPDIR to such a folder"
         )
-    values = _setup_values(numerics, table, folder)
-    return str(_environment().get_template("setup.in.j2").render(values))
-
-
-def render_plain_template(
-    scene: Scene, table: BondTable | None, wishes: JobWishes, values: dict[str, Any]
-) -> str:
-    """
-    Render the plain script with these values and those that all scripts of a scene share.
-
-    A template that is a whole script takes its place.
-    """
-    shared = _setup_values(Numerics.from_scene(scene), table, ".") | _in_units(scene, wishes.units)
-    given = scene.temperature is not None or scene.initial is not None
-    values = shared | {"given_velocities": given} | values
-    if wishes.whole is None:
-        return str(_environment().get_template("plain.in.j2").render(values))
-    values |= {
-        "particles": scene.particles,
-        "timestep": values["step"],
-        "wall": "fix wall all wall/reflect xlo 0.0",
-        "bond_coeff": shared["spring"] if table is None else f"{TABLE_FILE} {KEYWORDS[0]}",
-    }
-    if table is not None:
-        values["bond_table"] = TABLE_FILE
-    return wishes.whole.render_whole(values)
+    return rendered("setup", setup_values(numerics, table, folder))
 
 
 def render_job(
@@ -98,20 +74,21 @@ def render_job(
     wishes: JobWishes = NO_WISHES,
 ) -> str:
     """Render a self-contained input script for ``lmp -in``; without `steps`, of Verlet steps."""
-    values = _setup_values(plan.numerics, plan.table, ".")
+    values = setup_values(plan.numerics, plan.table, ".")
     values |= contact_values(scene, plan.numerics.wall, wishes.units)
-    values |= _in_units(scene, wishes.units)
+    values |= values_in_units(scene, wishes.units)
     values |= _plan_values(scene, plan, steps, wishes.units)
     values |= _end_values(plan.end, times, values, wishes.units.time)
     values |= _wished_values(scene, wishes)
     values |= _kept(values)
     if steps is not None:
         values |= _composed_values(steps, wishes.units.time)
-    text = str(_environment().get_template("job.in.j2").render(values))
+    text = rendered("job", values)
     return text if wishes.template is None else wishes.template.render(values, text)
 
 
-def _setup_values(numerics: Numerics, table: BondTable | None, folder: str) -> dict[str, Any]:
+def setup_values(numerics: Numerics, table: BondTable | None, folder: str) -> dict[str, Any]:
+    """Return what the set-up of every run and script is told."""
     return {
         "folder": folder,
         "data_file": DATA_FILE,
@@ -132,7 +109,7 @@ def _setup_values(numerics: Numerics, table: BondTable | None, folder: str) -> d
     }
 
 
-def _in_units(scene: Scene, units: UnitSystem) -> dict[str, Any]:
+def values_in_units(scene: Scene, units: UnitSystem) -> dict[str, Any]:
     """Return what a script says of a scene, in its units."""
     targets = scene.target_particles
     return {

@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from chaincor.lammps_inputs.chain_data import format_scene_data
+from chaincor.lammps_inputs.chain_data import format_data
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.explain import explain_data, explain_script, explain_table
 from chaincor.lammps_inputs.plain_script import is_plain, plain_scene, render_plain
@@ -92,7 +92,7 @@ def job_files(scene: Scene, wishes: JobWishes = NO_WISHES) -> dict[str, str]:
         SCRIPT_FILE: render_plain(scene, plan, approach_time(scene), wishes)
         if plain
         else job_script(scene, plan, replace(wishes, dump=wishes.dump or scene.dump is not None)),
-        DATA_FILE: format_scene_data(scene, units=units),
+        DATA_FILE: format_data(scene.line, units=units),
     }
     if plan.table is not None:
         texts[TABLE_FILE] = plan.table.to_text(units)

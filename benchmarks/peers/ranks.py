@@ -18,7 +18,7 @@ import tempfile
 import time
 from pathlib import Path
 
-from chaincor.lammps_inputs.chain_data import format_scene_data
+from chaincor.lammps_inputs.chain_data import format_data
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.job import write_job
 
@@ -31,7 +31,7 @@ def write(folder: Path, particles: int) -> str:
     """Write the files of a chain of so many particles, and return its script."""
     short = Scene(speed=0.4, scheme="verlet", timestep=TIMESTEP, error=False)
     write_job(short, folder)
-    (folder / "chain.data").write_text(format_scene_data(short.replace(particles=particles)))
+    (folder / "chain.data").write_text(format_data(short.replace(particles=particles).line))
     return (folder / "in.chain").read_text()
 
 

@@ -21,7 +21,6 @@ import numpy as np
 from numpy.polynomial import legendre
 
 from chaincor.lammps_inputs.arrays import Array
-from chaincor.lammps_inputs.bonds.energy_levels import distance_at
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.errors import SceneError
 
@@ -239,8 +238,8 @@ def _ends(bond: Potential, temperature: float) -> tuple[float, float]:
             f"{depth / LEAST_DEPTH:.6g} at most ({LEAST_DEPTH:g} times less)"
         )
     level = _REACH * temperature
-    low = -distance_at(bond, level, -1.0, -floor)
-    high = distance_at(bond, min(level, bond.dissociation - temperature), 1.0, ceiling)
+    low = -bond.distance_at(level, -1.0, -floor)
+    high = bond.distance_at(min(level, bond.dissociation - temperature), 1.0, ceiling)
     if math.isinf(high) or math.isinf(low):
         raise SceneError(
             f"temperature is {temperature:g}: the energy of the {bond.name} bond grows too slowly "

@@ -114,6 +114,6 @@ class Morse(_Exponential):
         return np.square(np.expm1(-self.a * np.asarray(strain, dtype=float))) * self.dissociation
 
     @property
-    def convex_strain(self) -> float:
+    def convex_strain(self) -> float:  # type: ignore[override]
         """The inflection, ln(2)/a."""
         return math.log(2.0) / self.a

@@ -6,7 +6,7 @@ from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.check import find_kinks
@@ -58,6 +58,7 @@ class Formula(UserBond):
             self._exact_rest, self._series = expand(self._code, self._values, self._refuse)
             self._rest = float(self._exact_rest)
             self._near = reach_of(self._series)
+            self.stiffness = -self._series[0]
             terms, orders = np.asarray(self._series), np.arange(1, len(self._series) + 1)
             # Near rest: a power of the strain, and the series that it is a factor of.
             self._near_rest = {
@@ -66,13 +67,13 @@ class Formula(UserBond):
                 "curvature": (0, -terms * orders),
             }
             low, high = self._find_ends()
-            self._barrier = self._find_barrier(high)
+            self.barrier_strain = self._find_barrier(high)
             low = self._find_inner_barrier(low)
             offset = self._functions["energy"](self._rest)
             if not math.isfinite(offset):
                 raise self._refuse("has no finite value at rest", "one at every length near 1")
             self._offset = float(offset)
-            reach = (max(-1.0, low), min(high, self._barrier))
+            reach = (max(-1.0, low), min(high, self.barrier_strain))
             lost = lost_digits(
                 self._code, self._values, self._exact_rest, self.force, self._near, reach
             )
@@ -94,8 +95,18 @@ class Formula(UserBond):
             found = find_kinks(self)
         if found:
             raise self._refuse(f"has a kink at strain {found[0]:.6g}", "a smooth formula")
-        if math.isfinite(self._barrier):
+        if math.isfinite(self.barrier_strain):
             self.dissociation = math.inf
+        # 1 to rounding where that is meant.
+        self.natural_length = 1.0 if abs(self._rest) < _ROUNDING else 1.0 + self._rest
+        # The first term after the square that is more than rounding.
+        sizes = [abs(c) * self._near**k for k, c in enumerate(self._series)]
+        larger = (k for k, size in enumerate(sizes) if k and size > _ROUNDING * sizes[0])
+        self.anharmonic_order = next((k + 2 for k in larger), None)
+        # The kernels are compiled once for all values of the parameters.
+        self.users_force = None
+        self.force_kernel, self.curvature_kernel = self._code.kernels
+        self.parameters = FormulaParameters(self._values, self._rest, self._near, self._series)
 
     def __reduce__(self) -> tuple[Callable, tuple[Any, ...]]:
         return formula_bond, (self.text, tuple(self.given.items()))
@@ -103,42 +114,6 @@ class Formula(UserBond):
     def as_keys(self) -> dict[str, Any]:
         """Return the formula."""
         return {"energy": self.text, "parameters": self.given}
-
-    @property
-    def natural_length(self) -> float:
-        """Length at which the formula has its minimum; 1 to rounding where that is meant."""
-        return 1.0 if abs(self._rest) < _ROUNDING else 1.0 + self._rest
-
-    @property
-    def force_kernel(self) -> Callable:
-        """Compiled once for all values of the parameters."""
-        return self._code.kernel
-
-    @property
-    def curvature_kernel(self) -> Callable:
-        """The same of U''."""
-        return self._code.curvature_kernel
-
-    @property
-    def users_force(self) -> None:  # type: ignore[override]
-        """None: there is a kernel."""
-        return
-
-    @property
-    def parameters(self) -> FormulaParameters:
-        """Of the kernel."""
-        return FormulaParameters(self._values, self._rest, self._near, self._series)
-
-    @property
-    def anharmonic_order(self) -> int | None:  # type: ignore[override]
-        """Order of the first term after the square that is more than rounding."""
-        terms = [abs(c) * self._near**k for k, c in enumerate(self._series)]
-        return next((k + 2 for k, t in enumerate(terms) if k and t > _ROUNDING * terms[0]), None)
-
-    @property
-    def barrier_strain(self) -> float:
-        """Strain at which a stretched bond is pulled no further back."""
-        return self._barrier
 
     @cached_property
     def natural_speed(self) -> float | None:
@@ -169,11 +144,6 @@ class Formula(UserBond):
         """Return U''."""
         return self._joined(strain, "curvature")
 
-    @property
-    def stiffness(self) -> float:
-        """U'' at rest."""
-        return -self._series[0]
-
     def _joined(self, strain: Any, name: str) -> Any:
         """Return a series in the strain near rest, and the formula beyond."""
         s = np.asarray(strain, dtype=float)
@@ -189,7 +159,7 @@ class Formula(UserBond):
         beyond = np.where(outside, math.nan, beyond)
         return np.where(np.abs(s) < self._near, x**power * total, beyond)[()]
 
-    _low, _high, _barrier = -math.inf, math.inf, math.inf
+    _low, _high = -math.inf, math.inf
 
     def _refuse(self, what: str, expected: str) -> PotentialError:
         values = ", ".join(f"{name} = {value:g}" for name, value in self.given.items())
@@ -234,11 +204,7 @@ class Formula(UserBond):
     def _find_barrier(self, high: float) -> float:
         """Return the first stretched strain where the force pulls no longer."""
         strains = np.geomspace(self._near, min(1e3, 0.999 * high), 4000)
-        forces = self.force(strains)
-        pushes = np.flatnonzero(forces > 1e-13 * self.stiffness)
-        if not len(pushes):
-            return math.inf
-        return self._zero_of_force(strains, int(pushes[0]))
+        return self._first_zero(strains, self.force(strains) > 1e-13 * self.stiffness, math.inf)
 
     def _find_inner_barrier(self, low: float) -> float:
         """Return the end of the strains, or the first compressed one where the force pulls."""
@@ -246,12 +212,15 @@ class Formula(UserBond):
         if end <= self._near:
             return low
         strains = -np.geomspace(self._near, end, 2000)
-        pulls = np.flatnonzero(~(self.force(strains) > 0.0))
-        return self._zero_of_force(strains, int(pulls[0])) if len(pulls) else low
+        return self._first_zero(strains, ~(self.force(strains) > 0.0), low)
 
-    def _zero_of_force(self, strains: Array, first: int) -> float:
+    def _first_zero(self, strains: Array, beyond: NDArray[np.bool_], end: float) -> float:
+        """Return where the force vanishes before the first strain that lies beyond, or the end."""
         from scipy.optimize import brentq
 
+        if not np.any(beyond):
+            return end
+        first = int(np.argmax(beyond))
         if first == 0:
             return float(strains[0])
         try:

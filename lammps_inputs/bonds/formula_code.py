@@ -55,16 +55,11 @@ class FormulaCode:
         return eval(f"lambda s: {text}", {"__builtins__": {}} | known)
 
     @cached_property
-    def kernel(self) -> Callable:
-        """The force for compiled loops."""
-        factors = [1.0] * (SERIES_TERMS + 1)
-        return _kernel_of("formula", self.force, "x*", factors)
-
-    @cached_property
-    def curvature_kernel(self) -> Callable:
-        """U'' for compiled loops."""
-        factors = [-(k + 1.0) for k in range(SERIES_TERMS + 1)]
-        return _kernel_of("curvature", self.curvature, "", factors)
+    def kernels(self) -> tuple[Callable, Callable]:
+        """Force and U'' for compiled loops."""
+        ones, orders = [1.0] * (SERIES_TERMS + 1), range(1, SERIES_TERMS + 2)
+        force = _kernel_of("formula", self.force, "x*", ones)
+        return force, _kernel_of("curvature", self.curvature, "", [-float(k) for k in orders])
 
 
 def _kernel_of(name: str, formula: str, power: str, factors: list[float]) -> Callable:

@@ -29,7 +29,7 @@ class NamedBond(Potential):
     constants: ClassVar[dict[str, str]] = {}
 
     @property
-    def parameters(self) -> tuple[Any, ...]:
+    def parameters(self) -> tuple[Any, ...]:  # type: ignore[override]
         """Of the kernels."""
         return self.told._make(float(getattr(self, name)) for name in self.told._fields)
 

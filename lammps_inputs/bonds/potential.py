@@ -8,11 +8,13 @@ from functools import cached_property
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.check import find_kinks
-from chaincor.lammps_inputs.bonds.energy_levels import halved
+
+# Strains of one scan, of which two narrow a range down to less than a thousandth.
+_GRID = 64
 
 
 class NoParameters(NamedTuple):
@@ -46,6 +48,24 @@ class Potential(ABC):
     is_harmonic: ClassVar[bool] = False  #: Whether U = s^2/2, so that a chain is a sum of modes.
     #: Constant taken off the energies, whose rounding it leaves in them.
     energy_offset: float = 0.0
+    #: Order of the lowest anharmonic term of U at s = 0; None for harmonic or unknown.
+    anharmonic_order: int | None = 3
+    stiffness: float = 1.0  #: U''(1): 1 for every named potential.
+    #: Length of a bond at rest in the user's own units; the engines count it as 1.
+    natural_length: float = 1.0
+    convex_strain: float = math.inf  #: Largest strain up to which U is convex; inf for all.
+    #: Strain beyond which U falls without bound; inf where there is no such barrier.
+    barrier_strain: float = math.inf
+    #: ``f(strain, parameters)`` for compiled loops, of -dU/dr and of U''; None where only the
+    #: methods exist.
+    force_kernel: Callable | None = None
+    curvature_kernel: Callable | None = None  #: See ``force_kernel``.
+    #: What the kernels must be told, by name: a NamedTuple.
+    parameters: tuple[Any, ...] = NoParameters()
+    #: A user's own ``f(strain)``, which a compiler may try where there is no kernel.
+    users_force: Callable | None = None
+    #: The bond as a function of ln r, if it gets too short for strains.
+    log_length: LogLength | None = None
 
     @abstractmethod
     def energy(self, strain: ArrayLike) -> Array:
@@ -71,60 +91,10 @@ class Potential(ABC):
         """Return U as LAMMPS writes it, of a variable's name; None for a bond without formula."""
         return None
 
-    @property
-    def force_kernel(self) -> Callable | None:
-        """``f(strain, parameters)`` for compiled loops; None where only :meth:`force` exists."""
-        return None
-
-    @property
-    def curvature_kernel(self) -> Callable | None:
-        """The same of U''; None where only :meth:`curvature` exists."""
-        return None
-
-    @property
-    def users_force(self) -> Callable | None:
-        """A user's own ``f(strain)``, which a compiler may try where there is no kernel."""
-        return None
-
-    @property
-    def log_length(self) -> LogLength | None:
-        """The bond as a function of ln r, if it gets too short for strains; None for others."""
-        return None
-
-    @property
-    def parameters(self) -> tuple[Any, ...]:
-        """What the kernel must be told, by name: a NamedTuple."""
-        return NoParameters()
-
-    @property
-    def anharmonic_order(self) -> int | None:
-        """Order of the lowest anharmonic term of U at s = 0; None for harmonic or unknown."""
-        return 3
-
-    @property
-    def stiffness(self) -> float:
-        """U''(1): 1 for every named potential."""
-        return 1.0
-
-    @property
-    def natural_length(self) -> float:
-        """Length of a bond at rest in the user's own units; the engines count it as 1."""
-        return 1.0
-
     @cached_property
     def kinks(self) -> tuple[float, ...]:
         """Strains at which the stiffness jumps, found by looking where formulas are not known."""
         return () if self.smooth else find_kinks(self)
-
-    @property
-    def convex_strain(self) -> float:
-        """Largest strain up to which U is convex; inf where it always is."""
-        return math.inf
-
-    @property
-    def barrier_strain(self) -> float:
-        """Strain beyond which U falls without bound; inf where there is no such barrier."""
-        return math.inf
 
     @property
     def crossing_strain(self) -> float:
@@ -182,11 +152,103 @@ class Potential(ABC):
             if not math.isfinite(value):
                 return None
             if value >= 0.0:
-                return halved(lambda strain: excess(strain) < 0.0, near, far)[1]
+                return _halved(lambda strain: excess(strain) < 0.0, near, far)[1]
             near = far
         return None
+
+    def distance_at(self, energy: float, side: float, end: float = math.inf) -> float:
+        """
+        Return how far from rest the bond first holds an energy, to the last bit.
+
+        `side` is -1 for compressed bonds, 1 for stretched ones; `end` is returned where the bond
+        holds less up to there.
+        """
+        holds = self._holds_at_most(energy, side)
+        far = math.sqrt(2.0 * energy / self.stiffness) * np.geomspace(1e-3, 1e9, 4000)
+        far = np.append(far[far < end], end) if end < far[-1] else far
+        above = ~holds(far)
+        if not np.any(above):
+            return end
+        first = int(np.argmax(above))
+        inner, outer = float(far[first - 1]) if first else 0.0, float(far[first])
+        return _halved(lambda distance: bool(holds(np.array(distance))), inner, outer)[0]
+
+    def compressed_strain(self, energy: float) -> float:
+        """
+        Return the compressed strain, below zero, at which the bond holds an energy.
+
+        It stops short of -1, where particles would meet, if the bond cannot hold it.
+        """
+        return float(self.compressed_strains(np.array([energy]))[0])
+
+    def compressed_strains(self, energies: Array) -> Array:
+        """Return the same for many energies, of the shape (energies,); each as by itself."""
+        floor = max(self.strain_min, -1.0)
+        # Distance to the floor, found by its logarithm: log bonds get as short as exp(-energy).
+        low, high = np.full(len(energies), -700.0), np.zeros(len(energies))
+        for _ in range(60):
+            middle = 0.5 * (low + high)
+            strains = floor * -_expm1(middle)
+            with np.errstate(all="ignore"):
+                held = np.broadcast_to(self.energy(strains), strains.shape)
+            beyond = (held > energies) | ~np.isfinite(held)
+            low, high = np.where(beyond, middle, low), np.where(beyond, high, middle)
+        return floor * -_expm1(high)
+
+    def strain_range(self, energy: float) -> tuple[float, float]:
+        """
+        Return the strains between which the bond must be if it holds no more than an energy.
+
+        They are rounded outward by less than a thousandth; inf where the energy suffices to break
+        the bond.
+        """
+        shortest = -self._outermost(energy, -1.0, -self.strain_min)
+        if energy >= self.dissociation:
+            return shortest, math.inf
+        return shortest, min(self._outermost(energy, 1.0, self.strain_max), self.strain_max)
+
+    def _outermost(self, energy: float, side: float, end: float) -> float:
+        """Return roughly, by a few calls, where U first exceeds an energy."""
+        holds = self._holds_at_most(energy, side)
+        inner, outer = 0.0, 1e-3 * math.sqrt(2.0 * energy / self.stiffness)
+        for _ in range(_GRID):
+            if outer >= end:
+                outer = end
+                break
+            if not holds(np.array(outer)):
+                break
+            inner, outer = outer, 2.0 * outer
+        for _ in range(2):
+            distances = np.linspace(inner, outer, _GRID)
+            above = ~holds(distances)
+            above[-1] = True
+            first = int(np.argmax(above))
+            inner, outer = float(distances[max(first - 1, 0)]), float(distances[first])
+        return outer
+
+    def _holds_at_most(self, energy: float, side: float) -> Callable[[Array], NDArray[np.bool_]]:
+        """Return whether the bond holds no more than an energy, of distances to one side."""
+
+        def holds(distances: Array) -> NDArray[np.bool_]:
+            with np.errstate(all="ignore"):
+                return np.asarray(self.energy(side * distances), dtype=float) <= energy
+
+        return holds
 
 
 def stiffness_of(bond: Potential | None) -> float:
     """Return U'' at rest; 1 of a bond that is not known."""
     return 1.0 if bond is None else bond.stiffness
+
+
+def _halved(holds: Callable[[float], bool], inside: float, outside: float) -> tuple[float, float]:
+    """Return the neighbouring numbers between which a condition ceases to hold, by halving."""
+    # SciPy's root finders need fewer steps, and take longer to load than a run takes.
+    while (middle := 0.5 * (inside + outside)) not in (inside, outside):
+        inside, outside = (middle, outside) if holds(middle) else (inside, middle)
+    return inside, outside
+
+
+def _expm1(exponents: Array) -> Array:
+    # NumPy's own rounds otherwise than that of the system, by which numbers have been found so far.
+    return np.array([math.expm1(exponent) for exponent in exponents.tolist()])

@@ -129,11 +129,8 @@ class Logarithmic(NamedBond):
     curvature_kernel = staticmethod(log_curvature)
     lammps_formula = "{s}-ln(1.0+{s})"
     strain_min = -1.0
-
-    @property
-    def log_length(self) -> LogLength:
-        """U = r - 1 - ln r = e^y - 1 - y at y = ln r."""
-        return LogLength(log_force_of_log_length, expm1_minus_x)
+    # U = r - 1 - ln r = e^y - 1 - y at y = ln r.
+    log_length = LogLength(log_force_of_log_length, expm1_minus_x)
 
     def energy(self, strain: ArrayLike) -> Array:
         """Return s - log1p(s)."""
@@ -147,32 +144,24 @@ class PowerParameters(NamedTuple):
 
 
 @cache
-def power_force(order: int) -> Callable:
+def power_kernels(order: int) -> tuple[Callable, Callable]:
     """
-    Return the kernel -s - order c s^(order - 1) for one order.
+    Return the kernels of force and curvature for one order.
 
     To a compiler the order is then a constant, and the power a few multiplications.
     """
-    exponent = order - 2
+    exponent, factor = order - 2, order * (order - 1)
 
-    def kernel(strain: Strain, parameters: PowerParameters) -> Strain:
+    def force(strain: Strain, parameters: PowerParameters) -> Strain:
+        """Return -s - order c s^(order - 1)."""
         return -strain * (1.0 + order * parameters.c * strain**exponent)
 
-    kernel.__qualname__ = f"power{order}_force"
-    return kernel
-
-
-@cache
-def power_curvature(order: int) -> Callable:
-    """Return the kernel 1 + order (order - 1) c s^(order - 2) for one order."""
-    exponent = order - 2
-    factor = order * (order - 1)
-
-    def kernel(strain: Strain, parameters: PowerParameters) -> Strain:
+    def curvature(strain: Strain, parameters: PowerParameters) -> Strain:
+        """Return 1 + order (order - 1) c s^(order - 2)."""
         return 1.0 + factor * parameters.c * strain**exponent
 
-    kernel.__qualname__ = f"power{order}_curvature"
-    return kernel
+    force.__qualname__, curvature.__qualname__ = f"power{order}_force", f"power{order}_curvature"
+    return force, curvature
 
 
 @dataclass(frozen=True)
@@ -203,17 +192,17 @@ class Power(NamedBond):
             )
 
     @property
-    def force_kernel(self) -> Callable:
+    def force_kernel(self) -> Callable:  # type: ignore[override]
         """The kernel of this order."""
-        return power_force(int(self.order))
+        return power_kernels(int(self.order))[0]
 
     @property
-    def curvature_kernel(self) -> Callable:
+    def curvature_kernel(self) -> Callable:  # type: ignore[override]
         """The same of U''."""
-        return power_curvature(int(self.order))
+        return power_kernels(int(self.order))[1]
 
     @property
-    def anharmonic_order(self) -> int | None:
+    def anharmonic_order(self) -> int:  # type: ignore[override]
         """The order itself."""
         return self.order
 
@@ -223,14 +212,14 @@ class Power(NamedBond):
         return s * s * (0.5 + self.c * s ** (self.order - 2))
 
     @property
-    def convex_strain(self) -> float:
+    def convex_strain(self) -> float:  # type: ignore[override]
         """Odd orders soften when stretched: U'' = 0 here."""
         if self.order % 2 == 0:
             return math.inf
         return (-self.order * (self.order - 1) * self.c) ** (-1.0 / (self.order - 2))
 
     @property
-    def barrier_strain(self) -> float:
+    def barrier_strain(self) -> float:  # type: ignore[override]
         """Strain at which a stretched bond of odd order is pulled no further back: U' = 0."""
         if self.order % 2 == 0:
             return math.inf

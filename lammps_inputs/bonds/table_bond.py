@@ -70,12 +70,7 @@ class SplineBond(UserBond):
         super().__init__(energy, force, name, float(force.x[0]) - reach, float(force.x[-1]) + reach)
         self.force_spline = force
         knots, terms = (np.ascontiguousarray(a, dtype=float) for a in (force.x, force.c))
-        self._parameters = SplineParameters(knots, terms, self.strain_min, self.strain_max)
-
-    @property
-    def parameters(self) -> tuple[Any, ...]:
-        """Of the kernel, which all splines share."""
-        return self._parameters
+        self.parameters = SplineParameters(knots, terms, self.strain_min, self.strain_max)
 
     def _refuse_mismatch(self) -> None:
         """Refuse nothing: the energy was made of the force."""

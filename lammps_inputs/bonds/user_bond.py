@@ -74,18 +74,19 @@ class UserBond(Potential):
         self._declared = tuple(sorted({float(kink) for kink in kinks}))
         self._energy = _of_arrays(energy, f"energy of bond '{name}'")
         self._force = _of_arrays(force, f"force of bond '{name}'")
-        self._users_force = force
+        self.users_force = force
         self.energy_offset = float(self._energy(np.zeros(1))[0])
         at_rest = float(self.force(0.0))
-        self._stiffness = float(self.curvature(0.0))
-        if not abs(at_rest) <= 1e-9 * abs(self._stiffness):
+        # Of the compressed side where it has a kink there.
+        self.stiffness = float(self.curvature(0.0))
+        if not abs(at_rest) <= 1e-9 * abs(self.stiffness):
             raise PotentialError(
                 f"bond '{name}' pushes with {at_rest:g} at length 1; expected no force there: "
                 "scale lengths so that the natural bond length is 1"
             )
-        if not self._stiffness > 0:
+        if not self.stiffness > 0:
             raise PotentialError(
-                f"bond '{name}' has curvature {self._stiffness:g} at length 1; expected a stable "
+                f"bond '{name}' has curvature {self.stiffness:g} at length 1; expected a stable "
                 "bond, with positive curvature there"
             )
         self.dissociation = self._end_of_energy()
@@ -100,11 +101,6 @@ class UserBond(Potential):
         found = find_kinks(self)
         apart = [s for s in found if all(abs(s - k) > 1e-7 for k in self._declared)]
         return tuple(sorted((*self._declared, *apart)))
-
-    @property
-    def users_force(self) -> Callable:
-        """The user's function itself."""
-        return self._users_force
 
     def energy(self, strain: ArrayLike) -> Array:
         """Return the user's energy, shifted to zero at s = 0."""
@@ -124,11 +120,6 @@ class UserBond(Potential):
             below = np.where((below < kink) & (kink < s), kink, below)
         return -(self.force(above) - self.force(below)) / (above - below)
 
-    @property
-    def stiffness(self) -> float:
-        """U''(1), from the user's force; of the compressed side where it has a kink there."""
-        return self._stiffness
-
     def _end_of_energy(self) -> float:
         """Return U at infinite length where it comes to an end: 0 for a bond without tension."""
         if math.isfinite(self.strain_max):
@@ -140,14 +131,14 @@ class UserBond(Potential):
         return float(further) if settled and further >= 0.0 else math.inf
 
     @cached_property
-    def convex_strain(self) -> float:
+    def convex_strain(self) -> float:  # type: ignore[override]
         """Largest strain up to which the stiffness was seen to be positive; 0 without tension."""
         if self.dissociation == 0.0:
             return 0.0
         edges = scan_strains(self)
         with np.errstate(all="ignore"):
             forces = self.force(edges)
-            noise = 1e-12 * (np.abs(forces[1:]) + self._stiffness * np.abs(edges[1:]))
+            noise = 1e-12 * (np.abs(forces[1:]) + self.stiffness * np.abs(edges[1:]))
             softer = np.diff(forces) > noise
         if np.any(softer & (edges[1:] < 0.0)):
             return 0.0

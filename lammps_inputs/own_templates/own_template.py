@@ -13,6 +13,12 @@ _NAME = re.compile(r"[a-z][a-z0-9_]{0,39}", re.ASCII)
 # A number or a plain word: nothing that LAMMPS would substitute, continue, split or take for a
 # comment, and nothing that ends a line.
 _WORD = re.compile(r"[A-Za-z0-9.+-][A-Za-z0-9_.+/-]{0,79}", re.ASCII)
+# How templates of scripts are rendered, a user's and ours.
+RENDERING: dict[str, Any] = {
+    "trim_blocks": True,
+    "lstrip_blocks": True,
+    "keep_trailing_newline": True,
+}
 _OWN_NAME = "own.in.j2"
 _BASE = "job.in.j2"
 # Said by a template whose commands exert forces.
@@ -84,18 +90,11 @@ class OwnTemplate:
         from jinja2.exceptions import SecurityError, TemplateError
         from jinja2.sandbox import ImmutableSandboxedEnvironment
 
+        own = DictLoader({_OWN_NAME: self.text})
+        loader = ChoiceLoader([own, PackageLoader("chaincor.lammps_inputs", "templates")])
+        # Not escaped: the text is no HTML; what users give is a number or a word.
         environment = ImmutableSandboxedEnvironment(
-            loader=ChoiceLoader(
-                [
-                    DictLoader({_OWN_NAME: self.text}),
-                    PackageLoader("chaincor.lammps_inputs", "templates"),
-                ]
-            ),
-            undefined=StrictUndefined,
-            trim_blocks=True,
-            lstrip_blocks=True,
-            keep_trailing_newline=True,
-            autoescape=False,  # the text is no HTML; what users give is a number or a word
+            loader=loader, undefined=StrictUndefined, **RENDERING
         )
         try:
             tree = environment.parse(self.text)

@@ -41,25 +41,13 @@ _OTHER_FILES = {
 }
 
 
-class Mistakes(ValueError):
-    """Several mistakes, of one line each."""
-
-    def __init__(self, lines: list[str]) -> None:
-        super().__init__("; ".join(lines))
-        self.lines = lines
-
-
 def told(error: "ValidationError", known: Iterable[str]) -> SceneError:
     """Say all that is wrong with a scene, one line each; `known` are the keys it may have."""
     lines: dict[Any, str] = {}
     for problem in error.errors():
-        found = problem.get("ctx", {}).get("error")
-        if isinstance(found, Mistakes):
-            lines |= {line: line for line in found.lines}
-        else:
-            # Of a field that may be of two kinds, one of them is enough.
-            key = problem["loc"][0] if problem["loc"] else problem["msg"]
-            lines.setdefault(key, _one_line(problem, tuple(known)))
+        # Of a field that may be of two kinds, one of them is enough.
+        key = problem["loc"][0] if problem["loc"] else problem["msg"]
+        lines.setdefault(key, _one_line(problem, tuple(known)))
     if len(lines) > 1:
         return SceneError.of_several(list(lines.values()))
     return SceneError(*lines.values())
@@ -88,22 +76,22 @@ def check_together(scene: "Scene") -> None:
     """
     Refuse fields, each valid by itself, that do not go together.
 
-    Raises ValueError, one line, and where there are several mistakes :class:`Mistakes`.
+    Raises SceneError, with a line for each mistake.
     """
-    mistakes: list[str] = []
+    mistakes: dict[str, None] = {}
     checks = (_check_parameters, _check_bodies, _check_speed, _check_warmth, _check_numerics)
     for check in checks:
         try:
             for mistake in check(scene):
-                mistakes.append(mistake)
+                mistakes[mistake] = None
         except (ChaincorError, ValueError, TypeError, LookupError):
             if not mistakes:
                 raise
             # What cannot even be asked after a mistake is no mistake of its own.
     if len(mistakes) > 1:
-        raise Mistakes(mistakes)
+        raise SceneError.of_several(list(mistakes))
     if mistakes:
-        raise ValueError(mistakes[0])
+        raise SceneError(*mistakes)
 
 
 def _check_parameters(scene: "Scene") -> Iterator[str]:

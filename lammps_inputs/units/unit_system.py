@@ -7,6 +7,8 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+import tomli_w
+
 from chaincor.lammps_inputs.errors import SceneError
 from chaincor.lammps_inputs.small_file import read_small_file
 
@@ -114,10 +116,7 @@ class UnitSystem:
 
     def to_toml(self) -> str:
         """Write the table as the file that lies beside a job."""
-        return "[units]\n" + "".join(
-            f"{key} = {value!r}\n" if isinstance(value, float) else f'{key} = "{value}"\n'
-            for key, value in asdict(self).items()
-        )
+        return tomli_w.dumps({"units": asdict(self)})
 
 
 CHAIN_UNITS = UnitSystem()

@@ -6,28 +6,30 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from chaincor.lammps_inputs.chain_data import (
-    format_chain_data,
-    format_scene_data,
-    initial_state,
-)
+from chaincor.lammps_inputs.chain_data import format_data, initial_state
+from chaincor.lammps_inputs.line import Line
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.lammps.library import load_lammps
 
-# Coordinates inside the box of the file, in any order and of any size down to 1e-300.
+# Strains for coordinates inside the box of the file, in any order; of any size down to 1e-300.
 finite = {"allow_nan": False, "allow_infinity": False, "allow_subnormal": False}
 chains = st.integers(1, 12).flatmap(
     lambda n: st.tuples(
-        arrays(float, n, elements=st.floats(-300.0, 300.0, **finite)),
-        arrays(float, n, elements=st.floats(**finite)),
+        arrays(float, n, elements=st.floats(-25.0, 25.0, **finite)),
+        arrays(float, n, elements=st.floats(-1e6, 1e6, **finite)),
     )
 )
 
 
-def through_lammps(folder, positions, velocities, masses=None, targets=0):
+def before_the_wall(strains, velocities):
+    """Return a chain whose first strain is its distance from the wall."""
+    masses = np.concatenate(([np.inf], np.ones(len(strains))))
+    return Line(masses, 1, strains, np.concatenate(([0.0], velocities)))
+
+
+def through_lammps(folder, line):
     """Read the file with LAMMPS, write it again with LAMMPS, and parse what that wrote."""
-    text = format_chain_data(positions, velocities, 1, masses, targets)
-    (folder / "chain.data").write_text(text)
+    (folder / "chain.data").write_text(format_data(line))
     instance = load_lammps().lammps(cmdargs=["-log", "none", "-screen", "none", "-nocite"])
     instance.commands_string(
         f"""
@@ -61,8 +63,9 @@ def parse(path):
 @settings(max_examples=25)
 @given(chains)
 def test_round_trip_through_lammps_keeps_every_bit(tmp_path_factory, chain):
-    positions, velocities = chain
-    again = through_lammps(tmp_path_factory.mktemp("data"), positions, velocities)
+    line = before_the_wall(*chain)
+    positions, velocities = initial_state(line)
+    again = through_lammps(tmp_path_factory.mktemp("data"), line)
     n = len(positions)
     assert np.array_equal(again["Atoms"][:, 0], np.arange(1, n + 1))
     assert np.array_equal(again["Atoms"][:, 3], positions)
@@ -75,11 +78,12 @@ def test_round_trip_through_lammps_keeps_every_bit(tmp_path_factory, chain):
 def test_lammpsio_reads_the_same_chain(tmp_path):
     lammpsio = pytest.importorskip("lammpsio")
     rng = np.random.default_rng(7)
-    positions = np.cumsum(rng.uniform(0.5, 1.5, 30))
     velocities = rng.normal(size=30) * 10.0 ** rng.integers(-12, 3, 30)
+    line = before_the_wall(rng.uniform(0.0, 0.5, 30), velocities)
+    positions, _ = initial_state(line)
     path = tmp_path / "chain.data"
     # lammpsio does not know the name of atom_style bond, whose columns are those of molecular.
-    text = format_chain_data(positions, velocities).replace("Atoms # bond", "Atoms # molecular")
+    text = format_data(line).replace("Atoms # bond", "Atoms # molecular")
     path.write_text(text)
     snapshot = lammpsio.DataFile(path, atom_style="molecular").read()
     order = np.argsort(snapshot.id if snapshot.has_id() else np.arange(30))
@@ -96,7 +100,7 @@ def test_the_chain_starts_at_the_wall():
 
 
 def test_one_particle_has_no_bonds():
-    text = format_scene_data(Scene(particles=1, velocity=0.1))
+    text = format_data(Scene(particles=1, velocity=0.1).line)
     assert "0 bonds" in text
     assert "\nBonds" not in text
 
@@ -115,10 +119,10 @@ def test_masses_and_bonds_of_two_bodies_keep_every_bit(tmp_path_factory, bodies)
     targets, masses = bodies
     count = len(masses)
     n = count - targets
-    places = np.concatenate((np.arange(n), -np.arange(targets))).astype(float)
-    again = through_lammps(
-        tmp_path_factory.mktemp("data"), places, np.zeros(count), masses, targets
-    )
+    along = np.concatenate((masses[n:][::-1] if targets else [np.inf], masses[:n]))
+    at_rest = np.zeros(len(along))
+    line = Line(along, len(along) - n, at_rest[1:], at_rest)
+    again = through_lammps(tmp_path_factory.mktemp("data"), line)
     of_type = dict(again["Masses"].tolist())
     # LAMMPS writes masses with 16 digits or more.
     assert [of_type[kind] for kind in again["Atoms"][:, 2]] == pytest.approx(masses, rel=1e-15)
@@ -130,15 +134,15 @@ def test_masses_and_bonds_of_two_bodies_keep_every_bit(tmp_path_factory, bodies)
 
 
 def test_masses_are_written_to_the_last_bit():
-    text = format_scene_data(Scene(particles=2, masses=(1.0 / 3.0, 0.1), velocity=0.1))
+    text = format_data(Scene(particles=2, masses=(1.0 / 3.0, 0.1), velocity=0.1).line)
     rows = text[text.index("Masses") : text.index("Atoms #")].split()[1:]
     assert sorted(map(float, rows[1::2])) == [0.1, 1.0 / 3.0]
 
 
 def test_the_plain_chain_has_the_plain_file():
-    plain = format_chain_data(np.arange(5.0), np.full(5, -0.1))
-    assert format_scene_data(Scene(particles=5, velocity=0.1)) == plain
-    assert format_scene_data(Scene(particles=5, velocity=0.1, masses=(1.0,))) == plain
+    plain = format_data(Scene(particles=5, velocity=0.9).line)
+    assert format_data(Scene(particles=5, velocity=0.9, masses=(1.0,)).line) == plain
+    assert "-450 450 xlo xhi" in plain
 
 
 def test_two_bodies_touch_where_they_meet():

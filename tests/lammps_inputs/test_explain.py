@@ -8,7 +8,7 @@ import pytest
 
 from chaincor.lammps_inputs.bond_table import tabulate
 from chaincor.lammps_inputs.bonds.potentials import LennardJones
-from chaincor.lammps_inputs.chain_data import format_scene_data
+from chaincor.lammps_inputs.chain_data import format_data
 from chaincor.lammps_inputs.explain import (
     explain_data,
     explain_script,
@@ -66,7 +66,7 @@ def test_no_comment_can_be_mistaken_for_a_command():
 
 
 def test_data_and_table_keep_their_rows():
-    data = format_scene_data(Scene(particles=3, velocity=0.1))
+    data = format_data(Scene(particles=3, velocity=0.1).line)
     assert commands(explain_data(data)) == commands(data)[1:]  # the title becomes a comment
     table = tabulate(LennardJones(), (0.9, 1.1), "spline", 11).to_text()
     assert commands(explain_table(table)) == commands(table)

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
-from chaincor.lammps_inputs.bonds.energy_levels import compressed_strain
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.scene_parts.given_bodies import DEFAULT_CONTACT_STIFFNESS
@@ -229,7 +228,7 @@ def _too_sharp(scene: Scene, sharp: float) -> str:
             f"contact would swing {sharp:.2g} times faster than bonds at rest; {expected}: give a "
             "smaller one, or use engine 'reference', or contact 'hard'"
         )
-    shortest = 1.0 + compressed_strain(scene.bond, scene.impact_velocity**2)
+    shortest = 1.0 + scene.bond.compressed_strain(scene.impact_velocity**2)
     return (
         f"bonds would be compressed to about {shortest:.2g} of their length, where they swing "
         f"{sharp:.2g} times faster than at rest; {expected}: lower the speed, or use engine "

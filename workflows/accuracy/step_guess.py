@@ -6,7 +6,6 @@ from functools import cache
 
 import numpy as np
 
-from chaincor.lammps_inputs.bonds.energy_levels import compressed_strains
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.line import Line
 from chaincor.lammps_inputs.scene import Scene
@@ -99,7 +98,7 @@ def _keep_compressed(bond: Potential, energies: list[float]) -> None:
 
 
 def _compressed_by(bond: Potential, energies: list[float]) -> list[tuple[float, float]]:
-    strains = compressed_strains(bond, np.array(energies)).tolist()
+    strains = bond.compressed_strains(np.array(energies)).tolist()
     return [(strain, float(bond.curvature(strain))) for strain in strains]
 
 

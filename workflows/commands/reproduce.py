@@ -5,17 +5,18 @@ from typing import Any
 
 import click
 
-from chaincor.workflows.commands.options import FOLDER, ONE_OR_MORE, option
+from chaincor.workflows.commands.options import FOLDER, ONE_OR_MORE
 
 
 @click.command()
-@option(
-    "-o, --output",
-    "folder for the report, its figures, their data and the results store",
-    FOLDER,
+@click.option(
+    "-o",
+    "--output",
+    "folder",
+    type=FOLDER,
     default=Path("reproduction"),
     show_default=True,
-    name="folder",
+    help="folder for the report, its figures, their data and the results store",
 )
 @click.option(
     "--quick/--full",
@@ -24,9 +25,15 @@ from chaincor.workflows.commands.options import FOLDER, ONE_OR_MORE, option
     show_default=True,
     help="minutes with errors of 1e-5, or half an hour with 1e-7 and more points",
 )
-@option("--workers", "processes that compute", ONE_OR_MORE, default=2, show_default=True)
-@option("--rocrate", "describe the folder as an RO-Crate, too", name="as_crate")
-@option("--json", "print the contents of report.json", name="as_json")
+@click.option(
+    "--workers",
+    type=ONE_OR_MORE,
+    default=2,
+    show_default=True,
+    help="processes that compute",
+)
+@click.option("--rocrate", "as_crate", is_flag=True, help="describe the folder as an RO-Crate, too")
+@click.option("--json", "as_json", is_flag=True, help="print the contents of report.json")
 @click.pass_context
 def reproduce(
     ctx: click.Context, folder: Path, quick: bool, workers: int, as_crate: bool, as_json: bool

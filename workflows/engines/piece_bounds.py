@@ -19,7 +19,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from chaincor.lammps_inputs.bonds.energy_levels import strain_range
 from chaincor.lammps_inputs.bonds.potential import Potential
 
 # Energy of a broken bond that is taken as paid once an end particle is far out.
@@ -99,7 +98,7 @@ def _on_ladder(bond: Potential, energy: float) -> float:
 @lru_cache(maxsize=8192)
 def _extent(bond: Potential, energy: float) -> tuple[float, float]:
     """Return the longest strain of bonds that hold an energy at most, and the least 2 U/s^2."""
-    lowest, longest = strain_range(bond, energy)
+    lowest, longest = bond.strain_range(energy)
     strains = np.linspace(lowest, longest, 66)
     strains = strains[strains != 0.0]
     with np.errstate(divide="ignore"):  # a bond compressed to nothing

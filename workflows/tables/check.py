@@ -19,8 +19,8 @@ from chaincor.workflows.tables.faults import (
     fault_of_numbers,
     faults_of_header,
     faults_of_rows,
+    left_open,
 )
-from chaincor.workflows.tables.left_open import left_open
 
 Style = Literal["linear", "spline", "lookup"]
 

@@ -19,7 +19,7 @@ from chaincor.lammps_inputs.bonds.potentials import (
     Power,
     PowerParameters,
     Toda,
-    power_force,
+    power_kernels,
 )
 from chaincor.lammps_inputs.bonds.user_bond import UserBond
 from chaincor.lammps_inputs.errors import PotentialError
@@ -136,8 +136,8 @@ def test_exponential_of_toda_to_two_epsilon():
 @pytest.mark.parametrize("order", [3, 4, 7, 12])
 def test_power_kernels_are_told_apart(order):
     # Loops kept on disk go by qualified names.
-    kernel = power_force(order)
-    assert kernel is power_force(order)
+    kernel = power_kernels(order)[0]
+    assert kernel is power_kernels(order)[0]
     assert kernel.__qualname__ == f"power{order}_force"
     assert kernel(-0.5, PowerParameters(0.25)) == pytest.approx(
         0.5 - order * 0.25 * (-0.5) ** (order - 1)

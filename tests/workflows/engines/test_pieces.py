@@ -7,7 +7,6 @@ import pytest
 from scipy.optimize import brentq, minimize
 
 from benchmarks.judge.end_counterexamples import argument_for, check, draw_state
-from chaincor.lammps_inputs.bonds.energy_levels import strain_range
 from chaincor.lammps_inputs.bonds.potentials import Harmonic, LennardJones, Logarithmic, Power, Toda
 from chaincor.workflows.engines.piece_bounds import Lever, escape_risk, reach
 from chaincor.workflows.engines.pieces import _Chain, count_fragments, find_pieces
@@ -69,7 +68,7 @@ class TestPieces:
 @pytest.mark.parametrize("bond", BONDS, ids=NAMES)
 @pytest.mark.parametrize("energy", [1e-6, 1e-3, 0.01, 0.1])
 def test_the_strains_of_an_energy(bond, energy):
-    shortest, longest = strain_range(bond, energy)
+    shortest, longest = bond.strain_range(energy)
 
     def missing(strain):
         return float(bond.energy(strain)) - energy

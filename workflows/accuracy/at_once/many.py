@@ -7,7 +7,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chaincor.lammps_inputs.arrays import Array
-from chaincor.lammps_inputs.bonds.energy_levels import compressed_strain
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.schemes import StepSchemeName
 from chaincor.workflows.accuracy.answer import Answer, answer, spread_of
@@ -172,7 +171,7 @@ class ManyMeetings:
 
     def _rung_at(self, energy: float, goal: float) -> int:
         scene, bond = self._scene, self._scene.bond
-        strain = compressed_strain(bond, energy)
+        strain = bond.compressed_strain(energy)
         sharpness = math.sqrt(max(1.0, float(bond.curvature(strain)) / bond.stiffness))
         if sharpness > SHARPEST_FIXED:
             return -1

@@ -11,7 +11,6 @@ import numpy as np
 
 from chaincor.analysis.atomic_write import folder_aside, written_aside
 from chaincor.lammps_inputs.bond_table import BondTable, tabulate, tabulate_near_and_far
-from chaincor.lammps_inputs.bonds.energy_levels import compressed_strain
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
@@ -219,7 +218,7 @@ def guess_bond_range(scene: Scene) -> tuple[float, float]:
     """Guess the shortest and longest bond of a collision without running it."""
     bond, v0, line = scene.bond, scene.impact_velocity, scene.line
     heaviest = max(1.0, float(np.max(line.chain_masses)))
-    shortest = compressed_strain(bond, _GUESS_ENERGY * heaviest * v0**2)
+    shortest = bond.compressed_strain(_GUESS_ENERGY * heaviest * v0**2)
     longest = min(_GUESS_STRETCH * heaviest**0.5 * v0, 0.9 * bond.strain_max)
     if not line.plain:
         strains = np.delete(line.strains, line.gap)

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chaincor.lammps_inputs.bond_table import BondTable
-from chaincor.lammps_inputs.chain_data import format_scene_data
+from chaincor.lammps_inputs.chain_data import format_data
 from chaincor.lammps_inputs.contact_script import displacement
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.numerics import Numerics
@@ -91,7 +91,7 @@ class LammpsChain:
         count = scene.particles + line.targets
         self._alone = count == scene.particles
         bond_types = 1 if table is None or table.far is None else 2
-        (folder / DATA_FILE).write_text(format_scene_data(scene, bond_types))
+        (folder / DATA_FILE).write_text(format_data(scene.line, bond_types))
         if table is not None:
             (folder / TABLE_FILE).write_text(table.to_text())
         self.folder = folder

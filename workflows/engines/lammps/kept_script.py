@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 from chaincor.lammps_inputs.bond_table import BondTable, tabulate
-from chaincor.lammps_inputs.chain_data import format_scene_data
+from chaincor.lammps_inputs.chain_data import format_data
 from chaincor.lammps_inputs.errors import SceneError
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import FILE_KEYS, Scene
@@ -104,7 +104,7 @@ def kept_files(
         if table.far is not None or bond_range != (float(table.lengths[0]), table.longest):
             table = tabulate(scene.bond, bond_range, numerics.table, numerics.table_points)
             files[TABLE_FILE] = table.to_text()
-            files[DATA_FILE] = format_scene_data(scene)
+            files[DATA_FILE] = format_data(scene.line)
     scheme, step = numerics.scheme, numerics.timestep
     note = ""
     if scheme not in COMPOSITIONS:
