@@ -51,8 +51,7 @@ def tradeoff(
         return
     from chaincor.workflows.campaign.progress import study_progress
     from chaincor.workflows.tradeoff import study
-    from chaincor.workflows.tradeoff.description import describe_study
-    from chaincor.workflows.tradeoff.study_files import REPORT, to_dict, write_study
+    from chaincor.workflows.tradeoff.shown import REPORT, describe_study, to_dict, write_study
 
     scene = scene_from(scene_file, options)
     unused = [key for key in (*_OWN, *FILE_KEYS) if key in scene.model_fields_set]

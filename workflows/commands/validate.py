@@ -73,11 +73,12 @@ def validate(
         raise click.UsageError(
             f"--plot is '{plot}', which ends in '{Path(plot).suffix}'; expected {PICTURES_SAID}"
         )
-    if timeout is not None and (against is None or ":" not in against):
+    is_function = ":" in (against or "")
+    if timeout is not None and not is_function:
         raise click.UsageError("--timeout is for a function of yours; expected --against MODULE:F")
     scene = scene_from(scene_file, options)
     if ladder:
-        if against is None or ":" not in against or grid or plot is not None:
+        if against is None or not is_function or grid or plot is not None:
             raise click.UsageError(
                 "--ladder is for one function of yours; expected --against MODULE:FUNCTION "
                 "--timestep H, without --grid and --plot"
@@ -85,7 +86,7 @@ def validate(
         climbed = climb_ladder(scene, against, timeout or USER_TIMEOUT)
         tell(climbed.to_dict(), repr(climbed), as_json, scene)
         return
-    if against is not None and ":" not in against and scene.explicit:
+    if against is not None and not is_function and scene.explicit:
         given = [key for key in NUMERICS_KEYS if getattr(scene, key) is not None]
         raise click.UsageError(
             f"'{against}' holds results, on which {', '.join(given)} have no effect; expected a "

@@ -8,10 +8,9 @@ import pytest
 
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.tradeoff import study as study_module
-from chaincor.workflows.tradeoff.description import describe_study
 from chaincor.workflows.tradeoff.front import describe
+from chaincor.workflows.tradeoff.shown import describe_study, to_dict, write_study
 from chaincor.workflows.tradeoff.study import Plan, bare_scene, tradeoff
-from chaincor.workflows.tradeoff.study_files import to_dict, write_study
 from tests.page_checks import check_file_list, read_page, words_of
 
 

@@ -1,4 +1,4 @@
-"""A study in files: a page, JSON, CSV and figures."""
+"""A study as people see it: in words, and in files, with a page, JSON, CSV and figures."""
 
 import platform
 from dataclasses import asdict, fields
@@ -56,6 +56,56 @@ _TRUTH = (
     *("mode_energies_error", "contacts", "source"),
 )
 _BUDGET = ("name", "scheme", "timestep", "total", "output_exact", *CAUSES)
+
+
+def describe_study(study: Tradeoff) -> str:
+    """Describe a study for people: the cheapest settings, the error budgets and the advice."""
+    truth, scene = study.truth, study.scene
+    lines = [
+        f"{scene.particles} particles, {scene.label} bonds, v0 = {scene.impact_velocity:.6g}",
+        f"eta = {truth.restitution:.14g} +- {truth.restitution_error:.0e} ({truth.source})",
+        "",
+        "cheapest settings: the error of eta that each keeps, with a reserve; measured errors",
+        "of eta, of the last contact's time, of mode energies; time of the integration",
+        f"    {'kept':>5}  {'eta':>7}  {'contact':>7}  {'modes':>7}  {'time':>8}  setting",
+    ]
+    for engine, rows in study.cheapest.items():
+        lines.append(f"  {'LAMMPS' if engine == 'lammps' else 'in-house engine'}")
+        lines += [
+            f"    {row.error:.0e}  {row.measured_error:7.1e}  {row.contact_time_error:7.1e}  "
+            f"{row.mode_energy_error:7.1e}  {format_seconds(row.seconds):>8}  "
+            f"{describe(row.setting)}"
+            for row in rows
+        ]
+        if not rows:
+            lines.append("    none was good to 1e-2")
+    lines += ["", "error of eta by cause:"]
+    lines.append("    " + "".join(f"{name:>12}" for name in ("", *CAUSES, "total")))
+    for budget in study.budgets:
+        values = (*budget.parts().values(), budget.total)
+        cells = ("-" if value is None else f"{value:.1e}" for value in values)
+        lines.append("    " + "".join(f"{cell:>12}" for cell in (budget.name, *cells)))
+    lines.append(
+        "    (output: if read from a default dump, six digits; with the 17 digits of chaincor's "
+        f"dumps {study.budgets[0].output_exact:.0e})"
+        if study.budgets
+        else "    none"
+    )
+    if study.own_tables:
+        lines += ["", "error of eta from linear tables over this scene's own bond lengths:"]
+        told = (f"{p.rows} rows {p.restitution_error:.0e}" for p in study.own_tables)
+        lines.append("    " + ", ".join(told))
+    if study.stock:
+        lines += ["", "the stock reflecting wall (median, rms, worst over phases):"]
+        lines += [
+            f"    H {m.setting.timestep:<8.4g} {m.median_error:.1e}  {m.rms_error:.1e}  "
+            f"{m.worst_error:.1e}  {format_seconds(m.time):>8}"
+            for m in study.stock
+        ]
+    if study.failed:
+        lines += ["", f"{len(study.failed)} settings with too large a step did not run"]
+    lines += ["", f"advice: {study.advice}", f"({study.seconds:.0f} s)"]
+    return "\n".join(lines)
 
 
 def measurement_row(
