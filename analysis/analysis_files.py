@@ -3,6 +3,7 @@
 import csv
 import json
 from collections.abc import Callable, Iterable
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -39,7 +40,7 @@ def to_json_object(analysis: CollisionAnalysis) -> dict[str, Any]:
     told = {name: _plain(getattr(analysis, name)) for name in _TOLD_FIRST}
     told |= {
         "last_contact_time": analysis.contact_statistics.last_time,
-        "contact_statistics": analysis.contact_statistics.to_dict(),
+        "contact_statistics": asdict(analysis.contact_statistics),
         "contact_detection": analysis.detection.method,
         "potential": None if bond is None else bond.name,
         "v_star": v_star,
@@ -53,7 +54,7 @@ def to_json_object(analysis: CollisionAnalysis) -> dict[str, Any]:
     if target is None and not analysis.soft:
         return told
     told |= {
-        "target_particles": 0 if target is None else target.masses.size,
+        "target_particles": analysis.target_particles,
         "target_velocity_after": None if target is None else target.velocity_after,
     }
     for name in ("masses", "mode_energies", "mode_energies_start"):

@@ -1,6 +1,6 @@
 """Contacts of particle 1 with the wall: how many, when, how fast, how far apart."""
 
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,10 +17,6 @@ class ContactStatistics:
     mean_interval: float | None
     median_interval: float | None  #: See ``mean_interval``.
     mean_speed: float | None  #: Mean incoming speed in units of the impact speed v0.
-
-    def to_dict(self) -> dict[str, float | int | None]:
-        """Return the numbers by name."""
-        return asdict(self)
 
 
 def contact_statistics(

@@ -6,12 +6,11 @@ from typing import Any
 import numpy as np
 
 from chaincor.analysis.caveats import collect_caveats, find_contradictions, mode_caveats
-from chaincor.analysis.collision_frames import CollisionFrames
+from chaincor.analysis.collision_frames import NOTHING_KNOWN, CollisionFrames, Known
 from chaincor.analysis.contacts import contact_statistics
 from chaincor.analysis.dumps.chain_state import ChainState
 from chaincor.analysis.dumps.frame import Frames
 from chaincor.analysis.followed import Followed, follow, restitution_precision
-from chaincor.analysis.known import NOTHING_KNOWN, Known
 from chaincor.analysis.modes import anharmonic_remainder, mode_energies, mode_frequencies
 from chaincor.analysis.restitution import (
     EnergySplit,

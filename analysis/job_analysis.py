@@ -7,13 +7,13 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
+from chaincor.analysis.collision_frames import EndArgument, Known
 from chaincor.analysis.dumps.chain_frames import BODY_COLUMN, ChainLayout
 from chaincor.analysis.dumps.frame import DumpFrame, Frames
 from chaincor.analysis.dumps.masses import masses_of_bodies
 from chaincor.analysis.dumps.view import DumpView
 from chaincor.analysis.frame_analysis import analyze_frames
 from chaincor.analysis.job_folder import Job, count_atoms, count_bonds
-from chaincor.analysis.known import EndArgument, Known
 from chaincor.analysis.results import CollisionAnalysis
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.bonds.potentials import Harmonic
@@ -53,7 +53,7 @@ def analyze_job(
         Particle masses from the wall outwards, repeated along the chain; by default those of the
         dump, else of the data file and the script by type, else 1.
     end_argument : callable, optional
-        See :class:`~chaincor.analysis.known.Known`.
+        See :class:`~chaincor.analysis.collision_frames.Known`.
     progress : callable, optional
         Called with the number of bytes of the dump read so far.
     view : DumpView, optional

@@ -9,8 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
-from chaincor.analysis.dumps.data_file import DeclaredMasses, declared_masses
 from chaincor.analysis.dumps.frame import Frames
+from chaincor.analysis.dumps.masses import DeclaredMasses, declared_masses
 from chaincor.analysis.dumps.other_trajectories import is_other_trajectory, open_trajectory
 from chaincor.analysis.dumps.run_commands import RunCommands
 from chaincor.analysis.dumps.view import DumpView, ViewedDump

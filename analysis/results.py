@@ -207,8 +207,17 @@ class CollisionAnalysis(BodyAnalysis):
             return f" and a free target of {self.target_particles}"
         return " and a soft wall" if self.soft else ""
 
+    @property
+    def heading(self) -> str:
+        """What collided, how fast, and how many frames show it, in one line."""
+        speed = f"v0 = {self.velocity:.6g}"
+        if self.bond is not None and self.bond.natural_speed is not None:
+            speed += f" = {self.velocity / self.bond.natural_speed:.6g} v*"
+        name = "unknown" if self.bond is None else self.bond.name
+        who = f"{self.particles} particles{self.against}"
+        return f"{who}, {name} bonds, {speed}, {self.frames} frames"
+
     def __repr__(self) -> str:
-        bond = "unknown" if self.bond is None else self.bond.name
         eta = eta_of_dump(self.restitution, self.restitution_error, self.data_error)
         contacts = f"at least {self.contact_statistics.count}"
         if self.contacts is not None or self.soft:
@@ -217,8 +226,7 @@ class CollisionAnalysis(BodyAnalysis):
         if self.contradictions:
             notes += f"; CONTRADICTED: {self.contradictions[0]}"
         return (
-            f"{self.particles} particles{self.against}, {bond} bonds, v0 = {self.velocity:.6g}, "
-            f"{self.frames} frames\n"
+            f"{self.heading}\n"
             f"eta = {eta}\n"
             f"e = {self.kinematic_restitution:.6g}, contacts {contacts}; {notes}"
         )

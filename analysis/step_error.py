@@ -133,16 +133,14 @@ def _difference(a: CollisionAnalysis, b: CollisionAnalysis) -> str | None:
     # Speeds read off a dump have its digits.
     if abs(a.velocity - b.velocity) > 1e-5 * a.velocity:
         return f"the impact speed ({a.velocity:g} and {b.velocity:g})"
-    if (a.target is None) != (b.target is None) or a.soft != b.soft:
+    if a.bodies.keys() != b.bodies.keys() or a.soft != b.soft:
         return "what the chain hits"
-    if a.target is not None and b.target is not None:
-        sizes = a.target.masses.size, b.target.masses.size
-        if sizes[0] != sizes[1]:
-            return f"the number of particles of the target ({sizes[0]} and {sizes[1]})"
-        if not np.allclose(a.target.masses, b.target.masses, rtol=1e-5, atol=0.0):
-            return "the masses of the target"
-    if not np.allclose(a.masses, b.masses, rtol=1e-5, atol=0.0):
-        return "the masses"
+    if a.target_particles != b.target_particles:
+        both = f"{a.target_particles} and {b.target_particles}"
+        return f"the number of particles of the target ({both})"
+    for owner, body in a.bodies.items():
+        if not np.allclose(body.masses, b.bodies[owner].masses, rtol=1e-5, atol=0.0):
+            return "the masses of the target" if owner else "the masses"
     scenes = _job_of(a).told_scene, _job_of(b).told_scene
     if None in scenes:
         return None if scenes == (None, None) else "scene.toml, which one of them lacks"

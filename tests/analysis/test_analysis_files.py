@@ -7,9 +7,9 @@ from PIL import Image
 
 from chaincor.analysis.analysis_files import to_json_object, write_report
 from chaincor.analysis.collision_figures import caption_of
+from chaincor.analysis.collision_frames import Known
 from chaincor.analysis.dumps.dump import Dump
 from chaincor.analysis.frame_analysis import analyze_frames
-from chaincor.analysis.known import Known
 from chaincor.lammps_inputs.bonds.potentials import Harmonic, LennardJones
 
 FIGURES = ["bonds", "contacts", "energy", "mode_heat_map", "spectrum", "trajectories"]

@@ -18,4 +18,4 @@ def test_what_cannot_be_averaged_is_none(times):
     statistics = contact_statistics(times, [1.0] * len(times), 1, 1.0)
     assert statistics.count == len(times)
     assert statistics.mean_interval is None
-    assert statistics.to_dict()["median_interval"] is None
+    assert statistics.median_interval is None

@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
 
+from chaincor.analysis.collision_frames import Known
 from chaincor.analysis.dumps.dump import Dump
 from chaincor.analysis.frame_analysis import analyze_frames
-from chaincor.analysis.known import Known
 from chaincor.analysis.modes import mode_energies
 from chaincor.analysis.restitution import restitution
 from chaincor.lammps_inputs.bonds.potentials import Harmonic

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
+from chaincor.analysis.collision_frames import Known
 from chaincor.analysis.dumps.chain_frames import ChainLayout
 from chaincor.analysis.dumps.dump import Dump
 from chaincor.analysis.frame_analysis import analyze_frames
 from chaincor.analysis.job_analysis import analyze_job
 from chaincor.analysis.job_folder import find_job
-from chaincor.analysis.known import Known
 from chaincor.lammps_inputs.bonds.potentials import Harmonic
 from chaincor.lammps_inputs.errors import InputError
 from tests.analysis.conftest import collide_harmonic

@@ -5,10 +5,10 @@ import json
 import numpy as np
 import pytest
 
+from chaincor.analysis.collision_frames import Known
 from chaincor.analysis.frame_analysis import analyze_frames
 from chaincor.analysis.job_analysis import analyze_job
 from chaincor.analysis.job_folder import find_job
-from chaincor.analysis.known import Known
 from chaincor.analysis.modes import mode_energies
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene

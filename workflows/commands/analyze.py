@@ -129,7 +129,7 @@ def analyze(
         **{name: options[name] for name in ("data", "dump", "scene", "timestep")},
         bond=_bond({name: options[name] for name in ("potential", *BOND_KEYS)}),
         impact_velocity=options["velocity"],
-        masses=None if options["masses"] is None else _read_masses(options["masses"]),
+        masses=_masses(options["masses"]),
         target_particles=options["target_particles"],
         watch=_progress,
         see=partial(_view, options=options),
@@ -211,19 +211,14 @@ def _bond(options: dict[str, Any]) -> Potential | None:
     return Scene(**given).bond
 
 
-def _read_masses(text: str) -> list[float]:
-    """Read ``1,2``, or the numbers in a file of that name."""
-    words = text
-    if Path(text).is_file():
-        words = Path(text).read_text(encoding="utf-8", errors="replace")
+def _masses(text: str | None) -> list[float] | None:
+    """Return the masses in ``1,2``, or those in a file of that name."""
+    from chaincor.lammps_inputs.scene_parts.given_bodies import read_masses
+
     try:
-        return [float(word) for word in words.replace(",", " ").split()]
-    except ValueError:
-        shown = text if len(text) <= 60 else f"{text[:57]}..."
-        raise InputError(
-            f"masses '{shown}' are neither numbers nor a file of numbers; expected them from the "
-            "wall outwards, as --masses 1,2 or --masses FILE"
-        ) from None
+        return None if text is None else read_masses(text)
+    except ValueError as error:
+        raise InputError(f"--masses is {text!a:.60}: {error}") from None
 
 
 @contextmanager

