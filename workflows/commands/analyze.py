@@ -13,7 +13,14 @@ import click
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.bonds.potentials import BOND_KEYS
 from chaincor.lammps_inputs.errors import InputError
-from chaincor.workflows.commands.options import ONE_OR_MORE, PATH, POSITIVE, json_option, tell
+from chaincor.workflows.commands.options import (
+    ONE_OR_MORE,
+    PATH,
+    POSITIVE,
+    json_option,
+    option,
+    tell,
+)
 from chaincor.workflows.commands.scene_options import bond_options
 
 if TYPE_CHECKING:
@@ -23,71 +30,54 @@ if TYPE_CHECKING:
 
 @click.command()
 @click.argument("folder", metavar="DIR", type=PATH)
-@click.option("--data", type=PATH, help="LAMMPS data file [default: found]")
-@click.option("--dump", type=PATH, help="dump, or trajectory [default: found]")
-@click.option(
-    "--timestep",
-    type=POSITIVE,
-    metavar="H",
-    help="simulated time per step, for dumps without the time [default: from log or script]",
+@option("--data", "LAMMPS data file [default: found]", PATH)
+@option("--dump", "dump, or trajectory [default: found]", PATH)
+@option(
+    "--timestep H",
+    "simulated time per step, for dumps without the time [default: from log or script]",
+    POSITIVE,
 )
-@click.option(
-    "--scene",
-    type=PATH,
-    metavar="FILE",
-    help="scene of the job: bonds, speed, target; its bonds may be given by the options of "
+@option(
+    "--scene FILE",
+    "scene of the job: bonds, speed, target; its bonds may be given by the options of "
     "'chaincor run', too, as --potential toda [default: scene.toml in DIR]",
+    PATH,
 )
 @bond_options
-@click.option(
-    "--velocity",
-    type=POSITIVE,
-    metavar="V",
-    help="impact speed, absolute [default: from scene.toml or the first frame]",
+@option(
+    "--velocity V", "impact speed, absolute [default: from scene.toml or the first frame]", POSITIVE
 )
-@click.option(
-    "--masses",
-    metavar="M,...|FILE",
-    help="particle masses from the wall outwards, repeated along the chain: a list, or a file of "
+@option(
+    "--masses M,...|FILE",
+    "particle masses from the wall outwards, repeated along the chain: a list, or a file of "
     "them [default: from dump or data file]",
 )
-@click.option(
-    "--target-particles",
-    type=ONE_OR_MORE,
-    metavar="M",
-    help="the particles at the lowest x are a free target [default: from scene.toml, or the "
+@option(
+    "--target-particles M",
+    "the particles at the lowest x are a free target [default: from scene.toml, or the "
     "column mol of the dump]",
+    ONE_OR_MORE,
 )
-@click.option(
-    "--wall", type=float, metavar="X", help="where the wall is [default: from log or script, or 0]"
-)
-@click.option(
+@option("--wall X", "where the wall is [default: from log or script, or 0]", float)
+@option(
     "--direction",
-    type=click.Choice(["-x", "+x"]),
-    help="which way the chain moves before it meets the wall [default: from log or script, or -x]",
+    "which way the chain moves before it meets the wall [default: from log or script, or -x]",
+    click.Choice(["-x", "+x"]),
 )
-@click.option(
-    "--length", metavar="L|auto", help="natural length of a bond; auto: as in the first frame"
-)
-@click.option("--mass", type=float, metavar="M", help="of a particle, for --units")
-@click.option("--stiffness", type=float, metavar="K", help="of a bond at rest, for --units")
-@click.option(
+@option("--length L|auto", "natural length of a bond; auto: as in the first frame")
+@option("--mass M", "of a particle, for --units", float)
+@option("--stiffness K", "of a bond at rest, for --units", float)
+@option(
     "--units",
-    type=click.Choice(["lj", "metal", "real", "si"]),
-    help="of the dump; with --length, --mass and --stiffness [default: units.toml, or springs and "
+    "of the dump; with --length, --mass and --stiffness [default: units.toml, or springs and "
     "masses of log or script, or lj]",
+    click.Choice(["lj", "metal", "real", "si"]),
 )
-@click.option(
-    "-o",
-    "--output",
-    type=PATH,
-    metavar="OUT",
-    help="write a page (analysis.html) with its figures, CSV and JSON here",
+@option(
+    "-o, --output OUT", "write a page (analysis.html) with its figures, CSV and JSON here", PATH
 )
-@click.option(
-    "--animation", type=PATH, metavar="FILE", help="write a moving picture (.gif; .mp4 with ffmpeg)"
-)
-@click.option("--xyz", type=PATH, metavar="FILE", help="write extended XYZ for viewers")
+@option("--animation FILE", "write a moving picture (.gif; .mp4 with ffmpeg)", PATH)
+@option("--xyz FILE", "write extended XYZ for viewers", PATH)
 @json_option
 def analyze(
     folder: Path,

@@ -5,12 +5,12 @@ from pathlib import Path
 
 import click
 
-from chaincor.workflows.commands.options import json_option, tell
+from chaincor.workflows.commands.options import json_option, option, tell
 
 
 @click.command()
 @click.argument("folder", metavar="DIR")
-@click.option("-o", "--output", metavar="STORE", required=True, help="store for the results")
+@option("-o, --output STORE", "store for the results", required=True)
 @json_option
 def collect(folder: str, output: str, as_json: bool) -> None:
     """

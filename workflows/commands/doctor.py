@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from chaincor.workflows.commands.options import json_option, tell
+from chaincor.workflows.commands.options import json_option, option, tell
 
 if TYPE_CHECKING:
     from chaincor.workflows.machine import CommandNeeds
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 @click.command()
 @json_option
-@click.option("--warm", is_flag=True, help="first compile the loops of all named bonds")
+@option("--warm", "first compile the loops of all named bonds")
 @click.pass_context
 def doctor(ctx: click.Context, as_json: bool, warm: bool) -> None:
     """

@@ -4,26 +4,24 @@ from pathlib import Path
 
 import click
 
+from chaincor.workflows.commands.options import PATH, option
 from chaincor.workflows.pictures.live_page import MOST_PARTICLES, live_page
 
 
 @click.command()
-@click.option(
-    "-o",
-    "--output",
-    type=click.Path(path_type=Path),
+@option(
+    "-o, --output FILE",
+    "the page",
+    PATH,
     default=Path("explore.html"),
     show_default=True,
-    metavar="FILE",
-    help="the page",
 )
-@click.option(
-    "--particles",
-    type=click.IntRange(1, MOST_PARTICLES),
+@option(
+    "--particles N",
+    "length of the chain at first",
+    click.IntRange(1, MOST_PARTICLES),
     default=50,
     show_default=True,
-    metavar="N",
-    help="length of the chain at first",
 )
 def explore(output: Path, particles: int) -> None:
     """

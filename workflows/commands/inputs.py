@@ -8,51 +8,37 @@ import click
 
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.script_plan import JobWishes
+from chaincor.workflows.commands.options import option
 from chaincor.workflows.commands.scene_options import SceneCommand, scene_from, scene_options
 
 
 @click.command(cls=SceneCommand)
 @scene_options("engine", "save", "arrays", "dump")
-@click.option("-o", "--output", metavar="DIR", help="folder for the job")
-@click.option("--template", metavar="FILE", help="template that extends job.in.j2")
-@click.option(
-    "--set", "settings", metavar="NAME=VALUE", multiple=True, help="value that the template names"
-)
-@click.option(
+@option("-o, --output DIR", "folder for the job")
+@option("--template FILE", "template that extends job.in.j2")
+@option("--set NAME=VALUE", "value that the template names", multiple=True, name="settings")
+@option(
     "--submit",
-    type=click.Choice(["slurm", "pbs", "bash"]),
-    help="for a sweep file: the scheduler that runs the jobs [default: bash]",
+    "for a sweep file: the scheduler that runs the jobs [default: bash]",
+    click.Choice(["slurm", "pbs", "bash"]),
 )
-@click.option(
-    "--site",
-    metavar="FILE",
-    help="for a sweep file: lines to put at the head of the script that submits",
+@option("--site FILE", "for a sweep file: lines to put at the head of the script that submits")
+@option("--dry-run", "print the script and write nothing")
+@option("--frames", "also dump the motion, as --dump-frames says", name="dump")
+@option("--contacts", "also list the contacts, in contacts.txt")
+@option(
+    "--restartable", "-var restart 20 writes the state now and then, -var resume 1 goes on from it"
 )
-@click.option("--dry-run", is_flag=True, help="print the script and write nothing")
-@click.option("--frames", "dump", is_flag=True, help="also dump the motion, as --dump-frames says")
-@click.option("--contacts", is_flag=True, help="also list the contacts, in contacts.txt")
-@click.option(
-    "--restartable",
-    is_flag=True,
-    help="-var restart 20 writes the state now and then, -var resume 1 goes on from it",
-)
-@click.option(
-    "--guards",
-    is_flag=True,
-    help="stop, with a reason, where the job is not made for what it is given",
-)
-@click.option(
-    "--table-range",
+@option("--guards", "stop, with a reason, where the job is not made for what it is given")
+@option(
+    "--table-range LOW HIGH",
+    "bond lengths that the table shall hold at least, for faster chains by -var velocity",
+    float,
     nargs=2,
-    type=float,
-    metavar="LOW HIGH",
-    help="bond lengths that the table shall hold at least, for faster chains by -var velocity",
 )
-@click.option(
-    "--plain", is_flag=True, help="LAMMPS's own commands alone: some twenty, without an error bar"
-)
-@click.option("--explain", is_flag=True, help="say in each file what every command is for")
-@click.option("--force", is_flag=True, help="replace a job that is in the folder already")
+@option("--plain", "LAMMPS's own commands alone: some twenty, without an error bar")
+@option("--explain", "say in each file what every command is for")
+@option("--force", "replace a job that is in the folder already")
 def inputs(
     scene_file: str | None,
     output: str | None,

@@ -4,19 +4,19 @@ from pathlib import Path
 
 import click
 
+from chaincor.workflows.commands.options import FOLDER, option
+
 
 @click.command()
-@click.option(
-    "-o",
-    "--output",
-    type=click.Path(path_type=Path, file_okay=False),
+@option(
+    "-o, --output DIR",
+    "folder for the notebooks",
+    FOLDER,
     default=Path("lessons"),
     show_default=True,
-    metavar="DIR",
-    help="folder for the notebooks",
 )
-@click.option("--solutions", is_flag=True, help="with the solutions, for teachers")
-@click.option("--force", is_flag=True, help="replace notebooks that are in the folder already")
+@option("--solutions", "with the solutions, for teachers")
+@option("--force", "replace notebooks that are in the folder already")
 def lessons(output: Path, solutions: bool, force: bool) -> None:
     """
     Write the lessons as notebooks for students: `jupyter lab DIR` opens them.

@@ -17,13 +17,33 @@ PATH = click.Path(path_type=Path)
 FILE = click.Path(dir_okay=False, path_type=Path)
 FOLDER = click.Path(file_okay=False, path_type=Path)
 
-json_option = click.option("--json", "as_json", is_flag=True, help="print one JSON object")
+
+def option(
+    shown: str, text: str, kind: Any = None, *, name: str | None = None, **more: Any
+) -> Callable[[Callable], Callable]:
+    """
+    Return an option by what help shows of it, such as ``-o, --output DIR``, and its text.
+
+    Without a word for its value, and without a kind, it is a flag. `name` is the parameter's where
+    it is not the option's; `more` are click's own settings.
+    """
+    words = shown.split()
+    names = [word.rstrip(",") for word in words if word.startswith("-")]
+    metavar = " ".join(words[len(names) :]) or None
+    if metavar is None and kind is None:
+        more["is_flag"] = True
+    if name is not None:
+        names.append(name)
+    return click.option(*names, type=kind, metavar=metavar, help=text, **more)
+
+
+json_option = option("--json", "print one JSON object", name="as_json")
 
 
 def page_option(page: str, figures: str = "figures") -> Callable[[Callable], Callable]:
     """Return the option that says where a study's page and its files go."""
     text = f"write a page ({page}) with its {figures}, CSV and JSON here"
-    return click.option("-o", "--output", type=FOLDER, metavar="DIR", help=text)
+    return option("-o, --output DIR", text, FOLDER)
 
 
 def tell(plain: Mapping[str, Any], text: str, as_json: bool, scene: "Scene | None" = None) -> None:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from chaincor.workflows.commands.options import PATH
+from chaincor.workflows.commands.options import PATH, option
 from chaincor.workflows.errors import StoreError
 
 if TYPE_CHECKING:
@@ -18,28 +18,17 @@ if TYPE_CHECKING:
 
 @click.command()
 @click.argument("store_path", metavar="STORE", type=PATH)
-@click.option("--x", default="speed", help="column along the axis [default: speed]")
-@click.option("--y", default="restitution", help="column up the axis [default: restitution]")
-@click.option(
-    "--by",
-    metavar="COL,...",
-    help="one curve for each value of these columns [default: whatever varies]",
-)
-@click.option("--colour", help="a heat map: this column as colour over x and y")
-@click.option(
-    "--mean",
-    metavar="COL",
-    help="the mean over this column, such as seed, with its standard error and bands between "
+@option("--x TEXT", "column along the axis [default: speed]", default="speed")
+@option("--y TEXT", "column up the axis [default: restitution]", default="restitution")
+@option("--by COL,...", "one curve for each value of these columns [default: whatever varies]")
+@option("--colour TEXT", "a heat map: this column as colour over x and y")
+@option(
+    "--mean COL",
+    "the mean over this column, such as seed, with its standard error and bands between "
     "quantiles of 5, 25, 75 and 95 %",
 )
-@click.option("--where", multiple=True, metavar="COND", help="such as potential=lj or speed<0.5")
-@click.option(
-    "-o",
-    "--output",
-    type=PATH,
-    metavar="FILE",
-    help="PNG, PDF or SVG [default: the store's name with .png]",
-)
+@option("--where COND", "such as potential=lj or speed<0.5", multiple=True)
+@option("-o, --output FILE", "PNG, PDF or SVG [default: the store's name with .png]", PATH)
 def plot(
     store_path: Path,
     x: str,

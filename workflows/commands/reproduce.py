@@ -5,18 +5,17 @@ from typing import Any
 
 import click
 
-from chaincor.workflows.commands.options import FOLDER, ONE_OR_MORE
+from chaincor.workflows.commands.options import FOLDER, ONE_OR_MORE, option
 
 
 @click.command()
-@click.option(
-    "-o",
-    "--output",
-    "folder",
-    type=FOLDER,
+@option(
+    "-o, --output",
+    "folder for the report, its figures, their data and the results store",
+    FOLDER,
     default=Path("reproduction"),
     show_default=True,
-    help="folder for the report, its figures, their data and the results store",
+    name="folder",
 )
 @click.option(
     "--quick/--full",
@@ -25,15 +24,9 @@ from chaincor.workflows.commands.options import FOLDER, ONE_OR_MORE
     show_default=True,
     help="minutes with errors of 1e-5, or half an hour with 1e-7 and more points",
 )
-@click.option(
-    "--workers",
-    type=ONE_OR_MORE,
-    default=2,
-    show_default=True,
-    help="processes that compute",
-)
-@click.option("--rocrate", "as_crate", is_flag=True, help="describe the folder as an RO-Crate, too")
-@click.option("--json", "as_json", is_flag=True, help="print the contents of report.json")
+@option("--workers", "processes that compute", ONE_OR_MORE, default=2, show_default=True)
+@option("--rocrate", "describe the folder as an RO-Crate, too", name="as_crate")
+@option("--json", "print the contents of report.json", name="as_json")
 @click.pass_context
 def reproduce(
     ctx: click.Context, folder: Path, quick: bool, workers: int, as_crate: bool, as_json: bool

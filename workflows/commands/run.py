@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from chaincor.workflows.commands.options import ONE_OR_MORE, POSITIVE, json_option, tell
+from chaincor.workflows.commands.options import ONE_OR_MORE, POSITIVE, json_option, option, tell
 from chaincor.workflows.commands.scene_options import SceneCommand, scene_from, scene_options
 from chaincor.workflows.json_output import json_text
 from chaincor.workflows.showing.text import describe
@@ -30,38 +30,28 @@ Examples:
 
 @click.command(cls=SceneCommand, epilog=_EXAMPLES)
 @scene_options()
-@click.option(
-    "--animate",
-    metavar="FILE",
-    help="draw the motion, computed again by the in-house engine, as .gif or .mp4",
+@option("--animate FILE", "draw the motion, computed again by the in-house engine, as .gif or .mp4")
+@option("--watch", "play the motion in the terminal", name="watched")
+@option("--most-hours H", "most hours that it may take [default: 24]", POSITIVE)
+@option(
+    "--samples N",
+    "with a temperature: run N seeds, and print the mean eta and its standard error",
+    ONE_OR_MORE,
 )
-@click.option("--watch", "watched", is_flag=True, help="play the motion in the terminal")
-@click.option(
-    "--most-hours", type=POSITIVE, metavar="H", help="most hours that it may take [default: 24]"
-)
-@click.option(
-    "--samples",
-    type=ONE_OR_MORE,
-    metavar="N",
-    help="with a temperature: run N seeds, and print the mean eta and its standard error",
-)
-@click.option(
-    "--precision",
-    type=POSITIVE,
-    metavar="P",
-    help="with --samples: wanted standard error of the mean; says how many more samples "
+@option(
+    "--precision P",
+    "with --samples: wanted standard error of the mean; says how many more samples "
     "are needed [default: 0.01]",
+    POSITIVE,
 )
-@click.option(
-    "--workers",
-    type=ONE_OR_MORE,
-    metavar="N",
-    help="with --samples: run N at the same time [default: one for each core]",
+@option(
+    "--workers N",
+    "with --samples: run N at the same time [default: one for each core]",
+    ONE_OR_MORE,
 )
-@click.option(
+@option(
     "--sensitivity",
-    is_flag=True,
-    help="also print the derivatives of eta with respect to speed, masses, bonds and contact",
+    "also print the derivatives of eta with respect to speed, masses, bonds and contact",
 )
 @json_option
 @click.pass_context

@@ -12,6 +12,7 @@ from chaincor.lammps_inputs.bonds.potentials import BOND_KEYS, POTENTIAL_NAMES
 from chaincor.lammps_inputs.errors import meant, mistakes_in
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.scene_parts.scene_file import read_scene_fields
+from chaincor.workflows.commands.options import option
 
 
 def _plain_types(annotation: Any) -> list[Any]:
@@ -86,41 +87,36 @@ class NamedNumbers(click.ParamType):
         return numbers
 
 
+# What help calls a value of each type, and how it is read. Paths stay text here: the scene turns
+# them into paths and says what is wrong with them.
+_VALUES: dict[type, tuple[str, click.ParamType]] = {
+    int: ("N", click.INT),
+    float: ("X", click.FLOAT),
+    Path: ("FILE", click.STRING),
+    tuple: ("LIST|FILE", click.STRING),
+    str: ("TEXT", click.STRING),
+    dict: ("NAME=X,...", NamedNumbers()),
+}
+
+
 def _option(name: str, hidden: bool = False) -> Callable[[Callable], Callable]:
     field = Scene.model_fields[name]
     kind, *words = _plain_types(field.annotation)
-    text = field.description or ""
-    default = field.default
+    text, default, dashed = field.description or "", field.default, name.replace("_", "-")
     if default is not None and "[default" not in text and not isinstance(default, bool):
-        text += (
-            f" [default: {default:g}]" if isinstance(default, float) else f" [default: {default}]"
-        )
-    dashed = name.replace("_", "-")
+        text += f" [default: {f'{default:g}' if isinstance(default, float) else default}]"
     if kind is bool:
-        return click.option(
-            f"--{dashed}/--no-{dashed}", name, default=None, help=text, hidden=hidden
-        )
-    choices = POTENTIAL_NAMES if name == "potential" else get_args(kind)
+        both = f"--{dashed}/--no-{dashed}"
+        return click.option(both, name, default=None, help=text, hidden=hidden)
     if name == "potential" or get_origin(kind) is Literal:
-        return click.option(f"--{dashed}", name, type=WordChoice(choices), help=text, hidden=hidden)
-    types_and_names: dict[type, tuple[click.ParamType | None, str]] = {
-        int: (click.INT, "N"),
-        float: (click.FLOAT, "X"),
-        Path: (None, "FILE"),
-        tuple: (None, "LIST|FILE"),
-        str: (None, "TEXT"),
-        dict: (NamedNumbers(), "NAME=X,..."),
-    }
-    option_type, metavar = types_and_names[get_origin(kind) or kind]
+        choices = POTENTIAL_NAMES if name == "potential" else get_args(kind)
+        return option(f"--{dashed}", text, WordChoice(choices), hidden=hidden)
+    metavar, read = _VALUES[get_origin(kind) or kind]
     if words:
         choices = get_args(words[0])
-        option_type, metavar = _NumberOrWord(*choices), "|".join(("X", *choices))
-    if name == "save":
-        metavar = "DIR"
-    # Paths stay text here: the scene turns them into paths and says what is wrong with them.
-    return click.option(
-        f"--{dashed}", name, type=option_type, metavar=metavar, help=text, hidden=hidden
-    )
+        metavar, read = "|".join(("X", *choices)), _NumberOrWord(*choices)
+    metavar = "DIR" if name == "save" else metavar
+    return option(f"--{dashed} {metavar}", text, read, hidden=hidden)
 
 
 def bond_options(command: Callable) -> Callable:

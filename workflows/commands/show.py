@@ -5,7 +5,7 @@ from typing import Any
 
 import click
 
-from chaincor.workflows.commands.options import PATH, json_option, tell
+from chaincor.workflows.commands.options import PATH, json_option, option, tell
 from chaincor.workflows.json_output import finite
 from chaincor.workflows.showing.table import aligned
 
@@ -25,18 +25,10 @@ _COLUMNS = (
 
 @click.command()
 @click.argument("store_path", metavar="STORE", type=PATH)
-@click.option("--columns", metavar="A,B,...", help="which, and in what order")
-@click.option("--where", multiple=True, metavar="COND", help="such as potential=lj or speed<0.5")
-@click.option(
-    "--sort", default="potential,particles,velocity", metavar="A,-B", help="-B: largest first"
-)
-@click.option(
-    "--limit",
-    default=100,
-    type=click.IntRange(min=0),
-    metavar="N",
-    help="most rows; 0 for all [default: 100]",
-)
+@option("--columns A,B,...", "which, and in what order")
+@option("--where COND", "such as potential=lj or speed<0.5", multiple=True)
+@option("--sort A,-B", "-B: largest first", default="potential,particles,velocity")
+@option("--limit N", "most rows; 0 for all [default: 100]", click.IntRange(min=0), default=100)
 @json_option
 def show(
     store_path: Path,

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-from chaincor.workflows.commands.options import PATH
+from chaincor.workflows.commands.options import PATH, option
 
 
 @click.group()
@@ -30,11 +30,10 @@ def merge(target: Path, sources: tuple[Path, ...]) -> None:
 @store.command()
 @click.argument("source", metavar="STORE", type=PATH)
 @click.argument("target", metavar="FILE", type=PATH)
-@click.option(
+@option(
     "--rocrate",
-    "as_crate",
-    is_flag=True,
-    help="FILE is a folder: for results.csv, and what archives read of it (RO-Crate 1.1)",
+    "FILE is a folder: for results.csv, and what archives read of it (RO-Crate 1.1)",
+    name="as_crate",
 )
 def export(source: Path, target: Path, as_crate: bool) -> None:
     """Write all rows of STORE to FILE: .csv, or .parquet with chaincor[export]."""

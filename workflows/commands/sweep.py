@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from chaincor.workflows.commands.options import ONE_OR_MORE, PATH, json_option, option
 from chaincor.workflows.durations import format_duration
 from chaincor.workflows.given import workers_given
 from chaincor.workflows.json_output import json_text
@@ -29,37 +30,26 @@ def _shard(_ctx: click.Context, _parameter: click.Parameter, text: str | None) -
 
 
 @click.command()
-@click.argument("sweep_file", metavar="SWEEP.toml", type=click.Path(path_type=Path))
-@click.option(
-    "--store",
-    "store_path",
-    type=click.Path(path_type=Path),
-    metavar="FILE",
-    help="where results go [default: as the file says, or its name with .sqlite]",
+@click.argument("sweep_file", metavar="SWEEP.toml", type=PATH)
+@option(
+    "--store FILE",
+    "where results go [default: as the file says, or its name with .sqlite]",
+    PATH,
+    name="store_path",
 )
-@click.option("--dry-run", is_flag=True, help="print the points, the time and the disk it takes")
-@click.option(
-    "--workers",
-    type=click.IntRange(min=1),
-    metavar="N",
-    help="processes on this machine [default: its cores]",
+@option("--dry-run", "print the points, the time and the disk it takes")
+@option("--workers N", "processes on this machine [default: its cores]", ONE_OR_MORE)
+@option("--scheduler ADDRESS", "compute on this Dask cluster, tcp://HOST:8786")
+@option("--shard I/K", "only part I of K, for job arrays", callback=_shard)
+@option("--arrays", "keep contacts, mode energies and final states")
+@option("--recompute", "compute also what is there")
+@option("--retry-failed", "also try again collisions that failed in an earlier run")
+@option(
+    "--keep-jobs DIR",
+    "keep each LAMMPS job in a folder of its own in here",
+    PATH,
 )
-@click.option(
-    "--scheduler", metavar="ADDRESS", help="compute on this Dask cluster, tcp://HOST:8786"
-)
-@click.option("--shard", callback=_shard, metavar="I/K", help="only part I of K, for job arrays")
-@click.option("--arrays", is_flag=True, help="keep contacts, mode energies and final states")
-@click.option("--recompute", is_flag=True, help="compute also what is there")
-@click.option(
-    "--retry-failed", is_flag=True, help="also try again collisions that failed in an earlier run"
-)
-@click.option(
-    "--keep-jobs",
-    type=click.Path(path_type=Path),
-    metavar="DIR",
-    help="keep each LAMMPS job in a folder of its own in here",
-)
-@click.option("--json", "as_json", is_flag=True, help="print one JSON object")
+@json_option
 @click.pass_context
 def sweep(
     ctx: click.Context,

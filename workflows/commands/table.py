@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from chaincor.workflows.commands.options import FILE, json_option, tell
+from chaincor.workflows.commands.options import FILE, json_option, option, tell
 from chaincor.workflows.json_output import finite
 
 if TYPE_CHECKING:
@@ -17,36 +17,30 @@ _LEAST_ROWS = 4
 
 @click.command()
 @click.argument("file", type=FILE)
-@click.option("--keyword", metavar="K", help="the section, where there are several")
-@click.option(
+@option("--keyword K", "the section, where there are several")
+@option(
     "--style",
-    type=click.Choice(["spline", "linear", "lookup"]),
+    "how LAMMPS interpolates [default: spline]",
+    click.Choice(["spline", "linear", "lookup"]),
     default="spline",
-    help="how LAMMPS interpolates [default: spline]",
 )
-@click.option(
+@option(
     "--kind",
-    type=click.Choice(["bond", "angle", "pair"]),
-    help="what it is a table of [default: what it looks like]",
+    "what it is a table of [default: what it looks like]",
+    click.Choice(["bond", "angle", "pair"]),
 )
-@click.option(
-    "--tolerance",
-    type=float,
-    metavar="X",
-    help="largest error to accept, as a fraction of the largest force "
-    "[default: it is told, not judged]",
+@option(
+    "--tolerance X",
+    "largest error to accept, as a fraction of the largest force [default: it is told, not judged]",
+    float,
 )
-@click.option(
-    "--write",
-    type=FILE,
-    metavar="NEW",
-    help="write a table through these rows, with all digits and energies that fit",
+@option(
+    "--write NEW", "write a table through these rows, with all digits and energies that fit", FILE
 )
-@click.option(
-    "--rows",
-    type=click.IntRange(min=_LEAST_ROWS, max=10_000_000),
-    metavar="N",
-    help="rows of what is written [default: as many as there are]",
+@option(
+    "--rows N",
+    "rows of what is written [default: as many as there are]",
+    click.IntRange(min=_LEAST_ROWS, max=10_000_000),
 )
 @json_option
 @click.pass_context

@@ -5,52 +5,36 @@ from typing import Any
 
 import click
 
-from chaincor.workflows.commands.options import FILE, json_option, page_option, tell
+from chaincor.workflows.commands.options import FILE, json_option, option, page_option, tell
 
 
 @click.command()
 @click.argument("script", type=FILE)
 @click.argument("quantities", nargs=-1, metavar="[KEYWORD[:KIND]] ...")
-@click.option(
-    "--observable",
-    metavar="REGEX",
-    help="a number that the script prints: a pattern with one group; the last match counts",
+@option(
+    "--observable REGEX",
+    "a number that the script prints: a pattern with one group; the last match counts",
 )
-@click.option(
-    "--tolerance",
-    type=float,
-    metavar="X",
-    help="absolute error to keep, of every number [default: what the ladder can tell]",
+@option(
+    "--tolerance X",
+    "absolute error to keep, of every number [default: what the ladder can tell]",
+    float,
 )
-@click.option(
-    "--vary",
-    metavar="NAME=FROM:TO:COUNT",
-    help="another ladder, coarse end first: a variable of the script, timestep, cutoff, skin or "
+@option(
+    "--vary NAME=FROM:TO:COUNT",
+    "another ladder, coarse end first: a variable of the script, timestep, cutoff, skin or "
     "rows; or seed=N, ranks=1,2,4, lastdigit [default: the script's step, from 2 to 1/4 of it]",
 )
-@click.option(
-    "--fix",
+@option(
+    "--fix NAME=VALUE,VALUE",
+    "repeat the ladder at each of these values of another variable",
     multiple=True,
-    metavar="NAME=VALUE,VALUE",
-    help="repeat the ladder at each of these values of another variable",
 )
-@click.option(
-    "--seeds", type=int, metavar="N", help="N runs at each value, each with a seed of its own"
-)
-@click.option(
-    "--phases", type=int, metavar="N", help="N runs at nearby values for each value [default: 4]"
-)
-@click.option(
-    "--scale-periods",
-    is_flag=True,
-    help="keep the time between outputs that the script counts in steps",
-)
-@click.option("--timeout", type=float, metavar="S", help="seconds one run may take [default: 600]")
-@click.option(
-    "--lmp",
-    metavar="COMMAND",
-    help="the LAMMPS command, such as 'srun lmp' [default: the one installed]",
-)
+@option("--seeds N", "N runs at each value, each with a seed of its own", int)
+@option("--phases N", "N runs at nearby values for each value [default: 4]", int)
+@option("--scale-periods", "keep the time between outputs that the script counts in steps")
+@option("--timeout S", "seconds one run may take [default: 600]", float)
+@option("--lmp COMMAND", "the LAMMPS command, such as 'srun lmp' [default: the one installed]")
 @page_option("timestep.html", "figure")
 @json_option
 def timestep(script: Path, output: Path | None, as_json: bool, **options: Any) -> None:

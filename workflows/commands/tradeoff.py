@@ -6,7 +6,7 @@ from typing import Any
 import click
 
 from chaincor.lammps_inputs.scene import FILE_KEYS
-from chaincor.workflows.commands.options import json_option, page_option, tell
+from chaincor.workflows.commands.options import json_option, option, page_option, tell
 from chaincor.workflows.commands.scene_options import SceneCommand, scene_from, scene_options
 
 # A study chooses these itself, and writes none of the files of a single run.
@@ -16,11 +16,9 @@ _OWN = ("engine", "wall", "scheme", "timestep", "table", "table_points", "error"
 @click.command(cls=SceneCommand)
 @scene_options(*_OWN, *FILE_KEYS)
 @page_option("tradeoff.html")
-@click.option("--quick", is_flag=True, help="fewer settings: some 15 s instead of 90 s")
-@click.option(
-    "--calibrate",
-    is_flag=True,
-    help="measure what LAMMPS costs on this machine, for all later runs, and nothing else",
+@option("--quick", "fewer settings: some 15 s instead of 90 s")
+@option(
+    "--calibrate", "measure what LAMMPS costs on this machine, for all later runs, and nothing else"
 )
 @json_option
 def tradeoff(

@@ -7,7 +7,7 @@ import click
 
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.scene import NUMERICS_KEYS, OUTPUT_KEYS
-from chaincor.workflows.commands.options import POSITIVE, json_option, tell
+from chaincor.workflows.commands.options import POSITIVE, json_option, option, tell
 from chaincor.workflows.commands.scene_options import SceneCommand, scene_from, scene_options
 from chaincor.workflows.outputs import PICTURES, PICTURES_SAID
 from chaincor.workflows.validation.user_integrator import USER_TIMEOUT
@@ -19,32 +19,21 @@ if TYPE_CHECKING:
 
 @click.command(cls=SceneCommand)
 @scene_options("engine", *OUTPUT_KEYS)
-@click.option(
-    "--against",
-    metavar="MODULE:FUNCTION|FILE|DIR",
-    help="your integrator (its code is run), its output as CSV or NPZ, or a LAMMPS result of your "
+@option(
+    "--against MODULE:FUNCTION|FILE|DIR",
+    "your integrator (its code is run), its output as CSV or NPZ, or a LAMMPS result of your "
     "own: a job's folder, a dump, or a log with a line 'restitution = '",
 )
-@click.option(
-    "--timeout",
-    type=POSITIVE,
-    metavar="S",
-    help=f"seconds your function may take [default: {USER_TIMEOUT:g}]",
-)
-@click.option(
+@option("--timeout S", f"seconds your function may take [default: {USER_TIMEOUT:g}]", POSITIVE)
+@option(
     "--grid",
-    is_flag=True,
-    help="a grid of potentials, sizes and speeds instead; for LAMMPS also masses, free targets, "
+    "a grid of potentials, sizes and speeds instead; for LAMMPS also masses, free targets, "
     "soft contacts and compressed chains",
 )
-@click.option(
-    "--ladder",
-    is_flag=True,
-    help="the order of your function's error instead: it is run at --timestep and 5 halvings",
+@option(
+    "--ladder", "the order of your function's error instead: it is run at --timestep and 5 halvings"
 )
-@click.option(
-    "--plot", metavar="FILE", help="draw the differences against their error bars: PNG, PDF or SVG"
-)
+@option("--plot FILE", "draw the differences against their error bars: PNG, PDF or SVG")
 @json_option
 @click.pass_context
 def validate(
