@@ -12,7 +12,7 @@ from functools import cache, partial
 from typing import Any
 
 from chaincor.lammps_inputs.bonds.potentials import NAMED_POTENTIALS
-from chaincor.workflows.cli import COMMANDS, CommandFacts
+from chaincor.workflows.cli import COMMANDS
 from chaincor.workflows.engines.lammps.library import find_lmp_command, find_mpi_library
 from chaincor.workflows.errors import ChaincorError, MissingLibraryError
 from chaincor.workflows.versions import version_of
@@ -89,40 +89,24 @@ def warm_up() -> Iterator[tuple[str, float]]:
         yield name, time.perf_counter() - started
 
 
-@dataclass(frozen=True)
-class CommandNeeds:
-    """What a command needs of what a machine may lack."""
-
-    command: str  #: Its name.
-    facts: CommandFacts  #: What it needs, always and for some uses.
-    #: Those of both that are not installed or, as for LAMMPS, do not load.
-    missing: tuple[str, ...]
-
-    @property
-    def works(self) -> bool:
-        """Whether nothing is missing that every use of the command needs."""
-        return not set(self.missing) & set(self.facts.needs)
-
-
-def command_needs(findings: Sequence[Finding] = ()) -> list[CommandNeeds]:
+def command_needs(findings: Sequence[Finding] = ()) -> list[dict[str, Any]]:
     """
-    Say what each command needs, and what of it this machine lacks.
+    Say what each command needs, and what of it is missing: not installed, or does not load.
 
-    `findings` were made already: a LAMMPS that hangs is waited for once.
+    A command works that lacks nothing that each of its uses needs. `findings` were made already: a
+    LAMMPS that hangs is waited for once.
     """
     named = {name for facts in COMMANDS.values() for name in (*facts.needs, *facts.also)}
     lacking = {name for name in named if version_of(name) is None}
     known = [finding for finding in findings if finding.subject == "LAMMPS library"]
     if not (known or [_try("LAMMPS library", _lammps_library)])[0].good:
         lacking.add("lammps")
-    return [
-        CommandNeeds(
-            command,
-            facts,
-            tuple(name for name in (*facts.needs, *facts.also) if name in lacking),
-        )
-        for command, facts in COMMANDS.items()
-    ]
+    found = []
+    for command, facts in COMMANDS.items():
+        missing = [name for name in (*facts.needs, *facts.also) if name in lacking]
+        told = {"command": command, "needs": facts.needs, "also": facts.also, "missing": missing}
+        found.append(told | {"works": not set(missing) & set(facts.needs)})
+    return found
 
 
 def _try(subject: str, check: Callable[[], str]) -> Finding:

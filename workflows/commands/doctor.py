@@ -4,14 +4,11 @@ import platform
 import sys
 import tempfile
 from dataclasses import asdict
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
 from chaincor.workflows.commands.options import json_option, option, tell
-
-if TYPE_CHECKING:
-    from chaincor.workflows.machine import CommandNeeds
 
 
 @click.command()
@@ -39,7 +36,7 @@ def doctor(ctx: click.Context, as_json: bool, warm: bool) -> None:
         "prefix": sys.prefix,
         "temporary_folder": tempfile.gettempdir(),
         "findings": [asdict(finding) for finding in findings],
-        "commands": [_plain(needs) for needs in commands],
+        "commands": commands,
     }
     lines = [f"{'yes' if f.good else 'NO '}  {f.subject}: {f.text}" for f in findings]
     lines += ["", "command needs (and for some uses)", *map(_describe, commands), ""]
@@ -49,14 +46,9 @@ def doctor(ctx: click.Context, as_json: bool, warm: bool) -> None:
         ctx.exit(1)
 
 
-def _plain(needs: "CommandNeeds") -> dict[str, Any]:
-    told = {"command": needs.command, "needs": needs.facts.needs, "also": needs.facts.also}
-    return told | {"missing": needs.missing, "works": needs.works}
-
-
-def _describe(needs: "CommandNeeds") -> str:
-    always = ", ".join(needs.facts.needs) or "nothing more"
-    uses = "; ".join(f"{library} for {use}" for library, use in needs.facts.also.items())
-    lacks = f" - lacks {', '.join(needs.missing)}" if needs.missing else ""
-    text = f"{needs.command}: {always}{f' ({uses})' if uses else ''}{lacks}"
-    return f"{'yes' if needs.works else 'NO '}  {text}"
+def _describe(command: dict[str, Any]) -> str:
+    always = ", ".join(command["needs"]) or "nothing more"
+    uses = "; ".join(f"{library} for {use}" for library, use in command["also"].items())
+    lacks = f" - lacks {', '.join(command['missing'])}" if command["missing"] else ""
+    text = f"{command['command']}: {always}{f' ({uses})' if uses else ''}{lacks}"
+    return f"{'yes' if command['works'] else 'NO '}  {text}"

@@ -7,14 +7,12 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from chaincor.workflows.commands.options import ONE_OR_MORE, PATH, json_option, option
+from chaincor.workflows.commands.options import ONE_OR_MORE, PATH, json_option, option, tell
 from chaincor.workflows.durations import format_duration
 from chaincor.workflows.given import workers_given
-from chaincor.workflows.json_output import json_text
 
 if TYPE_CHECKING:
     from chaincor.workflows.campaign.into_store import IntoStore, Tally
-    from chaincor.workflows.campaign.sweep_file import Sweep
     from chaincor.workflows.campaign.work import Forecast
 
 _MOST_POINTS_SHOWN = 30
@@ -76,18 +74,18 @@ def sweep(
     potential = ["lj", "toda"]
     speed = { from = 0.1, to = 1.0, points = 10 }
     """  # noqa: D301
-    from chaincor.workflows.campaign import points
-    from chaincor.workflows.campaign import sweep_file as files
     from chaincor.workflows.campaign.cluster import DaskCluster
     from chaincor.workflows.campaign.into_store import IntoStore
+    from chaincor.workflows.campaign.points import shard as part_of
+    from chaincor.workflows.campaign.sweep_file import read_sweep
     from chaincor.workflows.campaign.work import Forecast
     from chaincor.workflows.store.results_store import Store
 
     if scheduler is not None and workers is not None:
         raise click.UsageError("--workers is for this machine; a cluster has workers of its own")
-    asked = files.read_sweep(sweep_file)
+    asked = read_sweep(sweep_file)
     # Made once: each is looked at several times.
-    scenes = tuple(asked.scenes) if shard is None else points.shard(asked.scenes, *shard)
+    scenes = tuple(asked.scenes) if shard is None else part_of(asked.scenes, *shard)
     path = asked.store if store_path is None else store_path
     wishes["arrays"] |= asked.arrays
     cores = workers_given(workers)
@@ -95,15 +93,17 @@ def sweep(
         with Store(path, read_only=True) if path.exists() else contextlib.nullcontext() as store:
             todo = scenes if store is None else IntoStore(store, scenes, **wishes).todo
         cost = Forecast.of(todo, arrays=wishes["arrays"])
-        click.echo(_forecast(asked, scenes, path, cost, cores, as_json))
+        points = [
+            scene.model_dump(mode="json", include=scene.model_fields_set, exclude_none=True)
+            for scene in scenes
+        ]
+        forecast = asdict(cost) | {"workers": cores, "wall_seconds": cost.wall_seconds(cores)}
+        told = {"points": points, "store": str(path), "to_compute": forecast}
+        tell(told, _forecast(points, asked.axes, path, cost, cores), as_json)
         unused = {"--scheduler": scheduler, "--keep-jobs": keep_jobs}
-        left_out = [name for name, value in unused.items() if value is not None]
-        if left_out:
-            click.echo(
-                f"chaincor: note: the forecast is for this machine and for results; it leaves out "
-                f"{' and '.join(left_out)}",
-                err=True,
-            )
+        if left_out := [name for name, value in unused.items() if value is not None]:
+            note = "the forecast is for this machine and for results; it leaves out"
+            click.echo(f"chaincor: note: {note} {' and '.join(left_out)}", err=True)
         return
     with Store(path) as store:
         into = IntoStore(store, scenes, **wishes)
@@ -119,7 +119,8 @@ def sweep(
             kept = f"what is finished is in {path}; run the same command to go on"
             click.echo(f"chaincor: {kept}", err=True)
             raise
-    click.echo(_report(into.tally, bool(into.todo), path, as_json))
+    told = {"store": str(path)} | asdict(into.tally)
+    tell(told, _report(into.tally, bool(into.todo), path), as_json)
     if into.tally.known_failures or into.tally.failed:
         ctx.exit(1)
 
@@ -135,37 +136,25 @@ def _keep_jobs(into: "IntoStore", folder: Path) -> None:
             "without a LAMMPS job that --keep-jobs could keep",
             err=True,
         )
-    into.todo = [
-        scene.replace(save=folder / scene.sha256[:16]) if scene.engine == "lammps" else scene
-        for scene in into.todo
-    ]
-    for scene in into.todo:
-        refuse_unusable_outputs(scene)
+    for place, scene in enumerate(into.todo):
+        if scene.engine == "lammps":
+            into.todo[place] = scene.replace(save=folder / scene.sha256[:16])
+            refuse_unusable_outputs(into.todo[place])
 
 
 def _forecast(
-    asked: "Sweep", scenes: Any, path: Path, cost: "Forecast", workers: int, as_json: bool
+    points: list[dict[str, Any]], axes: dict[str, int], path: Path, cost: "Forecast", workers: int
 ) -> str:
-    points = [
-        scene.model_dump(mode="json", include=scene.model_fields_set, exclude_none=True)
-        for scene in scenes
-    ]
-    if as_json:
-        forecast = asdict(cost) | {
-            "workers": workers,
-            "wall_seconds": cost.wall_seconds(workers),
-        }
-        return json_text({"points": points, "store": str(path), "to_compute": forecast})
     shown = [", ".join(f"{k} = {v}" for k, v in point.items()) for point in points]
     if len(shown) > _MOST_POINTS_SHOWN:
         left = len(shown) - _MOST_POINTS_SHOWN
         shown = [*shown[:_MOST_POINTS_SHOWN], f"... and {left} more (all of them with --json)"]
-    sizes = " x ".join(f"{size} {name}" for name, size in asked.axes.items()) or "the base scene"
+    sizes = " x ".join(f"{size} {name}" for name, size in axes.items()) or "the base scene"
     return "\n".join(
         [
             *shown,
             "",
-            f"points       {len(scenes)} ({sizes})",
+            f"points       {len(points)} ({sizes})",
             f"to compute   {cost.points}, into {path}",
             f"time         about {format_duration(cost.wall_seconds(workers))} with {workers} "
             f"worker{'s' if workers > 1 else ''} on an idle machine; the collisions "
@@ -176,20 +165,11 @@ def _forecast(
     )
 
 
-def _report(tally: "Tally", computed: bool, path: Path, as_json: bool) -> str:
-    if as_json:
-        counts = asdict(tally)
-        if not computed:
-            told = ("found", "known_failures", "computed", "failed")
-            counts = {name: counts[name] for name in told}
-        return json_text({"store": str(path)} | counts)
-    if not computed:
-        text = f"nothing to compute: {tally.found} results are in {path}"
-    else:
-        text = (
-            f"{tally.computed} computed and {tally.found} found, in {path}; "
-            f"{format_duration(tally.seconds)}"
-        )
+def _report(tally: "Tally", computed: bool, path: Path) -> str:
+    text = f"nothing to compute: {tally.found} results are in {path}"
+    if computed:
+        took = format_duration(tally.seconds)
+        text = f"{tally.computed} computed and {tally.found} found, in {path}; {took}"
     if tally.inexact:
         text += f"\n{tally.inexact} do not meet their tolerance (reason in the store)"
     if tally.failed:
