@@ -56,12 +56,7 @@ class DaskCluster(Executor):
         return max(_LEAST_IN_FLIGHT, 2 * sum(self._client.ncores().values()))
 
     def submit(self, function: Callable, /, *args: Any, **kwargs: Any) -> Future:
-        """
-        Run a function on a worker of the cluster.
-
-        The future raises WorkerDiedError if workers died over it, SchedulerError if the scheduler
-        is lost.
-        """
+        """Run a function on a worker; WorkerDiedError or SchedulerError if one is lost over it."""
         result: Future = Future()
         result.set_running_or_notify_cancel()
         # Not pure: equal calls of different sweeps are not the same task.

@@ -114,14 +114,8 @@ def _row(
     asked: Scene, as_run: Scene, found: dict[str, float], log: str, known: dict[str, str]
 ) -> Row:
     """Make a row of what a log holds; columns of which it says nothing stay empty."""
-    numerics, eta, told = (
-        Numerics.from_scene(as_run),
-        found["restitution"],
-        found["restitution_error"],
-    )
-    error = None if math.isnan(told) else told
-    v0, v_star = asked.impact_velocity, asked.bond.natural_speed
-    tolerance = asked.asked_tolerance
+    numerics, tolerance = Numerics.from_scene(as_run), asked.asked_tolerance
+    error = None if math.isnan(found["restitution_error"]) else found["restitution_error"]
     met = None if tolerance is None or error is None else error <= tolerance
     seconds = math.nan
     if took := _WALL_TIME.search(log):
@@ -132,9 +126,9 @@ def _row(
     residual = abs(found.get("momentum_change", math.nan) - found.get("wall_impulse", math.nan))
     return Row.of_fields(
         {
-            "restitution": eta,
+            "restitution": found["restitution"],
             "restitution_error": error,
-            "kinematic_restitution": math.sqrt(eta),
+            "kinematic_restitution": math.sqrt(found["restitution"]),
             "contacts": int(found["contacts"]),
             "last_contact_time": found.get("last_contact_time"),
             "wall": numerics.wall,
@@ -142,11 +136,9 @@ def _row(
             "timestep": numerics.timestep,
             "table": None if asked.bond.is_harmonic else numerics.table,
             "table_points": numerics.table_points,
-            "velocity": v0,
-            "speed": None if v_star is None else v0 / v_star,
-            "v_star": v_star,
+            "v_star": asked.bond.natural_speed,
             "bond_range_source": "a log holds none",
-            "momentum_residual": residual / (mass * v0),
+            "momentum_residual": residual / (mass * asked.impact_velocity),
             "ending": "open" if ended is None else ended[1],
             "tolerance": tolerance,
             "tolerance_met": met,

@@ -13,7 +13,7 @@ from chaincor.lammps_inputs.errors import ChaincorError, InputError
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.script_plan import NO_WISHES, JobWishes
 from chaincor.workflows.campaign.points import value_of
-from chaincor.workflows.job import job_files
+from chaincor.workflows.job import job_files, write_files
 
 MANIFEST = "manifest.csv"
 # The scene that was asked for lies beside the one that says with which numerics it is run.
@@ -123,11 +123,9 @@ def _write_point(scene: Scene, job: Path, wishes: JobWishes) -> str:
         files = job_files(scene, replace(wishes, restartable=True, guards=True))
     except ChaincorError as error:
         return " ".join(str(error).split())
-    job.mkdir(exist_ok=True)
     for old in ("log.lammps", "log.motion", "screen.txt", "chain.restart", "chain.state"):
         (job / old).unlink(missing_ok=True)  # of an older job, which would be taken for its result
-    for file, text in (files | {ASKED: scene.to_toml()}).items():
-        (job / file).write_text(text, encoding="utf-8")
+    write_files(files | {ASKED: scene.to_toml()}, job, replace_existing=True)
     return ""
 
 

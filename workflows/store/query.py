@@ -62,10 +62,9 @@ def query_rows(
         with a word.
     """
     conditions, values = _conditions(store, where)
-    descending = [name.startswith("-") for name in order]
     ordered = [
-        _quoted(name.removeprefix("-")) + (" DESC" if down else "")
-        for name, down in zip(order, descending, strict=True)
+        _quoted(name.removeprefix("-")) + (" DESC" if name.startswith("-") else "")
+        for name in order
     ]
     query = f"SELECT {', '.join(map(_quoted, columns))} FROM collisions{conditions}"
     if ordered:
@@ -85,9 +84,7 @@ def count_rows(store: Store, where: Sequence[str] = ()) -> int:
 def _conditions(store: Store, where: Sequence[str]) -> tuple[str, list[Any]]:
     parts: list[str] = []
     values: list[float | str] = []
-    types: dict[str, str] = {}
-    if where:
-        types = dict(store.select("SELECT name, type FROM pragma_table_info('collisions')")[1])
+    types = dict(store.select("SELECT name, type FROM pragma_table_info('collisions')")[1])
     for text in where:
         match = _CONDITION.fullmatch(text)
         if match is None:

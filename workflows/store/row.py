@@ -69,7 +69,11 @@ class Row:
     def of_fields(
         cls, fields: dict[str, Any], arrays: dict[str, NDArray[np.float64]] | None = None
     ) -> Self:
-        """Return what a store keeps of the fields of a result; what has no column is a detail."""
+        """
+        Return what a store keeps of the fields of a result; what has no column is a detail.
+
+        What the scene says, as velocity and speed, it is recorded with.
+        """
         columns = {"versions": _versions_json(tuple(fields.pop("versions").items()))}
         columns |= {name: finite(fields.pop(name, None)) for name in RESULT_COLUMNS}
         for name in _OF_SCENES:
