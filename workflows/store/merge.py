@@ -3,15 +3,12 @@
 from pathlib import Path
 
 from chaincor.workflows.errors import StoreError
-from chaincor.workflows.store.connection import named_errors, transaction
 from chaincor.workflows.store.results_store import Store
 
 
 def merge_stores(target: Path, sources: list[Path]) -> int:
     """
     Copy the rows of some stores into another; where both have a row, the smaller error stays.
-
-    What stays is decided by :meth:`~chaincor.workflows.store.row.Row.yields_to`.
 
     Returns how many rows the target, which is made if it is not there, has then. Each source is
     only read, and copied in one transaction: after a StoreWriteError whole stores are missing, no
@@ -25,13 +22,8 @@ def merge_stores(target: Path, sources: list[Path]) -> int:
         _check_whole(source)
     with Store(target) as store:
         for source in sources:
-            with (
-                Store(source, read_only=True) as part,
-                named_errors(store.path),
-                transaction(store.connection),
-            ):
-                for row, arrays in part.stored_rows():
-                    store.adopt(row, arrays)
+            with Store(source, read_only=True) as part:
+                store.merge(part)
         return len(store)
 
 

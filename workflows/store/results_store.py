@@ -180,10 +180,19 @@ class Store:
             renew=replace or (arrays and not had_arrays),
         )
 
-    def adopt(self, row: Row, arrays: Mapping[str, bytes]) -> None:
-        """Take over a row of another store, in a transaction of the caller's."""
-        (old,) = self._standings([row.columns["collision_sha256"]])
-        self._put(old, row, arrays, changing={})
+    def merge(self, other: "Store") -> None:
+        """
+        Copy the rows of another store, all in one transaction or, with StoreWriteError, nothing.
+
+        Where both have a row, what stays is decided by
+        :meth:`~chaincor.workflows.store.row.Row.yields_to`.
+        """
+        with named_errors(self.path), transaction(self.connection):
+            for row in other._rows(_ROWS):
+                key = row.columns["collision_sha256"]
+                (old,) = self._standings([key])
+                arrays = other.select(_ARRAYS, (key,))[1] if row.columns["has_arrays"] else []
+                self._put(old, row, dict(arrays), changing={})
 
     def _put(
         self,
@@ -212,12 +221,6 @@ class Store:
             "INSERT INTO arrays VALUES (?, ?, ?)",
             [(key, name, npy) for name, npy in arrays.items()],
         )
-
-    def stored_rows(self) -> Iterator[tuple[Row, dict[str, bytes]]]:
-        """Yield all rows, each with its arrays as they are stored."""
-        for row in self._rows(_ROWS):
-            key, has_arrays = row.columns["collision_sha256"], row.columns["has_arrays"]
-            yield row, dict(self.select(_ARRAYS, (key,))[1]) if has_arrays else {}
 
     def _environment(self, versions: str) -> int:
         query = "SELECT id FROM environments WHERE versions = ?"
