@@ -137,10 +137,7 @@ def _temporary_folder() -> str:
 
 
 def _mpi_library() -> str:
-    library = find_mpi_library()
-    if library is None:
-        return "no mpich wheel; the system's own will be tried"
-    return str(library)
+    return str(find_mpi_library() or "no mpich wheel; the system's own will be tried")
 
 
 @cache
