@@ -50,6 +50,11 @@ class SceneError(InputError):
         return found
 
 
+def one_line(error: BaseException) -> str:
+    """Return what an error says without its line ends; nothing where it says nothing."""
+    return " ".join(str(error).split())
+
+
 @contextmanager
 def mistakes_in(source: object) -> Iterator[None]:
     """Let a SceneError that tells of several mistakes name where they are."""

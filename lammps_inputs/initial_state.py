@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from chaincor.lammps_inputs.arrays import Array
-from chaincor.lammps_inputs.errors import SceneError
+from chaincor.lammps_inputs.errors import SceneError, one_line
 from chaincor.lammps_inputs.small_file import read_small_file
 
 # Larger numbers have no squares.
@@ -64,7 +64,7 @@ def _read_columns(path: Path) -> dict[str, Array]:
         lines = read_small_file(path).splitlines()
         rows = [row for row in csv.reader(lines) if any(cell.strip() for cell in row)]
     except (OSError, ValueError, csv.Error) as error:
-        reason = getattr(error, "strerror", None) or " ".join(str(error).split())
+        reason = getattr(error, "strerror", None) or one_line(error)
         raise SceneError(f"cannot read initial {str(path)!r}: {reason}") from None
     names = [cell.strip() for cell in rows[0]] if rows else []
     unknown = [name for name in names if name not in COLUMNS]

@@ -12,6 +12,7 @@ from functools import cache, partial
 from typing import Any
 
 from chaincor.lammps_inputs.bonds.potentials import NAMED_POTENTIALS
+from chaincor.lammps_inputs.errors import one_line
 from chaincor.workflows.cli import COMMANDS
 from chaincor.workflows.engines.lammps.library import find_lmp_command, find_mpi_library
 from chaincor.workflows.errors import ChaincorError, MissingLibraryError
@@ -113,7 +114,7 @@ def _try(subject: str, check: Callable[[], str]) -> Finding:
     try:
         return Finding(subject, True, check())
     except (ChaincorError, ImportError, OSError, ArithmeticError) as error:
-        return Finding(subject, False, " ".join(str(error).split()))
+        return Finding(subject, False, one_line(error))
 
 
 def _python() -> str:

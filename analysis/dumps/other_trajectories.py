@@ -19,7 +19,7 @@ from chaincor.analysis.dumps.dump import Dump
 from chaincor.analysis.dumps.frame import DumpFrame, Frames
 from chaincor.analysis.dumps.masses import MASS_COLUMN, TYPE_COLUMN
 from chaincor.lammps_inputs.arrays import Array
-from chaincor.lammps_inputs.errors import InputError
+from chaincor.lammps_inputs.errors import InputError, one_line
 
 if TYPE_CHECKING:
     from ase import Atoms
@@ -91,7 +91,7 @@ class OtherTrajectory(Frames):
                 raise
             # Whatever their readers raise at a damaged file or a missing library.
             except Exception as error:
-                reason = " ".join(str(error).split()) or type(error).__name__
+                reason = one_line(error) or type(error).__name__
                 raise InputError(f"cannot read the trajectory {self.path}: {reason}") from None
             if frame is None:
                 break

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.check import find_kinks, refuse_mismatch, scan_strains
 from chaincor.lammps_inputs.bonds.potential import Potential
-from chaincor.lammps_inputs.errors import PotentialError
+from chaincor.lammps_inputs.errors import PotentialError, one_line
 
 
 class UserBond(Potential):
@@ -160,7 +160,7 @@ def _of_arrays(function: Callable, what: str) -> Callable[..., Array]:
             for strain in three.tolist():
                 float(function(strain))
         except Exception as error:
-            said = " ".join(str(error).split())[:120]
+            said = one_line(error)[:120]
             raise PotentialError(
                 f"the {what} fails at strain 1e-3 or 0 with {type(error).__name__}: {said}; "
                 "expected a function of the strain r - 1 that returns a number for each"

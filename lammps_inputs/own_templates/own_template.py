@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from chaincor.lammps_inputs.errors import SceneError
+from chaincor.lammps_inputs.errors import SceneError, one_line
 from chaincor.lammps_inputs.own_templates.rules import check_commands, check_whole
 from chaincor.lammps_inputs.small_file import read_small_file
 
@@ -162,4 +162,4 @@ def parse_settings(given: tuple[str, ...]) -> dict[str, str]:
 
 
 def _one_line(error: Exception) -> str:
-    return " ".join(str(error).split())[:200]
+    return one_line(error)[:200]

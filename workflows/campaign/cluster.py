@@ -6,6 +6,7 @@ from collections.abc import Callable
 from concurrent.futures import Executor, Future
 from typing import Any
 
+from chaincor.lammps_inputs.errors import one_line
 from chaincor.workflows.errors import SchedulerError, WorkerDiedError
 
 _CONNECT_SECONDS = 10.0
@@ -39,7 +40,7 @@ class DaskCluster(Executor):
                 address, timeout=_CONNECT_SECONDS, name="chaincor", set_as_default=False
             )
         except (OSError, ValueError) as error:
-            reason = " ".join(str(error).split()) or type(error).__name__
+            reason = one_line(error) or type(error).__name__
             raise SchedulerError(
                 f"no Dask scheduler answers at {address} ({reason}); expected one started by "
                 "`dask scheduler`"
@@ -74,7 +75,7 @@ class DaskCluster(Executor):
         try:
             value = task.result(timeout=_CONNECT_SECONDS)
         except KilledWorker as raised:
-            error = WorkerDiedError(" ".join(str(raised).split()))
+            error = WorkerDiedError(one_line(raised))
         except CancelledError:
             error = SchedulerError(_LOST)
         except Exception as raised:

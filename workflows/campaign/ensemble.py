@@ -13,6 +13,7 @@ from chaincor.analysis.distribution import Distribution, Quantile, Share, share_
 from chaincor.analysis.figures.terminal import draw_histogram
 from chaincor.analysis.showing.numbers import impact_speed, named_lines
 from chaincor.lammps_inputs.arrays import Array
+from chaincor.lammps_inputs.errors import one_line
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.scene_parts.given_bodies import chain_masses, seed_of
 from chaincor.workflows.errors import RunError
@@ -46,7 +47,7 @@ class Sample:
         """Return the sample of one collision, or of the error that it failed with."""
         seed = None if scene.temperature is None else seed_of(scene)
         if isinstance(found, Exception):
-            return cls(seed, scene.impact_velocity, reason=" ".join(str(found).split()))
+            return cls(seed, scene.impact_velocity, reason=one_line(found))
         names = [each.name for each in fields(cls)][1:]
         return cls(seed, **{name: getattr(found, name) for name in names})
 

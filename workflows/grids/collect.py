@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from chaincor.analysis.dumps.printed import printed_numbers, stopped_with
-from chaincor.lammps_inputs.errors import ChaincorError, InputError
+from chaincor.lammps_inputs.errors import ChaincorError, InputError, one_line
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.error_bar import ErrorBar
@@ -69,7 +69,7 @@ def _collect(grid: Path, name: str, refusal: str, known: dict[str, str]) -> Coll
         asked = Scene.from_file(folder / ASKED)
         as_run = Scene.from_file(folder / "scene.toml")
     except ChaincorError as error:
-        return CollectedJob(name, "missing", " ".join(str(error).split()))
+        return CollectedJob(name, "missing", one_line(error))
     log = _text(folder / "log.lammps")
     everything = "\n".join([log, _text(folder / "log.motion"), _text(folder / "screen.txt")])
     if not everything.strip():

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Literal
 
 from chaincor.analysis.atomic_write import write_whole
-from chaincor.lammps_inputs.errors import ChaincorError, InputError
+from chaincor.lammps_inputs.errors import ChaincorError, InputError, one_line
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.script_plan import NO_WISHES, JobWishes
 from chaincor.workflows.campaign.points import value_of
@@ -122,7 +122,7 @@ def _write_point(scene: Scene, job: Path, wishes: JobWishes) -> str:
     try:
         files = job_files(scene, replace(wishes, restartable=True, guards=True))
     except ChaincorError as error:
-        return " ".join(str(error).split())
+        return one_line(error)
     for old in ("log.lammps", "log.motion", "screen.txt", "chain.restart", "chain.state"):
         (job / old).unlink(missing_ok=True)  # of an older job, which would be taken for its result
     write_files(files | {ASKED: scene.to_toml()}, job, replace_existing=True)

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from chaincor.lammps_inputs.arrays import Array
+from chaincor.lammps_inputs.errors import one_line
 from chaincor.lammps_inputs.given_numbers import shown
 
 RIGHT = "right"
@@ -134,7 +135,7 @@ def _rounded_to(given: Array, other: Array) -> int:
 
 def _failure(error: BaseException, count: int) -> str:
     """Say how a function failed that was called with so many arguments, and in which line."""
-    words = " ".join(str(error).split())[:120]
+    words = one_line(error)[:120]
     named = f"{type(error).__name__}: {words}" if words else type(error).__name__
     if error.__traceback__ is None or error.__traceback__.tb_next is None:
         # Not inside it: it cannot be called like this.

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from urllib.parse import quote
 
+from chaincor.lammps_inputs.errors import one_line
 from chaincor.workflows.errors import StoreError, StoreWriteError
 from chaincor.workflows.store.schema import APPLICATION_ID, MIGRATIONS, SCHEMA_VERSION
 
@@ -109,7 +110,7 @@ def named_errors(path: Path) -> Iterator[None]:
         yield
     except sqlite3.Error as error:
         name = getattr(error, "sqlite_errorname", "")
-        reason = " ".join(str(error).split())
+        reason = one_line(error)
         if name.startswith(("SQLITE_READONLY", "SQLITE_CANTOPEN", "SQLITE_PERM", "SQLITE_AUTH")):
             raise StoreError(
                 f"the results store {path} cannot be written or opened ({reason}); expected a "

@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from chaincor.lammps_inputs.errors import one_line
 from chaincor.workflows.errors import StoreError
 from chaincor.workflows.store.results_store import Store
 
@@ -32,7 +33,7 @@ def _check_whole(source: Path) -> None:
     with Store(source, read_only=True) as store:
         ((found,), *_) = store.select("PRAGMA quick_check(1)")[1]
     if found != "ok":
-        reason = " ".join(str(found).split())
+        reason = one_line(found)
         raise StoreError(
             f"the results store {source} is damaged ({reason}), and nothing was merged; expected a "
             "whole one: run its sweep into a new store, or leave it out"

