@@ -11,11 +11,14 @@ import argparse
 
 import numpy as np
 
+from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.in_house_runs import eta_of
 from chaincor.workflows.engines.lammps import engine as lammps
+from chaincor.workflows.engines.rounding import rounding_error
 from chaincor.workflows.errors import RunError
 from chaincor.workflows.tradeoff.front import CheapestRow
+from chaincor.workflows.tradeoff.settings import Setting, time_unit
 from chaincor.workflows.tradeoff.study import tradeoff
 from chaincor.workflows.tradeoff.truth import find_truth
 
@@ -45,18 +48,30 @@ def draw_scenes(count: int = SCENES, seed: int = 4) -> list[Scene]:
     return scenes
 
 
+def numerics_in(scene: Scene, row: CheapestRow) -> Numerics:
+    """Return the numerics of a row in another scene: the same step of its fastest bond's time."""
+    series = row.setting.series
+    step = row.scaled_timestep * time_unit(scene, series.wall)
+    return Setting(series, step).numerics(scene)
+
+
+def promised_in(scene: Scene, row: CheapestRow) -> float:
+    """Return what a row promises in another scene: no less than rounding of coordinates does."""
+    return max(row.error, rounding_error(row.setting.series.engine, scene))
+
+
 def errors_over_promises(scene: Scene, rows: list[CheapestRow]) -> np.ndarray:
     """Return error over promise of every row on a scene that was not measured."""
     truth = find_truth(scene)
     found = []
     for row in rows:
         try:
-            outcome = lammps.run(scene, row.numerics(scene))
+            outcome = lammps.run(scene, numerics_in(scene, row))
         except RunError:
             found.append(np.inf)
             continue
         error = max(abs(eta_of(scene, outcome) - truth.restitution) - truth.restitution_error, 0.0)
-        found.append(error / row.promise(scene))
+        found.append(error / promised_in(scene, row))
     return np.array(found)
 
 

@@ -5,6 +5,7 @@ import shlex
 from collections import Counter
 from collections.abc import Sequence
 
+from chaincor.lammps_inputs.commands import commands_of
 from chaincor.lammps_inputs.errors import SceneError
 
 # By the first word of a command, why not.
@@ -140,25 +141,6 @@ def _refuse(command: str, reason: str) -> None:
     raise SceneError(
         f"the template has the command {command[:60]!a}; {reason}: expected a job without it"
     )
-
-
-def commands_of(text: str) -> list[str]:
-    """Return the commands of a script as LAMMPS reads them: lines joined, without comments."""
-    joined = re.sub(r"&[ \t\r]*\n", "", text)  # LAMMPS puts no space there
-    found = [" ".join(_without_comment(line).split()) for line in joined.splitlines()]
-    return [command for command in found if command]
-
-
-def _without_comment(line: str) -> str:
-    quote = ""
-    for place, letter in enumerate(line):
-        if quote:
-            quote = "" if letter == quote else quote
-        elif letter in "\"'":
-            quote = letter
-        elif letter == "#":
-            return line[:place]
-    return line
 
 
 def _quoted(command: str) -> list[str]:

@@ -5,9 +5,9 @@ import random
 
 import pytest
 
+from chaincor.lammps_inputs.commands import commands_of
 from chaincor.lammps_inputs.errors import SceneError
 from chaincor.lammps_inputs.own_templates.own_template import OwnTemplate, parse_settings
-from chaincor.lammps_inputs.own_templates.rules import commands_of
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.script_plan import JobWishes
 from chaincor.lammps_inputs.units.unit_system import UnitSystem

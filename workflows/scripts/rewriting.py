@@ -9,8 +9,8 @@ runs the script sees its own step, so that what it computes from ``dt`` stays as
 import re
 from pathlib import Path
 
+from chaincor.lammps_inputs.commands import join_lines
 from chaincor.workflows.scripts.change import Change
-from chaincor.workflows.scripts.script_text import join_lines
 
 # So many samples of a run are wanted.
 SAMPLES = 200

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
+from chaincor.lammps_inputs.commands import join_lines
 from chaincor.lammps_inputs.errors import InputError
 
 # Styles of `variable` that count, and are no value.
@@ -14,8 +15,6 @@ _OTHER_RUNS = (
     *("rerun", "temper", "temper/grem", "temper/npt", "neb", "neb/spin"),
     *("prd", "tad", "hyper"),
 )
-# What comes before a comment: a # in quotes begins none.
-_UNCOMMENTED = re.compile(r"""(?>"{3}.*?"{3}|"[^"]*"|'[^']*'|[^#])*""", re.DOTALL)
 # Also in the quotes of an `if`.
 _INCLUDED = re.compile(r"""(?:^|["'])\s*(?:include|jump)\s+["']?(?!SELF\b)([^\s"']+)""")
 _LARGEST_SCRIPT = 10_000_000
@@ -139,27 +138,3 @@ def _commands_of(path: Path) -> list[Command]:
             found.append(Command(path, number, command))
         number += raw.count("\n") + 1
     return found
-
-
-def join_lines(text: str) -> list[tuple[str, str]]:
-    """
-    Return each command of a script, as it stands and as LAMMPS reads it.
-
-    The second is without its comment, and with lines joined that ``&`` continues, in a comment as
-    well, or that stand in triple quotes.
-    """
-    found: list[tuple[str, str]] = []
-    raw: list[str] = []
-    command = ""
-    for line in text.splitlines():
-        raw.append(line)
-        command += line.rstrip()
-        if command.count('"""') % 2:
-            command += "\n"
-        elif command.endswith("&"):
-            command = command[:-1]
-        else:
-            own = _UNCOMMENTED.match(command)
-            found.append(("\n".join(raw), own[0].rstrip() if own else ""))
-            raw, command = [], ""
-    return found + ([("\n".join(raw), command)] if raw else [])

@@ -4,12 +4,10 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.scene_parts.scene_fields import Engine
 from chaincor.lammps_inputs.schemes import SCHEME_ORDERS, Scheme
 from chaincor.workflows.accuracy.by_lammps import usual_scheme
-from chaincor.workflows.engines.rounding import rounding_error
 from chaincor.workflows.measured import measured
 from chaincor.workflows.tradeoff.settings import Measurement, Series, Setting, time_unit
 
@@ -64,20 +62,6 @@ class CheapestRow:
     contact_time_error: float
     mode_energy_error: float  #: See ``contact_time_error``.
     seconds: float  #: Median time of the integration.
-
-    def numerics(self, scene: Scene) -> Numerics:
-        """Return these numerics for another scene: the same step in units of its fastest bond."""
-        series = self.setting.series
-        step = self.scaled_timestep * time_unit(scene, series.wall)
-        return Setting(series, step).numerics(scene)
-
-    def promise(self, scene: Scene) -> float:
-        """
-        Return the error these numerics promise in another scene.
-
-        It is this row's, or where that is larger what rounding does to absolute coordinates.
-        """
-        return max(self.error, rounding_error(self.setting.series.engine, scene))
 
 
 def cheapest_settings(

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from benchmarks.blind_settings import numerics_in, promised_in
 from chaincor import collide
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.tradeoff.front import (
@@ -83,15 +84,15 @@ def test_the_cheapest_setting_of_each_decade_keeps_it(study):
 
 def test_rows_carry_over_to_other_scenes_by_the_fastest_bond(study):
     row = cheapest_settings(SCENE, study, "lammps")[0]
-    assert row.numerics(SCENE).timestep == pytest.approx(0.1)
+    assert numerics_in(SCENE, row).timestep == pytest.approx(0.1)
     hard, soft = Scene(speed=1.0), Scene(speed=0.01)
     ratio = time_unit(hard, "event") / time_unit(soft, "event")
     assert ratio < 0.7
-    assert row.numerics(hard).timestep / row.numerics(soft).timestep == pytest.approx(ratio)
+    assert numerics_in(hard, row).timestep / numerics_in(soft, row).timestep == pytest.approx(ratio)
     # Slow chains drown in the rounding of LAMMPS's coordinates: nobody can promise more.
     slow = Scene(speed=1e-8)
-    assert row.promise(SCENE) == row.error
-    assert cheapest_settings(SCENE, study, "lammps")[-1].promise(slow) > 1e-7
+    assert promised_in(SCENE, row) == row.error
+    assert promised_in(slow, cheapest_settings(SCENE, study, "lammps")[-1]) > 1e-7
 
 
 def test_advice_is_one_line_with_the_cheapest_good_setting(study):

@@ -1,0 +1,36 @@
+"""The text of a script is read as LAMMPS reads it."""
+
+import pytest
+
+from chaincor.lammps_inputs.commands import commands_of
+from tests.lmp import run_lmp
+
+# What LAMMPS prints of each, a line for each command that it carries out.
+TEXTS = {
+    'print "one # two" # three': ["one # two"],
+    'print \'a "# b" c\' # " d': ['a "# b" c'],
+    'print """a # "b" """ # c': ['a # "b" '],
+    'print "on&\ne"': ["one"],
+    "print one & \n  # it goes on\nprint two": ["one", "two"],
+    '# no &\nprint "none"\nprint "one"': ["one"],
+    'print "one" # no &\nprint "none"': ["one"],
+    '# """\nprint "none"\n# """\nprint "one"': ["one"],
+    "variable a string it's # all of it\nprint one": None,
+}
+
+
+@pytest.mark.parametrize("text", TEXTS)
+def test_comments_quotes_and_continued_lines_are_lammps_own(text, tmp_path):
+    (tmp_path / "in.chain").write_text(f"echo none\nprint begin\n{text}\n")
+    done = run_lmp(tmp_path)
+    commands = commands_of(text)
+    if TEXTS[text] is None:
+        # Without a comment there are too many words.
+        assert done.returncode != 0
+        assert commands[0].endswith("# all of it")
+        return
+    log = (tmp_path / "log.lammps").read_text()
+    said = log.partition("begin\n")[2].partition("Total wall time")[0].splitlines()
+    assert said == TEXTS[text]
+    assert len(commands) == len(said)
+    assert all(word in command for word, command in zip(said, commands, strict=True))
