@@ -48,17 +48,13 @@ def contact_force(line: Line, only: str = "", unit: float = 1.0, length: float =
 
 def contact_force_on(line: Line) -> list[str]:
     """Return the commands that let soft bodies repel each other, from the next set-up on."""
-    commands = ["fix             push struck addforce v_push 0.0 0.0"]
-    return (
-        commands if line.rigid else [*commands, "fix             pull met addforce v_pull 0.0 0.0"]
-    )
+    pull = [] if line.rigid else ["fix             pull met addforce v_pull 0.0 0.0"]
+    return ["fix             push struck addforce v_push 0.0 0.0", *pull]
 
 
 def contact_force_off(line: Line) -> list[str]:
     """Return the commands that end that."""
-    return (
-        ["unfix           push"] if line.rigid else ["unfix           push", "unfix           pull"]
-    )
+    return ["unfix           push", *([] if line.rigid else ["unfix           pull"])]
 
 
 def contact_values(scene: Scene, wall: Wall, units: UnitSystem = CHAIN_UNITS) -> dict[str, Any]:

@@ -109,4 +109,4 @@ def render_plain(scene: Scene, plan: ScriptPlan, approach: float, wishes: JobWis
     }
     if plan.table is not None:
         values["bond_table"] = TABLE_FILE
-    return wishes.whole.render_whole(values)
+    return wishes.whole.render(values)

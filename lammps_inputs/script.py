@@ -1,5 +1,6 @@
 """Rendering the LAMMPS input: every value is a number or a fixed name, never a user's text."""
 
+import string
 from functools import cache
 from typing import Any
 
@@ -32,9 +33,7 @@ STATE_FILE = "chain.state"
 
 # What users of LAMMPS give by -var where a script knows velocity and timestep.
 _MISSPELT = ("speed", "v0", "vel", "velo", "v", "dt", "h", "step", "time_step", "timesteps")
-_SAFE_PATH_CHARACTERS = frozenset(
-    "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789./_+-"
-)
+_SAFE_PATH_CHARACTERS = frozenset(string.ascii_letters + string.digits + "./_+-")
 
 
 @cache

@@ -71,10 +71,11 @@ def find_kinks(bond: "Potential") -> tuple[float, ...]:
             high[wide] = centre + 0.25 * width[wide]
         middles = 0.5 * (low + high)
         near = np.maximum(_NARROW * np.abs(middles), _NARROWEST)
-        change, larger, left, right = _change_of_slope(bond, middles, near)
-        further, *_ = _change_of_slope(bond, middles, 4.0 * near)
-        _refuse_jumps(bond, middles, near, np.maximum(larger, scale))
-        below, above = _forces(bond, middles - near), _forces(bond, middles + near)
+        below, above, left, right = _beside(bond, middles, near)
+        change, larger = right - left, np.maximum(np.abs(left), np.abs(right))
+        *_, further_left, further_right = _beside(bond, middles, 4.0 * near)
+        further = further_right - further_left
+        _refuse_jumps(bond, middles, near, (below, above), np.maximum(larger, scale))
         size = np.abs(below) + scale * np.abs(middles)  # of what a small force cancels from
         kinked = np.abs(change) > _KINK * np.maximum(larger, _SMALLEST * scale)
         kinked &= np.abs(change) > _ROUNDINGS * sys.float_info.epsilon * size / near
@@ -102,17 +103,17 @@ def _forces(bond: "Potential", strains: Array) -> Array:
     return np.asarray(bond.force(strains.ravel()), dtype=float).reshape(strains.shape)
 
 
-def _change_of_slope(bond: "Potential", middles: Array, near: Array) -> tuple[Array, ...]:
-    """Return how the slope of the force changes, the larger slope, and both, left and right."""
+def _beside(bond: "Potential", middles: Array, near: Array) -> tuple[Array, ...]:
+    """Return the forces and their slopes to the left and to the right of some strains."""
     places = middles[:, None] + near[:, None] * np.array([-3.0, -1.0, 1.0, 3.0])
-    forces = _forces(bond, places)
-    left = (forces[:, 1] - forces[:, 0]) / (2.0 * near)
-    right = (forces[:, 3] - forces[:, 2]) / (2.0 * near)
-    return right - left, np.maximum(np.abs(left), np.abs(right)), left, right
+    far_left, left, right, far_right = _forces(bond, places).T
+    return left, right, (left - far_left) / (2.0 * near), (far_right - right) / (2.0 * near)
 
 
-def _refuse_jumps(bond: "Potential", middles: Array, near: Array, slope: Array) -> None:
-    before, after = _forces(bond, middles - near), _forces(bond, middles + near)
+def _refuse_jumps(
+    bond: "Potential", middles: Array, near: Array, forces: tuple[Array, Array], slope: Array
+) -> None:
+    before, after = forces
     jump = np.abs(after - before)
     explained = _JUMP * 2.0 * near * slope
     noise = 1e2 * sys.float_info.epsilon * np.maximum(np.abs(before), slope)

@@ -83,11 +83,9 @@ class Formula(UserBond):
                     f"off by {lost[1]:.1g} of itself",
                     f"{LOST:g} at most: rewrite it without differences of large numbers",
                 )
-            self._low, self._high = low, high
+            self.strain_min, self.strain_max = low, high
             try:
-                super().__init__(
-                    self.energy, self.force, name="formula", strain_min=low, strain_max=high
-                )
+                super().__init__(self.energy, self.force, "formula", low, high)
             except PotentialError as error:
                 raise self._refuse(
                     f"is not smooth ({error})", "a formula without poles and jumps"
@@ -155,11 +153,9 @@ class Formula(UserBond):
         beyond = self._functions[name](self._rest + s)
         if name == "energy":
             beyond = beyond - self._offset
-        outside = (s < self._low) | (s > self._high)
+        outside = (s < self.strain_min) | (s > self.strain_max)
         beyond = np.where(outside, math.nan, beyond)
         return np.where(np.abs(s) < self._near, x**power * total, beyond)[()]
-
-    _low, _high = -math.inf, math.inf
 
     def _refuse(self, what: str, expected: str) -> PotentialError:
         values = ", ".join(f"{name} = {value:g}" for name, value in self.given.items())

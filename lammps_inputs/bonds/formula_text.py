@@ -3,6 +3,7 @@
 import ast
 import keyword
 import math
+import operator
 import re
 import warnings
 from collections.abc import Callable, Iterable, Mapping
@@ -18,12 +19,22 @@ FUNCTIONS = (
     "exp", "expm1", "log", "log1p", "sqrt", "sin", "cos", "sinh", "cosh", "tanh"
 )  # fmt: skip
 STRAIN, LENGTH = "s", "r"
+_EXPECTED = (
+    "numbers, s (the strain), r (the length 1 + s), pi, parameters, + - * / ^ and "
+    f"{', '.join(FUNCTIONS)}"
+)
 _RESERVED = (STRAIN, LENGTH, "pi", *FUNCTIONS)
 
 # Of what a person writes none of these is felt; what they keep out would take minutes to
 # differentiate, or to compile.
 _LONGEST_TEXT, _MOST_NODES, _DEEPEST, _MOST_PARAMETERS = 400, 160, 24, 20
 _LARGEST, _SMALLEST, _HIGHEST_POWER = 1e100, 1e-100, 99
+_OPERATIONS: dict[type[ast.operator], Callable] = {
+    ast.Add: operator.add,
+    ast.Sub: operator.sub,
+    ast.Mult: operator.mul,
+    ast.Div: operator.truediv,
+}
 _OTHER_CHARACTER = re.compile(r"[^A-Za-z0-9_.+\-*/^(), ]")
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,31}")
 
@@ -90,7 +101,7 @@ def read_formula(text: str, names: Iterable[str]) -> "sympy.Expr":
     try:
         return _Reader(text, symbols).read(tree.body)
     except (OverflowError, ZeroDivisionError, RecursionError, TypeError, ValueError):
-        raise _refused(text, "has no finite value", _expected()) from None
+        raise _refused(text, "has no finite value", _EXPECTED) from None
 
 
 def _parsed(text: str) -> ast.Expression:
@@ -98,13 +109,13 @@ def _parsed(text: str) -> ast.Expression:
         raise _refused(text, f"has {len(text)} characters", f"a formula of at most {_LONGEST_TEXT}")
     other = _OTHER_CHARACTER.search(text)
     if other is not None:
-        raise _refused(text, f"has the character {other[0]!a}", _expected())
+        raise _refused(text, f"has the character {other[0]!a}", _EXPECTED)
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             tree = ast.parse(text.strip().replace("^", "**"), mode="eval")
     except (SyntaxError, RecursionError, MemoryError, ValueError):
-        raise _refused(text, "cannot be read", f"a formula of {_expected()}") from None
+        raise _refused(text, "cannot be read", f"a formula of {_EXPECTED}") from None
     if sum(isinstance(node, ast.expr) for node in ast.walk(tree)) > _MOST_NODES:
         raise _refused(text, "is too long", f"at most {_MOST_NODES} numbers, names and operations")
     if _depth(tree) > _DEEPEST:
@@ -118,13 +129,6 @@ def _depth(tree: ast.AST) -> int:
         depth += 1
         level = [c for node in level for c in ast.iter_child_nodes(node) if isinstance(c, ast.expr)]
     return depth
-
-
-def _expected() -> str:
-    return (
-        "numbers, s (the strain), r (the length 1 + s), pi, parameters, + - * / ^ and "
-        f"{', '.join(FUNCTIONS)}"
-    )
 
 
 def _refused(text: str, what: str, expected: str) -> PotentialError:
@@ -156,7 +160,7 @@ class _Reader:
                 return self._symbols[name]
             case ast.Name(id=name):
                 hint = "it is a function" if name in FUNCTIONS else "nothing tells its value"
-                raise self._refuse(f"names '{name[:40]}', and {hint}", _expected())
+                raise self._refuse(f"names '{name[:40]}', and {hint}", _EXPECTED)
             case ast.UnaryOp(op=ast.USub(), operand=operand):
                 return -self.read(operand)
             case ast.UnaryOp(op=ast.UAdd(), operand=operand):
@@ -173,28 +177,21 @@ class _Reader:
                 raise self._refuse(
                     f"calls '{name[:40]}'", f"a smooth function: {', '.join(FUNCTIONS)}"
                 )
-        raise self._refuse(f"has {type(node).__name__} in it", _expected())
+        raise self._refuse(f"has {type(node).__name__} in it", _EXPECTED)
 
     def _operation(self, left: Any, op: ast.operator, right: Any) -> Any:
         numbers = not _is_symbolic(left) and not _is_symbolic(right)
         if not numbers and not isinstance(op, ast.Pow):
             # Doubles from here on, which have no millions of digits.
             left, right = (x if _is_symbolic(x) else _double(x) for x in (left, right))
-        match op:
-            case ast.Add():
-                found = left + right
-            case ast.Sub():
-                found = left - right
-            case ast.Mult():
-                found = left * right
-            case ast.Div():
-                if not numbers and right == 0:
-                    raise ZeroDivisionError
-                found = left / right
-            case ast.Pow():
-                found = self._power(left, right)
-            case _:
-                raise self._refuse(f"has the operator {type(op).__name__}", _expected())
+        if isinstance(op, ast.Div) and not numbers and right == 0:
+            raise ZeroDivisionError
+        if isinstance(op, ast.Pow):
+            found = self._power(left, right)
+        elif type(op) in _OPERATIONS:
+            found = _OPERATIONS[type(op)](left, right)
+        else:
+            raise self._refuse(f"has the operator {type(op).__name__}", _EXPECTED)
         return self._number(found) if numbers else found
 
     def _power(self, base: Any, exponent: Any) -> Any:

@@ -67,25 +67,14 @@ class OwnTemplate:
         """Whether the template is a script of its own, and extends nothing."""
         return _EXTENDS.search(self.text) is None
 
-    def render(self, values: dict[str, Any], plain: str) -> str:
+    def render(self, values: dict[str, Any], plain: str | None = None) -> str:
         """
-        Render the job with the template's blocks.
+        Render a whole script, or the job with the template's blocks.
 
         `plain` is the job without them: every other command is the template's, and is checked.
         Raises SceneError for a template that is no jinja2, names a block or a value that does not
         exist, leaves the sandbox, or has a command that the job cannot live with.
         """
-        text = self._render(values)
-        check_commands(text, plain, composed=values["composed"], other_forces=self.other_forces)
-        return text
-
-    def render_whole(self, values: dict[str, Any]) -> str:
-        """Render a whole script; raises SceneError as `render` does."""
-        text = self._render(values)
-        check_whole(text)
-        return text
-
-    def _render(self, values: dict[str, Any]) -> str:
         from jinja2 import ChoiceLoader, DictLoader, PackageLoader, StrictUndefined, meta, nodes
         from jinja2.exceptions import SecurityError, TemplateError
         from jinja2.sandbox import ImmutableSandboxedEnvironment
@@ -126,6 +115,10 @@ class OwnTemplate:
                 f"the template cannot be rendered{where}: {_one_line(error)}; correct it, or give "
                 "missing values by --set NAME=VALUE"
             ) from None
+        if plain is None:
+            check_whole(text)
+        else:
+            check_commands(text, plain, composed=values["composed"], other_forces=self.other_forces)
         return text
 
     def _refuse_settings(self, named: set[str], values: dict[str, Any]) -> None:

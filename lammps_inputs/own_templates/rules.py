@@ -3,7 +3,7 @@
 import re
 import shlex
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 from chaincor.lammps_inputs.commands import commands_of
 from chaincor.lammps_inputs.errors import SceneError
@@ -79,9 +79,8 @@ def check_commands(text: str, plain: str, *, composed: bool, other_forces: bool)
         else:
             theirs.append(command)
     names = {kind: _names(kind, plain) for kind in _WITH_NAMES}
-    for command in theirs:
-        for part in (command, *_quoted(command)):
-            _check(part, names, composed, other_forces)
+    for part in _with_quoted(theirs):
+        _check(part, names, composed, other_forces)
 
 
 def check_whole(text: str) -> None:
@@ -92,9 +91,8 @@ def check_whole(text: str) -> None:
             "the template extends nothing and has no command run; expected "
             '{% extends "job.in.j2" %} as its first line, or a whole script'
         )
-    for command in commands:
-        for part in (command, *_quoted(command)):
-            _first_word(part, _PROGRAMS, _REFUSED_FIXES[-1:])
+    for part in _with_quoted(commands):
+        _first_word(part, _PROGRAMS, _REFUSED_FIXES[-1:])
 
 
 def _first_word(
@@ -143,15 +141,15 @@ def _refuse(command: str, reason: str) -> None:
     )
 
 
-def _quoted(command: str) -> list[str]:
-    """Return the commands that an `if` would carry out."""
-    if command.split()[0] != "if":
-        return []
-    try:
-        words = shlex.split(command)
-    except ValueError:
-        _refuse(command, "its quotes are not in pairs")
-    return words[2:]
+def _with_quoted(commands: list[str]) -> Iterator[str]:
+    """Yield commands, and behind an `if` those that it would carry out."""
+    for command in commands:
+        yield command
+        if command.split()[0] == "if":
+            try:
+                yield from shlex.split(command)[2:]
+            except ValueError:
+                _refuse(command, "its quotes are not in pairs")
 
 
 def _names(kind: str, text: str) -> set[str]:

@@ -40,14 +40,13 @@ def read_masses(value: Any) -> Any:
 
     ValueError, one line, where a text is neither.
     """
-    if isinstance(value, bool):
+    parts = value if isinstance(value, list | tuple) else [value]
+    if any(isinstance(part, bool) for part in parts):
         raise ValueError("expected masses, such as 1,2")
     if isinstance(value, int | float):
         return [value]
     if isinstance(value, np.ndarray):
         return value.ravel().tolist()
-    if isinstance(value, list | tuple) and any(isinstance(mass, bool) for mass in value):
-        raise ValueError("expected masses, such as 1,2")
     if not isinstance(value, str | Path):
         return value
     if isinstance(value, str) and (masses := masses_in(value)) is not None:
