@@ -1,16 +1,15 @@
 """The frames of a collision, from its start on, and what is known besides them."""
 
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from chaincor.analysis.dumps.chain_frames import ChainLayout
 from chaincor.analysis.dumps.chain_state import ChainState
 from chaincor.analysis.dumps.frame import DumpFrame
-from chaincor.analysis.dumps.masses import DeclaredMasses, masses_of_bodies
+from chaincor.analysis.dumps.masses import masses_of_bodies
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.errors import InputError
@@ -32,12 +31,9 @@ class Known:
     bond: Potential | None = None
     impact_velocity: float | None = None  #: v0; that of the first frame by default.
     timestep: float | None = None  #: Simulated time per step, for dumps that do not carry the time.
-    #: Particle masses from the wall outwards, repeated along the chain; see
-    #: :func:`~chaincor.analysis.dumps.masses.masses_of_bodies`. Those of the dump, else 1, by
-    #: default.
-    masses: ArrayLike | None = None
-    #: Masses by type, from the files of the job.
-    declared: DeclaredMasses = field(default_factory=DeclaredMasses)
+    #: Of the chain, and of a free target, each from the contact outward; those of the dump, else 1,
+    #: by default.
+    masses: Sequence[Array] | None = None
     targets: int = 0  #: Particles of a free target; 0 for a wall.
     soft: bool = False  #: Whether the bodies overlap when they meet.
     #: ``f(u_1, strains, velocities, time_since_contact, bond)`` returning why no contact can
@@ -85,9 +81,7 @@ class CollisionFrames:
         #: Half-width of the interval that a velocity printed in the first frame stands for.
         self.resolution = float(np.max(resolution))
         #: Of the chain, and of a free target, each from the contact outward.
-        self.masses, _ = masses_of_bodies(
-            self.first, self.layout, given=known.masses, declared=known.declared
-        )
+        self.masses = known.masses or masses_of_bodies(self.first, self.layout)[0]
         # As the target sees it, whose particles all rest if it is cold.
         target = self.opening.target_velocities
         relative = self.opening.velocities - (float(target[0]) if target.size else 0.0)

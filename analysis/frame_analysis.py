@@ -1,7 +1,6 @@
 """From the frames of a dump to the physics of the collision, in one pass and constant memory."""
 
 from collections.abc import Callable, Iterable, Sequence
-from typing import Any
 
 import numpy as np
 
@@ -60,10 +59,10 @@ def analyze_frames(
     caveats = collect_caveats(seen, drifts=drifts, truncated=frames.truncated)
     chain, *target = _each_body(seen, energies, origin)
     for body in (chain, *target):
-        caveats += mode_caveats(body["mode_frequencies"])
+        caveats += mode_caveats(body.mode_frequencies)
     uncounted = detection.unresolved or reading.start == "late" or known.soft
     return CollisionAnalysis(
-        **chain,
+        **vars(chain),
         particles=masses[0].size,
         bond=known.bond,
         velocity=velocity,
@@ -91,7 +90,7 @@ def analyze_frames(
         contradictions=contradictions,
         caveats=(*contradictions, *notes, *caveats),
         soft=known.soft,
-        target=BodyAnalysis(**target[0]) if target else None,
+        target=target[0] if target else None,
     )
 
 
@@ -115,25 +114,24 @@ def _energies(seen: Followed) -> list[list[EnergySplit]]:
 
 def _each_body(
     seen: Followed, energies: Sequence[Sequence[EnergySplit]], origin: float
-) -> list[dict[str, Any]]:
-    """Return what a BodyAnalysis holds, of each body; a target's velocity is along x."""
+) -> list[BodyAnalysis]:
+    """Return what is told of each body; a target's velocity is along x."""
     reading, found = seen.reading, []
     k = stiffness_of(reading.known.bond)
     states = zip(reading.masses, reading.opening.bodies, seen.last.bodies, strict=True)
     for i, (m, first, last) in enumerate(states):
         velocity = float(centre_of_mass_velocity(last.velocities, m))
-        found.append(
-            {
-                "masses": m,
-                "velocity_after": -velocity if i else velocity,
-                "history": seen.records[i].history(origin),
-                "energy_start": energies[0][i] if energies else None,
-                "energy_end": energies[2][i] if energies else None,
-                "mode_frequencies": mode_frequencies(m.size, k, m),
-                "mode_energies": mode_energies(last.displacements, last.velocities, k, m),
-                "mode_energies_start": mode_energies(first.displacements, first.velocities, k, m),
-            }
+        body = BodyAnalysis(
+            masses=m,
+            velocity_after=-velocity if i else velocity,
+            history=seen.records[i].history(origin),
+            energy_start=energies[0][i] if energies else None,
+            energy_end=energies[2][i] if energies else None,
+            mode_frequencies=mode_frequencies(m.size, k, m),
+            mode_energies=mode_energies(last.displacements, last.velocities, k, m),
+            mode_energies_start=mode_energies(first.displacements, first.velocities, k, m),
         )
+        found.append(body)
     return found
 
 

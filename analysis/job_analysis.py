@@ -13,7 +13,7 @@ from chaincor.analysis.dumps.frame import DumpFrame, Frames
 from chaincor.analysis.dumps.masses import masses_of_bodies
 from chaincor.analysis.dumps.view import DumpView
 from chaincor.analysis.frame_analysis import analyze_frames
-from chaincor.analysis.job_folder import Job, count_atoms, count_bonds
+from chaincor.analysis.job_folder import Job, count_atoms_and_bonds
 from chaincor.analysis.results import CollisionAnalysis
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.bonds.potentials import Harmonic
@@ -87,13 +87,10 @@ def analyze_job(
     dump = job.frames(view)
     first = dump.first()
     layout = ChainLayout.from_frame(first, target_particles_of(job, first, target_particles))
-    by_type = {kind: mass / units.mass for kind, mass in job.masses.by_type.items()}
     known = Known(
         bond=bond,
         impact_velocity=None if impact_velocity is None else impact_velocity / units.speed,
         timestep=None if timestep is None else timestep / units.time,
-        masses=None if masses is None else np.asarray(masses, dtype=float) / units.mass,
-        declared=replace(job.masses, by_type=by_type),
         targets=layout.targets,
         soft=scene is not None and scene.contact_duration > 0.0,
         end_argument=end_argument,
@@ -104,7 +101,14 @@ def analyze_job(
         notes.append(f"the wall is taken to be at x = {view.wall:g}, met by a chain along {side}")
     if job.data is not None and not known.targets and not known.soft:
         _refuse_other_chain(job.data, layout.particles, job.dump)
-    _, told = masses_of_bodies(first, layout, given=known.masses, declared=known.declared)
+    by_type = {kind: mass / units.mass for kind, mass in job.masses.by_type.items()}
+    bodies, told = masses_of_bodies(
+        first,
+        layout,
+        given=None if masses is None else np.asarray(masses, dtype=float) / units.mass,
+        declared=replace(job.masses, by_type=by_type),
+    )
+    known = replace(known, masses=bodies)
     if scene is None and not told:
         notes.append(
             "nothing tells the masses: particles are taken to be alike, of mass 1; --masses gives "
@@ -218,8 +222,8 @@ def _expect_count(expected: int, source: Path, found: int, dump: Path) -> None:
 
 def _refuse_other_chain(data: Path, particles: int, dump: Path) -> None:
     """Refuse a data file of other particles than the dump's, or of more than one open chain."""
-    _expect_count(count_atoms(data), data, particles, dump)
-    bonds = count_bonds(data)
+    atoms, bonds = count_atoms_and_bonds(data)
+    _expect_count(atoms, data, particles, dump)
     if bonds not in (0, particles - 1):  # none: other forces hold the chain together
         raise InputError(
             f"{data} has {bonds} bonds between {particles} particles; expected one open chain with "

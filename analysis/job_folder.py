@@ -222,18 +222,13 @@ def _files_by_kind(folder: Path) -> dict[str, list[Path]]:
     return kinds
 
 
-def count_atoms(path: Path) -> int:
-    """Return the number of atoms that a data file declares; InputError if it is not one."""
-    found = _ATOM_COUNT.search(_read_head(path))
-    if found is None:
+def count_atoms_and_bonds(path: Path) -> tuple[int, int]:
+    """Return what a data file declares, 0 bonds by default; InputError if it is none."""
+    head = _read_head(path)
+    atoms, bonds = (count.search(head) for count in (_ATOM_COUNT, _BOND_COUNT))
+    if atoms is None:
         raise InputError(f"{path} is not a LAMMPS data file: no line 'N atoms' in its header")
-    return int(found[1])
-
-
-def count_bonds(path: Path) -> int:
-    """Return the number of bonds that a data file declares; 0 where it declares none."""
-    found = _BOND_COUNT.search(_read_head(path))
-    return 0 if found is None else int(found[1])
+    return int(atoms[1]), 0 if bonds is None else int(bonds[1])
 
 
 def _read_head(path: Path) -> bytes:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from chaincor.analysis.job_analysis import analyze_job
-from chaincor.analysis.job_folder import count_atoms, find_job
+from chaincor.analysis.job_folder import count_atoms_and_bonds, find_job
 from chaincor.lammps_inputs.bonds.potentials import Harmonic
 from chaincor.lammps_inputs.errors import InputError
 
@@ -30,7 +30,7 @@ def test_files_are_found_by_what_they_are(job_folder):
     assert (job.dump.name, job.data.name, job.scene) == ("out.custom", "my.data", None)
     assert [path.name for path in job.scripts] == ["in.mine"]
     assert [path.name for path in job.logs] == ["log.lammps"]
-    assert count_atoms(job.data) == 20
+    assert count_atoms_and_bonds(job.data) == (20, 19)
 
 
 def test_a_job_is_analysed_with_what_its_files_know(job_folder):
@@ -81,6 +81,6 @@ def test_what_to_take_must_be_clear(job_folder, tmp_path):
     with pytest.raises(InputError, match="is not a folder"):
         find_job(tmp_path / "nowhere")
     with pytest.raises(InputError, match="is not a LAMMPS data file"):
-        count_atoms(job_folder / "notes.md")
+        count_atoms_and_bonds(job_folder / "notes.md")
     with pytest.raises(InputError, match="cannot read"):
-        count_atoms(job_folder / "none")
+        count_atoms_and_bonds(job_folder / "none")

@@ -66,16 +66,13 @@ def describe_in_units(analysis: CollisionAnalysis, units: UnitSystem) -> str:
 
 def _of_bodies(analysis: CollisionAnalysis) -> list[tuple[str, str]]:
     """Return velocity and energy of the chain, and of a free target."""
-    bodies = [("chain", analysis.velocity_after, analysis.energy_end)]
-    if analysis.target is not None:
-        bodies.append(("target", analysis.target.velocity_after, analysis.target.energy_end))
     found = []
-    for name, velocity, energy in bodies:
-        text = f"velocity {velocity:.6g}"
+    for owner, body in analysis.bodies.items():
+        text, energy = f"velocity {body.velocity_after:.6g}", body.energy_end
         if energy is not None:
             text += f", energy of translation {energy.translation:.6g}"
             text += f", of vibration {energy.vibration:.6g}"
-        found.append((name, text))
+        found.append(("target" if owner else "chain", text))
     return found
 
 

@@ -1,7 +1,7 @@
 import numpy as np
 
 from chaincor.analysis.dumps.chain_state import ChainState
-from chaincor.analysis.dumps.contact_times import interpolate_contact, reintegrate_contacts
+from chaincor.analysis.dumps.contact_detection import interpolate_contact, reintegrate_contacts
 from chaincor.lammps_inputs.bonds.potentials import Harmonic
 
 
