@@ -18,6 +18,7 @@ import numpy as np
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.lammps import engine as lammps
+from chaincor.workflows.engines.lammps import flight
 from chaincor.workflows.engines.lammps.instance import LammpsChain
 from chaincor.workflows.errors import ChaincorError
 
@@ -49,7 +50,7 @@ def random_scene(rng: np.random.Generator, longest: int = 150) -> tuple[Scene, N
 
 def asking_every_step() -> AbstractContextManager:
     """Let Verlet steps ask for the wall before each of them, as long as it lasts."""
-    return mock.patch.object(lammps, "longest_blind_time", return_value=0.0)
+    return mock.patch.object(flight, "longest_blind_time", return_value=0.0)
 
 
 def outcome_bits(scene: Scene, numerics: Numerics) -> tuple:

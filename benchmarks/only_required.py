@@ -18,7 +18,7 @@ from unittest.mock import patch
 from chaincor.lammps_inputs.bond_table import choose_rows
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.accuracy.convergence import converge
+from chaincor.workflows.accuracy.by_in_house import converge
 from chaincor.workflows.accuracy.in_house_runs import eta_of
 from chaincor.workflows.engines.in_house import adaptive, hard_sphere, modal, stepping
 from chaincor.workflows.engines.in_house.look_ahead import LookAhead

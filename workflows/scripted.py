@@ -11,13 +11,13 @@ from chaincor.lammps_inputs.errors import SceneError
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.script_plan import ScriptedBar, ScriptPlan
-from chaincor.workflows.accuracy.by_lammps import COARSER, SCRIPTED_SCHEMES, choose
-from chaincor.workflows.accuracy.error_bars import (
+from chaincor.workflows.accuracy.answer import (
     PROOF_SHARE,
     PROOF_STEPS,
     ending_error,
     table_error_of,
 )
+from chaincor.workflows.accuracy.by_lammps import COARSER, SCRIPTED_SCHEMES, LammpsSearch
 from chaincor.workflows.accuracy.meet import goal_of
 from chaincor.workflows.accuracy.scouting import Scouting, scouted_run, scouting_from
 from chaincor.workflows.accuracy.step_guess import effective_order
@@ -59,8 +59,8 @@ def plan_script(scene: Scene, table_range: tuple[float, float] | None = None) ->
         truth, numerics = scouted_run(scene), Numerics.from_scene(scene)
     else:
         goal, sensitivity = goal_of(scene, asked)
-        choice = choose(scene, goal, sensitivity, SCRIPTED_SCHEMES)
-        truth, numerics = choice.truth, replace(choice.numerics, bond_range=None)
+        search = LammpsSearch(scene, goal, sensitivity, SCRIPTED_SCHEMES)
+        truth, numerics = search.truth, replace(search.numerics, bond_range=None)
     scouting = None if truth is None else scouting_from(truth, scene, flown_on(scene))
     table = _tabulate(scene, numerics, scouting, table_range)
     bar = None

@@ -11,14 +11,16 @@ import numpy as np
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.schemes import StepSchemeName
-from chaincor.workflows.accuracy.convergence import (
-    Converged,
+from chaincor.workflows.accuracy.answer import PROOF_STEPS, differences, table_error
+from chaincor.workflows.accuracy.by_in_house import (
     converge,
-    exact_modes,
 )
-from chaincor.workflows.accuracy.error_bars import PROOF_STEPS, spreads, table_error
-from chaincor.workflows.accuracy.in_house_runs import eta_of, run_in_house
-from chaincor.workflows.accuracy.rounding_sensitivity import find_rounding_sensitivity
+from chaincor.workflows.accuracy.in_house_runs import (
+    Refined,
+    eta_of,
+    find_rounding_sensitivity,
+    run_in_house,
+)
 from chaincor.workflows.accuracy.scouting import scouting_from
 from chaincor.workflows.accuracy.step_guess import guess_step, largest_step, sharpness
 from chaincor.workflows.engines.compositions import COMPOSITIONS
@@ -50,10 +52,8 @@ def draw_scene(random: Random, most: int = 150, potentials: tuple[str, ...] = ()
     return Scene(**fields, speed=float(fastest * 10 ** random.uniform(-2, 0)))
 
 
-def find_truth(scene: Scene) -> Converged:
+def find_truth(scene: Scene) -> Refined:
     """Converge a scene as far as rounding lets it."""
-    if scene.bond.is_harmonic:
-        return exact_modes(scene)
     return converge(scene, 3.0 * rounding_error("reference", scene))
 
 
@@ -259,7 +259,7 @@ def array_sensitivity(random: Random, count: int) -> Samples:
         except RunError:
             continue
         floor = table_error(run, scene) + rounding_of(run, scene)
-        apart = spreads(truth.outcome, run, scene, 0.0)
+        apart = differences(truth.outcome, run, scene)
         v0 = scene.impact_velocity
         scales = {
             "contact_times": run.duration,

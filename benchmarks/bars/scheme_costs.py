@@ -10,18 +10,17 @@ from collections.abc import Callable
 import numpy as np
 
 from benchmarks.bars.samples import Random, draw_scene
+from chaincor.workflows.accuracy.by_in_house import converge
 from chaincor.workflows.accuracy.by_lammps import (
     LAMMPS_SCHEMES,
     choose_numerics,
     serves_in_lammps,
 )
-from chaincor.workflows.accuracy.convergence import converge, exact_modes
 from chaincor.workflows.accuracy.cost_model import shipped_cost_model
-from chaincor.workflows.accuracy.in_house_runs import run_in_house
+from chaincor.workflows.accuracy.in_house_runs import find_step, run_in_house
 from chaincor.workflows.accuracy.scouting import scouting_from
 from chaincor.workflows.accuracy.step_guess import guess_step
 from chaincor.workflows.accuracy.step_proof import COARSER, usual_share
-from chaincor.workflows.accuracy.step_search import find_step
 from chaincor.workflows.engines.lammps import engine as lammps
 from chaincor.workflows.errors import RunError
 
@@ -37,7 +36,7 @@ _REPEATS = 2
 def lammps_costs(random: Random, goal: float) -> dict[str, float]:
     """Return the seconds of meeting a goal in LAMMPS, each scheme, in a scene drawn at random."""
     scene = draw_scene(random, most=300)
-    truth = exact_modes(scene) if scene.label == "harmonic" else converge(scene, 0.03 * goal)
+    truth = converge(scene, 0.03 * goal)
     scouting = scouting_from(truth, scene)
     model = shipped_cost_model()
     numerics = {}
@@ -49,7 +48,7 @@ def lammps_costs(random: Random, goal: float) -> dict[str, float]:
         except RunError:
             continue
     foreseen = {
-        scheme: model.integration(scene, chosen, scouting.last_contact_time)
+        scheme: model.integration(scene, chosen, scouting.end.last_contact_time)
         for scheme, chosen in numerics.items()
     }
     costs = {}

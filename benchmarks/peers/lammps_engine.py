@@ -47,7 +47,7 @@ def compare(repeats: int = 7) -> dict[str, float]:
     """Return settings, errors, times and ratios from one run."""
     scene = Scene(potential="lj", particles=100, speed=0.4)
     truth = find_truth(scene)
-    last, end = truth.last_contact_time + 1e-3, truth.scouting.duration
+    last, end = truth.last_contact_time + 1e-3, truth.scouting.outcome.duration
     bond_range = truth.scouting.table_range(scene)
 
     found: dict[str, float] = {}

@@ -17,7 +17,7 @@ import numpy as np
 
 from benchmarks.schemes.candidates import CANDIDATES, Array, Candidate, State
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.accuracy.convergence import converge, exact_modes
+from chaincor.workflows.accuracy.by_in_house import converge
 from chaincor.workflows.engines.in_house.contact_search import SEARCH_FIELDS, build_contact_search
 
 SCENES = {
@@ -104,7 +104,7 @@ def main() -> None:
     parser.add_argument("--scene", nargs="+", choices=SCENES, default=list(SCENES))
     for name in parser.parse_args().scene:
         scene = Scene(particles=100, **SCENES[name])
-        truth = exact_modes(scene) if scene.label == "harmonic" else converge(scene, _TRUTH)
+        truth = converge(scene, _TRUTH)
         last = float(truth.outcome.contact_times[-1]) + 1e-3
         print(f"\n| {name} | {' | '.join(f'{error:.0e}' for error in ERRORS)} |")
         print("|---" * (1 + len(ERRORS)) + "|")

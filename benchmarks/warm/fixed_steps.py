@@ -36,7 +36,7 @@ def carry(
     batch = Batch(scene.line, scene.bond, SCHEME)
     share, parts = batch.share(step), []
     for begin in range(0, samples, share):
-        part = group.part(begin, min(begin + share, samples))
+        part = group[begin : begin + share]
         runs = batch.follow(part.starts(), np.full(len(part), step))
         e = np.where(runs.settled, runs.speeds / part.velocities, np.nan)
         kinds = ["open" if ending is None else ending.kind for ending in runs.endings]

@@ -10,7 +10,7 @@ from benchmarks.judge.lines import judge_scene
 from chaincor.lammps_inputs.errors import SceneError
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.accuracy.by_lammps import choose
+from chaincor.workflows.accuracy.by_lammps import LammpsSearch
 from chaincor.workflows.accuracy.in_house_runs import eta_of
 from chaincor.workflows.collision import collide
 from chaincor.workflows.engines.in_house import stepping
@@ -97,9 +97,9 @@ def test_a_slow_chain_is_waited_for():
 def test_steps_of_high_order_are_taken_where_flights_amplify_errors():
     # Verlet steps, usually the cheapest for 1e-3, cost twenty times as much as those of order 8.
     scene = Scene(potential="toda", particles=10, velocity=0.01, temperature=0.01, seed=2)
-    assert choose(scene, 1e-3, 0.0).numerics.scheme in ("order6", "order8")
+    assert LammpsSearch(scene, 1e-3, 0.0).numerics.scheme in ("order6", "order8")
     cold = Scene(potential="toda", particles=10, velocity=0.01)
-    assert choose(cold, 1e-3, 0.0).numerics.scheme == "verlet"
+    assert LammpsSearch(cold, 1e-3, 0.0).numerics.scheme == "verlet"
 
 
 def test_lammps_refuses_what_it_cannot_place():

@@ -1,20 +1,23 @@
-"""Meeting a tolerance with the in-house engines."""
+"""Meeting a tolerance with the in-house engines; the reference solution for others."""
 
 import math
+from dataclasses import replace
 
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.accuracy.answer import Answer, answer, spread_of
-from chaincor.workflows.accuracy.convergence import modal_error
-from chaincor.workflows.accuracy.fixed_steps import meet_with_fixed_steps
-from chaincor.workflows.accuracy.in_house_runs import eta_of
+from chaincor.workflows.accuracy.answer import Answer, answer
+from chaincor.workflows.accuracy.fixed_steps import meet_with_fixed_steps, refine_regularly
+from chaincor.workflows.accuracy.in_house_runs import (
+    Refined,
+    eta_of,
+    find_rounding_sensitivity,
+)
 from chaincor.workflows.accuracy.irregular import refine_irregularly
 from chaincor.workflows.accuracy.refining import Policy, Try, refine, told
-from chaincor.workflows.accuracy.rounding_sensitivity import find_rounding_sensitivity
 from chaincor.workflows.accuracy.step_guess import is_smooth, sharpness
 from chaincor.workflows.engines.in_house import adaptive, hard_sphere, modal
 from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.engines.rounding import rounding_error, rounding_matters
-from chaincor.workflows.errors import RunError
+from chaincor.workflows.errors import CrossingError, RunError
 from chaincor.workflows.measured import measured
 
 # With bonds sharper than this, adaptive steps are cheaper than fixed ones: about where, by
@@ -31,6 +34,8 @@ _MOST_REFINEMENTS = 15
 # three digits, with the bar that they have.
 _MOST_STEPPED = 7.5e10
 _ROUGH_SPHERES = 1e-3
+# Of the exact propagator, which only rounds: against itself in higher precision it is below this.
+MODAL_ERROR = 1e-13
 
 
 def meet_in_house(
@@ -44,8 +49,7 @@ def meet_in_house(
     """
     if modal.serves(scene):
         outcome = modal.run(scene)
-        details = {"spread": spread_of(scene, outcome, outcome)}
-        return answer(scene, outcome, modal_error(scene), details)
+        return answer(scene, outcome, modal_error(scene), outcome)
     if not scene.line.plain or sharpness(scene) <= SHARPEST_FIXED:
         if is_smooth(scene):
             return meet_with_fixed_steps(scene, goal, sensitivity, known)
@@ -70,7 +74,7 @@ def meet_in_house(
 
 def _as_spheres(scene: Scene, deviation: float) -> Answer:
     """Answer with hard spheres: how far off their times, speeds and modes are is not known."""
-    return answer(scene, hard_sphere.run(scene), deviation, {"spread": {}})
+    return answer(scene, hard_sphere.run(scene), deviation, {})
 
 
 def _meet_irregularly(scene: Scene, goal: float, sensitivity: float) -> Answer:
@@ -78,11 +82,7 @@ def _meet_irregularly(scene: Scene, goal: float, sensitivity: float) -> Answer:
     found = refine_irregularly(scene, goal, rounding_error("reference", scene))
     if found.stalled or rounding_matters("reference", scene, goal):
         sensitivity = sensitivity or find_rounding_sensitivity(scene)
-    details = {
-        "choice": {"tries": found.tries},
-        "spread": spread_of(scene, found.fine, found.proofs[0]),
-    }
-    return answer(scene, found.fine, found.error, details, sensitivity)
+    return answer(scene, found.outcome, found.error, found.proofs[0], found.tries, sensitivity)
 
 
 def _meet_with_adaptive_steps(scene: Scene, goal: float) -> Answer:
@@ -105,5 +105,50 @@ def _meet_with_adaptive_steps(scene: Scene, goal: float) -> Answer:
         return Try(accuracy, error, fine, done, 0.1 * accuracy)
 
     tries = refine(0.1 * accuracy, attempt, Policy(_MOST_REFINEMENTS, retried=()))
-    details = {"choice": {"tries": told(tries, "accuracy")}, "spread": spread_of(scene, *runs[:2])}
-    return answer(scene, runs[0], tries[-1].error, details)
+    return answer(scene, runs[0], tries[-1].error, runs[1], told(tries, "accuracy"))
+
+
+def converge(scene: Scene, goal: float) -> Refined:
+    """
+    Refine the in-house integrator until its error is below a goal, or steps help no more.
+
+    Harmonic chains are exact. The error has the rounding in it. Raises RunError, what stopped the
+    finest runs.
+    """
+    if modal.serves(scene):
+        return exact_modes(scene)
+    floor = rounding_error("reference", scene)
+    if is_smooth(scene):
+        # What steps of LAMMPS are tried with in-house is compiled for this scheme, too.
+        found = refine_regularly(scene, goal, "order8", floor, None)
+    else:
+        found = refine_irregularly(scene, goal, floor)
+    return replace(found, error=found.error + floor)
+
+
+def exact_modes(scene: Scene) -> Refined:
+    """
+    Return the exact collision of a harmonic chain, for LAMMPS to follow.
+
+    Its error is the rounding of modes. Raises CrossingError if particles pass through each other,
+    which LAMMPS cannot follow.
+    """
+    outcome = modal.run(scene)
+    if outcome.crossed:
+        raise CrossingError(
+            f"particles of a harmonic chain pass through each other at velocity "
+            f"{scene.impact_velocity:g}, which LAMMPS cannot represent (it knows only the "
+            "absolute bond length); expected less than about 0.69: use engine 'reference'"
+        )
+    error = max(MODAL_ERROR, modal_error(scene))
+    return Refined(outcome, [outcome], eta_of(scene, outcome), error, outcome.seconds)
+
+
+def modal_error(scene: Scene) -> float:
+    """
+    Return the error of eta of an exact propagation, beyond that of a plain chain at a wall.
+
+    Light particles between heavy ones, and long bodies that bounce often, amplify rounding: what
+    some changes of all roundings change, with a reserve of three.
+    """
+    return 0.0 if scene.line.plain else 3.0 * modal.rounding_sensitivity(scene)

@@ -3,19 +3,23 @@
 import math
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from typing import NamedTuple
+from dataclasses import replace
 
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.scene_parts.given_bodies import DEFAULT_CONTACT_STIFFNESS
 from chaincor.lammps_inputs.scene_parts.scene_fields import TableStyle
 from chaincor.lammps_inputs.schemes import SCHEME_ORDERS, StepSchemeName
-from chaincor.workflows.accuracy.answer import Answer, answer, spread_of
-from chaincor.workflows.accuracy.convergence import Converged, converge, exact_modes
-from chaincor.workflows.accuracy.cost_model import within_time
-from chaincor.workflows.accuracy.error_bars import TABLE_SENSITIVITY, error_bar
-from chaincor.workflows.accuracy.in_house_runs import eta_of, largest_difference
+from chaincor.workflows.accuracy.answer import TABLE_SENSITIVITY, Answer, answer, error_bar
+from chaincor.workflows.accuracy.by_in_house import converge
+from chaincor.workflows.accuracy.cost_model import cost_model
+from chaincor.workflows.accuracy.in_house_runs import (
+    Refined,
+    estimate_step,
+    eta_of,
+    find_step,
+    largest_difference,
+)
 from chaincor.workflows.accuracy.refining import Policy, Try, by_order, refine, that_ran, told
 from chaincor.workflows.accuracy.scouting import Scouting, scouting_details, scouting_from
 from chaincor.workflows.accuracy.step_guess import (
@@ -27,7 +31,6 @@ from chaincor.workflows.accuracy.step_guess import (
     sharpness,
 )
 from chaincor.workflows.accuracy.step_proof import share_of_difference
-from chaincor.workflows.accuracy.step_search import estimate_step, find_step
 from chaincor.workflows.engines.compositions import COMPOSITIONS
 from chaincor.workflows.engines.in_house.modal import serves
 from chaincor.workflows.engines.lammps import engine as lammps
@@ -39,7 +42,7 @@ from chaincor.workflows.engines.rounding import (
     rounding_of_steps,
 )
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
-from chaincor.workflows.error_bar import ErrorBar
+from chaincor.workflows.engines.time_limit import time_limit
 from chaincor.workflows.errors import (
     CrossingError,
     LostAtomsError,
@@ -66,6 +69,10 @@ _ALWAYS: StepSchemeName = "order8"
 _LAMMPS_OVER_IN_HOUSE = 2.0
 # LAMMPS's number is proved by a run at so many times its step.
 COARSER = 2.0
+# What both take of one of them, and how much of the time that is left they may be expected to take:
+# forecasts are good to a factor of two.
+LAMMPS_RUNS = 1.0 + 1.0 / COARSER
+_TIME_SHARE = 0.5
 _MOST_REFINEMENTS = 5
 # Extrapolated steps amplify rounding; they may use this share of the tolerance for it. It decides
 # costs only, as the sum is proved.
@@ -75,39 +82,76 @@ _ROUNDING_SHARE = 0.4
 _MOST_BOND_STEPS = 1e9
 
 
-@dataclass(frozen=True)
-class Choice:
-    """Numerics chosen for a goal."""
-
-    numerics: Numerics  #: Scheme, step and table.
-    truth: Converged  #: The in-house run they were chosen by.
-    scouting: Scouting  #: What it says of the collision.
-    #: Error from rounding, and what is left of the goal for all else.
-    floor: float
-    reachable: float  #: See ``floor``.
-
-
-def choose(
-    scene: Scene,
-    goal: float,
-    sensitivity: float,
-    schemes: Sequence[StepSchemeName] = LAMMPS_SCHEMES,
-) -> Choice:
+class LammpsSearch:
     """
-    Choose numerics for a goal, with the in-house integrator alone.
+    Numerics for a goal, chosen with the in-house integrator alone, and runs of LAMMPS with them.
 
-    For `sensitivity` see :func:`meet_with_lammps`.
-
-    `schemes` are those that may be chosen.
+    Steps get ever smaller, or tables ever better; each is run at twice the step, too. `sensitivity`
+    is the rounding sensitivity of the in-house eta, where that matters; `schemes` may be chosen.
     """
-    floor = max(rounding_error("lammps", scene), amplified_rounding("lammps", sensitivity, scene))
-    # Below the rounding floor a finer step buys nothing.
-    reachable = max(goal - floor, floor)
-    truth = _reference_solution(scene, reachable)
-    scouting = scouting_from(truth, scene)
-    usual = _usual_schemes(scene, reachable, schemes, sensitivity)
-    numerics = choose_numerics(scene, reachable, truth, scouting, usual)
-    return Choice(numerics, truth, scouting, floor, reachable)
+
+    def __init__(
+        self,
+        scene: Scene,
+        goal: float,
+        sensitivity: float,
+        schemes: Sequence[StepSchemeName] = LAMMPS_SCHEMES,
+    ) -> None:
+        self.scene, self.goal, self.sensitivity = scene, goal, sensitivity
+        amplified = amplified_rounding("lammps", sensitivity, scene)
+        self.floor = max(rounding_error("lammps", scene), amplified)
+        # Below the rounding floor a finer step buys nothing.
+        self.reachable = max(goal - self.floor, self.floor)
+        if not serves(scene) and (sharp := sharpness(scene)) > SHARPEST_LAMMPS:
+            raise RunError(_too_sharp(scene, sharp))
+        self.truth = converge(scene, TRUTH_SHARE * self.reachable)
+        self.scouting = scouting_from(self.truth, scene)
+        usual = usual_schemes(scene, self.reachable, schemes, sensitivity)
+        known = self.truth, self.scouting
+        self.numerics = choose_numerics(scene, self.reachable, *known, usual)
+
+    def within_time(self, numerics: Numerics) -> Numerics:
+        """Return numerics with a longer step, but a stable one, where runs would take too long."""
+        limit, scene = time_limit(), self.scene
+        if limit.end == math.inf:
+            return numerics
+        lasts = float(self.truth.outcome.contact_times[-1])
+        expected = LAMMPS_RUNS * cost_model().integration(scene, numerics, lasts)
+        available = max(_TIME_SHARE * limit.left, 1e-3)
+        if expected <= available:
+            return numerics
+        limit.was_short = True
+        longest = largest_step(numerics.scheme, scene.fast_stiffness) / COARSER
+        longer = min(numerics.timestep * expected / available, longest)
+        return replace(numerics, timestep=max(longer, numerics.timestep))
+
+    def attempt(self, step: float) -> Try[tuple[Outcome, Outcome]]:
+        """Run at a step."""
+        scene, truth, goal = self.scene, self.truth, self.goal
+        numerics = self.numerics = replace(self.numerics, timestep=step)
+        fine, coarse = lammps.run_at_steps(scene, numerics, (step, COARSER * step))
+        order = effective_order(scene, numerics.scheme)
+        told = share_of_difference(order, COARSER) * largest_difference(scene, fine, [coarse])
+        error = max(told, abs(eta_of(scene, fine) - truth.restitution)) + truth.error
+        # Where an in-house motion is in doubt about a late contact, so is this one.
+        doubt = truth.outcome.ending.missed_momentum
+        fine = replace(fine, ending=fine.ending.doubted(doubt))
+        bar = error_bar(fine, scene, error, self.sensitivity)
+        assert bar.total is not None
+        done = bar.total <= goal or bar.rounding + bar.ending > goal or error < 0.3 * self.floor
+        done |= truth.kinked and step <= _least_step(scene, self.scouting)
+        smaller = numerics
+        wanted = STEP_SHARE * self.reachable
+        if error > wanted:
+            smaller = replace(numerics, timestep=step * by_order(wanted, error, order, 0.3))
+        elif numerics.force_error is not None:
+            smaller = replace(numerics, force_error=0.1 * numerics.force_error)
+        else:
+            done = True  # what is off is the table, or rounding
+        done |= not done and self.within_time(smaller) is not smaller
+        if not done:
+            self.numerics = smaller
+        return Try(step, error, (fine, coarse), done, smaller.timestep)
 
 
 def meet_with_lammps(
@@ -120,103 +164,35 @@ def meet_with_lammps(
     Choose LAMMPS's numerics with the in-house integrator, then prove them with both.
 
     The number is from a step h. Its error is the distance to the reference solution, plus the error
-    of that, but not less than what a run of LAMMPS at 2h tells by the order of the scheme.
-    `sensitivity` is the rounding sensitivity of the in-house eta, where that matters; `schemes` may
-    be chosen.
+    of that, but not less than what a run of LAMMPS at 2h tells by the order of the scheme. For
+    `sensitivity` and `schemes` see :class:`LammpsSearch`.
     """
     started = time.perf_counter()
-    choice = choose(scene, goal, sensitivity, schemes)
+    search = LammpsSearch(scene, goal, sensitivity, schemes)
     chosen = time.perf_counter() - started
-    proving = _Proving(scene, goal, sensitivity, choice)
+    search.numerics = search.within_time(search.numerics)
     policy = Policy(
         _MOST_REFINEMENTS,
         retried=(TimestepError, LostAtomsError, CrossingError),
         salvages=True,
     )
-    ran = that_ran(refine(proving.numerics.timestep, proving.attempt, policy))
-    last = ran[-1].found
-    assert last is not None
-    assert last.bar.total is not None
-    if last.bar.total > goal and proving.numerics.scheme not in COMPOSITIONS:
+    ran = that_ran(refine(search.numerics.timestep, search.attempt, policy))
+    error, runs = ran[-1].error, ran[-1].found
+    assert runs is not None
+    fine, coarse = runs
+    found = answer(scene, fine, error, coarse, told(ran), sensitivity)
+    assert found.bar.total is not None
+    if found.bar.total > goal and search.numerics.scheme not in COMPOSITIONS:
         # More exact at a price: rounding is not amplified.
         return meet_with_lammps(scene, goal, sensitivity, SCRIPTED_SCHEMES)
-    details = scouting_details(choice.scouting)
-    details["spread"] = spread_of(scene, last.fine, last.coarse)
-    details["choice"] = {
+    found.details["choice"] |= {
         "seconds": chosen,
-        "in_house_restitution": choice.truth.restitution,
-        "in_house_error": choice.truth.error,
-        "error_alone": last.alone,
-        "tries": told(ran),
+        "in_house_restitution": search.truth.restitution,
+        "in_house_error": search.truth.error,
+        # What LAMMPS tells without the in-house number: how far both runs are apart.
+        "error_alone": found.bar.total - error + largest_difference(scene, fine, [coarse]),
     }
-    return answer(scene, last.fine, ran[-1].error, details, sensitivity)
-
-
-class _Proof(NamedTuple):
-    """
-    A run of LAMMPS, one at twice its step, and its error bar.
-
-    `alone` is what LAMMPS tells of its error without the in-house number: both runs' difference.
-    """
-
-    fine: Outcome
-    coarse: Outcome
-    bar: ErrorBar
-    alone: float
-
-
-class _Proving:
-    """Runs of LAMMPS at ever smaller steps, or with ever better tables, each at twice its step."""
-
-    def __init__(self, scene: Scene, goal: float, sensitivity: float, choice: Choice) -> None:
-        self._scene, self._goal, self._sensitivity, self._choice = scene, goal, sensitivity, choice
-        self.numerics = self._within_time(choice.numerics)
-
-    def _within_time(self, numerics: Numerics) -> Numerics:
-        scene, lasts = self._scene, float(self._choice.truth.outcome.contact_times[-1])
-        longest = largest_step(numerics.scheme, scene.fast_stiffness) / COARSER
-        return within_time(scene, numerics, lasts, longest)
-
-    def attempt(self, step: float) -> Try[_Proof]:
-        scene, choice, goal = self._scene, self._choice, self._goal
-        truth, reachable = choice.truth, choice.reachable
-        numerics = self.numerics = replace(self.numerics, timestep=step)
-        fine, coarse = lammps.run_at_steps(scene, numerics, (step, COARSER * step))
-        order = effective_order(scene, numerics.scheme)
-        apart = largest_difference(scene, fine, [coarse])
-        told = share_of_difference(order, COARSER) * apart
-        error = max(told, abs(eta_of(scene, fine) - truth.restitution)) + truth.error
-        # Where an in-house motion is in doubt about a late contact, so is this one.
-        doubt = truth.outcome.ending.missed_momentum
-        fine = replace(fine, ending=fine.ending.doubted(doubt))
-        bar = error_bar(fine, scene, error, self._sensitivity)
-        assert bar.total is not None
-        done = bar.total <= goal or bar.rounding + bar.ending > goal or error < 0.3 * choice.floor
-        done |= truth.kinked and step <= _least_step(scene, choice.scouting)
-        smaller = numerics
-        if error > STEP_SHARE * reachable:
-            share = by_order(STEP_SHARE * reachable, error, order, 0.3)
-            smaller = replace(numerics, timestep=step * share)
-        elif numerics.force_error is not None:
-            smaller = replace(numerics, force_error=0.1 * numerics.force_error)
-        else:
-            done = True  # what is off is the table, or rounding
-        done |= not done and self._within_time(smaller) is not smaller
-        if not done:
-            self.numerics = smaller
-        proof = _Proof(fine, coarse, bar, alone=bar.total - error + apart)
-        return Try(step, error, proof, done, smaller.timestep)
-
-
-def _reference_solution(scene: Scene, tolerance: float) -> Converged:
-    """Return the in-house eta that steps are chosen by."""
-    goal = TRUTH_SHARE * tolerance
-    if serves(scene):
-        return exact_modes(scene)
-    sharp = sharpness(scene)
-    if sharp > SHARPEST_LAMMPS:
-        raise RunError(_too_sharp(scene, sharp))
-    return converge(scene, goal)
+    return replace(found, details=found.details | scouting_details(search.scouting))
 
 
 def _too_sharp(scene: Scene, sharp: float) -> str:
@@ -239,7 +215,7 @@ def _too_sharp(scene: Scene, sharp: float) -> str:
 def choose_numerics(
     scene: Scene,
     tolerance: float,
-    truth: Converged,
+    truth: Refined,
     scouting: Scouting,
     schemes: Sequence[StepSchemeName],
 ) -> Numerics:
@@ -247,30 +223,30 @@ def choose_numerics(
     Return a scheme for a tolerance, with the step and table it needs.
 
     `schemes` are tried in turn, but for cold chains of equal masses in that of their costs here.
-    Returns the first that meets the tolerance.
+    Returns the first that meets the tolerance. Past kinks that are Verlet steps, which are as exact
+    there as any others, and far quicker.
     """
-    force_error = None
+    numerics = Numerics(scheme="verlet", bond_range=scouting.table_range(scene))
     # A spline cannot hold a kink; straight lines between rows of which one lies on it do.
     style: TableStyle = "linear" if truth.kinked and scene.bond.kinks else "spline"
     if not scene.bond.is_harmonic:
         force_error = _TABLE_SHARE * tolerance * scene.impact_velocity / TABLE_SENSITIVITY[style]
+        numerics = replace(numerics, force_error=force_error)
     if truth.kinked:
-        return _verlet_numerics(scene, tolerance, truth, scouting, style, force_error)
+        goal = coarser_goal(scene, "verlet", tolerance)
+        start = guess_step(scene, "verlet", goal)
+        found = find_step(scene, "verlet", goal, truth, start) or 0.1 * start
+        step = max(found / COARSER, _least_step(scene, scouting))
+        return replace(numerics, timestep=step, table=style)
     goals = {scheme: coarser_goal(scene, scheme, tolerance) for scheme in schemes}
     if not scene.line.uniform:
         schemes = _cheapest_first(scene, goals, truth)
     for scheme in schemes:
-        start = estimate_step(scene, scheme, goals[scheme], truth)
-        coarse = None
-        if start is not None:
-            coarse = find_step(scene, scheme, goals[scheme], truth, start)
-        if coarse is not None:
-            return Numerics(
-                scheme=scheme,
-                timestep=coarse / COARSER,
-                bond_range=scouting.table_range(scene),
-                force_error=force_error,
-            )
+        guess = estimate_step(scene, scheme, goals[scheme], truth)
+        if guess is not None:
+            coarse = find_step(scene, scheme, goals[scheme], truth, guess)
+            if coarse is not None:
+                return replace(numerics, scheme=scheme, timestep=coarse / COARSER)
     raise RunError(
         f"no composition and step meets an error of {tolerance:.1g} here; expected a looser "
         "tolerance or a lower speed; the engine 'reference' may do it"
@@ -284,7 +260,7 @@ def coarser_goal(scene: Scene, scheme: StepSchemeName, goal: float) -> float:
 
 
 def _cheapest_first(
-    scene: Scene, goals: dict[StepSchemeName, float], truth: Converged
+    scene: Scene, goals: dict[StepSchemeName, float], truth: Refined
 ) -> list[StepSchemeName]:
     """
     Return schemes by the steps that one run of each lets expect.
@@ -300,40 +276,17 @@ def _cheapest_first(
     return sorted(costs, key=lambda scheme: costs[scheme])
 
 
-def _verlet_numerics(
-    scene: Scene,
-    tolerance: float,
-    truth: Converged,
-    scouting: Scouting,
-    style: TableStyle,
-    force_error: float | None,
-) -> Numerics:
-    """Return Verlet steps, which past kinks are as exact as any others, and far quicker."""
-    goal = coarser_goal(scene, "verlet", tolerance)
-    start = guess_step(scene, "verlet", goal)
-    coarse = find_step(scene, "verlet", goal, truth, start) or 0.1 * start
-    return Numerics(
-        scheme="verlet",
-        timestep=max(coarse / COARSER, _least_step(scene, scouting)),
-        table=style,
-        bond_range=scouting.table_range(scene),
-        force_error=force_error,
-    )
-
-
 def _least_step(scene: Scene, scouting: Scouting) -> float:
     """Return the smallest Verlet step of a run that comes to an end within minutes."""
     particles = scene.all_particles
-    return scouting.last_contact_time * particles / _MOST_BOND_STEPS
+    return scouting.end.last_contact_time * particles / _MOST_BOND_STEPS
 
 
-def usual_scheme(scene: Scene, tolerance: float) -> StepSchemeName:
-    """Return the scheme that usually meets a tolerance most cheaply."""
-    return _usual_schemes(scene, tolerance, LAMMPS_SCHEMES)[0]
-
-
-def _usual_schemes(
-    scene: Scene, tolerance: float, schemes: Sequence[StepSchemeName], sensitivity: float = 0.0
+def usual_schemes(
+    scene: Scene,
+    tolerance: float,
+    schemes: Sequence[StepSchemeName] = LAMMPS_SCHEMES,
+    sensitivity: float = 0.0,
 ) -> list[StepSchemeName]:
     """Return those of the schemes that serve, the usually cheapest for a tolerance first."""
     serving = [
@@ -355,7 +308,7 @@ def serves_in_lammps(
     Return whether a scheme may be chosen for a tolerance.
 
     Extrapolated steps are for cold chains at a wall, which they were measured with, and where the
-    rounding that they amplify leaves room; for `sensitivity` see :func:`meet_with_lammps`.
+    rounding that they amplify leaves room; for `sensitivity` see :class:`LammpsSearch`.
     """
     if scheme in COMPOSITIONS:
         return True

@@ -1,28 +1,40 @@
-"""What a run costs, from measurements: for forecasts, and steps that fit into a time limit."""
+"""What a run costs, as measured: for forecasts, and steps that fit into a time limit."""
 
+import datetime
 import json
-import math
 import sys
-from dataclasses import asdict, dataclass, replace
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass
 from functools import cache
 from importlib import resources
 from pathlib import Path
 
 from platformdirs import user_config_path
 
+from chaincor.lammps_inputs.bond_table import tabulate
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
+from chaincor.lammps_inputs.scene_parts.scene_fields import TableStyle
+from chaincor.lammps_inputs.schemes import StepSchemeName
+from chaincor.workflows.engines.lammps import engine as lammps
+from chaincor.workflows.engines.lammps.instance import LammpsChain
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
-from chaincor.workflows.engines.time_limit import time_limit
+from chaincor.workflows.versions import processor
 
 _FILE = "cost_model.json"
-# The run of LAMMPS that gives the number, and the proof of it at twice the step; and how much of
-# the time that is left they may be expected to take: forecasts are good to a factor of two.
-LAMMPS_RUNS = 1.5
-_TIME_SHARE = 0.5
 # Before each Verlet step Python looks where bodies of unequal masses are, as no bound tells when
 # they meet: so many stages' time, 15 to 20 us where one is 1.9.
 _LOOK = 8.0
+# Repeats of a measurement, chains and steps in it, and rows of its tables.
+_REPEATS = 7
+_SHORT_CHAIN, _LONG_CHAIN = 20, 1000
+_STEPS = {_SHORT_CHAIN: 20_000, _LONG_CHAIN: 1_000}
+_ROWS = 1_001
+# At rest but for a tremble: nothing leaves its table, nothing comes near the wall.
+_TREMBLE = 1e-4
 
 
 @dataclass(frozen=True)
@@ -102,19 +114,101 @@ def shipped_cost_model() -> CostModel:
     )
 
 
-def within_time(scene: Scene, numerics: Numerics, duration: float, longest: float) -> Numerics:
+def calibrate(repeats: int = _REPEATS) -> CostModel:
     """
-    Return numerics with a longer step where runs over a duration would take too long.
+    Measure what LAMMPS costs, in some seconds.
 
-    That is where the collision has a limit; `longest` is a step that is stable.
+    Every cost is the least of repeats that are taken in turns, in seconds of the processor: what
+    else the machine does only adds to them.
     """
-    limit = time_limit()
-    if limit.end == math.inf:
-        return numerics
-    expected = LAMMPS_RUNS * cost_model().integration(scene, numerics, duration)
-    available = max(_TIME_SHARE * limit.left, 1e-3)
-    if expected <= available:
-        return numerics
-    limit.was_short = True
-    longer = min(numerics.timestep * expected / available, longest)
-    return replace(numerics, timestep=max(longer, numerics.timestep))
+    jobs: dict[str, Callable[[], float]] = {
+        "harmonic short": lambda: _time_step(_SHORT_CHAIN, None),
+        "harmonic long": lambda: _time_step(_LONG_CHAIN, None),
+        "linear long": lambda: _time_step(_LONG_CHAIN, "linear"),
+        "spline long": lambda: _time_step(_LONG_CHAIN, "spline"),
+        "stage": _time_stage,
+        "setup": _time_setup,
+    }
+    times: dict[str, list[float]] = {name: [] for name in jobs}
+    collisions: list[tuple[float, int, int]] = []
+    for _ in range(repeats):
+        for name, job in jobs.items():
+            times[name].append(job())
+        collisions.append(_time_collision())
+    cost = {name: min(values) for name, values in times.items()}
+    # Two lengths of chain tell a step's own cost from that of its bonds.
+    bonds = {_SHORT_CHAIN: _SHORT_CHAIN - 1, _LONG_CHAIN: _LONG_CHAIN - 1}
+    harmonic = (cost["harmonic long"] - cost["harmonic short"]) / (
+        bonds[_LONG_CHAIN] - bonds[_SHORT_CHAIN]
+    )
+    step = max(cost["harmonic short"] - harmonic * bonds[_SHORT_CHAIN], 1e-8)
+
+    def per_bond(name: str) -> float:
+        return (cost[name] - step) / bonds[_LONG_CHAIN]
+
+    seconds, evaluations, contacts = min(collisions)
+    per_step = step + harmonic * 99
+    return CostModel(
+        measured_on=f"{datetime.date.today().isoformat()}, {processor()}",
+        step=step,
+        harmonic_bond=harmonic,
+        linear_bond=per_bond("linear long"),
+        spline_bond=per_bond("spline long"),
+        stage=max(cost["stage"] - per_step, 1e-8),
+        contact=max((seconds - cost["setup"] - evaluations * per_step) / contacts, 1e-8),
+    )
+
+
+@contextmanager
+def _chain(
+    particles: int, style: TableStyle | None = None, scheme: StepSchemeName = "verlet"
+) -> Iterator[LammpsChain]:
+    """Set a chain up, harmonic or with a table of a style."""
+    potential = "harmonic" if style is None else "lj"
+    scene = Scene(potential=potential, particles=particles, velocity=_TREMBLE)
+    table = None if style is None else tabulate(scene.bond, (0.9, 1.1), style, _ROWS)
+    numerics = Numerics(scheme=scheme, timestep=1e-6)
+    with (
+        tempfile.TemporaryDirectory(prefix="chaincor-") as name,
+        LammpsChain(scene, numerics, table, Path(name)) as chain,
+    ):
+        yield chain
+
+
+def _time_step(particles: int, style: TableStyle | None) -> float:
+    """Return the seconds of one Verlet step inside a long run."""
+    with _chain(particles, style) as chain:
+        steps = _STEPS[particles]
+        chain.run(max(steps // 20, 1))
+        started = time.thread_time()
+        chain.run(steps)
+        return (time.thread_time() - started) / steps
+
+
+def _time_stage() -> float:
+    """Return the seconds of one stage of a composition, its step included, n = 100, harmonic."""
+    steps = 60
+    with _chain(100, scheme="order8") as chain:
+        chain.step()
+        done = chain.stages_done
+        started = time.thread_time()
+        for _ in range(steps):
+            chain.step()
+        return (time.thread_time() - started) / (chain.stages_done - done)
+
+
+def _time_setup() -> float:
+    """Return the seconds of setting a harmonic chain up, which a collision is timed with."""
+    started = time.thread_time()
+    with _chain(100):
+        pass
+    return time.thread_time() - started
+
+
+def _time_collision() -> tuple[float, int, int]:
+    """Return seconds, force evaluations and contacts of a collision with Verlet and its set-up."""
+    scene = Scene(potential="harmonic", particles=100, velocity=0.1)
+    started = time.thread_time()
+    outcome = lammps.run(scene, Numerics(scheme="verlet", timestep=0.0125))
+    seconds = time.thread_time() - started
+    return seconds, outcome.force_evaluations, len(outcome.contact_times)

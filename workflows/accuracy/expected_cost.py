@@ -6,18 +6,18 @@ from collections.abc import Sequence
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.accuracy.answer import PROOF_STEPS
 from chaincor.workflows.accuracy.by_in_house import SHARPEST_FIXED
 from chaincor.workflows.accuracy.by_lammps import (
     COARSER,
+    LAMMPS_RUNS,
     SHARPEST_LAMMPS,
     TRUTH_SHARE,
     coarser_goal,
-    usual_scheme,
+    usual_schemes,
 )
-from chaincor.workflows.accuracy.cost_model import LAMMPS_RUNS, cost_model
-from chaincor.workflows.accuracy.error_bars import PROOF_STEPS
-from chaincor.workflows.accuracy.fixed_steps import usual_scheme as usual_in_house
-from chaincor.workflows.accuracy.regular import first_step
+from chaincor.workflows.accuracy.cost_model import cost_model
+from chaincor.workflows.accuracy.fixed_steps import first_step, usual_scheme
 from chaincor.workflows.accuracy.step_guess import (
     contact_is_sharpest,
     guess_step,
@@ -81,7 +81,7 @@ def expected_seconds(scene: Scene) -> float:
         return _IN_HOUSE_SECONDS + _in_house_seconds(scene, duration, goal)
     if sharp > SHARPEST_LAMMPS:
         return _LAMMPS_SECONDS  # refused at once
-    scheme = usual_scheme(scene, goal)
+    scheme = usual_schemes(scene, goal)[0]
     if scheme == "verlet":  # which is taken where it is cheaper than this
         scheme = "order8"
     step = guess_step(scene, scheme, coarser_goal(scene, scheme, goal)) / COARSER
@@ -136,7 +136,7 @@ def _given_seconds(scene: Scene, duration: float) -> float:
 
 
 def _in_house_seconds(scene: Scene, duration: float, goal: float) -> float:
-    scheme = usual_in_house(goal)
+    scheme = usual_scheme(goal)
     stages = duration / first_step(scene, scheme, goal) * STEP_SCHEMES[scheme].evaluations
     return _IN_HOUSE_RUNS * stages * _in_house_stage(scene)
 

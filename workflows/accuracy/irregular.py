@@ -1,7 +1,7 @@
 """Meeting an error with bonds whose smoothness is not known: no order of convergence is trusted."""
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.schemes import StepSchemeName
@@ -82,7 +82,7 @@ def refine_irregularly(scene: Scene, goal: float, floor: float) -> Refined:
     crossings = 2.0 * scene.span / scene.slow_stiffness**0.5
     step = max(step, least_step(scene, search.scheme, crossings))
     tries = refine(step, search.attempt, Policy(_MOST_REFINEMENTS, stalls=True))
-    return replace(refined(scene, tries), kinked=search.kinked)
+    return refined(scene, tries, kinked=search.kinked)
 
 
 @dataclass

@@ -3,13 +3,12 @@
 from dataclasses import replace
 
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.accuracy.answer import Answer, reason_missed
-from chaincor.workflows.accuracy.at_once.many import ManyMeetings, meet_alone
+from chaincor.workflows.accuracy.answer import Answer, goal_above, reason_missed
 from chaincor.workflows.accuracy.by_in_house import SHARPEST_FIXED, meet_in_house
 from chaincor.workflows.accuracy.by_lammps import SHARPEST_LAMMPS, meet_with_lammps
-from chaincor.workflows.accuracy.goals import goal_above
-from chaincor.workflows.accuracy.rounding_sensitivity import find_rounding_sensitivity
+from chaincor.workflows.accuracy.in_house_runs import find_rounding_sensitivity
 from chaincor.workflows.accuracy.step_guess import sharpness
+from chaincor.workflows.accuracy.warm import WarmMeetings, is_warm
 from chaincor.workflows.engines.in_house.modal import serves
 from chaincor.workflows.engines.rounding import amplified_rounding, rounding_error, rounding_matters
 from chaincor.workflows.engines.time_limit import time_limit
@@ -27,10 +26,8 @@ def meet(scene: Scene, tolerance: float) -> Answer:
     that is below rounding, the first below rounding. Where a goal is missed the next looser one is
     tried, too, and the smallest bar counts.
     """
-    if ManyMeetings.serve(scene):
-        usual = meet_alone(scene)
-        if usual is not None:
-            return usual
+    if is_warm(scene) and (usual := WarmMeetings(scene).meet_alone()):
+        return usual
     goal, sensitivity = goal_of(scene, tolerance)
     in_house = scene.engine != "lammps"
     loosest = goal * 10.0**_MOST_LOOSER

@@ -46,26 +46,11 @@ class Policy:
 
 def refine(step: float, attempt: Callable[[float], Try[Found]], policy: Policy) -> list[Try[Found]]:
     """
-    Try ever smaller steps.
+    Try ever smaller steps; return all in turn.
 
-    Parameters
-    ----------
-    step : float
-        The first.
-    attempt : callable
-        Runs at a step, and says what it errs by, whether that is enough, and which step is next.
-    policy : Policy
-        How the search goes on.
-
-    Returns
-    -------
-    list of Try
-        All steps in turn.
-
-    Raises
-    ------
-    RunError
-        What several steps agree on, or what no smaller step cures; CostError where time is up.
+    `attempt` runs at a step, and says what it errs by, whether that is enough, and which is next.
+    Raises RunError, what several steps agree on or what no smaller step cures; CostError where time
+    is up.
     """
     tries: list[Try[Found]] = []
     while len(tries) < policy.most:

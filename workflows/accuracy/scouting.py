@@ -1,17 +1,19 @@
 """Scouting: what a short in-house run says about a collision before LAMMPS runs it."""
 
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any
 
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.script_plan import ScoutedEnd
-from chaincor.workflows.accuracy.convergence import Converged, converge, exact_modes
+from chaincor.workflows.accuracy.by_in_house import converge, exact_modes
+from chaincor.workflows.accuracy.in_house_runs import Refined
 from chaincor.workflows.accuracy.step_guess import sharpness
 from chaincor.workflows.engines.end_watch import look_interval
 from chaincor.workflows.engines.ending import quiet_time
 from chaincor.workflows.engines.in_house.coarse_run import bonds_in_flight
 from chaincor.workflows.engines.in_house.modal import serves
 from chaincor.workflows.engines.lammps.course import PATIENCE
+from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.errors import RunError
 
 # The range of bonds is settled long before eta is.
@@ -27,25 +29,34 @@ _ASKED_WITHIN = 1.3
 class Scouting:
     """What a short in-house run says about a collision before LAMMPS runs it."""
 
-    #: Shortest and longest bond up to the last contact.
-    bond_min: float
-    bond_max: float  #: See ``bond_min``.
-    #: The same until LAMMPS stops, some time after.
+    outcome: Outcome  #: The run.
+    #: Shortest and longest bond until LAMMPS stops, some time after the last contact.
     flight_min: float
     flight_max: float  #: See ``flight_min``.
-    #: Length of the collision, and of the run to the end that was argued.
-    last_contact_time: float
-    duration: float  #: See ``last_contact_time``.
-    contacts: int  #: Hits on the wall.
-    ending: str  #: ``proved``, ``argued`` or ``open``.
-    fragments: int  #: Connected pieces at the end.
     seconds: float  #: What the scouting cost.
-    timestep: float | None = None  #: Of its steps, at whose ends bonds were looked at.
 
     @property
     def end(self) -> ScoutedEnd:
-        """What a script must know of the end."""
-        return ScoutedEnd(self.last_contact_time, self.contacts, self.ending)
+        """What a script must know of the end: the last contact, how many there were, its kind."""
+        times = self.outcome.contact_times
+        return ScoutedEnd(float(times[-1]), len(times), self.outcome.ending.kind)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return what is known, for the record."""
+        run, end = self.outcome, self.end
+        return {
+            "bond_min": run.bond_min,
+            "bond_max": run.bond_max,
+            "flight_min": self.flight_min,
+            "flight_max": self.flight_max,
+            "last_contact_time": end.last_contact_time,
+            "duration": run.duration,
+            "contacts": end.contacts,
+            "ending": end.ending,
+            "fragments": run.fragments,
+            "seconds": self.seconds,
+            "timestep": run.timestep,
+        }
 
     def table_range(self, scene: Scene) -> tuple[float, float]:
         """
@@ -56,13 +67,13 @@ class Scouting:
         """
         longest = self.flight_max
         nearly_broken = scene.bond.energy(longest - 1.0) >= 0.6 * scene.bond.dissociation
-        if self.fragments > 1 or nearly_broken:
+        if self.outcome.fragments > 1 or nearly_broken:
             flight = 2.0 * look_interval(scene.span, scene.slow_stiffness)
             longest = 1.0 + 1.2 * (longest - 1.0) + 2.0 * scene.impact_velocity * flight
         return self.flight_min, longest
 
 
-def scouting_from(found: Converged, scene: Scene, fly_on: float | None = None) -> Scouting:
+def scouting_from(found: Refined, scene: Scene, fly_on: float | None = None) -> Scouting:
     """
     Take the scouting from a converged run.
 
@@ -78,19 +89,7 @@ def scouting_from(found: Converged, scene: Scene, fly_on: float | None = None) -
                 fly_on = max(fly_on, quiet_time(scene.span, scene.slow_stiffness))
         low, high = bonds_in_flight(scene, outcome, fly_on)
         shortest, longest = min(shortest, low), max(longest, high)
-    return Scouting(
-        bond_min=outcome.bond_min,
-        bond_max=outcome.bond_max,
-        flight_min=shortest,
-        flight_max=longest,
-        last_contact_time=float(outcome.contact_times[-1]),
-        duration=outcome.duration,
-        contacts=len(outcome.contact_times),
-        ending=outcome.ending.kind,
-        fragments=outcome.fragments,
-        seconds=found.seconds,
-        timestep=outcome.timestep,
-    )
+    return Scouting(outcome, shortest, longest, found.seconds)
 
 
 def scout(scene: Scene, fly_on: float | None = None) -> Scouting | None:
@@ -106,7 +105,7 @@ def scout(scene: Scene, fly_on: float | None = None) -> Scouting | None:
     return None if found is None else scouting_from(found, scene, fly_on)
 
 
-def scouted_run(scene: Scene) -> Converged | None:
+def scouted_run(scene: Scene) -> Refined | None:
     """Run a scene in-house, sharply enough for a scouting; None where that cannot be."""
     if serves(scene):
         return exact_modes(scene)
@@ -120,4 +119,4 @@ def scouted_run(scene: Scene) -> Converged | None:
 
 def scouting_details(found: Scouting | None) -> dict[str, Any]:
     """Return the scouting for the record, under ``scouting``; nothing where there was none."""
-    return {} if found is None else {"scouting": asdict(found)}
+    return {} if found is None else {"scouting": found.to_dict()}

@@ -35,17 +35,8 @@ def runs_differ(order: float, steps: Any) -> Any:
     """
     Return whether runs at `COARSER` times a step are others: not where all is one part of it.
 
-    Parameters
-    ----------
-    order : float
-        Of the steps.
-    steps : float or ndarray
-        Time to the end of the last contact, in steps.
-
-    Returns
-    -------
-    bool or ndarray
-        Also true of so short a part that no digit tells what it errs by.
+    `steps` is the time to the end of the last contact, in steps of an order, or an array of it.
+    Also true of so short a part that no digit tells what it errs by.
     """
     short = sys.float_info.epsilon ** (1.0 / (order + 1.0))
     return np.logical_or(steps > COARSER[0], steps <= short)
@@ -64,25 +55,14 @@ def proved_error(
     """
     Return the error of eta at a step, and whether it falls as it must for the near run to tell.
 
-    Parameters
-    ----------
-    scheme : str
-        Of the steps.
-    steps : float or ndarray
-        Time to the end of the last contact, in steps.
-    far, near : float or ndarray
-        By how much eta differs at the larger steps of `COARSER`; inf where a run tells nothing.
-    rounding : float or ndarray
-        By how much it differs for other roundings, whatever the steps.
-    alike : bool or ndarray
-        Whether all three runs have as many contacts.
+    That is the difference to the near run, where that bounds the error, but not less than what
+    usually remains of the far one: an error that changes its sign between two steps makes one
+    difference small. Else the larger difference; inf where the runs tell nothing.
 
-    Returns
-    -------
-    tuple of (float or ndarray, bool or ndarray)
-        The difference to the near run, where that bounds the error, but not less than what usually
-        remains of the far one: an error that changes its sign between two steps makes one
-        difference small. Else the larger difference; inf where the runs tell nothing.
+    All but the scheme may be arrays. `steps` is the time to the end of the last contact, in steps;
+    `far` and `near` are by how much eta differs at the larger steps of `COARSER`, inf where a run
+    tells nothing, `rounding` by how much for other roundings, whatever the steps; `alike` is
+    whether all three runs have as many contacts.
     """
     order = STEP_SCHEMES[scheme].order
     seen = runs_differ(order, steps)
@@ -93,10 +73,10 @@ def proved_error(
 
 
 def usual_share(scheme: StepSchemeName) -> float:
-    """Return the difference to the near run over that to the far one, by the scheme's order."""
+    """Return the error at a step over the difference to the far run, by the scheme's order."""
     order = STEP_SCHEMES[scheme].order
     near, far = (k**order - 1.0 for k in reversed(COARSER))
-    return near / far
+    return max(near, min(far, _LUCK)) / far
 
 
 def share_of_difference(order: float, times: float) -> float:

@@ -9,8 +9,7 @@ from chaincor.lammps_inputs.bonds.table_bond import SplineBond, TableBond
 from chaincor.lammps_inputs.errors import ChaincorError, TableError
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.accuracy.answer import Answer, reason_missed
-from chaincor.workflows.accuracy.error_bars import TABLE_SENSITIVITY
+from chaincor.workflows.accuracy.answer import TABLE_SENSITIVITY, Answer, reason_missed
 from chaincor.workflows.accuracy.in_house_runs import eta_of
 from chaincor.workflows.engines.in_house import stepping
 from chaincor.workflows.engines.outcome import Outcome
@@ -34,26 +33,10 @@ _SHAKEN = 4.0
 
 def with_rows(scene: Scene, answer: Answer, tolerance: float | None) -> Answer:
     """
-    Return an answer whose bar for the table holds what a user's rows leave open.
+    Return an answer whose bar for the table holds what a user's rows leave open; else the same.
 
-    Parameters
-    ----------
-    scene : Scene
-        What collided, with a table of a user's or any other bond.
-    answer : Answer
-        Of the spline through the rows.
-    tolerance : float or None
-        What is asked of eta.
-
-    Returns
-    -------
-    Answer
-        The same, for other bonds unchanged.
-
-    Raises
-    ------
-    TableError
-        If no such table can be told from one with which the collision cannot be carried out.
+    It is of the spline through the rows. Raises TableError if no such table can be told from one
+    with which the collision cannot be carried out.
     """
     error = rows_error(scene, answer.outcome, tolerance or 0.0)
     if error == 0.0:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.accuracy.at_once.many import ManyMeetings
+from chaincor.workflows.accuracy.warm import WarmMeetings, is_warm
 from chaincor.workflows.campaign.carry_out import (
     TASKS_PER_WORKER,
     Take,
@@ -106,7 +106,7 @@ def collide_many(
 
     with progress_bar(progress, count, seconds) as advance:
         for group in groups:
-            if group.together:
+            if is_warm(group.scene):
                 alone |= _meet_together(group, take, workers, advance)
             else:
                 alone |= zip(group.places, group, strict=True)
@@ -125,15 +125,14 @@ def collide_many(
 
 def _meet_together(group: Group, take: Take, workers: int, advance: Advance) -> dict[int, Scene]:
     """Carry out a group in compiled loops; return what must be collided by itself, by its place."""
-    meetings = ManyMeetings(group.scene)
+    meetings = WarmMeetings(group.scene)
     # Compiling, and what is worked out once, is not for threads at once.
-    meetings.meet(group.part(0, 1).starts(), group.velocities[:1])
+    meetings.meet(group[:1].starts(), group.velocities[:1])
     share = min(meetings.share(float(np.median(group.velocities))), -(-len(group) // workers))
-    tasks = [group.task(k, min(k + share, len(group))) for k in range(0, len(group), share)]
     with ThreadPoolExecutor(workers) as threads:
         try:
             left = carry_out(
-                tasks,
+                group.tasks(share),
                 partial(_samples, meetings),
                 threads,
                 take,
@@ -142,12 +141,12 @@ def _meet_together(group: Group, take: Take, workers: int, advance: Advance) -> 
                 alone=False,
             )
         except BaseException:
-            meetings.stop()
+            meetings.batch.stopped = True  # threads leave their loops at once
             raise
     return dict(sorted((task.places[0], task.scenes[0]) for task in left))
 
 
-def _samples(meetings: ManyMeetings, group: Group) -> list[Sample | None]:
+def _samples(meetings: WarmMeetings, group: Group) -> list[Sample | None]:
     met = meetings.meet(group.starts(), group.velocities)
     bars = met.step_error + met.rounding
     samples: list[Sample | None] = [None] * len(group)
@@ -160,10 +159,10 @@ def _samples(meetings: ManyMeetings, group: Group) -> list[Sample | None]:
             restitution_error=float(bars[k]),
             kinematic_restitution=math.sqrt(eta),
             contacts=int(met.contacts[k]),
-            last_contact_time=float(met.last_contact_times[k]),
+            last_contact_time=float(met.last_contact_time[k]),
             ending="proved" if met.proved[k] else "argued",
             scheme=meetings.scheme,
-            timestep=float(met.timesteps[k]),
+            timestep=float(met.timestep[k]),
             tolerance_met=True,
         )
     return samples

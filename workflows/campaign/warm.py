@@ -2,7 +2,8 @@
 
 import json
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -15,7 +16,6 @@ from chaincor.lammps_inputs.scene import FILE_KEYS, Scene
 from chaincor.lammps_inputs.scene_parts.given_bodies import seed_of
 from chaincor.lammps_inputs.scene_parts.identity import plain_fields
 from chaincor.lammps_inputs.thermal_state import LARGEST_SEED, draw
-from chaincor.workflows.accuracy.at_once.many import ManyMeetings
 from chaincor.workflows.accuracy.expected_cost import expected_seconds
 from chaincor.workflows.campaign.carry_out import Task
 from chaincor.workflows.engines.in_house.batch.states import StartStates
@@ -34,19 +34,16 @@ class Group(Sequence[Scene]):
     seeds: Sequence[int | None]  #: Of each.
     velocities: Array  #: Impact velocity of each; of shape (scenes,).
     places: Sequence[int]  #: Where they stand among all that are asked for.
-    expected: float  #: Seconds that one takes, about.
-    given: Sequence[Scene] | None  #: The scenes, where they need not be made.
+    given: Sequence[Scene] | None = None  #: The scenes, where they need not be made.
 
     def __len__(self) -> int:
         return len(self.seeds)
 
-    @property
-    def together(self) -> bool:
-        """Whether all are carried out in compiled loops."""
-        return self.scene.temperature is not None and ManyMeetings.serve(self.scene)
-
     def __getitem__(self, k: Any) -> Any:
-        """Return one scene."""
+        """Return one scene, or a group of those in a slice."""
+        if isinstance(k, slice):
+            given = None if self.given is None else self.given[k]
+            return Group(self.scene, self.seeds[k], self.velocities[k], self.places[k], given)
         if self.given is not None:
             return self.given[k]
         velocity = float(self.velocities[k])
@@ -54,21 +51,15 @@ class Group(Sequence[Scene]):
             return self.scene.replace(seed=self.seeds[k])
         return self.scene.without("speed").replace(seed=self.seeds[k], velocity=velocity)
 
-    def part(self, begin: int, end: int) -> "Group":
-        """Return those from `begin` up to `end`, counted from 0."""
-        chosen = slice(begin, end)
-        return replace(
-            self,
-            seeds=self.seeds[chosen],
-            velocities=self.velocities[chosen],
-            places=self.places[chosen],
-            given=None if self.given is None else self.given[chosen],
-        )
+    @cached_property
+    def expected(self) -> float:
+        """Seconds that one takes, about."""
+        return expected_seconds(self.scene)
 
-    def task(self, begin: int, end: int) -> Task:
-        """Return a part as a task."""
-        part = self.part(begin, end)
-        return Task(part.places, part, [self.expected] * len(part))
+    def tasks(self, share: int) -> list[Task]:
+        """Return them as tasks of so many scenes."""
+        parts = (self[k : k + share] for k in range(0, len(self), share))
+        return [Task(part.places, part, [self.expected] * len(part)) for part in parts]
 
     def starts(self) -> StartStates:
         """Return where they begin; what is drawn is the same as of each by itself."""
@@ -110,7 +101,7 @@ def group_scenes(
         given = tuple(chosen[place] for place in places)
         seeds = [None if scene.temperature is None else seed_of(scene) for scene in given]
         velocities = np.array([scene.impact_velocity for scene in given])
-        groups.append(Group(given[0], seeds, velocities, places, expected_seconds(given[0]), given))
+        groups.append(Group(given[0], seeds, velocities, places, given))
     return groups
 
 
@@ -142,7 +133,7 @@ def _drawn_group(scene: Scene, samples: int | None, velocities: ArrayLike | None
         # The slowest may be too slow, the fastest too fast, for any scene.
         for velocity in {float(np.min(each)), float(np.max(each))}:
             scene.without("speed").replace(velocity=velocity)
-    return Group(scene, seeds, each, range(samples), expected_seconds(scene), None)
+    return Group(scene, seeds, each, range(samples))
 
 
 def _refuse_outputs(scene: Scene) -> None:
@@ -164,14 +155,10 @@ def _key(scene: Scene) -> Any:
 
 def shared_fields(groups: Sequence[Group]) -> dict[str, Any]:
     """Return what all scenes say."""
-    fields = [plain_fields(group.scene) for group in groups]
-    shared = {
-        key: value
-        for key, value in fields[0].items()
-        if all(other.get(key) == value for other in fields[1:])
-    }
+    first, *others = (plain_fields(group.scene) for group in groups)
+    shared = {k: v for k, v in first.items() if all(other.get(k) == v for other in others)}
     if groups[0].given is not None:
-        shared = {key: value for key, value in shared.items() if key not in _VARYING}
+        shared = {k: v for k, v in shared.items() if k not in _VARYING}
     if isinstance(shared.get("potential"), Potential):
         shared["potential"] = groups[0].scene.label
     return shared

@@ -11,13 +11,19 @@ from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.thermal_state import GENERATOR
 from chaincor.workflows.accuracy import meet
-from chaincor.workflows.accuracy.answer import Answer, spread_of
-from chaincor.workflows.accuracy.at_once.together import batches, meet_together
-from chaincor.workflows.accuracy.error_bars import PROOF_SHARE, PROOF_STEPS, error_bar, proof_error
+from chaincor.workflows.accuracy.answer import (
+    PROOF_SHARE,
+    PROOF_STEPS,
+    Answer,
+    error_bar,
+    proof_error,
+    spread_of,
+)
 from chaincor.workflows.accuracy.expected_cost import expected_of_task, refuse_endless
 from chaincor.workflows.accuracy.in_house_runs import eta_of
 from chaincor.workflows.accuracy.scouting import scout, scouting_details
 from chaincor.workflows.accuracy.table_rows import with_rows
+from chaincor.workflows.accuracy.together import batches, meet_together
 from chaincor.workflows.campaign.carry_out import MACHINE_FAILURES, Task
 from chaincor.workflows.engines.in_house import stepping
 from chaincor.workflows.engines.lammps import engine as lammps

@@ -70,8 +70,7 @@ def tradeoff(
 def _calibrate(as_json: bool) -> None:
     from dataclasses import asdict
 
-    from chaincor.workflows.accuracy.calibrate import calibrate
-    from chaincor.workflows.accuracy.cost_model import user_cost_model_path
+    from chaincor.workflows.accuracy.cost_model import calibrate, user_cost_model_path
 
     model = calibrate()
     path = user_cost_model_path()

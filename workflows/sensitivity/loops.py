@@ -1,5 +1,5 @@
 r"""
-The compiled loops of the linearised motion: follow a chain, push a change forward, pull one back.
+The compiled loops of the linearised motion: follow a chain, and pull a derivative back.
 
 All lines are one kind here: N particles and N - 1 strains, of which one is the gap, and a rigid
 wall is a particle of inverse mass 0. A step is split into drifts and kicks, whose derivatives are
@@ -69,8 +69,6 @@ class Loops(NamedTuple):
     #: ``follow(strain, velocity, substeps, tape, parameters)``: carries the state, in place, and
     #: writes the tape.
     follow: Callable
-    #: ``push(strain, velocity, substeps, tape, parameters)``: carries a change of it, in place.
-    push: Callable
     #: ``pull(strain, velocity, lightness, substeps, tape, parameters)``: carries the derivative of
     #: a number by the state back, in place, and adds to that by the inverse masses.
     pull: Callable
@@ -98,7 +96,6 @@ def _compiled(function: Callable, keep: Keep, curvature: Callable | None) -> Loo
     named = read_parameters(Source(force, register, _KIND)).named
     return Loops(
         compiled(_build_follow(force, bend, named, register)),
-        compiled(_build_push(force, bend, named, register)),
         compiled(_build_pull(force, bend, named, register)),
         compiled(_build_impulse(force, named)),
         (),
@@ -194,47 +191,6 @@ def kicked(velocity: Array, forces: Array, inverse: Array, kick: float) -> None:
     for i in range(1, bonds):
         velocity[i] += kick * inverse[i] * (forces[i - 1] - forces[i])
     velocity[bonds] += kick * inverse[bonds] * forces[bonds - 1]
-
-
-def _build_push(force: Callable, bend: Callable, named: Callable, register: Callable) -> Callable:
-    stretch, _, soften = _build_parts(force, bend, register)
-    kick_by = register(kicked)
-
-    @register
-    def jump(strain: Array, velocity: Array, impact: Array, line: LineParameters) -> None:
-        p, inverse = line.gap, line.inverse
-        speed = impact[0]
-        delay = strain[p] / speed
-        share = 2.0 / (inverse[p] + inverse[p + 1])
-        given = share * (velocity[p] - velocity[p + 1] + (impact[1] - impact[2]) * delay)
-        if p > 0:
-            strain[p - 1] += share * speed * inverse[p] * delay
-        if p + 1 < strain.shape[0]:
-            strain[p + 1] += share * speed * inverse[p + 1] * delay
-        strain[p] = -strain[p]
-        velocity[p] -= given * inverse[p]
-        velocity[p + 1] += given * inverse[p + 1]
-
-    def push(
-        strain: Array, velocity: Array, substeps: tuple, tape: tuple, parameters: tuple
-    ) -> None:
-        times, hits, drifts, kicks = substeps
-        strains, impacts, forces = tape
-        line = named(parameters)
-        count = kicks.shape[0]
-        for n in range(times.shape[0]):
-            for k in range(count):
-                pushes = forces[n, k]
-                stretch(strain, velocity, drifts[k] * times[n])
-                for i in range(strain.shape[0]):
-                    pushes[i] = 0.0
-                soften(strains[n, k], strain, pushes, line)
-                kick_by(velocity, pushes, line.inverse, kicks[k] * times[n])
-            stretch(strain, velocity, drifts[count] * times[n])
-            if hits[n] == 1.0:
-                jump(strain, velocity, impacts[n], line)
-
-    return push
 
 
 def _build_pull(force: Callable, bend: Callable, named: Callable, register: Callable) -> Callable:

@@ -10,7 +10,7 @@ masses times c with velocities over :math:`\sqrt c` have the same motion.
 
 import math
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -110,8 +110,7 @@ class Gradient:
     residual: float  #: By which part of their terms the identities fail.
 
 
-@dataclass(frozen=True)
-class Variant:
+class Variant(NamedTuple):
     """A bond with one parameter less and more, as kernels know it, and the difference."""
 
     name: str
@@ -126,28 +125,9 @@ def sensitivity_of(
     """
     Return the derivatives of eta of a collision that has been carried out.
 
-    Parameters
-    ----------
-    scene : Scene
-        What collided.
-    contacts : int
-        How many contacts it had.
-    duration : float
-        Time after the first contact by which the last one has ended.
-    shortest : float
-        Strain of the shortest bond.
-    restitution, error : float
-        Eta and its bar, which the run that is differentiated must agree with.
-
-    Returns
-    -------
-    Sensitivity
-        The derivatives.
-
-    Raises
-    ------
-    SensitivityError
-        If the motion cannot be linearised, or not told to a digit.
+    It had so many contacts, the last of which had ended by `duration` after the first; `shortest`
+    is the strain of the shortest bond. The run that is differentiated must agree with eta and its
+    bar. Raises SensitivityError if the motion cannot be linearised, or not told to a digit.
     """
     step, variants = first_step(scene, shortest), variants_of(scene)
     best: tuple[Gradient, float] | None = None
@@ -238,21 +218,7 @@ def _with(bond: Formula | NamedBond, name: str, value: float) -> tuple:
 
 
 def gradient(traced: Trace, variants: list[Variant]) -> Gradient:
-    """
-    Return the derivatives of eta of a collision.
-
-    Parameters
-    ----------
-    traced : Trace
-        The collision.
-    variants : list of Variant
-        Bonds whose parameters differ.
-
-    Returns
-    -------
-    Gradient
-        Along the line.
-    """
+    """Return the derivatives of eta of a collision, also by bonds whose parameters vary."""
     line, loops, parameters = traced.line, traced.loops, traced.parameters
     weights, before = _separation_by_velocity(line), line.separation(line.velocities)
     impulses, stiffness, rounding = np.zeros(len(variants)), 0.0, 0.0
@@ -262,9 +228,7 @@ def gradient(traced: Trace, variants: list[Variant]) -> Gradient:
         if not len(end):
             end = last_velocity
             velocities = 2.0 * line.separation(end) / before**2 * weights
-        loops.pull(
-            strains, velocities, light, tuple(stretch.substeps), tuple(tape), tuple(parameters)
-        )
+        loops.pull(strains, velocities, light, *traced.told(stretch.substeps, tape))
         for k, variant in enumerate(variants):
             more, less = (
                 loops.impulse(tape.strains, tape.weights, tuple(parameters._replace(bond=bond)))

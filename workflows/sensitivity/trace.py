@@ -53,12 +53,15 @@ class Trace:
         shape = most, len(self.stretches[0].substeps.kicks), len(self.line.strains)
         return Tape(np.empty(shape), np.zeros((most, 3)), np.empty(shape))
 
+    def told(self, substeps: Substeps, tape: Tape) -> tuple[tuple, tuple, tuple]:
+        """Return what the loops are told of a stretch, without names."""
+        return tuple(substeps), tuple(tape), tuple(self.parameters)
+
     def follow(self, stretch: Stretch) -> tuple[Tape, Array, Array]:
         """Return the tape of a stretch, good until the next is followed, and its last state."""
         strain, velocity = stretch.strain.copy(), stretch.velocity.copy()
         tape = Tape(*(each[: len(stretch.substeps.times)] for each in self._room))
-        told = tuple(stretch.substeps), tuple(tape), tuple(self.parameters)
-        self.loops.follow(strain, velocity, *told)
+        self.loops.follow(strain, velocity, *self.told(stretch.substeps, tape))
         speeds = tape.impacts[stretch.substeps.hits == 1.0, 0]
         slowest = GRAZING * abs(self.line.separation(self.line.velocities))
         if np.any(speeds <= slowest):
@@ -74,65 +77,22 @@ class Trace:
             check_time()
             yield stretch, *self.follow(stretch)
 
-    def changed(self, strain: Array, velocity: Array) -> tuple[Array, Array]:
-        """
-        Return what a small change of the state at the start has become after the last contact.
-
-        Parameters
-        ----------
-        strain, velocity : ndarray of shape (N - 1,) and (N,)
-            The change, along x, with the gap.
-
-        Returns
-        -------
-        ndarray of shape (N - 1,), ndarray of shape (N,)
-            Between the states right after the last contact, each at its own time.
-        """
-        strain, velocity = strain.copy(), velocity.copy()
-        for stretch in self.stretches:
-            check_time()
-            tape, last_strain, last_velocity = self.follow(stretch)
-            told = tuple(stretch.substeps), tuple(tape), tuple(self.parameters)
-            self.loops.push(strain, velocity, *told)
-        rates, gap = np.diff(last_velocity), self.line.gap
-        delay = -strain[gap] / rates[gap]
-        accelerations = self.accelerations(last_strain)
-        return strain + rates * delay, velocity + accelerations * delay
-
     def accelerations(self, strain: Array) -> Array:
         """Return those of all particles in a state."""
         shape = 1, 1, len(strain)
         tape = Tape(np.empty(shape), np.zeros((1, 3)), np.empty(shape))
         kick = Substeps(np.ones(1), np.zeros(1), np.zeros(2), np.ones(1))
         gained = np.zeros(len(strain) + 1)
-        self.loops.follow(strain.copy(), gained, tuple(kick), tuple(tape), tuple(self.parameters))
+        self.loops.follow(strain.copy(), gained, *self.told(kick, tape))
         return gained
 
 
 def trace(scene: Scene, step: float, contacts: int, duration: float) -> Trace:
     """
-    Carry out a collision whose contacts have been counted.
+    Carry out a collision, whose contacts have been counted, up to the last of them.
 
-    Parameters
-    ----------
-    scene : Scene
-        What collides.
-    step : float
-        Whole step of the scheme.
-    contacts : int
-        How many the collision has.
-    duration : float
-        Time after the first contact by which the last one has ended.
-
-    Returns
-    -------
-    Trace
-        Up to the last contact.
-
-    Raises
-    ------
-    SensitivityError
-        If it has other contacts with this step, or no loops.
+    `step` is a whole step of the scheme; the last contact has ended by `duration` after the first.
+    Raises SensitivityError if it has other contacts with this step, or no loops.
     """
     line = scene.line
     loops = loops_for(scene.bond)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.scene_parts.scene_fields import Engine
 from chaincor.lammps_inputs.schemes import SCHEME_ORDERS, Scheme
-from chaincor.workflows.accuracy.by_lammps import usual_scheme
+from chaincor.workflows.accuracy.by_lammps import usual_schemes
 from chaincor.workflows.measured import measured
 from chaincor.workflows.tradeoff.settings import Measurement, Series, Setting, time_unit
 
@@ -101,7 +101,7 @@ def give_advice(scene: Scene, rows: list[CheapestRow], tolerance: float) -> str:
     """Say in one line what an error costs, and where a tolerance chooses something quicker."""
     row = advised(rows, tolerance)
     # Extrapolated steps, which neither a scene can name nor a script can have.
-    has_more = usual_scheme(scene, tolerance) not in SCHEME_ORDERS
+    has_more = usual_schemes(scene, tolerance)[0] not in SCHEME_ORDERS
     if row is None:
         reached = f"{rows[-1].error:.0e}" if rows else "nothing"
         more = f"; --tolerance {tolerance:.0e} may reach it" if has_more else ""

@@ -18,7 +18,7 @@ from chaincor.workflows.engines.lammps.flight import (
     longest_blind_time,
 )
 from chaincor.workflows.engines.lammps.instance import LammpsChain
-from chaincor.workflows.engines.lammps.meeting import HardBodies
+from chaincor.workflows.engines.lammps.meeting import Meeting
 from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.errors import RunError
 
@@ -71,7 +71,7 @@ def _collide(
 ) -> float:
     """Go on to the last contact: that no further one comes has been argued for `like`."""
     flight: Flight
-    meeting = HardBodies(chain, scene.line)  # type: ignore[arg-type]
+    meeting = Meeting(chain, scene.line)  # type: ignore[arg-type]
     if numerics.scheme == "verlet":
         # Only LAMMPS saves time by steps that are not asked for the wall one by one.
         blind = 0.0 if isinstance(chain, WideChain) else longest_blind_time(scene)

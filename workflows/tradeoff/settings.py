@@ -270,7 +270,7 @@ def measure_ladders(
 def expected_seconds(truth: Truth, setting: Setting) -> float:
     """Return the seconds that one run of a setting should take, well enough for planning."""
     numerics = setting.numerics(truth.scene)
-    seconds = cost_model().integration(truth.scene, numerics, truth.scouting.last_contact_time)
+    seconds = cost_model().integration(truth.scene, numerics, truth.scouting.end.last_contact_time)
     if setting.series.engine == "reference":
         return _IN_HOUSE_COST * seconds
     return seconds if math.isfinite(seconds) else 0.0

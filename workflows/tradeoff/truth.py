@@ -7,8 +7,8 @@ import numpy as np
 from chaincor.analysis.modes import mode_energies
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.accuracy.convergence import MODAL_ERROR, Converged, converge
-from chaincor.workflows.accuracy.in_house_runs import eta_of
+from chaincor.workflows.accuracy.by_in_house import MODAL_ERROR, converge
+from chaincor.workflows.accuracy.in_house_runs import Refined, eta_of
 from chaincor.workflows.accuracy.scouting import Scouting, scouting_from
 from chaincor.workflows.engines.in_house import modal
 from chaincor.workflows.engines.outcome import Outcome
@@ -72,7 +72,7 @@ def find_truth(scene: Scene) -> Truth:
     """
     if scene.bond.is_harmonic:
         exact = modal.run(scene)
-        found = Converged(exact, exact, eta_of(scene, exact), MODAL_ERROR, exact.seconds)
+        found = Refined(exact, [exact], eta_of(scene, exact), MODAL_ERROR, exact.seconds)
         source = "exact modes"
     else:
         found = converge(scene, _GOAL)
@@ -92,7 +92,7 @@ def find_truth(scene: Scene) -> Truth:
         scouting=scouting_from(found, scene),
         source=source,
     )
-    spread = bare.deviation(found.coarse)
+    spread = bare.deviation(found.proofs[-1])
     return replace(
         bare,
         last_contact_time_error=spread.last_contact_time + rounding,

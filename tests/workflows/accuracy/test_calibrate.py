@@ -6,8 +6,7 @@ import pytest
 
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.accuracy.calibrate import calibrate
-from chaincor.workflows.accuracy.cost_model import CostModel
+from chaincor.workflows.accuracy.cost_model import CostModel, calibrate
 from chaincor.workflows.engines.lammps import engine as lammps
 
 

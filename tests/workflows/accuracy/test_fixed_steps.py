@@ -7,8 +7,8 @@ import pytest
 
 from chaincor import Scene, collide
 from chaincor.lammps_inputs.numerics import Numerics
-from chaincor.workflows.accuracy import regular
-from chaincor.workflows.accuracy.error_bars import ending_error
+from chaincor.workflows.accuracy import fixed_steps
+from chaincor.workflows.accuracy.answer import ending_error
 from chaincor.workflows.accuracy.in_house_runs import eta_of, run_in_house
 from chaincor.workflows.engines.ending import Ending
 from chaincor.workflows.engines.in_house import stepping
@@ -85,11 +85,11 @@ def test_an_open_end_does_not_hide_steps_that_are_too_long(monkeypatch):
         eta = 0.71686 if resolved else 0.71803 + 1.7e-4 * step
         return made_up(scene, step, eta, 2702 if resolved else 2700 + round(10 * step), missed)
 
-    monkeypatch.setattr(regular, "run_in_house", run)
-    monkeypatch.setattr(regular, "nudged_change", lambda *_given: 0.0)
-    found = regular.refine_regularly(scene, 1e-6, "srkn14", 1e-12, None)
-    assert ending_error(found.fine, scene) == pytest.approx(6e-4, rel=1e-3)
-    assert eta_of(scene, found.fine) == pytest.approx(0.71686, abs=1e-9)
+    monkeypatch.setattr(fixed_steps, "run_in_house", run)
+    monkeypatch.setattr(fixed_steps, "nudged_change", lambda *_given: 0.0)
+    found = fixed_steps.refine_regularly(scene, 1e-6, "srkn14", 1e-12, None)
+    assert ending_error(found.outcome, scene) == pytest.approx(6e-4, rel=1e-3)
+    assert eta_of(scene, found.outcome) == pytest.approx(0.71686, abs=1e-9)
     assert not found.grazes
 
 

@@ -31,13 +31,13 @@ def test_where_steps_stop_to_help_the_error_is_how_far_the_last_four_are_apart(t
     assert has_stalled(tries)
     found = refined(SCENE, tries)
     assert found.stalled
-    assert eta_of(SCENE, found.fine) == pytest.approx(0.7, abs=1e-15)
+    assert eta_of(SCENE, found.outcome) == pytest.approx(0.7, abs=1e-15)
     assert found.error == pytest.approx(0.001, abs=1e-15)
 
 
 def test_where_roundings_decide_the_first_of_the_last_three_is_as_good_as_the_finest(tries):
-    found = refined(SCENE, tries, forgets=True)
-    assert eta_of(SCENE, found.fine) == pytest.approx(0.7002, abs=1e-15)
+    found = refined(SCENE, tries, nudged=1e-9)
+    assert eta_of(SCENE, found.outcome) == pytest.approx(0.7002, abs=1e-15)
     assert found.error == pytest.approx(0.0002, abs=1e-15)
 
 

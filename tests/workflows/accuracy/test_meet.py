@@ -6,8 +6,8 @@ import pytest
 from benchmarks.bars.honest import random_scene, try_scene
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.accuracy import fixed_steps
 from chaincor.workflows.accuracy import meet as meeting
-from chaincor.workflows.accuracy import regular
 from chaincor.workflows.accuracy.answer import Answer
 from chaincor.workflows.accuracy.in_house_runs import eta_of
 from chaincor.workflows.collision import collide
@@ -186,8 +186,8 @@ def test_a_chain_too_sensitive_for_any_step_says_so():
 @pytest.mark.parametrize("part", [1e-10, 5e-7])
 def test_masses_that_are_alike_take_the_way_of_equal_ones(part, monkeypatch):
     runs = []
-    run = regular.run_in_house
-    monkeypatch.setattr(regular, "run_in_house", lambda *given: runs.append(1) or run(*given))
+    run = fixed_steps.run_in_house
+    monkeypatch.setattr(fixed_steps, "run_in_house", lambda *given: runs.append(1) or run(*given))
     counts, found = [], []
     for masses in (None, (1.0,) * 11 + (1.0 + part,)):
         scene = Scene(potential="lj", particles=12, speed=0.4, engine="reference", masses=masses)

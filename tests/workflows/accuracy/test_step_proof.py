@@ -7,9 +7,9 @@ import pytest
 
 from chaincor import Scene, collide
 from chaincor.lammps_inputs.numerics import Numerics
+from chaincor.workflows.accuracy.fixed_steps import refine_regularly
 from chaincor.workflows.accuracy.in_house_runs import eta_of
 from chaincor.workflows.accuracy.irregular import refine_irregularly
-from chaincor.workflows.accuracy.regular import refine_regularly
 from chaincor.workflows.accuracy.step_proof import COARSER, proved_error, runs_differ
 from chaincor.workflows.engines.in_house import stepping
 
@@ -71,8 +71,8 @@ def test_a_collision_that_is_a_small_part_of_a_step_is_resolved(gap, refine, tmp
         found = refine_regularly(scene, 1e-3, "srkn14", 1e-13, None)
     else:
         found = refine_irregularly(scene, 1e-3, 1e-13)
-    assert len(found.fine.contact_times) == 1
+    assert len(found.outcome.contact_times) == 1
     fine = stepping.run(scene, Numerics(scheme="order8", timestep=gap / 60.0))
     # What 120 steps of order 8 err by is rounding.
-    assert abs(eta_of(scene, found.fine) - eta_of(scene, fine)) <= found.error + 1e-13
-    assert found.fine.lasted > COARSER[0] * found.fine.timestep
+    assert abs(eta_of(scene, found.outcome) - eta_of(scene, fine)) <= found.error + 1e-13
+    assert found.outcome.lasted > COARSER[0] * found.outcome.timestep

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.accuracy.at_once.together import LEAST_TOGETHER, batches, kind_of
+from chaincor.workflows.accuracy.together import LEAST_TOGETHER, batches, kind_of
 from chaincor.workflows.campaign.work import collide_together
 from chaincor.workflows.collision import collide
 from chaincor.workflows.engines.in_house.batch import runner

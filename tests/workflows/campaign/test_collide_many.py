@@ -8,7 +8,7 @@ import pytest
 
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.accuracy.at_once.many import ManyMeetings
+from chaincor.workflows.accuracy.warm import WarmMeetings
 from chaincor.workflows.campaign.collide_many import collide_many
 from chaincor.workflows.collision import collide
 from chaincor.workflows.engines.in_house.batch.states import StartStates
@@ -153,15 +153,15 @@ def test_bars_are_honest_against_sharper_ones():
 
 def test_a_step_that_is_too_large_is_found_out(monkeypatch):
     # Without refinement, a first step ten times too large must not pass for a number.
-    meetings = ManyMeetings(WARM)
+    meetings = WarmMeetings(WARM)
     line = WARM.line
     starts, v = StartStates.of([line]), np.array([0.08])
     good = meetings.meet(starts, v)
-    monkeypatch.setattr("chaincor.workflows.accuracy.at_once.many._LARGEST_STEP", 1.1)
+    monkeypatch.setattr("chaincor.workflows.accuracy.warm._LARGEST_STEP", 1.1)
     # The first one is too large; finer ones may be tried.
-    monkeypatch.setattr(ManyMeetings, "_rungs_of", lambda *_: (0, 30))
-    coarse = ManyMeetings(WARM).meet(starts, v)
-    assert not coarse.met[0] or coarse.timesteps[0] < 0.8
+    monkeypatch.setattr(WarmMeetings, "_rungs_of", lambda *_: (0, 30))
+    coarse = WarmMeetings(WARM).meet(starts, v)
+    assert not coarse.met[0] or coarse.timestep[0] < 0.8
     if coarse.met[0]:
         bars = coarse.step_error[0] + good.step_error[0]
         assert abs(coarse.restitution[0] - good.restitution[0]) <= bars
@@ -181,17 +181,17 @@ def test_a_step_that_is_too_large_is_found_out(monkeypatch):
 )
 def test_what_finer_steps_do_not_help_is_left_to_be_met_alone(monkeypatch, fields, least):
     steps = []
-    compare = ManyMeetings._compare
+    compare = WarmMeetings._compare
     monkeypatch.setattr(
-        ManyMeetings,
+        WarmMeetings,
         "_compare",
         lambda self, starts, step, *given: (
-            steps.append(step) or compare(self, starts, step, *given)
+            steps.append(step.min()) or compare(self, starts, step, *given)
         ),
     )
     scene = Scene(potential="toda", temperature=1e-3, engine="reference", **fields)
     velocity = np.array([scene.velocity])
-    meetings = ManyMeetings(scene)
+    meetings = WarmMeetings(scene)
     met = meetings.meet(StartStates.of([scene.line]), velocity)
     assert not met.met[0]
     assert min(steps) > least
@@ -199,9 +199,9 @@ def test_what_finer_steps_do_not_help_is_left_to_be_met_alone(monkeypatch, field
 
 def test_states_are_those_of_the_scenes(monkeypatch):
     seen = []
-    meet = ManyMeetings.meet
+    meet = WarmMeetings.meet
     monkeypatch.setattr(
-        ManyMeetings, "meet", lambda self, starts, v: seen.append(starts) or meet(self, starts, v)
+        WarmMeetings, "meet", lambda self, starts, v: seen.append(starts) or meet(self, starts, v)
     )
     scene = WARM.replace(masses=(1.0, 2.0, 3.0))
     collide_many(scene, 3, workers=1)

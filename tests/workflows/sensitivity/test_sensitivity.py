@@ -15,6 +15,7 @@ from chaincor.workflows.errors import SensitivityError
 from chaincor.workflows.sensitivity import trace as tracing
 from chaincor.workflows.sensitivity.sensitivity import gradient, sensitivity_of, variants_of
 from chaincor.workflows.sensitivity.trace import trace
+from tests.workflows.sensitivity.tangent import changed
 
 STEP = 0.05
 SCENES = {
@@ -79,12 +80,12 @@ def central(function, width):
 
 @pytest.mark.parametrize("name", NAMES)
 def test_backward_is_the_transposed_of_forward(name):
-    _, collision = traced(name)
+    scene, collision = traced(name)
     line, rng = collision.line, np.random.default_rng(7)
     found = gradient(collision, [])
     strain, velocity = rng.standard_normal(len(line.strains)), rng.standard_normal(len(line.masses))
     velocity[: 1 if line.rigid else 0] = 0.0
-    _, after = collision.changed(strain, velocity)
+    _, after = changed(collision, scene.bond, strain, velocity)
     end = next(iter(collision.backward()))[3]
     before, parted = line.separation(line.velocities), line.separation(end)
     forward = (
@@ -170,7 +171,7 @@ def test_a_small_change_of_the_state_grows_as_it_is_pushed_forward(tmp_path):
     strain = np.concatenate(([0.0], found.strains[1:] / size))
     velocity = found.velocities / size
     velocity[0] = 0.0
-    grown = np.concatenate(collision.changed(strain, velocity))
+    grown = np.concatenate(changed(collision, scene.bond, strain, velocity))
     # Of eta: the direction is that of its derivative.
     result = collide(scene)
     amplified = scene.impact_velocity * size / result.restitution

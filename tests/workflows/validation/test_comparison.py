@@ -207,13 +207,13 @@ def test_lammps_is_judged_by_what_its_own_runs_tell(monkeypatch):
     # With a wrong in-house number the bar holds the distance to it, and tells nothing of LAMMPS.
     scene = Scene(potential="lj", particles=5, speed=0.4)
     exact = collide(scene.replace(engine="reference"), tolerance=1e-12).restitution
-    choose = by_lammps.choose
 
-    def misleading(*arguments):
-        choice = choose(*arguments)
-        return replace(choice, truth=replace(choice.truth, restitution=exact + 1e-2))
+    class Misled(by_lammps.LammpsSearch):
+        def __init__(self, *arguments):
+            super().__init__(*arguments)
+            self.truth = replace(self.truth, restitution=exact + 1e-2)
 
-    monkeypatch.setattr(by_lammps, "choose", misleading)
+    monkeypatch.setattr(by_lammps, "LammpsSearch", Misled)
     misled = collide(scene)
     assert misled.restitution_error > 0.9e-2
     alone = error_alone(misled.details, misled.restitution_error)

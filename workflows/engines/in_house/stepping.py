@@ -189,10 +189,12 @@ class _Collision:
                 self.frames.record()
 
     def _times(self) -> tuple[float, float]:
-        """Return the time, and that of the last contact, since the first."""
+        """Return the time, and when the last contact ended, 0 while none has, since the first."""
         ledger, step = self.moving.ledger, self.stepper.step
         begin = float(ledger["first_contact"])
-        return float(ledger["steps"] * step) - begin, float(ledger["last_contact"]) - begin
+        return float(ledger["steps"] * step) - begin, max(
+            float(ledger["last_contact"]) - begin, 0.0
+        )
 
     def _goal(self, watch: EndWatch, known: Outcome | None) -> tuple[int, float]:
         """Return how many steps to take, and how many of them are past what is waited for."""

@@ -1,7 +1,6 @@
 """What LAMMPS makes of a bond table, read back from LAMMPS and compared with the potential."""
 
-from dataclasses import asdict, dataclass
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,10 +31,6 @@ class TableCertificate:
     edge_energy_error: float  #: See ``edge_force_error``.
     lengths_asked: int  #: How many lengths were compared.
 
-    def to_dict(self) -> dict[str, Any]:
-        """Return the fields."""
-        return asdict(self)
-
 
 def certify_table(chain: LammpsChain, table: BondTable, bond: Potential) -> TableCertificate:
     """
@@ -43,8 +38,9 @@ def certify_table(chain: LammpsChain, table: BondTable, bond: Potential) -> Tabl
 
     The errors of an energy carry no constant.
     """
-    near = _largest_errors(chain, 1, table, bond)
-    parts = [near] if table.far is None else [near, _largest_errors(chain, 2, table.far, bond)]
+    parts = [_largest_errors(chain, 1, table, bond)]
+    if table.far is not None:
+        parts.append(_largest_errors(chain, 2, table.far, bond))
     force, energy, edge_force, edge_energy = np.max(parts, axis=0).tolist()
     return TableCertificate(
         style=table.style,
@@ -66,7 +62,7 @@ def _lengths_asked(table: BondTable) -> int:
 
 def _largest_errors(
     chain: LammpsChain, bond_type: int, table: BondTable, bond: Potential
-) -> tuple[float, float, float, float]:
+) -> list[float]:
     """Return the errors of force and energy inside, and the same at the edges."""
     first, last = float(table.lengths[0]), float(table.lengths[-1])
     inset, margin = 0.25 * table.spacing, MARGIN_BINS * table.spacing
@@ -78,11 +74,9 @@ def _largest_errors(
         low, high = max(1.0 + kink - near, first + inset), min(1.0 + kink + near, last - inset)
         if low < high:
             parts.append(_errors(chain, bond_type, bond, (low, high, high - low), _LENGTHS_AT_KINK))
-    lengths, force, energy = np.concatenate(parts, axis=1)
+    lengths, *errors = np.concatenate(parts, axis=1)
     inside = (lengths > first + margin) & (lengths < last - margin)
-    largest = [float(np.max(e[inside], initial=0.0)) for e in (force, energy)]
-    at_edges = [float(np.max(e[~inside], initial=0.0)) for e in (force, energy)]
-    return largest[0], largest[1], at_edges[0], at_edges[1]
+    return [float(np.max(e[at], initial=0.0)) for at in (inside, ~inside) for e in errors]
 
 
 def _errors(

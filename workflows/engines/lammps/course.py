@@ -2,19 +2,21 @@
 
 import math
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.end_watch import longest_collision, look_interval
 from chaincor.workflows.engines.ending import Ending, quiet_time
 from chaincor.workflows.engines.in_house.finish import unfinished_error
-from chaincor.workflows.engines.lammps.bodies import Bodies, approach_time
+from chaincor.workflows.engines.in_house.follow import follow
 from chaincor.workflows.engines.lammps.flight import Flight
-from chaincor.workflows.engines.lammps.meeting import Contact
+from chaincor.workflows.engines.lammps.meeting import Contact, approach_time
 from chaincor.workflows.engines.outcome import Frames, Outcome
+from chaincor.workflows.engines.pieces import count_fragments
 from chaincor.workflows.errors import (
     BarrierError,
     BondRangeError,
@@ -28,40 +30,31 @@ from chaincor.workflows.errors import (
 PATIENCE = 3.5
 
 
+def only_meets(scene: Scene) -> bool:
+    """Return whether there is one contact, because neither body has parts."""
+    return scene.particles == 1 and scene.line.targets <= 1
+
+
 class ChainCollision:
     """
     The course of one collision: contacts, looks for the end, frames.
 
-    Parameters
-    ----------
-    scene : Scene
-        The collision.
-    flight : Flight
-        What carries the chain from contact to contact.
-    frame_interval : float or None
-        Least time between frames; None for those of the scene's dump, if it has one: at
-        contacts, or so many per sound crossing.
-
-    Attributes
-    ----------
-    longest_seen : float
-        Longest bond, the flight after the last contact included.
+    A flight carries the chain from contact to contact. `frame_interval` is the least time between
+    frames; None for those of the scene's dump, if it has one: at contacts, or so many per sound
+    crossing.
     """
 
-    def __init__(
-        self,
-        scene: Scene,
-        flight: Flight,
-        frame_interval: float | None,
-    ) -> None:
-        self.scene = scene
-        self.bond = scene.bond
-        self.flight = flight
-        self.chain = flight.chain
-        self.bodies = Bodies(scene)
+    def __init__(self, scene: Scene, flight: Flight, frame_interval: float | None) -> None:
+        self.scene, self.bond, self.line = scene, scene.bond, scene.line
+        self.flight, self.chain = flight, flight.chain
+        # Of both bodies, the chain's particles first, as LAMMPS has them: where they are at rest,
+        # and their places along the line.
+        n, targets = scene.particles, scene.line.targets
+        self._rest = np.append(np.arange(n, dtype=float), -np.arange(targets, dtype=float))
+        self._order = np.append(np.arange(n + targets)[: n - 1 : -1], np.arange(n))
         self.contacts: list[Contact] = []
         self.after_contact = self._state()
-        # Of all bonds so far, and of those up to the last contact.
+        # Of all bonds so far, the flight after the last contact included, and of those up to it.
         self.shortest_seen, self.longest_seen = np.inf, -np.inf
         # At the start all are 1 long, but where a scene says; a single particle has none.
         self.start_shortest = self.start_longest = 1.0
@@ -76,22 +69,37 @@ class ChainCollision:
             frame_interval = scene.frame_interval
         self.frame_interval = frame_interval
         self.next_frame = np.inf if frame_interval is None else 0.0
-        self.frames: list[tuple[float, NDArray[np.float64], NDArray[np.float64]]] = []
+        self.frames: list[tuple[float, Array, Array]] = []
         # How long after a contact, and when, a next one would be late.
         self.patience = PATIENCE / scene.slow_stiffness**0.5
         self.overdue = np.inf
         # When the end was seen, and until when frames are wanted nevertheless.
-        self.ended_at = 0.0
+        self.ended_at, self.flown_on = 0.0, np.inf
         # Momentum of late contacts that hardly different motions have or have not.
         self.doubt = 0.0
-        self.flown_on = np.inf
 
-    def _state(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        return self.chain.x - self.bodies.rest, self.chain.v.copy()
+    def _state(self) -> tuple[Array, Array]:
+        """Return displacements and velocities of all particles."""
+        return self.chain.x - self._rest, self.chain.v.copy()
+
+    def _along(self, values: Array) -> Array:
+        """Return displacements or velocities along the line, where a rigid wall is a particle."""
+        along = values[self._order]
+        return np.concatenate(([0.0], along)) if self.line.rigid else along
+
+    def _split(self, displacements: Array, velocities: Array) -> dict[str, Any]:
+        """Return a state as an :class:`Outcome` has it, or a moment of :class:`Frames`."""
+        n = self.scene.particles
+        return {
+            "displacements": displacements[:n],
+            "velocities": velocities[:n],
+            "target_displacements": displacements[n:],
+            "target_velocities": velocities[n:],
+        }
 
     def carry_out(self) -> None:
         """Go from contact to contact until no further one can come."""
-        if self.bodies.only_meets:
+        if only_meets(self.scene):
             self._bounce_once()
             return
         self._approach()
@@ -205,15 +213,15 @@ class ChainCollision:
     def _ask_what_comes(self) -> None:
         """Ask the in-house integrator whether to wait for a contact."""
         now, last = self.flight.time, self.contacts[-1].end
-        if self.scene.line.plain and not self.bodies.apart(self.chain.v):
+        if self.line.plain and not self.line.separation(self._along(self.chain.v)) > 0.0:
             if now > longest_collision(self.scene.span, self.scene.slow_stiffness, last):
                 raise unfinished_error(self.scene, now)
             self.overdue = now + self.patience
             return
-        displacements, velocities = self._state()
-        next_event = self.bodies.follow(
-            displacements, velocities, now=now, last_contact=last, shortest=self.shortest_seen
-        )
+        displacements, velocities = (self._along(each) for each in self._state())
+        times = {"now": now, "last_contact": last, "shortest": self.shortest_seen}
+        # The two that meet rest at one place.
+        next_event = follow(self.scene, np.diff(displacements), velocities, **times)
         self.overdue = next_event.time + self.patience
         self.doubt = max(self.doubt, next_event.doubt)
         if next_event.ending is None:
@@ -244,10 +252,10 @@ class ChainCollision:
         """Gather what is known at the end."""
         assert self.ending is not None
         displacements, velocities = self.after_contact
-        contacts = self.contacts
+        n, line, bond, contacts = self.scene.particles, self.line, self.bond, self.contacts
         frames = None
         if self.frames:
-            moments = [self.bodies.split(u, v) for _, u, v in self.frames]
+            moments = [self._split(u, v) for _, u, v in self.frames]
             times = np.array([time for time, _, _ in self.frames])
             frames = Frames(
                 times, **{name: np.array([m[name] for m in moments]) for name in moments[0]}
@@ -259,7 +267,7 @@ class ChainCollision:
             wall=numerics.wall,
             scheme=numerics.scheme,
             timestep=numerics.timestep,
-            **self.bodies.split(displacements, velocities),
+            **self._split(displacements, velocities),
             contact_times=np.array([contact.time for contact in contacts]),
             contact_speeds=np.array([contact.speed for contact in contacts]),
             impulses=np.array([contact.impulse for contact in contacts]),
@@ -267,9 +275,13 @@ class ChainCollision:
             duration=max(self.flight.time, self.ended_at),
             bond_min=self.shortest,
             bond_max=self.longest,
-            energy_start=self.bodies.energy_start(),
-            energy_end=self.bodies.energy(displacements, velocities),
-            fragments=self.bodies.fragments(displacements, velocities),
+            energy_start=line.energy(bond, line.strains, line.velocities),
+            energy_end=line.energy(
+                bond, np.diff(self._along(displacements)), self._along(velocities)
+            ),
+            fragments=count_fragments(
+                np.diff(displacements[:n]), velocities[:n], bond, line.chain_masses
+            ),
             seconds=seconds,
             force_evaluations=self.chain.stages_done,
             frames=frames,

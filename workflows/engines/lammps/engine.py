@@ -4,7 +4,7 @@ import shutil
 import tempfile
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -16,15 +16,9 @@ from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.script import DATA_FILE, DUMP_FILE
 from chaincor.workflows.engines.end_watch import longest_collision
-from chaincor.workflows.engines.lammps.bodies import Bodies
 from chaincor.workflows.engines.lammps.certificate import certify_table
-from chaincor.workflows.engines.lammps.course import ChainCollision
-from chaincor.workflows.engines.lammps.flight import (
-    ComposedFlight,
-    Flight,
-    VerletFlight,
-    longest_blind_time,
-)
+from chaincor.workflows.engines.lammps.course import ChainCollision, only_meets
+from chaincor.workflows.engines.lammps.flight import flight_of
 from chaincor.workflows.engines.lammps.instance import LammpsChain
 from chaincor.workflows.engines.lammps.kept_script import kept_files
 from chaincor.workflows.engines.lammps.meeting import meeting_of
@@ -64,23 +58,45 @@ def run(scene: Scene, numerics: Numerics, frame_interval: float | None = None) -
     RunError, a named failure: a bond out of its table, particles that would cross, a bond over its
     barrier, a collision that does not end, or LAMMPS's own.
     """
-    (outcome,) = _run_with_table(scene, numerics, (numerics.timestep,), frame_interval)
+    (outcome,) = run_at_steps(scene, numerics, (numerics.timestep,), frame_interval)
     return outcome
 
 
 def run_at_steps(
-    scene: Scene, numerics: Numerics, timesteps: Sequence[float]
+    scene: Scene,
+    numerics: Numerics,
+    timesteps: Sequence[float],
+    frame_interval: float | None = None,
 ) -> tuple[Outcome, ...]:
     """
     Run one collision several times, with different steps, in one LAMMPS instance.
 
     The chain, its bond table and the certificate are set up once: for fast chains that is most of
-    the time.
-
-    A dump is that of the first run. Each outcome is the same to the last bit as that of a run of
-    its own, and errors are those of :func:`run`.
+    the time. A dump is that of the first run, and so are frames. Each outcome is the same to the
+    last bit as that of a run of its own, and errors are those of :func:`run`.
     """
-    return _run_with_table(scene, numerics, timesteps, None)
+    floor = rounding_error("lammps", scene)
+    if floor > _LARGEST_FLOOR:
+        raise ToleranceError(
+            f"at velocity {scene.impact_velocity:g} the motion of {scene.particles} particles "
+            "drowns in the rounding of LAMMPS's absolute coordinates: eta would be wrong by "
+            f"{floor:.1g}; expected a faster chain: use engine 'reference', which has no such floor"
+        )
+    with tempfile.TemporaryDirectory(prefix="chaincor-") as name:
+        folder = Path(name)
+        try:
+            outcomes = _run_in_folder(scene, numerics, timesteps, frame_interval, folder)
+        except ChaincorError:
+            # To look into what went wrong, but never in place of a job that went well.
+            if scene.save is not None and not (scene.save / DATA_FILE).exists():
+                _keep_job(scene.save, folder)
+            raise
+        if scene.save is not None:
+            _keep_job(scene.save, folder, scene.dump)
+        if scene.dump is not None:
+            with written_aside(scene.dump) as aside:
+                shutil.move(folder / DUMP_FILE, aside)
+        return outcomes
 
 
 def _keep_job(target: Path, folder: Path, dump: Path | None = None) -> None:
@@ -97,16 +113,6 @@ def _keep_job(target: Path, folder: Path, dump: Path | None = None) -> None:
             shutil.copy2(file, aside / file.name)
 
 
-@dataclass(frozen=True)
-class _Runs:
-    """What runs with one table came to."""
-
-    outcomes: list[Outcome]  #: Of the steps that were run to their end.
-    #: The longest bond that each of them saw, the flight after the last contact included.
-    longest_seen: list[float]
-    stopped: BondRangeError | LostAtomsError | None  #: Why the next one was not.
-
-
 def _write_kept(
     scene: Scene,
     numerics: Numerics,
@@ -114,44 +120,20 @@ def _write_kept(
     outcome: Outcome | None,
     folder: Path,
 ) -> None:
+    if scene.save is None:
+        return
     (folder / _KEPT).mkdir(exist_ok=True)
     for name, text in kept_files(scene, numerics, table, outcome).items():
         (folder / _KEPT / name).write_text(text)
 
 
-def _refuse_drowning(scene: Scene) -> None:
-    """Refuse a motion that absolute coordinates cannot represent."""
-    floor = rounding_error("lammps", scene)
-    if floor > _LARGEST_FLOOR:
-        raise ToleranceError(
-            f"at velocity {scene.impact_velocity:g} the motion of {scene.particles} particles "
-            "drowns in the rounding of LAMMPS's absolute coordinates: eta would be wrong by "
-            f"{floor:.1g}; expected a faster chain: use engine 'reference', which has no such floor"
-        )
+@dataclass(frozen=True)
+class _Runs:
+    """What runs with one table came to."""
 
-
-def _run_with_table(
-    scene: Scene,
-    numerics: Numerics,
-    timesteps: Sequence[float],
-    frame_interval: float | None,
-) -> tuple[Outcome, ...]:
-    _refuse_drowning(scene)
-    with tempfile.TemporaryDirectory(prefix="chaincor-") as name:
-        folder = Path(name)
-        try:
-            outcomes = _run_in_folder(scene, numerics, timesteps, frame_interval, folder)
-        except ChaincorError:
-            # To look into what went wrong, but never in place of a job that went well.
-            if scene.save is not None and not (scene.save / DATA_FILE).exists():
-                _keep_job(scene.save, folder)
-            raise
-        if scene.save is not None:
-            _keep_job(scene.save, folder, scene.dump)
-        if scene.dump is not None:
-            with written_aside(scene.dump) as aside:
-                shutil.move(folder / DUMP_FILE, aside)
-        return outcomes
+    outcomes: list[Outcome]  #: Of the steps that were run to their end.
+    longest_seen: float  #: The longest bond in them, the flight after the last contact included.
+    stopped: BondRangeError | LostAtomsError | None  #: Why the next one was not.
 
 
 def _tabulate(bond: Potential, bond_range: tuple[float, float], numerics: Numerics) -> BondTable:
@@ -172,7 +154,7 @@ def _run_in_folder(
     def collide_all(table: BondTable | None) -> _Runs:
         return _collide(scene, numerics, timesteps, table, frame_interval, folder)
 
-    if bond.is_harmonic or Bodies(scene).only_meets:
+    if bond.is_harmonic or only_meets(scene):
         runs = collide_all(None)
         if runs.stopped is not None:
             raise runs.stopped
@@ -182,7 +164,7 @@ def _run_in_folder(
     for _ in range(_MOST_WIDENINGS):
         table = _tabulate(bond, bond_range, numerics)
         runs = collide_all(table)
-        error, seen = runs.stopped, max(runs.longest_seen, default=0.0)
+        error, seen = runs.stopped, runs.longest_seen
         held = seen < table.longest - _unsure_end(table, numerics)
         if error is not None:
             length = error.length if isinstance(error, BondRangeError) else np.inf
@@ -202,7 +184,7 @@ def _run_in_folder(
                 wider = replace(numerics, bond_range=_widened(bond, table, length))
                 rest = scene.replace(save=None, dump=None)
                 left = timesteps[len(runs.outcomes) :]
-                return (*runs.outcomes, *_run_with_table(rest, wider, left, None))
+                return (*runs.outcomes, *run_at_steps(rest, wider, left))
         elif held:
             return tuple(runs.outcomes)
         else:
@@ -236,10 +218,10 @@ def _unsure_end(table: BondTable, numerics: Numerics) -> float:
 
 def _is_impossible(scene: Scene, length: float) -> bool:
     """Return whether a bond holds, or would need, more energy than the chain came with."""
-    energy = Bodies(scene).energy_start()
-    lightest = scene.line.lightest
+    line = scene.line
+    energy = line.energy(scene.bond, line.strains, line.velocities)
     # All energy in one bond, or in two particles that part for as long as may be.
-    speed = 2.0 * (energy / lightest) ** 0.5
+    speed = 2.0 * (energy / line.lightest) ** 0.5
     longest = 1.0 + speed * longest_collision(scene.span, scene.slow_stiffness, np.inf)
     if length > longest:
         return True
@@ -285,35 +267,31 @@ def _collide(
     folder: Path,
 ) -> _Runs:
     """Run once for each step, until a bond leaves the table; only the first run has frames."""
-    runs = _Runs([], [], None)
+    outcomes: list[Outcome] = []
+    longest_seen, stopped = 0.0, None
     numerics_first = replace(numerics, timestep=timesteps[0])
-    if scene.save is not None:
-        _write_kept(scene, numerics_first, table, None, folder)
+    _write_kept(scene, numerics_first, table, None, folder)
     with LammpsChain(scene, numerics, table, folder) as chain:
-        certificate = None if table is None else certify_table(chain, table, scene.bond)
-        details = {} if certificate is None else {"table": certificate.to_dict()}
+        details = {}
+        if table is not None:
+            details["table"] = asdict(certify_table(chain, table, scene.bond))
         for timestep in timesteps:
             chain.restart(timestep)
             used = replace(numerics, timestep=timestep)
             meeting = meeting_of(chain, scene, STEP_SCHEMES[used.scheme].order)
-            if used.scheme == "verlet":
-                reflects, longest = used.wall == "reflect", longest_blind_time(scene)
-                flight: Flight = VerletFlight(chain, reflects, longest, meeting)
-            else:
-                flight = ComposedFlight(chain, meeting)
+            flight = flight_of(chain, scene, used, meeting)
             collision = ChainCollision(scene, flight, frame_interval)
             started = time.perf_counter()
             try:
                 collision.carry_out()
             except (BondRangeError, LostAtomsError) as error:
-                runs = replace(runs, stopped=error)
+                stopped = error
                 break
             seconds = time.perf_counter() - started
             outcome = collision.outcome(used, seconds)
-            runs.outcomes.append(replace(outcome, numerics=used, details=details))
-            runs.longest_seen.append(collision.longest_seen)
-            scene = scene.replace(dump=None)
-            frame_interval = None
-    if scene.save is not None and runs.outcomes:
-        _write_kept(scene, numerics_first, table, runs.outcomes[0], folder)
-    return runs
+            outcomes.append(replace(outcome, numerics=used, details=details))
+            longest_seen = max(longest_seen, collision.longest_seen)
+            scene, frame_interval = scene.replace(dump=None), None
+    if outcomes:
+        _write_kept(scene, numerics_first, table, outcomes[0], folder)
+    return _Runs(outcomes, longest_seen, stopped)

@@ -12,22 +12,11 @@ if TYPE_CHECKING:
 
 
 class FarBonds:
-    """
-    Which bonds of a chain have the far table, and when one is due to change.
-
-    Parameters
-    ----------
-    chain : LammpsChain
-        The chain, set up with two tables, of which all bonds have the near one.
-
-    Attributes
-    ----------
-    far : ndarray of shape (bonds,)
-        Whether a bond has the far one.
-    """
+    """Which bonds of a chain have the far table, and when one is due to change; at first none."""
 
     def __init__(self, chain: "LammpsChain") -> None:
         self._chain = chain
+        #: Whether a bond has the far one; of shape (bonds,).
         self.far = np.zeros(len(chain.lengths()), dtype=bool)
 
     def steps_left(self) -> int:

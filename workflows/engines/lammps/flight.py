@@ -3,8 +3,13 @@
 import math
 from abc import ABC, abstractmethod
 
+from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.engines.lammps.crossing import RESOLUTION, first_crossing, foretold_crossing
+from chaincor.workflows.engines.in_house.polynomials import (
+    count_sign_changes,
+    first_root,
+    fit_path,
+)
 from chaincor.workflows.engines.lammps.instance import LammpsChain
 from chaincor.workflows.engines.lammps.meeting import Contact, Meeting, time_to_zero
 from chaincor.workflows.errors import LostAtomsError, TimestepError
@@ -12,37 +17,50 @@ from chaincor.workflows.errors import LostAtomsError, TimestepError
 # Verlet steps are taken without asking for the wall for this part of the time in which particle 1
 # would come to it with its present acceleration, which decides costs only.
 _BLIND_SHARE = 0.9
+# Crossings nearer to each other than this part of a step need not be told apart.
+_RESOLUTION = 1e-3
 
 
-def longest_blind_time(scene: Scene) -> float:
+def first_crossing(start: list[float], end: list[float], step: float) -> float | None:
     """
-    Return for how long a present acceleration foretells anything: 1/frequency of the bonds.
+    Return when x(t) first reaches zero within a step, or None where it does not.
 
-    0 where LAMMPS cannot watch meanwhile, which it does for one body at a hard wall.
+    x(t) is the quintic through position, velocity and acceleration at both ends. A start at the
+    wall (x = 0, moving away) is no crossing.
     """
-    return 0.0 if not scene.line.plain or scene.particles == 1 else 1.0 / scene.slow_stiffness**0.5
+    if not math.isfinite(end[0]):
+        raise LostAtomsError(
+            f"particle 1 is at {end[0]}; expected a finite number: use a smaller timestep"
+        )
+    before, after = (start[0], start[1], start[2]), (end[0], end[1], end[2])
+    if count_sign_changes(before, after, step) == 0:
+        return None
+    part = first_root(fit_path(before, after, step), 1.0)
+    return None if part < 0.0 else float(part * step)
+
+
+def foretold_crossing(start: list[float], end: list[float], step: float) -> float | None:
+    """
+    Return when particle 1 will reach the wall in the step after one just done, if it clearly will.
+
+    The quintic of the step done is continued into the next one.
+    """
+    x, v, a = end
+    if v >= 0.0 or x + 2.0 * v * step > 0.0:
+        return None
+    path = fit_path((start[0], start[1], start[2]), (x, v, a), step)
+    if sum(c * 2.0**k for k, c in enumerate(path)) > 0.02 * v * step:
+        return None  # it may just not get there
+    part = first_root(path, 2.0)
+    return float((part - 1.0) * step) if part > 1.0 else None
 
 
 class Flight(ABC):
-    """
-    Carries a chain from contact to contact.
-
-    Parameters
-    ----------
-    chain : LammpsChain
-        The chain, right after a contact or in flight.
-    meeting : Meeting
-        How it meets its target.
-
-    Attributes
-    ----------
-    time : float
-        Time since the first contact.
-    """
+    """Carries a chain from contact to contact; it is in flight, or right after one."""
 
     def __init__(self, chain: LammpsChain, meeting: Meeting) -> None:
         self.chain, self.meeting = chain, meeting
-        self.time = 0.0
+        self.time = 0.0  #: Since the first contact.
 
     @abstractmethod
     def advance(self, limit: float) -> Contact | None:
@@ -62,29 +80,14 @@ class VerletFlight(Flight):
     there, also if x + v t + f t^2/2 comes to the wall and turns within the step; with the
     reflecting wall LAMMPS's own fix mirrors what ends behind it.
 
-    Many steps are taken at once, blind, while particle 1 is some time away from the wall. Its
-    acceleration changes meanwhile, so LAMMPS itself watches them (see
-    :class:`chaincor.workflows.engines.lammps.guard.WallGuard`): if one ends nearer to the wall than
-    a contact can be, all are taken back and asked for one by one.
-
-    Parameters
-    ----------
-    chain : LammpsChain
-        The chain.
-    reflect : bool
-        Whether the reflecting wall fix is at work.
-    longest_blind : float
-        For how long steps are taken without asking at most; 0 asks at every step.
-    meeting : Meeting
-        As in `Flight`.
+    Many steps are taken at once, blind, while particle 1 is some time away from the wall:
+    `longest_blind` at most, 0 asks at every step. Its acceleration changes meanwhile, so LAMMPS
+    itself watches them (see :class:`chaincor.workflows.engines.lammps.guard.WallGuard`): if one
+    ends nearer to the wall than a contact can be, all are taken back and asked for one by one.
     """
 
     def __init__(
-        self,
-        chain: LammpsChain,
-        reflect: bool,
-        longest_blind: float,
-        meeting: Meeting,
+        self, chain: LammpsChain, reflect: bool, longest_blind: float, meeting: Meeting
     ) -> None:
         super().__init__(chain, meeting)
         self.reflect, self._longest = reflect, longest_blind
@@ -103,11 +106,11 @@ class VerletFlight(Flight):
         start, taken = self.time, 0
         last = max(1, math.ceil((limit - start) / h))
         while taken < last:
-            if self._longest > 0.0 and (steps := self._run_blind(last - taken)):
+            now = self.meeting.state()
+            if self._longest > 0.0 and (steps := self._run_blind(now, last - taken)):
                 taken += steps
                 self.time = start + taken * h
                 continue
-            now = self.meeting.state()
             x, v, a = now
             ahead = x + h * (v + 0.5 * h * a)
             if ahead < 0.0 or (not self.reflect and self._dips(now)):
@@ -122,9 +125,10 @@ class VerletFlight(Flight):
             self.time = start + taken * h
         return None
 
-    def _run_blind(self, most: int) -> int:
+    def _run_blind(self, now: list[float], most: int) -> int:
+        """Take steps without asking, as far as is safe; return how many were taken, or 0."""
         chain = self.chain
-        safe = min(self._longest, _BLIND_SHARE * self._time_to_guard())
+        safe = min(self._longest, _BLIND_SHARE * self._time_to_guard(now))
         steps = min(int(self._share * safe / chain.timestep), most)
         if steps < 2:
             if safe >= 2.0 * chain.timestep:
@@ -138,9 +142,9 @@ class VerletFlight(Flight):
         chain.restore(state)
         return 0
 
-    def _time_to_guard(self) -> float:
+    def _time_to_guard(self, now: list[float]) -> float:
         """Return when particle 1 comes to LAMMPS's guard, were its acceleration to last."""
-        x, v, a = self.meeting.state()
+        x, v, a = now
         x -= self.chain.guard_position
         if x > 0.0:
             return time_to_zero(x, v, a)
@@ -175,11 +179,6 @@ class ComposedFlight(Flight):
     A contact is located on the composed map itself: a step is shortened to end at the wall. Where
     the step before foretells the contact, the shortened step is taken at once; otherwise after the
     full one has been seen to end behind the wall.
-
-    Parameters
-    ----------
-    chain : LammpsChain
-        The chain.
     """
 
     _MOST_CORRECTIONS = 8
@@ -235,7 +234,7 @@ class ComposedFlight(Flight):
         if taken is not None:
             # The way there must have been in front of the wall.
             first = first_crossing(now, [0.0, *self.meeting.state()[1:]], taken)
-            if first is not None and first < (1.0 - 2.0 * RESOLUTION) * taken:
+            if first is not None and first < (1.0 - 2.0 * _RESOLUTION) * taken:
                 self.chain.restore(state)
                 return self._step_to_wall(first)
         return taken
@@ -263,3 +262,19 @@ class ComposedFlight(Flight):
         x, v, _ = self.meeting.state()
         arrived = abs(x) < self._AT_WALL and v < 0.0 < taken
         return taken if arrived else None
+
+
+def longest_blind_time(scene: Scene) -> float:
+    """
+    Return for how long a present acceleration foretells anything: 1/frequency of the bonds.
+
+    0 where LAMMPS cannot watch meanwhile, which it does for one body at a hard wall.
+    """
+    return 0.0 if not scene.line.plain or scene.particles == 1 else 1.0 / scene.slow_stiffness**0.5
+
+
+def flight_of(chain: LammpsChain, scene: Scene, numerics: Numerics, meeting: Meeting) -> Flight:
+    """Return what carries a chain in the steps of some numerics."""
+    if numerics.scheme != "verlet":
+        return ComposedFlight(chain, meeting)
+    return VerletFlight(chain, numerics.wall == "reflect", longest_blind_time(scene), meeting)

@@ -42,29 +42,13 @@ class WallGuard:
 
     The guard stands so far in front of the wall that no step can pass by it and come to the wall
     between its ends either: on its parabola, of an acceleration up to a, one of both ends of such
-    a step is within a h^2/8 of the wall.
-
-    Parameters
-    ----------
-    chain : LammpsChain
-        The chain, set up.
-    scene : Scene
-        The collision.
-    reflect : bool
-        Whether the stock wall is at work. Nothing is looked for within its steps.
-    timestep : float
-        Verlet step h.
-
-    Attributes
-    ----------
-    position : float
-        Where particle 1 is stopped.
+    a step is within a h^2/8 of the wall. Nothing is looked for within steps of the stock wall.
     """
 
     def __init__(self, chain: "LammpsChain", scene: Scene, reflect: bool, timestep: float) -> None:
         self._chain = chain
         self._reach = 0.0 if reflect else largest_tension(scene) / 8.0
-        self.position = 0.0
+        self.position = 0.0  #: Where particle 1 is stopped.
         # The groups of particle 1, a bit each, as LAMMPS keeps them.
         self._mask = chain.lammps.numpy.extract_atom("mask", nelem=1)
         alone = int(self._mask[0])

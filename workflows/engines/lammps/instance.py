@@ -4,7 +4,6 @@ import ctypes
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from types import TracebackType
 from typing import Any, NamedTuple, Self
 
 import numpy as np
@@ -52,35 +51,12 @@ class Snapshot(NamedTuple):
 
 class LammpsChain:
     """
-    A chain set up in LAMMPS at its first contact.
+    A chain set up in LAMMPS at its first contact, to be closed.
 
-    Positions, velocities and forces are views of LAMMPS's own memory along x: reading them costs
-    nothing and writing them is felt by the next step. A free target's particles follow the chain's,
-    from the contact outward.
-
-    Parameters
-    ----------
-    scene : Scene
-        The collision.
-    numerics : Numerics
-        Wall, scheme and step.
-    table : BondTable or None
-        The bond table; None for LAMMPS's own harmonic bond.
-    folder : pathlib.Path
-        Where the files LAMMPS reads are written.
-
-    Attributes
-    ----------
-    lammps : lammps.lammps
-        The instance, for what has no method here.
-    x, v, f : ndarray of shape (n + M,)
-        Live coordinates, velocities and forces.
-    far_bonds : FarBonds or None
-        Which bonds have the second table; None where there is one.
-    particles : int
-        Of the chain, n.
-    stages_done : int
-        Verlet steps taken, which is the number of force evaluations.
+    Positions, velocities and forces, `x`, `v` and `f` of shape (n + M,), are views of LAMMPS's own
+    memory along x: reading them costs nothing and writing them is felt by the next step. A free
+    target's particles follow the chain's, from the contact outward. Without a table bonds are
+    LAMMPS's own harmonic ones; the files LAMMPS reads are written into `folder`.
     """
 
     def __init__(
@@ -104,7 +80,7 @@ class LammpsChain:
                 "'reference'"
             )
         self.timestep = numerics.timestep
-        self.stages_done = 0
+        self.stages_done = 0  #: Verlet steps taken, which is the number of force evaluations.
         self._dump_started = False
         self._at_once = steps_at_once(_PARTICLE_WORK * count)
         module = load_lammps()
@@ -128,6 +104,7 @@ class LammpsChain:
         self.x, self.v, self.f = (
             self.lammps.numpy.extract_atom(name, nelem=count)[:, 0] for name in "xvf"
         )
+        #: Which bonds have the second table; None where there is one.
         self.far_bonds = FarBonds(self) if bond_types > 1 else None
         self._current = numerics.timestep
         self._initial = self.snapshot()
@@ -138,12 +115,7 @@ class LammpsChain:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
     def close(self) -> None:
@@ -183,8 +155,7 @@ class LammpsChain:
                 check_time()
                 self._send(self._handle, run_command(taken))
                 self.stages_done += taken
-                if self._failed(self._handle):
-                    self._raise_failure()
+                self._raise_failure()
             steps -= part
             if self.far_bonds is not None:
                 self.far_bonds.change_tables()
@@ -216,8 +187,7 @@ class LammpsChain:
         self._set_timestep(duration)
         self._send(self._handle, _RUN_ONE)
         self.stages_done += 1
-        if self._failed(self._handle):
-            self._raise_failure()
+        self._raise_failure()
 
     def step(self, duration: float | None = None) -> None:
         """Take one composed or extrapolated step, by default the full step H."""
@@ -225,8 +195,7 @@ class LammpsChain:
         self._set_timestep(self.timestep if duration is None else duration)
         self._take_step()
         self.stages_done += self._evaluations
-        if self._failed(self._handle):
-            self._raise_failure()
+        self._raise_failure()
         if self.far_bonds is not None:
             self.far_bonds.change_tables()
 

@@ -27,9 +27,8 @@ from chaincor.workflows.engines.compositions import COMPOSITIONS, SOURCES
 from chaincor.workflows.engines.end_watch import longest_collision, look_interval
 from chaincor.workflows.engines.ending import quiet_time
 from chaincor.workflows.engines.in_house.coarse_run import bonds_in_flight
-from chaincor.workflows.engines.lammps.bodies import approach_time
 from chaincor.workflows.engines.lammps.course import PATIENCE
-from chaincor.workflows.engines.lammps.meeting import grading
+from chaincor.workflows.engines.lammps.meeting import approach_time, grading
 from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
 

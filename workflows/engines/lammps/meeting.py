@@ -1,10 +1,12 @@
 """Where the bodies meet: how near they are, and what a contact does to them."""
 
 import math
-from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+import numpy as np
+
+from chaincor.lammps_inputs.chain_data import initial_state
 from chaincor.lammps_inputs.contact_script import contact_force, contact_force_off, contact_force_on
 from chaincor.lammps_inputs.line import Line
 from chaincor.lammps_inputs.scene import Scene
@@ -13,6 +15,8 @@ if TYPE_CHECKING:
     from chaincor.workflows.engines.lammps.instance import LammpsChain
 
 
+# So much more is waited than bodies can take to meet.
+_LATEST = 1.1
 # How long steps are graded for, in units of 1/frequency of the fastest bond.
 _ZONE = 1.0
 
@@ -27,26 +31,15 @@ class Contact:
     end: float  #: When the bodies parted: the same time where they are hard.
 
 
-class Meeting(ABC):
+class Meeting:
     """
     The contact of two bodies, as a distance whose fall through zero is an event.
 
-    Parameters
-    ----------
-    chain : LammpsChain
-        The bodies in LAMMPS.
-    line : Line
-        Their masses.
-
-    Attributes
-    ----------
-    touching : bool
-        Whether soft bodies overlap.
-    reduced_mass : float
-        Of the two particles that meet.
+    These are hard: they exchange the momentum 2 mu w, mu the reduced mass of the two particles that
+    meet.
     """
 
-    touching = False
+    touching = False  #: Whether soft bodies overlap.
 
     def __init__(self, chain: "LammpsChain", line: Line) -> None:
         self.chain, self.line = chain, line
@@ -56,27 +49,8 @@ class Meeting(ABC):
         self._place = None if line.rigid else len(line.chain_masses)
         self._target_mass = float(line.masses[line.gap])
 
-    @abstractmethod
     def state(self) -> list[float]:
         """Return the distance to the next event, its rate of change, and that of the rate."""
-
-    @abstractmethod
-    def arrive(self, time: float) -> Contact | None:
-        """
-        Carry the event out, of which the bodies are within rounding.
-
-        None where no contact comes to its end with it.
-        """
-
-    def step(self, time: float, state: list[float]) -> float:
-        """Return how long the next composed step may be, from a state at a time."""
-        return self.chain.timestep
-
-    def reset(self) -> None:  # noqa: B027 - hard bodies have nothing to forget
-        """Forget an event that was carried out, for a start from a state before it."""
-
-    def _gap(self) -> list[float]:
-        """Return the distance of the bodies, its rate of change, and that of the rate."""
         x, v, f = self.chain.x, self.chain.v, self.chain.f
         gap, opening, acceleration = float(x[0]), float(v[0]), float(f[0]) / self._mass
         if self._place is not None:
@@ -85,23 +59,13 @@ class Meeting(ABC):
             acceleration -= float(f[self._place]) / self._target_mass
         return [gap, opening, acceleration]
 
-    def _close(self) -> None:
-        """Put particle 1 where the target's first is: they are within rounding of it."""
-        x = self.chain.x
-        x[0] = 0.0 if self._place is None else x[self._place]
-
-
-class HardBodies(Meeting):
-    """Bodies that exchange the momentum 2 mu w, mu the reduced mass of the two that meet."""
-
-    def state(self) -> list[float]:
-        """Return the distance of the bodies and its rates."""
-        return self._gap()
-
     def arrive(self, time: float) -> Contact | None:
-        """Reverse the relative velocity of the two that meet, where they approach."""
-        speed = -self._gap()[1]
-        self._close()
+        """
+        Carry the event out, of which the bodies are within rounding.
+
+        None where no contact comes to its end with it.
+        """
+        speed = self._close()
         if speed <= 0.0:
             return None
         v = self.chain.v
@@ -113,10 +77,23 @@ class HardBodies(Meeting):
             v[self._place] -= impulse / self._target_mass
         return Contact(time, speed, impulse, time)
 
+    def step(self, time: float, state: list[float]) -> float:
+        """Return how long the next composed step may be, from a state at a time."""
+        return self.chain.timestep
 
-class SoftBodies(Meeting):
+    def reset(self) -> None:
+        """Forget an event that was carried out, for a start from a state before it."""
+
+    def _close(self) -> float:
+        """Put particle 1 where the target's first is, within rounding; return how fast it comes."""
+        x = self.chain.x
+        x[0] = 0.0 if self._place is None else x[self._place]
+        return -self.state()[1]
+
+
+class SoftMeeting(Meeting):
     r"""
-    Bodies that repel with :math:`K d^q` while they overlap by d.
+    The contact of bodies that repel with :math:`K d^q` while they overlap by d.
 
     There are two events: the bodies touch, and they part. LAMMPS has the force between them only,
     by ``fix addforce``: no step reaches across the kink of the force at either event, where its
@@ -124,29 +101,19 @@ class SoftBodies(Meeting):
 
     Where q is no whole number, no polynomial fits the force at these events. Composed steps are
     graded there: the time t from one, or to one, is divided at :math:`\tau (k/m)^g`, so that the
-    steps' errors, :math:`h^p t^{q+1-p}` each, sum up to one of order p in 1/m. Without it the order
-    would be q + 1, whatever that of the scheme.
-
-    Parameters
-    ----------
-    chain : LammpsChain
-        The bodies.
-    scene : Scene
-        Their masses, the force between them, and their bonds.
-    order : int
-        Order p of the steps.
+    errors of steps of order p, :math:`h^p t^{q+1-p}` each, sum up to one of order p in 1/m. Without
+    it the order would be q + 1, whatever that of the scheme.
     """
 
     def __init__(self, chain: "LammpsChain", scene: Scene, order: int) -> None:
-        line = scene.line
-        super().__init__(chain, line)
+        super().__init__(chain, scene.line)
         self._graded = grading(scene, order)
         self._began = (0.0, 0.0, 0.0)
-        chain.commands("\n".join(contact_force(line)))
+        chain.commands("\n".join(contact_force(scene.line)))
 
     def state(self) -> list[float]:
         """Return the distance of the bodies and its rates; while they touch, their overlap's."""
-        gap = self._gap()
+        gap = super().state()
         return [-each for each in gap] if self.touching else gap
 
     def step(self, time: float, state: list[float]) -> float:
@@ -176,8 +143,7 @@ class SoftBodies(Meeting):
 
     def arrive(self, time: float) -> Contact | None:
         """Let the force begin where the bodies come to touch, and end where they part."""
-        speed = -self.state()[1]
-        self._close()
+        speed = self._close()
         if speed <= 0.0:
             return None
         if not self.touching:
@@ -227,4 +193,22 @@ def time_to_zero(distance: float, rate: float, acceleration: float) -> float:
 
 def meeting_of(chain: "LammpsChain", scene: Scene, order: int) -> Meeting:
     """Return how the bodies of a scene meet, in steps of some order."""
-    return SoftBodies(chain, scene, order) if scene.line.soft else HardBodies(chain, scene.line)
+    return SoftMeeting(chain, scene, order) if scene.line.soft else Meeting(chain, scene.line)
+
+
+def approach_time(scene: Scene) -> float:
+    """
+    Return how long the bodies take to meet at most; 0 where they start at their first contact.
+
+    They meet before their centres of mass could, which come together with v0.
+    """
+    n, masses = scene.particles, scene.line.chain_masses
+    positions, velocities = initial_state(scene.line)
+    if positions[0] == 0.0 and velocities[0] < 0.0:
+        return 0.0
+    way = float(masses @ positions[:n]) / float(np.sum(masses))
+    if scene.line.targets:
+        # Of one particle, whose surface is where it is met: no way at all, but for rounding.
+        targets = scene.line.target_masses
+        way += 1.0 - float(targets @ positions[n:]) / float(np.sum(targets))
+    return _LATEST * way / scene.impact_velocity

@@ -25,18 +25,10 @@ _X, _V, _F, _SUM_X, _SUM_V, _SUM_F = range(6)
 
 def build_composition(command: Callable) -> Callable:
     """
-    Return the loop of one composed step.
+    Return the loop of one composed step, ``step(instance, run, weights, v, masses, true_masses)``.
 
-    Parameters
-    ----------
-    command : callable
-        ``command(instance, text)``: LAMMPS carries out what is written at an address.
-
-    Returns
-    -------
-    callable
-        ``step(instance, run, weights, v, masses, true_masses)``: `run` is the command of a Verlet
-        step, `v` and the `masses` of LAMMPS's types are its own memory.
+    ``command(instance, text)`` lets LAMMPS carry out what is written at an address. `run` is the
+    command of a Verlet step, `v` and the `masses` of LAMMPS's types are its own memory.
     """
 
     def step(
@@ -68,19 +60,11 @@ def build_composition(command: Callable) -> Callable:
 
 def build_extrapolation(command: Callable) -> Callable:
     """
-    Return the loop of one extrapolated step.
+    Return ``step(instance, runs, parts, x, v, f, masses, true_masses, scratch)``, an extrapolated
+    step.
 
-    Parameters
-    ----------
-    command : callable
-        As in `build_composition`.
-
-    Returns
-    -------
-    callable
-        ``step(instance, runs, parts, x, v, f, masses, true_masses, scratch)``: a row of `runs` is
-        the command of a part, a column of `parts` its m and its weight; `x`, `v`, `f` and the
-        `masses` of LAMMPS's types are its own memory.
+    A row of `runs` is the command of a part, a column of `parts` its m and its weight; else as in
+    `build_composition`.
     """
 
     def step(
@@ -130,21 +114,11 @@ def _loop(build: Callable) -> KeptLoop:
 
 def whole_step(instance: Any, scheme: StepScheme, particles: int) -> Callable[[], None]:
     """
-    Return what takes one step H of a scheme, H being LAMMPS's timestep.
+    Return what takes one step H of a scheme in an instance of LAMMPS, H being its timestep.
 
-    Parameters
-    ----------
-    instance : lammps.lammps
-        Set up, its forces those of its positions, its masses those that it keeps.
-    scheme : StepScheme
-        Extrapolated, or a composition of Verlet steps.
-    particles : int
-        How many there are. All move along x.
-
-    Returns
-    -------
-    callable
-        Without arguments. What LAMMPS found wrong is to be asked of it afterwards.
+    The scheme is extrapolated, or a composition of Verlet steps; the instance is set up, its forces
+    those of its positions, its masses those that it keeps, and all particles move along x. What
+    LAMMPS found wrong is to be asked of it afterwards.
     """
     tell_address(_COMMAND, instance.lib[_COMMAND])
     handle, masses = instance.lmp.value, instance.numpy.extract_atom("mass")

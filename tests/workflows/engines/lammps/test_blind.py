@@ -12,9 +12,10 @@ from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.collision import collide
 from chaincor.workflows.engines.in_house import modal
 from chaincor.workflows.engines.lammps import engine as lammps
+from chaincor.workflows.engines.lammps import flight
 from chaincor.workflows.engines.lammps.flight import VerletFlight
 from chaincor.workflows.engines.lammps.instance import LammpsChain
-from chaincor.workflows.engines.lammps.meeting import HardBodies
+from chaincor.workflows.engines.lammps.meeting import Meeting
 
 
 def random_scene(seed):
@@ -94,9 +95,9 @@ def test_a_forecast_that_fails_is_noticed_and_taken_back(wall, monkeypatch):
         truth = lammps.run(scene, numerics)
     foretold, kept = VerletFlight._time_to_guard, []
     run_guarded = LammpsChain.run_guarded
-    monkeypatch.setattr(lammps, "longest_blind_time", lambda _: 3.0)
+    monkeypatch.setattr(flight, "longest_blind_time", lambda _: 3.0)
     monkeypatch.setattr(
-        VerletFlight, "_time_to_guard", lambda self: 4.0 if foretold(self) > 0.0 else 0.0
+        VerletFlight, "_time_to_guard", lambda *given: 4.0 if foretold(*given) > 0.0 else 0.0
     )
     monkeypatch.setattr(
         LammpsChain, "run_guarded", lambda self, n: (kept.append(run_guarded(self, n)), kept[-1])[1]
@@ -205,7 +206,7 @@ def test_a_contact_within_a_step_that_ends_in_front_of_the_wall(longest_blind, t
         place(chain, np.array([0.004, 1.35, 2.3]), np.array([-0.0541, 0.0, 0.0]))
         x, v, a = chain.x[0], chain.v[0], chain.f[0]
         assert x + 0.3 * v + 0.5 * 0.09 * a > 0.0, "the step ends in front of the wall"
-        meeting = HardBodies(chain, chain.line)
+        meeting = Meeting(chain, chain.line)
         contact = VerletFlight(chain, False, longest_blind, meeting).advance(1.0)
         assert contact is not None
         # x + v t + a t^2/2 = 0 for the first time.
@@ -216,7 +217,7 @@ def test_a_contact_within_a_step_that_ends_in_front_of_the_wall(longest_blind, t
 def contacts_from(chain, longest_blind, state, wall):
     """Return times and speeds of all contacts within 6, and the state then."""
     chain.restore(state)
-    flight = VerletFlight(chain, wall == "reflect", longest_blind, HardBodies(chain, chain.line))
+    flight = VerletFlight(chain, wall == "reflect", longest_blind, Meeting(chain, chain.line))
     found = []
     while flight.time < 6.0:
         contact = flight.advance(6.0)

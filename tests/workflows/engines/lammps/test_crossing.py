@@ -7,7 +7,7 @@ from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.in_house import modal
 from chaincor.workflows.engines.lammps import engine as lammps
-from chaincor.workflows.engines.lammps.crossing import first_crossing, foretold_crossing
+from chaincor.workflows.engines.lammps.flight import first_crossing, foretold_crossing
 from chaincor.workflows.errors import LostAtomsError
 
 
@@ -62,16 +62,15 @@ def test_a_dip_between_two_departures_is_a_crossing():
     start, end = [0.0, 0.1, -4.0], [0.4, 0.05, -1.0]
     x = quintic(start, end, 1.0)
     assert x(0.1) < 0.0 < end[0]
-    # The zero, and the thousandth of the step that two zeros need not be told apart in.
     zero = min(root.real for root in x.roots() if root.imag == 0.0 and root.real > 1e-9)
-    assert first_crossing(start, end, 1.0) == pytest.approx(zero, abs=1e-3)
+    assert first_crossing(start, end, 1.0) == pytest.approx(zero, abs=1e-12)
 
 
 def test_a_dip_much_shorter_than_the_step():
     # x = (t - 0.4)(t - 0.4002): behind the wall for 2e-4 of the step.
     start, end = [0.4 * 0.4002, -0.8002, 2.0], [0.6 * 0.5998, 1.1998, 2.0]
-    # Two zeros nearer than a thousandth need not be told apart.
-    assert first_crossing(start, end, 1.0) == pytest.approx(0.4, abs=1e-3)
+    # Rounding of coefficients, 1e-16, over a slope of 2e-4.
+    assert first_crossing(start, end, 1.0) == pytest.approx(0.4, abs=1e-10)
 
 
 def test_ends_that_are_no_numbers():

@@ -219,7 +219,7 @@ def test_bonds_seen_at_the_end_of_a_table_widen_it(monkeypatch):
             tables.append(arguments[3])
             if len(tables) > 1:
                 return runs
-            return replace(runs, longest_seen=[tables[0].longest - near])
+            return replace(runs, longest_seen=tables[0].longest - near)
 
         with monkeypatch.context() as patch:
             patch.setattr(lammps, "_collide", seen_near_the_end)
@@ -240,7 +240,7 @@ def test_an_impossible_length_is_excused_once(monkeypatch, error):
     def kicked(*arguments):
         if len(failures) < times:
             failures.append(error)
-            return replace(collide(*arguments), outcomes=[], longest_seen=[], stopped=error)
+            return replace(collide(*arguments), outcomes=[], longest_seen=0.0, stopped=error)
         return collide(*arguments)
 
     monkeypatch.setattr(lammps, "_collide", kicked)

@@ -1,22 +1,20 @@
 """A tolerance for many cold chains at once, which differ in speed: met as each is met alone."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from chaincor.analysis.modes import mode_energies
 from chaincor.analysis.restitution import centre_of_mass_velocity
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.scene import FILE_KEYS, Scene
 from chaincor.lammps_inputs.schemes import StepSchemeName
-from chaincor.workflows.accuracy.answer import Answer, answer
+from chaincor.workflows.accuracy.answer import Answer, answer, goal_above
 from chaincor.workflows.accuracy.by_in_house import SHARPEST_FIXED
-from chaincor.workflows.accuracy.error_bars import table_error, with_floors
 from chaincor.workflows.accuracy.expected_cost import expected_of_task, usually_shatters
-from chaincor.workflows.accuracy.fixed_steps import usual_scheme
-from chaincor.workflows.accuracy.goals import goal_above
-from chaincor.workflows.accuracy.regular import LONGEST_TRUSTED, first_step
+from chaincor.workflows.accuracy.fixed_steps import LONGEST_TRUSTED, first_step, usual_scheme
 from chaincor.workflows.accuracy.step_guess import foresee_sharpness, is_smooth, sharpness
 from chaincor.workflows.accuracy.step_proof import COARSER, proved_error
 from chaincor.workflows.engines.ending import quiet_time
@@ -25,7 +23,7 @@ from chaincor.workflows.engines.in_house.batch.states import ManyRuns
 from chaincor.workflows.engines.in_house.finish import End, LastContact, finish, kinetic_energy
 from chaincor.workflows.engines.in_house.modal import serves as is_exact
 from chaincor.workflows.engines.outcome import Outcome
-from chaincor.workflows.engines.rounding import rounding_error, rounding_matters, rounding_of
+from chaincor.workflows.engines.rounding import rounding_error, rounding_matters
 
 # Longer chains are met one by one: so many runs are not enough for them, and their steps leave
 # nothing to be gained.
@@ -36,13 +34,9 @@ LEAST_TOGETHER = 16
 _MOST_TOGETHER, _SECONDS_TOGETHER = 256, 0.5
 
 
-@dataclass(frozen=True)
-class Kind:
-    """What collisions must share to be carried out together."""
-
-    bond: int  #: Which potential; the objects of named ones are shared.
-    particles: int  #: Of the chain.
-    scheme: StepSchemeName  #: Of its steps.
+# What collisions must share to be carried out together: the bond (the objects of named ones are
+# shared), how many particles, and the scheme of the steps.
+Kind = tuple[int, int, StepSchemeName]
 
 
 def kind_of(scene: Scene) -> Kind | None:
@@ -65,24 +59,15 @@ def kind_of(scene: Scene) -> Kind | None:
         return None
     if usually_shatters(scene):
         return None  # it needs several steps, and most time goes to its end
-    return Kind(id(scene.bond), scene.particles, usual_scheme(goal))
+    return id(scene.bond), scene.particles, usual_scheme(goal)
 
 
 def batches(scenes: Sequence[Scene], parts: int) -> list[list[int]]:
     """
     Share collisions out: those to be carried out together, and each of the others by itself.
 
-    Parameters
-    ----------
-    scenes : sequence of Scene
-        The collisions.
-    parts : int
-        Into how many parts those of a kind are divided at least, if they are enough.
-
-    Returns
-    -------
-    list of list of int
-        Their places. What comes of a collision does not depend on it.
+    Returns their places. Those of a kind are divided into so many parts at least, if they are
+    enough; what comes of a collision does not depend on it.
     """
     foresee_sharpness(scenes)
     kinds: dict[Kind, list[int]] = {}
@@ -117,85 +102,94 @@ def _writes(scene: Scene) -> bool:
 
 def meet_together(scenes: Sequence[Scene]) -> list[tuple[Answer, Array] | None]:
     """
-    Meet the tolerances of scenes of one kind, as far as that is done at once.
+    Meet the tolerances of scenes of one :func:`kind_of`, as far as that is done at once.
 
     Each is run at the step that usually meets its goal, at twice and at 1.3 times that. Where the
-    goal is not met so, or contacts come or go, it is to be met alone.
-
-    Parameters
-    ----------
-    scenes : sequence of Scene
-        Of one :func:`kind_of`.
-
-    Returns
-    -------
-    list of (Answer, ndarray) or None
-        What ``accuracy.meet.meet`` returns for each, to the last bit, and the energies of its modes
-        afterwards; None where it must be asked. Nothing of this depends on which others there are.
+    goal is not met so, or contacts come or go, it is to be met alone: None. Else returns what
+    ``accuracy.meet.meet`` does for each, to the last bit, and the energies of its modes afterwards.
+    Nothing of this depends on which others there are.
     """
     foresee_sharpness(scenes)
     kind = kind_of(scenes[0])
     assert kind is not None
-    batch = Batch(scenes[0].line, scenes[0].bond, kind.scheme)
+    _, particles, scheme = kind
+    batch = Batch(scenes[0].line, scenes[0].bond, scheme)
     floor = rounding_error("reference", scenes[0])
     goals = [_goal(scene, floor) for scene in scenes]
     steps = np.array(
-        [first_step(s, kind.scheme, max(g, floor)) for s, g in zip(scenes, goals, strict=True)]
+        [first_step(s, scheme, max(g, floor)) for s, g in zip(scenes, goals, strict=True)]
     )
     found: list[tuple[Answer, Array] | None] = [None] * len(scenes)
     fine = batch.follow_cold(scenes, steps)
     places = np.flatnonzero(fine.settled)
     if len(places) == 0:
         return found
-    fine = fine.chosen(places)
+    fine, steps = fine.chosen(places), steps[places]
     followed = [scenes[place] for place in places.tolist()]
-    lasts, steps = fine.last_contact_times, steps[places]
     both = np.concatenate([times * steps for times in COARSER])
-    compared = batch.compare_cold(followed * len(COARSER), both, np.tile(lasts, len(COARSER)))
+    lasts = np.tile(fine.last_contact_times, len(COARSER))
+    compared = batch.compare_cold(followed * len(COARSER), both, lasts)
     coarse = [compared.chosen(part) for part in np.split(np.arange(len(both)), len(COARSER))]
     speeds = np.array([scene.impact_velocity for scene in followed])
-    # As `restitution` gives it for each.
-    eta, *others = (
-        np.square(centre_of_mass_velocity(run.velocities) / speeds) for run in (fine, *coarse)
-    )
-    far, near = np.abs(np.array(others) - eta)
-    agree = np.logical_and.reduce([run.settled & (run.counts == fine.counts) for run in coarse])
-    errors = proved_error(kind.scheme, fine.lasted / steps, far, near, floor, agree)[0]
-    agree &= fine.longest_silences <= quiet_time(kind.particles, scenes[0].slow_stiffness)
-    energies, *apart = _compared(scenes[0], fine, coarse[0])
+    runs, masses = [fine, *coarse], scenes[0].line.chain_masses
+    _, errors, agree = compare_many(scheme, steps, runs, speeds, masses, floor)
+    agree &= fine.longest_silences <= quiet_time(particles, scenes[0].slow_stiffness)
+    energies, apart = _compared(scenes[0], fine, coarse[0])
     for k, (place, scene) in enumerate(zip(places.tolist(), followed, strict=True)):
         goal, error = goals[place], float(errors[k])
         if not (agree[k] and error + floor <= goal):
             continue
-        outcome = _outcome(scene, fine, k, kind.scheme, float(steps[k]))
-        rounding = table_error(outcome, scene) + rounding_of(outcome, scene)
-        differences = {name: float(each[k]) for name, each in zip(_ARRAYS, apart, strict=True)}
-        details = {
-            "choice": {"tries": [{"timestep": float(steps[k]), "step_error": error}]},
-            "spread": with_floors(differences, scene, rounding),
-        }
-        met = answer(scene, outcome, error, details)
+        outcome = _outcome(scene, fine, k, scheme, float(steps[k]))
+        differences = {name: float(each[k]) for name, each in apart.items()}
+        tries = [{"timestep": float(steps[k]), "step_error": error}]
+        met = answer(scene, outcome, error, differences, tries)
         if met.bar.total is not None and met.bar.total <= goal:
             found[place] = met, energies[k]
     return found
 
 
-# What two runs are compared in, as ``error_bars.spreads`` does; there is no target.
-_ARRAYS = ("contact_times", "contact_speeds", "velocities", "target_velocities", "mode_energies")
+def compare_many(
+    scheme: StepSchemeName,
+    steps: Array,
+    runs: Sequence[ManyRuns],
+    speeds: Array,
+    masses: Array,
+    floor: Any,
+) -> tuple[Array, Array, NDArray[np.bool_]]:
+    """
+    Compare runs at some steps with those at `COARSER` times them.
+
+    Returns, of shape (runs,), eta of the first, what it errs by, and whether all are settled and
+    have as many contacts. `masses` are those of the chain, `floor` is the rounding.
+    """
+    fine, *coarse = runs
+    # As `eta_of` gives it for each.
+    eta, *others = (
+        np.square(centre_of_mass_velocity(run.velocities, masses) / speeds) for run in runs
+    )
+    settled = np.array([run.settled for run in coarse])
+    far, near = np.where(settled, np.abs(np.array(others) - eta), np.inf)
+    alike = np.all([run.counts == fine.counts for run in coarse], axis=0)
+    errors, _ = proved_error(scheme, fine.lasted / steps, far, near, floor, alike)
+    return eta, errors, alike & np.all(settled, axis=0)
 
 
-def _compared(scene: Scene, fine: ManyRuns, coarse: ManyRuns) -> tuple[Array, ...]:
-    """Return the mode energies of the fine runs, and by how much each array differs."""
+def _compared(scene: Scene, fine: ManyRuns, coarse: ManyRuns) -> tuple[Array, dict[str, Array]]:
+    """Return the mode energies of fine runs, and the `differences` of each to a coarse one."""
     alike = fine.counts == coarse.counts
     contacts = np.where(fine.listed[:, None, :], np.abs(fine.contacts - coarse.contacts), 0.0)
     times, speeds = np.where(alike, np.max(contacts, axis=2).T, np.inf)
-    velocities = np.max(np.abs(fine.velocities - coarse.velocities), axis=1)
     energies, others = (
         mode_energies(run.displacements, run.velocities, scene.bond.stiffness)
         for run in (fine, coarse)
     )
-    modes = np.max(np.abs(energies - others), axis=1)
-    return energies, times, speeds, velocities, np.zeros(len(modes)), modes
+    return energies, {
+        "contact_times": times,
+        "contact_speeds": speeds,
+        "velocities": np.max(np.abs(fine.velocities - coarse.velocities), axis=1),
+        "target_velocities": np.zeros(len(times)),
+        "mode_energies": np.max(np.abs(energies - others), axis=1),
+    }
 
 
 def _outcome(scene: Scene, runs: ManyRuns, k: int, scheme: str, step: float) -> Outcome:

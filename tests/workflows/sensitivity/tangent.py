@@ -1,0 +1,53 @@
+"""What becomes of a small change of a state, in NumPy: the reference of the derivatives' loops."""
+
+import numpy as np
+
+from chaincor.workflows.engines.in_house.compile import scalar_force
+from chaincor.workflows.sensitivity.loops import contact_curvature, differences_of
+
+
+def changed(traced, bond, strain, velocity):
+    """
+    Return what a small change of the state at the start has become after the last contact.
+
+    Both are along x, with the gap. It is between states right after the last contact, each at its
+    own time.
+    """
+    strain, velocity, line = strain.copy(), velocity.copy(), traced.line
+    force = scalar_force(bond)
+    bend = np.vectorize(bond.curvature_kernel or differences_of(force.function), excluded=[1])
+    p, inverse = line.gap, line.inverse_masses
+    for stretch in traced.stretches:
+        tape, last_strain, last_velocity = traced.follow(stretch)
+        times, hits, drifts, kicks = stretch.substeps
+        for n, time in enumerate(times):
+            for k, kick in enumerate(kicks):
+                strain += drifts[k] * time * np.diff(velocity)
+                at = tape.strains[n, k]
+                stiffness = bend(at, force.parameters)
+                stiffness[p] = contact_curvature(
+                    at[p], line.contact_stiffness, line.contact_exponent
+                )
+                pushes = np.concatenate(([0.0], -stiffness * strain, [0.0]))
+                velocity -= kick * time * inverse * np.diff(pushes)
+            strain += drifts[-1] * time * np.diff(velocity)
+            if hits[n] == 1.0:
+                jump(strain, velocity, tape.impacts[n], p, inverse)
+    rates = np.diff(last_velocity)
+    delay = -strain[p] / rates[p]
+    return strain + rates * delay, velocity + traced.accelerations(last_strain) * delay
+
+
+def jump(strain, velocity, impact, p, inverse):
+    """Carry a change over an impact, which comes sooner or later for it."""
+    speed, before, after = impact
+    delay = strain[p] / speed
+    share = 2.0 / (inverse[p] + inverse[p + 1])
+    given = share * (velocity[p] - velocity[p + 1] + (before - after) * delay)
+    if p > 0:
+        strain[p - 1] += share * speed * inverse[p] * delay
+    if p + 1 < len(strain):
+        strain[p + 1] += share * speed * inverse[p + 1] * delay
+    strain[p] = -strain[p]
+    velocity[p] -= given * inverse[p]
+    velocity[p + 1] += given * inverse[p + 1]

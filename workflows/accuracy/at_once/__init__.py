@@ -1,1 +1,0 @@
-"""Tolerances for many collisions at once."""

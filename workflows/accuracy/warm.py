@@ -1,0 +1,245 @@
+"""A tolerance for warm chains before a hard wall, of many seeds and speeds at once or of one."""
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chaincor.lammps_inputs.arrays import Array
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.accuracy.answer import Answer, answer, decade_within
+from chaincor.workflows.accuracy.by_in_house import SHARPEST_FIXED
+from chaincor.workflows.accuracy.fixed_steps import usual_scheme
+from chaincor.workflows.accuracy.in_house_runs import differ, largest_difference, run_in_house
+from chaincor.workflows.accuracy.refining import Policy, Try, refine, told
+from chaincor.workflows.accuracy.step_guess import STEP_SHARE, usual_step
+from chaincor.workflows.accuracy.step_proof import COARSER, proved_error, usual_share
+from chaincor.workflows.accuracy.together import compare_many
+from chaincor.workflows.engines.ending import quiet_time
+from chaincor.workflows.engines.in_house.batch.runner import Batch, serves
+from chaincor.workflows.engines.in_house.batch.states import (
+    ManyRuns,
+    StartStates,
+    chain_energies,
+)
+from chaincor.workflows.engines.outcome import Outcome
+from chaincor.workflows.engines.rounding import arithmetic_error
+from chaincor.workflows.engines.schemes import STEP_SCHEMES
+from chaincor.workflows.errors import CostError, RunError
+
+# Sharper goals are met one by one: there what rounding becomes has to be looked at.
+SHARPEST_GOAL = 1e-8
+# Energy for the most compressed bond of a warm chain, in units of T: decides the first step only.
+_HOTTEST_BOND = 5.0
+# Steps are those of a ladder of this ratio, so that they depend on speeds in few places.
+_STEP_LADDER = 0.8
+# First steps are guessed for energies on a ladder of this ratio.
+_ENERGY_LADDER = math.log(1.1)
+# At twice this step, in units of 1/frequency, orders begin to hold; it decides costs only.
+_LARGEST_STEP = 0.33
+# Of those that need more, most never converge.
+_MOST_REFINEMENTS = 7
+# Steps with this error miss less than rounding does: finer ones gain nothing.
+_SMALLEST_ERROR = 1e-16
+# Rounding may take this part of a goal.
+_ROUNDING_SHARE = 0.1
+
+# What is known of a collision: whether the tolerance is met, where nothing else counts if it is
+# not; eta and the parts of its bar; the step; how often and until when, after the first contact,
+# the chain hit the wall; and whether its end is proved, else argued.
+MET = np.dtype(
+    [
+        ("met", bool),
+        ("restitution", float),
+        ("step_error", float),
+        ("rounding", float),
+        ("timestep", float),
+        ("contacts", np.int64),
+        ("last_contact_time", float),
+        ("proved", bool),
+    ]
+)
+
+
+def is_warm(scene: Scene) -> bool:
+    """Return whether the tolerance of a scene is met here."""
+    if scene.engine != "reference" or scene.explicit or scene.temperature is None:
+        return False
+    asked = scene.asked_tolerance
+    assert asked is not None
+    return decade_within(asked) >= SHARPEST_GOAL and serves(scene.line, scene.bond)
+
+
+class WarmMeetings:
+    """
+    Meets the tolerance of a scene for many initial states, or for its own.
+
+    :func:`is_warm` takes it; bonds, masses and tolerance are those of all. Each collision is run at
+    H, 2 H and 1.3 H, which prove its error (``step_proof``). That holds what the collision makes of
+    rounding, too, which is another one in every run.
+    """
+
+    def __init__(self, scene: Scene) -> None:
+        asked = scene.asked_tolerance
+        assert asked is not None
+        self._scene, self._line = scene, scene.line
+        self._goal = decade_within(asked)
+        self.scheme = usual_scheme(self._goal)
+        self._rungs: dict[int, tuple[int, int]] = {}
+        self._batch: Batch | None = None
+        self._quiet = quiet_time(scene.particles, scene.slow_stiffness)
+
+    @property
+    def batch(self) -> Batch:
+        """What carries many out; its loops are loaded when it is first asked for."""
+        self._batch = self._batch or Batch(self._line, self._scene.bond, self.scheme)
+        return self._batch
+
+    def share(self, velocity: float) -> int:
+        """Return how many to meet at once, so that progress is seen."""
+        return self.batch.share(self._step(max(self._rungs_of(velocity)[0], 0)))
+
+    def meet(self, starts: StartStates, velocities: Array) -> Any:
+        """
+        Carry many collisions out.
+
+        `velocities` are their impact velocities, of shape (samples,). Returns a record array of
+        `MET`; what comes of one does not depend on which others there are. Raises RunError if it
+        was stopped.
+        """
+        rungs, last_rungs = np.array([self._rungs_of(v) for v in velocities.tolist()]).T
+        found = np.zeros(len(starts), MET).view(np.recarray)
+        floor = found.rounding = self._rounding(starts, velocities)
+        left = (rungs >= 0) & (floor <= _ROUNDING_SHARE * self._goal)
+        tries = np.zeros(len(starts), np.int64)
+        while np.any(left):
+            now = np.flatnonzero(left)
+            steps = np.array([self._step(rung) for rung in rungs[now].tolist()])
+            begun = starts.chosen(now)
+            runs, eta, errors = self._compare(begun, steps, velocities[now], floor[now])
+            met = errors + floor[now] <= self._goal
+            done = now[met]
+            found.met[done] = True
+            found.restitution[done], found.step_error[done] = eta[met], errors[met]
+            found.timestep[done] = steps[met]
+            found.contacts[done], found.proved[done] = runs.counts[met], runs.proved[met]
+            found.last_contact_time[done] = runs.last_contact_times[met]
+            tries[now] += 1
+            left[now] = ~met & (tries[now] < _MOST_REFINEMENTS) & (rungs[now] < last_rungs[now])
+            # Late contacts of chains that broke have more to them than a step, and late ends.
+            left[now[runs.settled & self._may_come_late(runs) | runs.endless]] = False
+            rungs[now] = np.minimum(self._finer(rungs[now], errors, tries[now]), last_rungs[now])
+        return found
+
+    def meet_alone(self) -> Answer | None:
+        """Meet the tolerance of the scene itself; None where more has to be looked at."""
+        scene, goal, line = self._scene, self._goal, self._line
+        velocity = scene.impact_velocity
+        rung, last_rung = self._rungs_of(velocity)
+        floor = float(self._rounding(StartStates.of([line]), np.array([velocity]))[0])
+        if rung < 0 or floor > _ROUNDING_SHARE * goal:
+            return None
+        tries = 0
+
+        def attempt(step: float) -> Try[tuple[Outcome, Outcome]]:
+            nonlocal rung, tries
+            runs, error, over = self._compare_alone(step, floor)
+            tries += 1
+            over |= rung >= last_rung or error + floor <= goal
+            rung = min(int(self._finer(rung, error, tries)), last_rung)
+            return Try(step, error, runs, over, self._step(rung))
+
+        policy = Policy(_MOST_REFINEMENTS, retried=())
+        tried = refine(self._step(rung), attempt, policy)[-1:]
+        error, runs = tried[0].error, tried[0].found
+        if runs is None or not error + floor <= goal:
+            return None
+        return answer(scene, runs[0], error, runs[1], told(tried))
+
+    def _step(self, rung: int) -> float:
+        return _LARGEST_STEP / self._scene.fast_stiffness**0.5 * _STEP_LADDER**rung
+
+    def _rungs_of(self, velocity: float) -> tuple[int, int]:
+        """Return the first and the last step to try; -1 where bonds are too sharp for any."""
+        energy = velocity**2 + _HOTTEST_BOND * (self._scene.temperature or 0.0)
+        place = math.ceil(math.log(energy) / _ENERGY_LADDER)
+        if place not in self._rungs:
+            energy = math.exp(place * _ENERGY_LADDER)
+            goals = (STEP_SHARE * self._goal, _SMALLEST_ERROR)
+            first, last = (self._rung_at(energy, goal) for goal in goals)
+            self._rungs[place] = first, max(first, last)
+        return self._rungs[place]
+
+    def _rung_at(self, energy: float, goal: float) -> int:
+        scene, bond = self._scene, self._scene.bond
+        strain = bond.compressed_strain(energy)
+        sharpness = math.sqrt(max(1.0, float(bond.curvature(strain)) / bond.stiffness))
+        if sharpness > SHARPEST_FIXED:
+            return -1
+        step = 0.5 * usual_step(self.scheme, goal / usual_share(self.scheme), scene.fast_stiffness)
+        smaller = math.log(step / sharpness / self._step(0)) / math.log(_STEP_LADDER)
+        return max(math.ceil(smaller), 0)
+
+    def _finer(self, rung: Any, error: Any, tries: Any) -> Any:
+        """Return the step to try next, after so many that were."""
+        with np.errstate(divide="ignore"):
+            wanted = np.divide(STEP_SHARE * self._goal, error)
+        wanted = wanted ** (1.0 / STEP_SCHEMES[self.scheme].order)
+        shrink = np.log(np.where(np.isfinite(error), wanted, 0.5)) / math.log(_STEP_LADDER)
+        # What converges late, as it amplifies what steps miss, needs larger strides.
+        return rung + np.clip(np.ceil(shrink), tries, 5 + tries).astype(np.int64)
+
+    def _rounding(self, starts: StartStates, velocities: Array) -> Array:
+        """Return the error of eta due to rounding, as ``engines.rounding`` does."""
+        translation = 0.5 * float(np.sum(self._line.chain_masses)) * velocities**2
+        heat = np.maximum(chain_energies(self._line, self._scene.bond, starts) / translation, 1.0)
+        return np.asarray(arithmetic_error(self._scene.particles, heat))
+
+    def _compare(
+        self, starts: StartStates, steps: Array, velocities: Array, floor: Array
+    ) -> tuple[ManyRuns, Array, Array]:
+        """Run at three steps; return what the finest gave, its eta, and what that errs by."""
+        fine = self.batch.follow(starts, steps)
+        eta, errors = np.full((2, len(steps)), np.inf)
+        sound = np.flatnonzero(fine.settled & ~self._may_come_late(fine))
+        if len(sound):
+            chosen, of, steps = starts.chosen(sound), fine.chosen(sound), steps[sound]
+            runs = [of] + [
+                self.batch.compare(chosen, times * steps, of.last_contact_times)
+                for times in COARSER
+            ]
+            masses = self._line.chain_masses
+            told = compare_many(self.scheme, steps, runs, velocities[sound], masses, floor[sound])
+            eta[sound], errors[sound], _ = told
+        return fine, eta, errors
+
+    def _may_come_late(self, runs: ManyRuns) -> NDArray[np.bool_]:
+        """Return where no proof speaks against a late contact: one has been waited for longer."""
+        # Two contacts were farther apart than the quiet time of an argued end.
+        return np.asarray((runs.longest_silences > self._quiet) & ~runs.proved)
+
+    def _compare_alone(
+        self, step: float, floor: float
+    ) -> tuple[tuple[Outcome, Outcome] | None, float, bool]:
+        """
+        Do the same with the stepping engine, whose steps cost one chain half of those of a batch.
+
+        Returns the run and that at twice the step, the error, and whether finer steps do not help.
+        """
+        scene, scheme = self._scene, self.scheme
+        try:
+            fine = run_in_house(scene, scheme, step)
+            kind = fine.ending.kind
+            silent = float(np.max(np.diff(fine.contact_times), initial=0.0)) > self._quiet
+            if kind == "open" or (silent and kind != "proved"):
+                return None, math.inf, True
+            coarse = [run_in_house(scene, scheme, times * step, fine) for times in COARSER]
+        except CostError:
+            raise
+        except RunError:
+            return None, math.inf, False
+        far, near = (largest_difference(scene, fine, [run]) for run in coarse)
+        alike = not differ(fine, coarse)
+        error = proved_error(scheme, fine.lasted / step, far, near, floor, alike)[0]
+        return (fine, coarse[0]), float(error), False
