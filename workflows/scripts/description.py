@@ -51,7 +51,7 @@ def _describe_ladder(study: ScriptStudy, each: ScriptLadder) -> list[str]:
             f"{study.ladder.name:>12} {'mean':>16} {'scatter':>10} {'promises':>10} {'time':>9}"
         )
         for k, value in enumerate(each.values):
-            keeps = number.promised[k]
+            keeps = number.verdict.promised[k]
             lines.append(
                 f"{study.ladder.text(float(value)):>12} {number.results[k].mean():>16.10g} "
                 f"{number.verdict.scatter[k]:>10.1e} "
@@ -71,7 +71,7 @@ def _table(study: ScriptStudy, each: ScriptLadder) -> list[str]:
         if verdict.value is not None and verdict.value_error is not None:
             value = with_bar(verdict.value, verdict.value_error)
         advised = "none" if advice is None else study.ladder.text(advice.value)
-        keeps = number.promised[-1] if advice is None else advice.promised_error
+        keeps = number.verdict.promised[-1] if advice is None else advice.promised_error
         lines.append(
             f"{number.name:<20} {value:>26} {verdict.kind:>11} {advised:>10} "
             f"{f'{keeps:.1e}' if keeps is not None and np.isfinite(keeps) else '-':>9}  "
@@ -178,8 +178,8 @@ def advise(study: ScriptStudy, each: ScriptLadder, number: NumberLadder) -> str:
     if not advice.tried:
         return (
             f"{tolerance:.3g} is beyond this ladder, whose finest rung keeps "
-            f"{number.promised[-1]:.1e}; by the order, {name} = {text} may do: measure with "
-            f"--vary {name}={study.ladder.text(float(each.values[-1]))}:{text}:6"
+            f"{number.verdict.promised[-1]:.1e}; by the order, {name} = {text} may do: measure "
+            f"with --vary {name}={study.ladder.text(float(each.values[-1]))}:{text}:6"
         )
     costs = f"{tolerance:.3g} costs {advice.seconds:.2g} s: "
     if study.own_step is not None:

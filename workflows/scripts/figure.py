@@ -41,9 +41,9 @@ def plot_script_ladders(study: ScriptStudy) -> "Axes":
                 markersize=3.0, alpha=0.55, markeredgewidth=0.0,
                 label=f"{label}: single runs" if ax is left else None,
             )  # fmt: skip
-            if np.all(np.isfinite(number.promised)):
+            if np.all(np.isfinite(number.verdict.promised)):
                 ax.plot(
-                    np.median(x, axis=1), number.promised, color=colour,
+                    np.median(x, axis=1), number.verdict.promised, color=colour,
                     label="what one run promises" if ax is left else None,
                 )  # fmt: skip
         if verdict.fit is not None:

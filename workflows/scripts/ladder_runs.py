@@ -35,11 +35,6 @@ class NumberLadder:
     tolerance: float | None  #: What the advice is for: as asked, or one of its own.
     advice: ScriptAdvice | None  #: None where nothing can be advised.
 
-    @property
-    def promised(self) -> Array:
-        """Error that one run on a rung keeps, of shape (R,); inf where it cannot be told."""
-        return self.verdict.promised
-
 
 @dataclass(frozen=True)
 class ScriptLadder:

@@ -88,7 +88,7 @@ def _number_dict(study: ScriptStudy, each: ScriptLadder, number: NumberLadder) -
         "verdict": verdict.kind,
         **{name: getattr(verdict, name) for name in _VERDICT},
         **{name: getattr(number, name) for name in _NUMBER},
-        "bound": float(number.promised[-1]) if advice is None else advice.promised_error,
+        "bound": float(verdict.promised[-1]) if advice is None else advice.promised_error,
         **{key: advice and getattr(advice, name) for key, name in _ADVICE.items()},
         "text": advise(study, each, number),
         "rungs": [
@@ -97,7 +97,7 @@ def _number_dict(study: ScriptStudy, each: ScriptLadder, number: NumberLadder) -
                 "mean": float(number.results[k].mean()),
                 "scatter": float(verdict.scatter[k]),
                 "bias": float(verdict.bias[k]),
-                "promised_error": float(number.promised[k]),
+                "promised_error": float(verdict.promised[k]),
                 "seconds": float(each.seconds[k]),
             }
             for k, value in enumerate(each.values)

@@ -166,15 +166,10 @@ def _read_log(path: Path, scene: Scene | None) -> LammpsResult | None:
         raise InputError(f"cannot read {str(path)!r}: {error.strerror}") from None
     if not head.startswith(_HEADS) and "restitution = " not in text:
         return None
+    if (fault := _fault(text, head.startswith(_HEADS))) is not None:
+        raise InputError(f"the log {str(path)!r} {fault}")
     said = printed_numbers(text, ("restitution", "restitution_error", "contacts"))
     found = {name: value for name, value in said.items() if math.isfinite(value)}
-    if "restitution" not in found:
-        raise InputError(
-            f"the log {str(path)!r} holds no line 'restitution = NUMBER'; expected one: let the "
-            "script print it, or name its dump"
-        )
-    _refuse_several(path, text)
-    _refuse_unfinished(path, text, head.startswith(_HEADS))
     contacts, commands = found.get("contacts"), RunCommands.read([path])
     return LammpsResult(
         str(path),
@@ -188,31 +183,30 @@ def _read_log(path: Path, scene: Scene | None) -> LammpsResult | None:
     )
 
 
-def _refuse_several(path: Path, text: str) -> None:
-    """Raise InputError where a log has results that differ: none is meant more than others."""
+def _fault(text: str, whole: bool) -> str | None:
+    """Say why a log, a `whole` one with its head, tells no result; None where it does."""
     said = printed_values(text, "restitution")
     values = [value for value in said if value is not None and math.isfinite(value)]
-    if len(set(values)) > 1:
-        raise InputError(
-            f"the log {str(path)!r} holds {len(values)} lines 'restitution = NUMBER', from "
-            f"{min(values):g} to {max(values):g}; expected one run: write the log of each into a "
-            "file of its own"
+    if not said or said[-1] not in values:
+        return (
+            "holds no line 'restitution = NUMBER'; expected one: let the script print it, or name "
+            "its dump"
         )
-
-
-def _refuse_unfinished(path: Path, text: str, whole: bool) -> None:
-    """Raise InputError where a log shows that its run was stopped; a `whole` one has its head."""
-    if (said := stopped_with(text)) is not None:
-        why = f"{said[:200]!r}"
+    if len(set(values)) > 1:
+        # None is meant more than others.
+        return (
+            f"holds {len(values)} lines 'restitution = NUMBER', from {min(values):g} to "
+            f"{max(values):g}; expected one run: write the log of each into a file of its own"
+        )
+    why = None
+    if (stopped := stopped_with(text)) is not None:
+        why = f"{stopped[:200]!r}"
     elif _JOB.search(text) is not None:
-        if re.search(r"^restitution_error = ", text, re.MULTILINE) is not None:
-            return
-        why = "no line 'restitution_error = '"
+        if re.search(r"^restitution_error = ", text, re.MULTILINE) is None:
+            why = "no line 'restitution_error = '"
     elif whole and _ENDED.search(text) is None:
         why = "no line 'Total wall time: '"
-    else:
-        return
-    raise InputError(
-        f"the log {str(path)!r} is of a run that was not finished: it has {why}; expected a "
-        "finished one: run it to its end"
+    return why and (
+        f"is of a run that was not finished: it has {why}; expected a finished one: run it to its "
+        "end"
     )
