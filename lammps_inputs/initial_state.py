@@ -47,8 +47,8 @@ def read_initial_state(path: Path) -> InitialState:
             f"initial {str(path)!r} has particle 1 at {places[0]:g}, inside the target; expected "
             "0 or more"
         )
-    shortest = int(np.argmin(places[1:])) if len(places) > 1 else 0
-    if len(places) > 1 and places[1 + shortest] <= -1.0:
+    if np.any(places[1:] <= -1.0):
+        shortest = int(np.argmin(places[1:]))
         raise SceneError(
             f"initial {str(path)!r} has no room between particles {shortest + 1} and "
             f"{shortest + 2}; expected positions that rise from the target outward"

@@ -17,12 +17,16 @@ _USED = """
 import sys
 from chaincor import Scene, collide, sweep
 import chaincor.workflows.cli as cli
+from chaincor.workflows.pictures.bond_script import bonds_script
 
 bond = dict(potential="cosh", particles=5, velocity=0.3)
 exact = collide(Scene(**bond, engine="reference"), tolerance=1e-9)
 by_lammps = collide(Scene(**bond), tolerance=1e-5)
 bars = exact.restitution_error + by_lammps.restitution_error
 assert abs(exact.restitution - by_lammps.restitution) <= bars, (exact, by_lammps)
+
+# The live page has its formulas, too.
+assert "cosh: {" in bonds_script()
 
 # Of order 4: half the step, a sixteenth of the error, but for the next order.
 errors = [

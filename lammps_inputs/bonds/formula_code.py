@@ -36,7 +36,6 @@ class FormulaParameters(NamedTuple):
 class FormulaCode:
     """Functions of a formula, for any values of its parameters."""
 
-    names: tuple[str, ...]  #: Of the parameters, sorted.
     #: U, -U' and U'' as Python text in ``s`` and ``p[0]``, ``p[1]`` ...
     energy: str
     force: str  #: See ``energy``.
@@ -117,7 +116,6 @@ def formula_code(text: str, names: tuple[str, ...]) -> FormulaCode:
     _refuse_kinks(curvature, text)
     try:
         return FormulaCode(
-            names=tuple(sorted(names)),
             energy=_written(energy, symbols),
             force=_written(force, symbols),
             curvature=_written(curvature, symbols),

@@ -63,6 +63,7 @@ class SplineBond(UserBond):
     """
 
     force_kernel = staticmethod(spline_force)
+    _both_given = False
 
     def __init__(self, force: "CubicSpline", name: str, reach: float = 0.0) -> None:
         energy = force.antiderivative()
@@ -71,9 +72,6 @@ class SplineBond(UserBond):
         self.force_spline = force
         knots, terms = (np.ascontiguousarray(a, dtype=float) for a in (force.x, force.c))
         self.parameters = SplineParameters(knots, terms, self.strain_min, self.strain_max)
-
-    def _refuse_mismatch(self) -> None:
-        """Refuse nothing: the energy was made of the force."""
 
 
 class TableBond(SplineBond):
@@ -137,9 +135,12 @@ def _bond_of(text: str, path: str) -> Potential:
             "smooth curve follows; expected forces in units of stiffness times bond length"
         )
     rows = Rows.of(force, forces, section.least_digits)
+    said = section.header.get("N", [len(lengths)])[0]
     fault = (
-        _fault_of_count(section, path)
-        or fault_of_energies(section.data, section.least_digits, path)
+        f"table {path!r} says N {said:g} and has {len(lengths)} rows; expected as many as it says: "
+        "correct N, or rows that are not 'index length energy force'"
+        if said != len(lengths)
+        else fault_of_energies(section.data, section.least_digits, path)
         or fault_of_slopes(section, path)
         or rows.outlier(path)
     )
@@ -167,17 +168,6 @@ def _only_section(text: str, path: str) -> Section:
             f"table {path!r} has {len(sections)} sections; expected one: give each a file"
         )
     return sections[0]
-
-
-def _fault_of_count(section: Section, path: str) -> str:
-    rows = len(section.data)
-    said = section.header.get("N", [rows])[0]
-    if said == rows:
-        return ""
-    return (
-        f"table {path!r} says N {said:g} and has {rows} rows; expected as many as it says: correct "
-        "N, or rows that are not 'index length energy force'"
-    )
 
 
 def _natural_strain(force: "CubicSpline", rows: Rows, path: str) -> float:

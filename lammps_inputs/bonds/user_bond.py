@@ -4,6 +4,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -48,6 +49,7 @@ class UserBond(Potential):
     """
 
     anharmonic_order: int | None = None
+    _both_given: ClassVar[bool] = True  # energy and force, not one made of the other
     _STEP = 1e-5  # central difference of the force: error of order step^2 = 1e-10
 
     def __init__(
@@ -90,10 +92,8 @@ class UserBond(Potential):
                 "bond, with positive curvature there"
             )
         self.dissociation = self._end_of_energy()
-        self._refuse_mismatch()
-
-    def _refuse_mismatch(self) -> None:
-        refuse_mismatch(self, self.kinks)
+        if self._both_given:
+            refuse_mismatch(self, self.kinks)
 
     @cached_property
     def kinks(self) -> tuple[float, ...]:

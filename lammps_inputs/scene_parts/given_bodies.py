@@ -150,18 +150,11 @@ def body_fields(scene: "Scene") -> dict[str, Any]:
 
 def _period(masses: Array) -> list[float] | str:
     """Return the shortest list that the masses repeat, or a hash of a long one."""
-    count = len(masses)
-    period = next(
-        (p for p in range(1, min(count, _LONGEST_LIST) + 1) if _repeats(masses, p)), count
-    )
-    if period > _LONGEST_LIST:
-        return _digest(masses)
-    return [float(mass) for mass in masses[:period]]
+    for period in range(1, min(len(masses), _LONGEST_LIST) + 1):
+        if np.array_equal(masses[period:], masses[:-period]):
+            return [float(mass) for mass in masses[:period]]
+    return _digest(masses)
 
 
 def _digest(values: Array) -> str:
     return hashlib.sha256(values.astype("<f8").tobytes()).hexdigest()
-
-
-def _repeats(masses: Array, period: int) -> bool:
-    return bool(np.array_equal(masses[period:], masses[:-period]))

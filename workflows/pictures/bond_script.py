@@ -20,7 +20,10 @@ from chaincor.lammps_inputs.bonds.potentials import NAMED_POTENTIALS, BondKeys
 _CALLS = {
     "minimum": "Math.min",
     "maximum": "Math.max",
-    **{name: f"Math.{name}" for name in ("exp", "expm1", "log", "log1p", "sqrt", "sinh", "tanh")},
+    **{
+        name: f"Math.{name}"
+        for name in ("exp", "expm1", "log", "log1p", "sqrt", "sinh", "cosh", "tanh")
+    },
     "exponential": "Math.exp",
     "exp_less_one": "Math.expm1",
     "expm1_minus_x": "expm1MinusX",
