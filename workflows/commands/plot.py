@@ -1,6 +1,7 @@
 """``chaincor plot``: curves and heat maps straight from a store."""
 
 import json
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -190,7 +191,7 @@ def _curves(
         key = row.values[2:] if asked else tuple(row.scene.get(name) for name in names)
         groups.setdefault(key, []).append(row)
     curves = {}
-    for key, group in groups.items():
+    for label, group in zip(_labels(names, groups), groups.values(), strict=True):
         left = _varying(group, given)
         if left:
             raise StoreError(
@@ -200,7 +201,6 @@ def _curves(
         along = sorted(group, key=lambda row: (row.values[0], row.scene["velocity"]))
         if x not in along[0].scene:
             along.sort(key=lambda row: row.scene["velocity"])
-        label = ", ".join(f"{n} = {_shown(v)}" for n, v in zip(names, key, strict=True))
         curves[label] = ([row.values[0] for row in along], [row.values[1] for row in along])
     if mean is not None:
         return _means(curves, x, y)
@@ -253,6 +253,17 @@ def _named(names: list[str], rows: list[_Row]) -> str:
     return " and ".join(
         f"{name} ({len({row.scene.get(name) for row in rows})} values)" for name in names
     )
+
+
+def _labels(names: Sequence[str], keys: Iterable[tuple[Any, ...]]) -> list[str]:
+    """Name curves by their values, in short, or in full where two would have one name."""
+    labels: list[str] = []
+    for show in (_shown, str):
+        values = ([show(value) for value in key] for key in keys)
+        labels = [", ".join(map(" = ".join, zip(names, told, strict=True))) for told in values]
+        if len(set(labels)) == len(labels):
+            break
+    return labels
 
 
 def _shown(value: Any) -> str:

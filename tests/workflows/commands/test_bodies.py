@@ -134,3 +134,27 @@ def test_chains_of_other_periods_are_other_curves(tmp_path, make_attempt, monkey
         ((2.0, 3.0), (0.1, 0.2)),
         ((2.0, 3.0), (0.3, 0.4)),
     ]
+
+
+def test_curves_whose_values_begin_alike_are_told_in_full(
+    tmp_path, make_attempt, monkeypatch, chaincor
+):
+    monkeypatch.chdir(tmp_path)
+    common = {"potential": "harmonic", "particles": 8}
+    attempts = [
+        make_attempt(Scene(**common, masses=[1, 2, 3, 4, 5, 6, 7, last], velocity=v), 0.1 * v)
+        for last in (8, 9)
+        for v in (0.1, 0.2)
+    ]
+    with Store("s.sqlite") as store:
+        store.record(attempts)
+    drawn = {}
+    from chaincor.analysis.figures import store_plots
+
+    original = store_plots.plot_curves
+    monkeypatch.setattr(
+        store_plots, "plot_curves", lambda c, *n, **o: (drawn.update(c), original(c, *n, **o))[1]
+    )
+    status, _, err = chaincor("plot", "s.sqlite", "--x", "velocity")
+    assert status == 0, err
+    assert [label[-3:] for label in sorted(drawn)] == ["8.0", "9.0"]
