@@ -51,7 +51,7 @@ def analyze_job(
         the flight of the last particle by default.
     masses : array_like, optional
         Particle masses from the wall outwards, repeated along the chain; by default those of the
-        dump, else of the data file and the script by type, else 1.
+        dump, else of the data file and the script by type, else of ``scene.toml``, else 1.
     end_argument : callable, optional
         See :class:`~chaincor.analysis.collision_frames.Known`.
     progress : callable, optional
@@ -107,9 +107,10 @@ def analyze_job(
         layout,
         given=None if masses is None else np.asarray(masses, dtype=float) / units.mass,
         declared=replace(job.masses, by_type=by_type),
+        scene=scene,
     )
     known = replace(known, masses=bodies)
-    if scene is None and not told:
+    if not told:
         notes.append(
             "nothing tells the masses: particles are taken to be alike, of mass 1; --masses gives "
             "them"

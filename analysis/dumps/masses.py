@@ -14,6 +14,7 @@ from chaincor.analysis.dumps.run_commands import NO_COMMANDS, Command, RunComman
 from chaincor.analysis.modes import are_equal
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.errors import InputError
+from chaincor.lammps_inputs.scene import Scene
 
 MASS_COLUMN = "mass"
 TYPE_COLUMN = "type"
@@ -45,15 +46,16 @@ def masses_of_bodies(
     *,
     given: ArrayLike | None = None,
     declared: DeclaredMasses = _NONE_DECLARED,
+    scene: Scene | None = None,
 ) -> tuple[list[Array], bool]:
     """
     Return the masses of the chain, and of a free target, each from the contact outward.
 
     The column ``mass`` of the dump counts first, then the particles' types with the masses that
     the job declares for them, then those given, which are repeated along a chain and must not
-    contradict the others. They are 1 where nothing tells them: the second value says whether
-    anything does. Raises InputError if types differ and their masses are not known, if the masses
-    given are not those of the job, or if they are given beside a free target.
+    contradict the others, then those of the scene. They are 1 where nothing tells them: the second
+    value says whether anything does. Raises InputError if types differ and their masses are not
+    known, if the masses given are not those of the job, or if they are given beside a free target.
     """
     if given is not None and layout.targets:
         raise InputError(
@@ -61,6 +63,12 @@ def masses_of_bodies(
             "column 'mass' of the dump, or in the data file: drop --masses"
         )
     found, why = _by_id(frame, layout.all_particles, declared)
+    if given is None and found is None and scene is not None:
+        line = scene.line
+        bodies = [line.chain_masses, line.target_masses][: 1 + bool(layout.targets)]
+        # A scene of particles that are alike is not that of types that differ.
+        if not (why and are_equal(np.concatenate(bodies))):
+            return bodies, True
     if given is None:
         if found is None and why:
             raise InputError(

@@ -50,7 +50,7 @@ if TYPE_CHECKING:
 @option(
     "--masses M,...|FILE",
     "particle masses from the wall outwards, repeated along the chain: a list, or a file of "
-    "them [default: from dump or data file]",
+    "them [default: from dump, data file or scene]",
 )
 @option(
     "--target-particles M",

@@ -44,7 +44,8 @@ def analyze(
     timestep : float, optional
         Simulated time per step, for dumps without the time; by default that of log or script.
     masses : array_like, optional
-        From the wall outwards, repeated along the chain; by default those of dump or data file.
+        From the wall outwards, repeated along the chain; by default those of dump, data file or
+        scene.
     target_particles : int, optional
         How many particles, those at the lowest x, are a free target's; by default as
         ``scene.toml`` or the dump says.

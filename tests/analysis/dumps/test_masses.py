@@ -1,5 +1,6 @@
 """Masses of a dump, of the job or given weigh every number; unknown ones are asked for."""
 
+import contextlib
 import json
 import re
 import shutil
@@ -17,6 +18,8 @@ from chaincor.analysis.job_analysis import analyze_job
 from chaincor.analysis.job_folder import find_job
 from chaincor.analysis.step_error import analyze_folder
 from chaincor.lammps_inputs.errors import InputError
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.collision import collide
 from tests.analysis.two_masses import (
     COLUMNS,
     MASSES,
@@ -234,3 +237,26 @@ def test_masses_of_types_that_nothing_assigns_are_asked_for(job):
     data.write_text("\n".join([*lines[:last], *lines[last + 1 :]]))
     with pytest.raises(InputError, match="has 19 atoms, the dump 20"):
         analyze_job(find_job(folder))
+
+
+@pytest.mark.parametrize(
+    ("target", "columns"),
+    [
+        ({}, "id type vx v_displacement v_time"),
+        ({}, "id x vx v_time"),
+        ({"target_particles": 3, "target_masses": (3.0, 1.0)}, "id mol type x vx v_time"),
+    ],
+)
+def test_the_scene_tells_masses_that_nothing_else_tells(tmp_path, target, columns):
+    dump = tmp_path / "chain.dump"
+    numerics = {"scheme": "verlet", "timestep": 0.02, "error": False}
+    scene = Scene(potential="harmonic", particles=6, masses=(1.0, 2.0), **numerics, **target)
+    result = collide(scene.replace(dump=dump))
+    keep_columns(dump, columns)
+    with pytest.raises(InputError) if "type" in columns else contextlib.nullcontext():
+        analyze_job(find_job(tmp_path))
+    (tmp_path / "scene.toml").write_text(scene.to_toml())
+    found = analyze_job(find_job(tmp_path))
+    assert found.restitution == pytest.approx(result.restitution, rel=1e-10)
+    assert found.masses.tolist() == [1.0, 2.0] * 3
+    assert target == {} or found.target.masses.tolist() == [3.0, 1.0, 3.0]
