@@ -56,45 +56,39 @@ def describe(contents: dict[str, Any], folder: Path) -> str:
     from chaincor.workflows.reproduce.report import describe_found
 
     health = contents["health"]
-    lines = ["restitution eta of chains of lj, toda and log bonds", "", *_curve_lines(contents), ""]
     width = max(len(row["claim"]) for row in contents["verdicts"])
-    lines += [
+    verdicts = [
         f"{row['verdict']:<28} {row['claim']:<{width}}  "
         f"paper {'yes' if row['is_trend'] else format_number(row['paper'])}, "
         f"found {describe_found(row)}"
         for row in contents["verdicts"]
     ]
-    lines += [
-        "",
+    agreement = (
         f"{health['compared']} of {health['points']} points by LAMMPS and in-house (LAMMPS's value "
         f"shown in {health['by_lammps']}); {health['compared'] - health['disagreements']} agree "
         f"within what LAMMPS alone tells, {health['compared'] - len(health['blunt'])} with summed "
-        f"bars of less than {health['sharp']:.0e}; largest error bar {health['largest_error']:.1e}",
-        ", ".join(f"{name} {seconds:.0f} s" for name, seconds in contents["seconds"].items()),
-        f"report: {folder / 'report.html'}",
-    ]
-    return "\n".join(lines)
+        f"bars of less than {health['sharp']:.0e}; largest error bar {health['largest_error']:.1e}"
+    )
+    times = ", ".join(f"{name} {seconds:.0f} s" for name, seconds in contents["seconds"].items())
+    title = "restitution eta of chains of lj, toda and log bonds"
+    lines = [title, "", *_curve_lines(contents["curves"]), "", *verdicts, "", agreement, times]
+    return "\n".join([*lines, f"report: {folder / 'report.html'}"])
 
 
-def _curve_lines(contents: dict[str, Any]) -> list[str]:
+def _curve_lines(points: list[dict[str, Any]]) -> list[str]:
     """Print the curves; * marks what the in-house engine computed."""
-    rows: dict[float, dict[str, str]] = {}
-    for point in contents["curves"]:
-        mark = " " if point["source"] == "lammps" else "*"
-        value, error = point["restitution"], point["restitution_error"]
-        text = f"{value:.6f} {error:.0e}{mark}" if point["source"] else "-"
-        rows.setdefault(point["speed"], {})[point["potential"]] = text
-    names = list(dict.fromkeys(point["potential"] for point in contents["curves"]))
+    names = list(dict.fromkeys(point["potential"] for point in points))
+    cells = {}
+    for p in points:
+        mark = " " if p["source"] == "lammps" else "*"
+        text = f"{p['restitution']:.6f} {p['restitution_error']:.0e}{mark}"
+        cells[p["speed"], p["potential"]] = text if p["source"] else "-"
     lines = ["  v0/v*  " + "".join(f"{name:<18}" for name in names)]
-    for speed in sorted(rows):
-        cells = "".join(f"{rows[speed].get(name, '-'):<18}" for name in names)
-        lines.append(f"{speed:8.4g} {cells}")
-    refused = next((p["lammps_failure"] for p in contents["curves"] if p["lammps_failure"]), None)
-    if any(point["source"] == "in-house" for point in contents["curves"]):
-        reason = (
-            "LAMMPS missed the error asked"
-            if refused is None
-            else f"not given to LAMMPS: {refused}"
-        )
-        lines += ["", f"* in-house; {reason}"]
+    for speed in sorted({speed for speed, _ in cells}):
+        row = "".join(f"{cells.get((speed, name), '-'):<18}" for name in names)
+        lines.append(f"{speed:8.4g} {row}")
+    if any(p["source"] == "in-house" for p in points):
+        refused = [p["lammps_failure"] for p in points if p["lammps_failure"]]
+        reason = f"not given to LAMMPS: {refused[0]}" if refused else None
+        lines += ["", f"* in-house; {reason or 'LAMMPS missed the error asked'}"]
     return lines

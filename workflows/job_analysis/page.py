@@ -1,21 +1,15 @@
 """An analysis as one page: numbers, what they mean, figures, and the files they come from."""
 
 from collections.abc import Mapping
-from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from chaincor.analysis.job_folder import Job
 from chaincor.analysis.results import CollisionAnalysis
 from chaincor.analysis.showing.numbers import known_digits
 from chaincor.lammps_inputs.units.unit_system import CHAIN_UNITS, UnitSystem
 from chaincor.workflows.job_analysis.description import describe_in_units, rows
-from chaincor.workflows.pages.page import (
-    ListedFile,
-    drawn_figures,
-    files_written,
-    listed_file,
-    write_page,
-)
+from chaincor.workflows.pages.page import drawn_figures, files_written, listed_file, write_page
 from chaincor.workflows.showing.terms import OF_DUMPS, TERMS
 from chaincor.workflows.versions import processor, versions
 
@@ -114,9 +108,7 @@ def write_analysis_page(
         "versions": versions(),
         "read": _files_read(job),
         "written": files_written(folder, _HOLDS),
-        "beside": [
-            replace(listed_file(path, what), name=str(path)) for path, what in beside.items()
-        ],
+        "beside": [listed_file(path, what) | {"name": str(path)} for path, what in beside.items()],
     }
     write_page(folder / PAGE, "chaincor.workflows.job_analysis", contents)
 
@@ -125,7 +117,7 @@ def write_analysis_page(
 _BESIDE = ("v*", "frames", "format and reading", "anharmonic remainder")
 
 
-def _files_read(job: Job) -> list[ListedFile]:
+def _files_read(job: Job) -> list[dict[str, Any]]:
     found = {
         "dump": (job.dump,),
         "data file": (job.data,),

@@ -57,61 +57,37 @@ def data_uri(rendered: Mapping[str, bytes]) -> str:
     return f"data:{media};base64,{base64.b64encode(rendered[kind]).decode()}"
 
 
-@dataclass(frozen=True)
-class PageFigure:
-    """A figure of a page."""
-
-    key: str  #: Name of its files, without the ending.
-    #: What it is, and what to see.
-    title: str
-    caption: str  #: See ``title``.
-    alt: str  #: The same for those who do not see it.
-    image: str  #: Data URI.
-    files: tuple[str, ...]  #: Its files beside the page.
-
-
 def drawn_figures(
     folder: Path, about: Mapping[str, tuple[str, str]], alt: str
-) -> tuple[PageFigure, ...]:
+) -> list[dict[str, Any]]:
     """
     Return the figures that lie in a folder as PNG or SVG, in the order of `about`.
 
     `about` has a title and a caption for each name; `alt` says of what collision they are.
     """
-    figures = []
+    figures: list[dict[str, Any]] = []
     for key, (title, caption) in about.items():
-        found = {kind: folder / f"{key}.{kind}" for kind in ("svg", "png")}
-        files = {kind: path for kind, path in found.items() if path.exists()}
+        files = [path for kind in ("svg", "png") if (path := folder / f"{key}.{kind}").exists()]
         if files:
-            image = data_uri({kind: path.read_bytes() for kind, path in files.items()})
-            names = tuple(path.name for path in files.values())
-            figures.append(PageFigure(key, title, caption, f"{title}: {alt}", image, names))
-    return tuple(figures)
+            image = data_uri({path.suffix[1:]: path.read_bytes() for path in files})
+            shown = {"alt": f"{title}: {alt}", "image": image, "files": [f.name for f in files]}
+            figures.append({"key": key, "title": title, "caption": caption} | shown)
+    return figures
 
 
-@dataclass(frozen=True)
-class ListedFile:
-    """A file, what it holds, its size in bytes and its SHA-256 in hexadecimal."""
-
-    name: str
-    holds: str
-    size: int
-    sha256: str
-
-
-def listed_file(path: Path, holds: str) -> ListedFile:
-    """Return what a page says of a file."""
+def listed_file(path: Path, holds: str) -> dict[str, Any]:
+    """Return what a page says of a file: its name, what it holds, its bytes and its SHA-256."""
     with path.open("rb") as file:
         digest = hashlib.file_digest(file, "sha256").hexdigest()
-    return ListedFile(path.name, holds, path.stat().st_size, digest)
+    return {"name": path.name, "holds": holds, "size": path.stat().st_size, "sha256": digest}
 
 
-def files_written(folder: Path, holds: Mapping[str, str]) -> tuple[ListedFile, ...]:
+def files_written(folder: Path, holds: Mapping[str, str]) -> list[dict[str, Any]]:
     """List the files of a folder; `holds` says by name, or by ``*`` and ending, what they hold."""
-    return tuple(
+    return [
         listed_file(path, holds.get(path.name, holds.get(f"*{path.suffix}", "")))
         for path in sorted(folder.iterdir())
-    )
+    ]
 
 
 def write_page(path: Path, package: str, contents: Mapping[str, Any]) -> None:

@@ -1,30 +1,12 @@
 """
-How claims of the paper are judged.
+How claims of the paper are judged: by one rule for margins, which ``docs/reproduction.md`` tells.
 
-There is one rule for margins, the same for all claims. It goes by how the paper puts a claim:
+It goes by how the paper puts a claim: exactly, as a trend, in digits or in words. "Almost", "near",
+"approaches", "agrees" and the like are words: no reader takes them for more than 10 %, nor for less
+than a quarter. A trend has no number: 1 stands for "it is so", 0 for "it is not".
 
-=========  ==========================  ==============================
-the claim  reproduced within           with a correction within
-=========  ==========================  ==============================
-exact      our own error               (never)
-trend      what is said is so          (never)
-digits     half a unit of the last     10 % of the number: as near as
-           digit that is printed       a word would claim
-words      10 %                        25 %
-=========  ==========================  ==============================
-
-"Almost", "near", "approaches", "agrees" and the like are words: no reader takes them for more than
-10 %, nor for less than a quarter. They are taken of the paper's number. If that is 0 or a limit,
-they are taken of a natural scale that the claim names, such as the depth of the minimum of eta. Our
-own error is added to a margin, and must be smaller than the wider one; for what is exact, than 10 %
-of the number or scale. A trend has no number: 1 stands for "it is so", 0 for "it is not".
-
-How far a number depends on the range it is fitted over is stated beside it, and widens no margin:
-ranges are fixed, one for all claims of a kind. Where the paper does not say over which range or for
-which length it found its number, and that is beyond the first margin but within what ours give, the
-claim is undecided: there is nothing to correct. Only a range that could have failed decides so: one
-wider than the wider margin of words would take in any number that a reader calls roughly the same,
-and more; then the claim is judged by the range that is fixed for its kind.
+A claim is undecided only by a range that could have failed: one wider than the wider margin of
+words would take in any number that a reader calls roughly the same, and more.
 """
 
 import math
@@ -200,13 +182,18 @@ class Claim:
 
 
 def claim(
-    where: str, text: str, margin: Margin, brief: str, key: str = "", **more: Any
+    where: str, margin: Margin, brief: str, *, text: str = "", key: str = "", **more: Any
 ) -> Callable[[Callable[[Measurements], Finding]], Claim]:
-    """Make a claim of the function that finds its number; its name is the key if none is given."""
+    """
+    Make a claim of the function that finds its number.
+
+    Its docstring is what the paper says, and its name the key, where these are not given.
+    """
 
     def made(find: Callable[[Measurements], Finding]) -> Claim:
+        said = text or " ".join((find.__doc__ or "").split())
         name = key or find.__name__.strip("_").replace("_", " ")
-        return Claim(name, where, text, margin, brief, find, **more)
+        return Claim(name, where, said, margin, brief, find, **more)
 
     return made
 

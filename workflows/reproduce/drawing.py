@@ -35,6 +35,7 @@ class Figure:
     draw: Callable[..., None]  #: Draws it, given its panels.
     #: Its data, a record a row, the same keys in each; none for a drawing without data.
     records: Sequence[Mapping[str, Any]] = ()
+    fits: Sequence[Mapping[str, Any]] = ()  #: Power laws fitted to it, rows of the report's table.
     size: tuple[float, float] = (6.4, 3.9)  #: Width and height in inches.
     panels: tuple[float, ...] = (1.0,)  #: Heights of the panels, from the top, as ratios.
     sharex: bool = False  #: Whether they have one x axis.
@@ -64,12 +65,8 @@ class Figure:
         return rendered
 
 
-def point_records(points: Sequence[Point]) -> list[dict[str, Any]]:
-    """Return points as rows: scene, plotted value, error bar, both values, what failed."""
-    return [_point_record(point) for point in points]
-
-
-def _point_record(point: Point) -> dict[str, Any]:
+def point_record(point: Point) -> dict[str, Any]:
+    """Return a point as a row: scene, plotted value, error bar, both values, what failed."""
     record: dict[str, Any] = {
         "potential": point.scene.label,
         "power_order": point.scene.power_order,

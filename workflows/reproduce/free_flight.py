@@ -15,7 +15,8 @@ from chaincor.workflows.engines.in_house.moving import Motion, Stepper
 from chaincor.workflows.engines.pieces import Pieces, find_pieces
 from chaincor.workflows.reproduce.measurements import Answer, Measurements, Point
 
-# Times are in crossings of sound, n - 1; kinetic energies are means over the first of them.
+# Times are since the last contact, in crossings of sound, n - 1; kinetic energies are means over
+# the first of them.
 AVERAGED_OVER = 10.0
 LAST = 40.0
 # When pieces are counted, and when for the curves against speed.
@@ -28,10 +29,9 @@ class FreeFlight:
     """The flight of one chain after its last contact."""
 
     point: Point  #: Its collision.
-    times: Array  #: Since the last contact, in crossings of sound; of shape (times,).
-    #: How many pieces there are then, -1 after another contact with the wall: one motion from the
-    #: state of each engine. Both states are right within the error bar, so what differs between
-    #: them is not known; of shape (motions, times).
+    #: How many pieces there are at the times `SAMPLED`, -1 after another contact with the wall: one
+    #: motion from the state of each engine. Both states are right within the error bar, so what
+    #: differs between them is not known; of shape (motions, times).
     pieces: NDArray[np.int64]
     #: Mean kinetic energy of each mode over the first `AVERAGED_OVER` crossings, as a share of the
     #: energy at impact. The sum over j >= 1 is that of all internal motion, whatever the bonds; of
@@ -42,9 +42,20 @@ class FreeFlight:
     separation: float  #: Energy of the motion of the pieces relative to one another at the end.
 
     @property
+    def speed(self) -> float:
+        """Impact speed in units of v*."""
+        return self.point.speed
+
+    @property
     def vibration(self) -> float:
         """Mean kinetic energy of all internal motion, as a share of the energy at impact."""
         return float(np.sum(self.kinetic[1:]))
+
+    @property
+    def harmonic(self) -> float:
+        """The same of harmonic energies: their sum over the modes j >= 1 at the last contact."""
+        energies = self.point.answer.arrays["mode_energies"]
+        return float(np.sum(energies[1:])) / self.point.energy
 
     @property
     def is_whole(self) -> bool:
@@ -53,8 +64,8 @@ class FreeFlight:
 
     def pieces_at(self, time: float) -> tuple[int, int]:
         """Return fewest and most pieces at one of the times, of the motions that got so far."""
-        column = self.pieces[:, int(np.argmin(np.abs(self.times - time)))]
-        known = column[column > 0]
+        counts = self.pieces[:, SAMPLED.index(time)]
+        known = counts[counts > 0]
         return (int(known.min()), int(known.max())) if known.size else (0, 0)
 
 
@@ -66,8 +77,7 @@ def free_flights(measured: Measurements) -> tuple[FreeFlight, ...]:
 
 def fly(point: Point) -> FreeFlight:
     """Follow a chain of two particles or more for `LAST` crossings, from the state it ended in."""
-    crossing = point.particles - 1.0
-    energy = 0.5 * point.particles * point.scene.impact_velocity**2
+    crossing, energy = point.particles - 1.0, point.energy
     kinetic, bonds = _Flight(point, point.answer).average(AVERAGED_OVER * crossing)
     # The answer that is shown comes first.
     answers = sorted(point.answers, key=lambda answer: answer is not point.answer)
@@ -76,10 +86,11 @@ def fly(point: Point) -> FreeFlight:
     if (point.dissipation + point.error) * energy > point.scene.bond.dissociation:
         flights = [_Flight(point, answer) for answer in answers]
         pieces = np.array([[flight.count(t * crossing) for t in SAMPLED] for flight in flights])
-        separation = _separation(flights[0].find())
+        ends = flights[0].find()
+        mean = float(ends.weights @ ends.speeds) / float(np.sum(ends.weights))
+        separation = float(0.5 * ends.weights @ (ends.speeds - mean) ** 2)
     return FreeFlight(
         point=point,
-        times=np.array(SAMPLED),
         pieces=pieces,
         kinetic=kinetic / energy,
         bonds=bonds / energy,
@@ -136,8 +147,3 @@ class _Flight:
         chain = self._chain
         distance = float(chain.ledger.position)
         return find_pieces(distance, chain.strain, chain.velocity, self._bond)
-
-
-def _separation(pieces: Pieces) -> float:
-    mean = float(pieces.weights @ pieces.speeds) / float(np.sum(pieces.weights))
-    return float(0.5 * pieces.weights @ (pieces.speeds - mean) ** 2)

@@ -1,5 +1,6 @@
 """From a plan to points: each by LAMMPS and in-house, with error bars, and whether they agree."""
 
+import math
 import time
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
@@ -19,9 +20,6 @@ from chaincor.workflows.error_bar import error_alone
 from chaincor.workflows.reproduce.plan import Plan, Study
 from chaincor.workflows.validation.comparison import SHARPER, judging_scene
 
-# The sum of two error bars up to which a comparison tells much, in units of the error asked.
-_SHARP = 10.0
-
 
 class NoNumber(Exception):
     """The points that there are do not give a number; the message says why."""
@@ -40,7 +38,7 @@ class Answer:
 Runner = Callable[[Sequence[Scene]], Sequence[Answer]]
 
 
-def _number(value: float | None, missing: float = float("nan")) -> float:
+def _number(value: float | None, missing: float = math.nan) -> float:
     return missing if value is None else float(value)
 
 
@@ -65,7 +63,7 @@ class Point:
             return "lammps" if ours else "in-house" if other else None
         if ours["tolerance_met"] is not False:
             return "lammps"
-        bars = [_number(result["restitution_error"], float("inf")) for result in (ours, other)]
+        bars = [_number(result["restitution_error"], math.inf) for result in (ours, other)]
         return "in-house" if other["tolerance_met"] or bars[1] < bars[0] else "lammps"
 
     @property
@@ -106,8 +104,8 @@ class Point:
 
     def bar_of(self, answer: Answer) -> float:
         """Return the error bar of an answer: its own, or what the two engines differ by if more."""
-        bar = answer.result.get("restitution_error")
-        return float("nan") if bar is None else max(float(bar), abs(self.difference or 0.0))
+        # The bar first: a difference that is nan is not larger.
+        return max(_number(answer.result.get("restitution_error")), abs(self.difference))
 
     @property
     def is_limit(self) -> bool:
@@ -143,30 +141,35 @@ class Point:
         return self.scene.impact_velocity / _number(self.scene.bond.natural_speed)
 
     @property
-    def difference(self) -> float | None:
-        """LAMMPS less in-house; None where one of them has no result."""
+    def energy(self) -> float:
+        """The energy at impact, n v0^2/2."""
+        return 0.5 * self.particles * self.scene.impact_velocity**2
+
+    @property
+    def difference(self) -> float:
+        """LAMMPS less in-house; nan where one of them has no result."""
         both = [answer.result["restitution"] for answer in self.answers]
-        return float(both[0] - both[1]) if len(both) == 2 else None
+        return float(both[0] - both[1]) if len(both) == 2 else math.nan
 
     @property
-    def summed_bars(self) -> float | None:
-        """Sum of the two error bars; None where one is missing."""
-        bars = [answer.result["restitution_error"] for answer in self.answers]
-        return None if len(bars) < 2 or None in bars else float(sum(bars))
+    def summed_bars(self) -> float:
+        """Sum of the two error bars; nan where one is missing."""
+        bars = [_number(answer.result["restitution_error"]) for answer in self.answers]
+        return sum(bars) if len(bars) == 2 else math.nan
 
     @property
-    def allowed_difference(self) -> float | None:
+    def allowed_difference(self) -> float:
         """Sum of the error that LAMMPS's runs tell by themselves and the in-house error bar."""
-        if self.summed_bars is None:
-            return None
+        if math.isnan(self.summed_bars):
+            return math.nan
         results = [answer.result for answer in self.answers]
         return sum(error_alone(r.get("details", {}), r["restitution_error"]) for r in results)
 
     @property
     def agrees(self) -> bool | None:
         """Whether the two are within these; None where they cannot be compared."""
-        difference, allowed = self.difference, self.allowed_difference
-        return None if difference is None or allowed is None else abs(difference) <= allowed
+        allowed = self.allowed_difference
+        return None if math.isnan(allowed) else abs(self.difference) <= allowed
 
 
 def column(points: Iterable[Point], name: str) -> Array:
@@ -182,18 +185,8 @@ class Measurements:
     studies: tuple[Study, ...]
     points: dict[str, tuple[Point, ...]]
 
-    @property
-    def sharp(self) -> float:
-        """Sum of two error bars up to which a comparison of the engines tells much."""
-        return _SHARP * self.plan.tolerance
-
     def select(
-        self,
-        study: str,
-        potential: str,
-        least: int = 0,
-        missing: str = "no points",
-        **wanted: Any,
+        self, study: str, potential: str, least: int = 0, missing: str = "no points", **wanted: Any
     ) -> list[Point]:
         """
         Return a study's points with a result and the fields wanted, by speed and length.
@@ -219,23 +212,18 @@ class Measurements:
 
 def measure(plan: Plan, planned: tuple[Study, ...], run: Runner) -> Measurements:
     """Compute the points of a plan's studies, asking `run` once; a failed scene has no result."""
-    alter = plan.alter or (lambda scene: scene)
-    lammps: dict[Scene, Scene] = {}
-    in_house: dict[Scene, Scene] = {}
-    for study in planned:
-        for scene in study.scenes:
-            lammps[scene] = alter(scene)
-            in_house[scene] = _in_house_twin(alter(scene))
-        for scene in study.in_house:
-            in_house.setdefault(scene, alter(scene).replace(wall=None, engine="reference"))
-    wanted = list(dict.fromkeys([*lammps.values(), *in_house.values()]))
+    for_lammps = dict.fromkeys(scene for study in planned for scene in study.scenes)
+    in_house = {scene: _in_house_twin(scene) for scene in for_lammps}
+    for scene in (scene for study in planned for scene in study.in_house):
+        in_house.setdefault(scene, scene.replace(wall=None, engine="reference"))
+    wanted = list(dict.fromkeys([*for_lammps, *in_house.values()]))
     answers = dict(zip(wanted, run(wanted), strict=True))
     echoed = by_echo([scene for study in planned for scene in study.echoed])
 
     def point(scene: Scene) -> Point:
         if scene not in in_house:
             return Point(scene, None, echoed[scene])
-        by_lammps = answers[lammps[scene]] if scene in lammps else None
+        by_lammps = answers[scene] if scene in for_lammps else None
         return Point(scene, by_lammps, answers[in_house[scene]])
 
     points = {study.key: tuple(map(point, study.all_scenes)) for study in planned}

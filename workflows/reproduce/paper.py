@@ -1,7 +1,6 @@
 """The paper as the report has it: its figures, claims, scenes, fits, and questions about it."""
 
 from collections.abc import Callable
-from typing import Any
 
 from chaincor.workflows.reproduce.claims import Claim, claims_of
 from chaincor.workflows.reproduce.drawing import Figure
@@ -48,12 +47,6 @@ def studies(plan: Plan) -> tuple[Study, ...]:
     return (*(figure.study(plan) for figure in figures), harmonic_lengths.study_of_longest(plan))
 
 
-def fits(measured: Measurements) -> list[dict[str, Any]]:
-    """Return all fits, those that are judged before those that tell how they depend on ranges."""
-    figures = (harmonic_lengths, lj_lengths, increase, slope)
-    return [row for figure in figures for row in figure.fits(measured)]
-
-
 def figures(measured: Measurements, flights: tuple[FreeFlight, ...]) -> tuple[Figure, ...]:
     """Return all figures: those of the paper, in its order, and those beyond it."""
     measured_ones = (
@@ -62,7 +55,7 @@ def figures(measured: Measurements, flights: tuple[FreeFlight, ...]) -> tuple[Fi
     )
     return (
         *(module.figure(measured) for module in measured_ones),
-        *(module.figure(flights) for module in (mode_spectra, breaking_and_two_restitutions)),
+        *(m.figure(flights) for m in (mode_spectra, breaking_and_two_restitutions) if flights),
         agreement.figure(measured),
     )
 

@@ -1,7 +1,9 @@
 """What is computed to check the paper, as plain numbers: a quick plan and a full one."""
 
-from collections.abc import Callable
+from collections.abc import Iterable
 from dataclasses import dataclass
+from itertools import product
+from typing import Any
 
 import numpy as np
 
@@ -49,8 +51,6 @@ class Plan:
     slow_sizes: tuple[int, ...]  #: Lengths of slow chains of five bonds.
     slow_variables: tuple[float, ...]  #: Their kappa v0 n^(2/3).
     pair_speeds: tuple[float, ...]  #: Speeds of the chain of two, for alpha.
-    #: Changes every scene before it is run; for trying out whether the verdicts notice.
-    alter: Callable[[Scene], Scene] | None = None
 
 
 @dataclass(frozen=True)
@@ -70,11 +70,26 @@ class Study:
         return (*self.scenes, *self.in_house, *self.echoed)
 
 
-def harmonic_scene(
-    particles: int, tolerance: float, velocity: float = DEFAULT_HARMONIC_VELOCITY
-) -> Scene:
-    """Return a harmonic chain's scene, the same for all studies: what is equal is run once."""
-    return Scene(potential="harmonic", particles=particles, velocity=velocity, tolerance=tolerance)
+def harmonic_chains(
+    lengths: Iterable[int],
+    tolerance: float,
+    velocities: Iterable[float] = (DEFAULT_HARMONIC_VELOCITY,),
+) -> tuple[Scene, ...]:
+    """Return harmonic chains, the same for all studies: what is equal is run once."""
+    return tuple(
+        Scene(potential="harmonic", particles=n, velocity=v, tolerance=tolerance)
+        for n, v in product(lengths, velocities)
+    )
+
+
+def chains(
+    potential: str, lengths: Iterable[int], speeds: Iterable[float], tolerance: float, **more: Any
+) -> tuple[Scene, ...]:
+    """Return chains of other bonds, their speeds in units of v*."""
+    return tuple(
+        Scene(potential=potential, particles=n, speed=u, tolerance=tolerance, **more)
+        for n, u in product(lengths, speeds)
+    )
 
 
 def _speeds(first: float, last: float, count: int, *more: float) -> tuple[float, ...]:

@@ -16,12 +16,12 @@ from chaincor.workflows.pages.page import data_uri, page_environment
 from chaincor.workflows.pages.typesetting import format_value
 from chaincor.workflows.reproduce import paper
 from chaincor.workflows.reproduce.claims import ABOUT, ROUGHLY, Judgement, Verdict
-from chaincor.workflows.reproduce.drawing import Figure, point_records
+from chaincor.workflows.reproduce.drawing import Figure, point_record
+from chaincor.workflows.reproduce.figures.agreement import examine_points
 from chaincor.workflows.reproduce.figures.slow_chains import slopes_by_bond
 from chaincor.workflows.reproduce.free_flight import FreeFlight
 from chaincor.workflows.reproduce.measurements import Measurements, Point
 from chaincor.workflows.reproduce.plan import Study
-from chaincor.workflows.reproduce.trust import examine_points
 
 # Folder of the figures and their data.
 DRAWINGS = "figures"
@@ -49,20 +49,28 @@ def gather(
     """Judge the claims and gather what ``report.json`` holds; `seconds` are those of this run."""
     verdicts = [_verdict(claim.judge(claim.found(measured))) for claim in paper.CLAIMS]
     slip_count, slips = read_slips()
-    settings = {name: value for name, value in asdict(measured.plan).items() if name != "alter"}
+    bonds = {name: Scene(potential=name, speed=1.0).bond for name in _BOND_FORMULAS}
     return {
         "plan": measured.plan.name,
         "tolerance": measured.plan.tolerance,
-        "settings": settings,
+        "settings": asdict(measured.plan),
         "versions": _versions_of(measured),
         "verdicts": verdicts,
-        "curves": point_records(measured.points["curves"]),
+        "curves": [point_record(p) for p in measured.points["curves"]],
         "about": ABOUT,
         "roughly": ROUGHLY,
         "counts": {str(v): sum(x["verdict"] == v for x in verdicts) for v in Verdict},
         "health": examine_points(measured),
-        "bonds": [_bond(name) for name in _BOND_FORMULAS],
-        "fits": paper.fits(measured),
+        "bonds": [
+            {
+                "name": name,
+                "formula": _BOND_FORMULAS[name],
+                "length": bond.compressed_root,
+                "speed": bond.natural_speed,
+            }
+            for name, bond in bonds.items()
+        ],
+        "fits": [row for figure in figures for row in figure.fits],
         "readings": _answered(paper.readings(measured)),
         "beyond": _answered(paper.beyond(measured, flights)),
         "slopes": slopes_by_bond(measured),
@@ -110,17 +118,6 @@ def _verdict(judgement: Judgement) -> dict[str, Any]:
         "verdict": str(judgement.verdict),
         "reason": judgement.reason,
         "class": _CLASS[judgement.verdict],
-    }
-
-
-def _bond(name: str) -> dict[str, Any]:
-    """Return a bond: U as a function of x = 1 + s, the length x*, and the speed v*."""
-    bond = Scene(potential=name, speed=1.0).bond
-    return {
-        "name": name,
-        "formula": _BOND_FORMULAS[name],
-        "length": bond.compressed_root,
-        "speed": bond.natural_speed,
     }
 
 

@@ -25,21 +25,21 @@ def test_figures_that_were_not_drawn_are_left_out(tmp_path):
     (tmp_path / "c.png").write_bytes(b"png")
     about = {name: (name.upper(), "caption") for name in "cab"}
     figures = drawn_figures(tmp_path, about, "five particles")
-    assert [figure.key for figure in figures] == ["c", "b"]
-    assert figures[0].files == ("c.svg", "c.png")
-    assert figures[1].alt == "B: five particles"
+    assert [figure["key"] for figure in figures] == ["c", "b"]
+    assert figures[0]["files"] == ["c.svg", "c.png"]
+    assert figures[1]["alt"] == "B: five particles"
 
 
 def test_files_are_told_by_name_or_ending(tmp_path):
     (tmp_path / "a.csv").write_text("a")
     (tmp_path / "b.png").write_text("")
     listed = files_written(tmp_path, {"a.csv": "numbers", "*.png": "figure"})
-    assert [(file.name, file.holds, file.size) for file in listed] == [
+    assert [(file["name"], file["holds"], file["size"]) for file in listed] == [
         ("a.csv", "numbers", 1),
         ("b.png", "figure", 0),
     ]
     # SHA-256 of the letter a, as in FIPS 180's examples of other letters.
-    assert listed[0].sha256.startswith("ca978112ca1bbdca")
+    assert listed[0]["sha256"].startswith("ca978112ca1bbdca")
 
 
 @pytest.mark.parametrize(

@@ -1,14 +1,75 @@
-"""LAMMPS against the in-house engine, point by point, beside what LAMMPS alone tells."""
+"""LAMMPS against the in-house engine, point by point: how far the points can be trusted."""
 
+import math
 from typing import Any
 
 import numpy as np
 
 from chaincor.analysis.figures.style import BLACK, BLUE, VERMILION
-from chaincor.workflows.reproduce.drawing import Axes, Figure, point_records
-from chaincor.workflows.reproduce.measurements import Measurements
+from chaincor.workflows.accuracy.by_lammps import SHARPEST_LAMMPS
+from chaincor.workflows.reproduce.drawing import Axes, Figure, point_record
+from chaincor.workflows.reproduce.figures.increase import increases
+from chaincor.workflows.reproduce.measurements import Measurements, Point, column
 
+# The sum of two error bars up to which a comparison tells much, in units of the error asked.
+_SHARP = 10.0
 _FLOOR = 1e-14
+
+
+def _name(point: Point) -> str:
+    absolute = f"{point.scene.impact_velocity:.4g} speeds of sound"
+    speed = absolute if np.isnan(point.speed) else f"{point.speed:.3g} v*"
+    return f"{point.scene.label}, n = {point.particles}, {speed}"
+
+
+def examine_points(measured: Measurements) -> dict[str, Any]:
+    """Count points, disagreements and failures, and name those that prove little."""
+    points = list(measured.all_points())
+    compared = [p for p in points if p.agrees is not None]
+    excess = [abs(p.difference) / (p.allowed_difference or 1.0) for p in compared]
+    asked = measured.plan.tolerance
+    sharp = _SHARP * asked
+    blunt = [p for p in compared if p.summed_bars > sharp]
+    bars = [p.summed_bars for p in blunt]
+    failed = [
+        (p.source is not None and engine == "LAMMPS", f"{_name(p)}, {engine}: {answer.failure}")
+        for p in points
+        for engine, answer in (("LAMMPS", p.lammps), ("in-house engine", p.in_house))
+        if answer is not None and not answer.result
+    ]
+    relative = [increase.largest_relative_error for increase in increases(measured).values()]
+    return {
+        # Different points, those where LAMMPS's value is shown, and those that in-house alone has.
+        "points": len(points),
+        "by_lammps": sum(p.source == "lammps" for p in points),
+        "alone": sum(p.source == "in-house" and p.agrees is None for p in points),
+        # Points that both engines computed; those that differ by more than LAMMPS's own runs do.
+        "compared": len(compared),
+        "longest_compared": max((p.particles for p in compared), default=0),
+        "disagreements": sum(p.agrees is False for p in compared),
+        # Largest |difference| over that.
+        "worst_excess": max(excess, default=math.nan),
+        # Sum of bars up to which a comparison tells much; points with larger ones, and the least
+        # and the largest of these.
+        "sharp": sharp,
+        "blunt": [_name(p) for p in blunt],
+        "blunt_bars": [min(bars), max(bars)] if bars else [],
+        # Points where the engines differ by more than the error asked.
+        "apart": [
+            f"{_name(p)} by {abs(p.difference):.2g}" for p in compared if abs(p.difference) > asked
+        ],
+        # Largest error bar of a plotted point, what it was to be at most, and what is larger.
+        "largest_error": max((p.error for p in points if p.source is not None), default=math.nan),
+        "asked": asked,
+        "missed": [_name(p) for p in points if p.error > (p.scene.tolerance or asked)],
+        # Largest error bar of a plotted or fitted increase, as a share of it.
+        "largest_relative_error": max(relative, default=math.nan),
+        # What was planned for LAMMPS and has an in-house result only, and why; how many times
+        # faster than at rest a bond may swing for LAMMPS; what has no result at all, and why.
+        "not_given": [text for by_other, text in failed if by_other],
+        "largest_ratio": SHARPEST_LAMMPS,
+        "failures": [text for by_other, text in failed if not by_other],
+    }
 
 
 def figure(measured: Measurements) -> Figure:
@@ -18,8 +79,8 @@ def figure(measured: Measurements) -> Figure:
     Points above the diagonal disagree.
     """
     points = [p for p in measured.all_points() if p.agrees is not None]
-    found = np.abs([p.difference or 0.0 for p in points])
-    allowed = np.array([p.allowed_difference or 0.0 for p in points])
+    found = np.abs(column(points, "difference"))
+    allowed = column(points, "allowed_difference")
     worst = max(found / allowed, default=float("nan"))
 
     def draw(ax: Axes) -> None:
@@ -56,6 +117,6 @@ def figure(measured: Measurements) -> Figure:
             "differ by, which is between 1e-9 and 1e-2."
         ),
         draw=draw,
-        records=point_records(list(measured.all_points())),
+        records=[point_record(p) for p in measured.all_points()],
         size=(6.4, 4.0),
     )

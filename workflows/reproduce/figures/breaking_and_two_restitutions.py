@@ -1,50 +1,66 @@
 """Beyond the paper: chains that break, and the two coefficients of restitution."""
 
-from functools import partial
 from itertools import groupby
 
 import numpy as np
 
 from chaincor.analysis.figures.style import CYCLE, GREEN, GREY, MARKERS
 from chaincor.workflows.reproduce.drawing import IMPACT_SPEED, Axes, Figure
-from chaincor.workflows.reproduce.free_flight import LAST, MOMENTS, FreeFlight
+from chaincor.workflows.reproduce.free_flight import LAST, MOMENTS, SAMPLED, FreeFlight
 
 
 def figure(flights: tuple[FreeFlight, ...]) -> Figure:
     """Return pieces against speed and time, and e beside eta, of the lj chain."""
+
+    def draw(above: Axes, middle: Axes, below: Axes) -> None:
+        speeds = [f.speed for f in flights]
+        for moment, color, marker in zip(MOMENTS, CYCLE, MARKERS, strict=False):
+            fewest, most = np.array([f.pieces_at(moment) for f in flights]).T
+            above.plot(speeds, most, marker, color=color, markersize=3.5, label=_when(moment))
+            above.vlines(speeds, fewest, most, color, linewidth=0.8)
+        above.legend(loc="upper left", fontsize=8)
+        above.set(xscale="log", xlabel=IMPACT_SPEED, ylabel="pieces")
+        above.set_ylim(bottom=0.0)
+        above.locator_params("y", integer=True)
+        _draw_times(middle, flights)
+        eta = [f.point.restitution for f in flights]
+        below.plot(speeds, [x**0.5 for x in eta], "s-", color=GREEN, linewidth=0.9, label="$e$")
+        below.plot(speeds, eta, color=GREY, linewidth=0.9, label=r"$\eta$")
+        below.legend(loc="lower right", fontsize=8)
+        below.set(xscale="log", xlabel=IMPACT_SPEED, ylabel=r"restitution")
+
     return Figure(
         key="breaking_and_two_restitutions",
         title="Beyond the paper: breaking chains, and the two coefficients of restitution",
         caption=(
             "Top: pieces of lj chains so many crossings of sound, n − 1, after the last contact; "
             "middle: the larger count at all speeds and times. For when chains are in pieces see "
-            "[beyond the paper](#beyond). A bond counts as broken when the kinetic energy of "
-            "its two sides moving apart exceeds its remaining binding energy; pieces are what is "
-            "left between broken bonds. They can be one again: "
-            "by a third piece, or by their own vibration"
-            f"{_rejoined(flights)}. The state that LAMMPS "
-            "ended in and that of the in-house engine are both right within the error bar of η, "
-            "but chains with much inner energy make such differences grow: where the counts from "
-            "the two states differ, a line joins them above, and a white dot is in the middle: "
-            "there the count is undetermined. Bottom: e = √η, the ratio of speeds that others call "
-            "the coefficient of restitution, beside the paper's η."
+            "[beyond the paper](#beyond). A bond counts as broken when the kinetic energy of its "
+            "two sides moving apart exceeds its remaining binding energy; pieces are what is left "
+            "between broken bonds. They can be one again: by a third piece, or by their own "
+            f"vibration{_rejoined(flights)}. The state that LAMMPS ended in and that of the "
+            "in-house engine are both right within the error bar of η, but chains with much inner "
+            "energy make such differences grow: where the counts from the two states differ, a "
+            "line joins them above, and a white dot is in the middle: there the count is "
+            "undetermined. Bottom: e = √η, the ratio of speeds that others call the coefficient of "
+            "restitution, beside the paper's η."
         ),
         alt=(
             "Chains between 0.75 and 7.5 v* are in pieces after 40 crossings, up to 8 at 1.5 v*; "
             "their number grows with time and is least certain near 1.5 v*."
         ),
-        draw=partial(_draw, flights),
+        draw=draw,
         records=[
             {
-                "speed": f.point.speed,
-                "crossings": float(time),
+                "speed": f.speed,
+                "crossings": time,
                 "fewest_pieces": f.pieces_at(time)[0],
                 "most_pieces": f.pieces_at(time)[1],
                 "restitution": f.point.restitution,
                 "kinematic_restitution": f.point.restitution**0.5,
             }
             for f in flights
-            for time in f.times
+            for time in SAMPLED
         ],
         size=(6.4, 8.4),
         panels=(1.0, 1.0, 1.0),
@@ -52,22 +68,9 @@ def figure(flights: tuple[FreeFlight, ...]) -> Figure:
 
 
 def breaking(flights: tuple[FreeFlight, ...]) -> str:
-    """Say when lj chains break, and into how many pieces."""
+    """Say which lj chains are in pieces, when, and in how many."""
     if all(f.is_whole for f in flights):
         return "None of these did."
-    most = max(flights, key=lambda f: f.pieces_at(LAST)[1])
-    fewest, largest = most.pieces_at(LAST)
-    count = f"{largest}" if fewest == largest else f"{fewest} or {largest}"
-    return (
-        f"{describe_breaking(flights)} Most, {count}, there are at {most.point.speed:.3g} v* after "
-        f"{LAST:g} crossings (n = {most.point.particles}; [the figure]"
-        "(#breaking_and_two_restitutions)). A chain that is left with more inner energy than a "
-        "bond takes goes on losing pieces: there is no last moment to count them at."
-    )
-
-
-def describe_breaking(flights: tuple[FreeFlight, ...]) -> str:
-    """Say in words which chains are in pieces, and when."""
     parts = []
     for moment in MOMENTS:
         counts = [f.pieces_at(moment) for f in flights]
@@ -75,15 +78,23 @@ def describe_breaking(flights: tuple[FreeFlight, ...]) -> str:
         unsure = _spans(flights, [fewest <= 1 < most for fewest, most in counts])
         text = f"{_when(moment)}, {surely}" if surely else f"none {_when(moment)}"
         parts.append(text + (f" (undetermined {unsure})" if unsure else ""))
-    return f"When a chain is in pieces depends on when one looks: {'; '.join(parts)}."
+    most = max(flights, key=lambda f: f.pieces_at(LAST)[1])
+    fewest, largest = most.pieces_at(LAST)
+    count = f"{largest}" if fewest == largest else f"{fewest} or {largest}"
+    return (
+        f"When a chain is in pieces depends on when one looks: {'; '.join(parts)}. Most, {count}, "
+        f"there are at {most.speed:.3g} v* after {LAST:g} crossings (n = {most.point.particles}; "
+        "[the figure](#breaking_and_two_restitutions)). A chain that is left with more inner "
+        "energy than a bond takes goes on losing pieces: there is no last moment to count them at."
+    )
 
 
 def _spans(flights: tuple[FreeFlight, ...], wanted: list[bool]) -> str:
     """Write the speeds wanted, neighbours together: ``between 0.75 and 5.6 v*``."""
     spans = []
     runs = groupby(zip(flights, wanted, strict=True), key=lambda pair: pair[1])
-    for speeds in ([f.point.speed for f, _ in run] for is_wanted, run in runs if is_wanted):
-        if speeds[-1] == flights[-1].point.speed:
+    for speeds in ([f.speed for f, _ in run] for is_wanted, run in runs if is_wanted):
+        if speeds[-1] == flights[-1].speed:
             spans.append(f"from {speeds[0]:.2g} v* on")
         elif len(speeds) == 1:
             spans.append(f"at {speeds[0]:.2g} v*")
@@ -94,15 +105,15 @@ def _spans(flights: tuple[FreeFlight, ...], wanted: list[bool]) -> str:
 
 def _rejoined(flights: tuple[FreeFlight, ...]) -> str:
     """Name a fast chain whose slow end, still vibrating, catches up again."""
-    found = [f for f in flights if f.pieces_at(0.0)[0] > 1 and f.pieces_at(1.0)[1] == 1]
-    if not found:
-        return ""
-    flight = found[0]
-    whole = next(t for t in flight.times if flight.pieces_at(t)[1] == 1)
-    return (
-        f", as at {flight.point.speed:.2g} v*, where the end at the wall lags behind at the last "
-        f"contact, {flight.pieces_at(0.0)[0]} pieces, and has caught up {whole:.2g} crossings later"
-    )
+    for flight in flights:
+        first = flight.pieces_at(0.0)[0]
+        if first > 1 and flight.pieces_at(1.0)[1] == 1:
+            whole = next(t for t in SAMPLED if flight.pieces_at(t)[1] == 1)
+            return (
+                f", as at {flight.speed:.2g} v*, where the end at the wall lags behind at the last "
+                f"contact, {first} pieces, and has caught up {whole:.2g} crossings later"
+            )
+    return ""
 
 
 def _when(moment: float) -> str:
@@ -111,35 +122,14 @@ def _when(moment: float) -> str:
     return f"after {moment:g} crossing{'s' if moment != 1.0 else ''}"
 
 
-def _draw(flights: tuple[FreeFlight, ...], above: Axes, middle: Axes, below: Axes) -> None:
-    if not flights:
-        return
-    speeds = [f.point.speed for f in flights]
-    for moment, color, marker in zip(MOMENTS, CYCLE, MARKERS, strict=False):
-        fewest, most = np.array([f.pieces_at(moment) for f in flights]).T
-        above.plot(speeds, most, marker, color=color, markersize=3.5, label=_when(moment))
-        above.vlines(speeds, fewest, most, color, linewidth=0.8)
-    above.legend(loc="upper left", fontsize=8)
-    above.set(xscale="log", xlabel=IMPACT_SPEED, ylabel="pieces")
-    above.set_ylim(bottom=0.0)
-    above.locator_params("y", integer=True)
-    _draw_times(middle, flights)
-    eta = [f.point.restitution for f in flights]
-    below.plot(speeds, [x**0.5 for x in eta], "s-", color=GREEN, linewidth=0.9, label="$e$")
-    below.plot(speeds, eta, color=GREY, linewidth=0.9, label=r"$\eta$")
-    below.legend(loc="lower right", fontsize=8)
-    below.set(xscale="log", xlabel=IMPACT_SPEED, ylabel=r"restitution")
-
-
 def _draw_times(ax: Axes, flights: tuple[FreeFlight, ...]) -> None:
     """Draw the larger count as a colour over speed and time, and dots where it is not sure."""
     from matplotlib.colors import BoundaryNorm
 
-    times = flights[0].times[1:]
-    fewest, most = (
-        np.array([[f.pieces_at(time)[end] for f in flights] for time in times]) for end in (0, 1)
-    )
-    speeds = np.array([f.point.speed for f in flights])
+    times = SAMPLED[1:]
+    counts = np.array([[f.pieces_at(time) for f in flights] for time in times])
+    fewest, most = counts[..., 0], counts[..., 1]
+    speeds = np.array([f.speed for f in flights])
     levels = np.arange(0.5, max(int(most.max()), 2) + 1.0)
     mesh = ax.pcolormesh(
         speeds,
@@ -151,7 +141,7 @@ def _draw_times(ax: Axes, flights: tuple[FreeFlight, ...]) -> None:
         rasterized=True,
     )
     rows, columns = np.nonzero(fewest < most)
-    ax.plot(speeds[columns], times[rows], ".", color="white", markersize=2.5)
+    ax.plot(speeds[columns], np.array(times)[rows], ".", color="white", markersize=2.5)
     ax.grid(False)
     ax.set(xscale="log", yscale="log", xlabel=IMPACT_SPEED)
     ax.set_ylabel("time after the last\ncontact / crossing")

@@ -1,16 +1,16 @@
 """Numbers of section II that no figure shows: contacts, and what does not depend on v0."""
 
 from collections.abc import Callable
+from functools import wraps
 from typing import Any
 
 import numpy as np
 
-from chaincor.analysis.contacts import contact_statistics
 from chaincor.analysis.theory import basile_dumont_energies
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.workflows.reproduce.claims import Claim, Finding, Margin, claim, digits, exact, words
 from chaincor.workflows.reproduce.measurements import Answer, Measurements, NoNumber, Point, column
-from chaincor.workflows.reproduce.plan import Plan, Study, harmonic_scene
+from chaincor.workflows.reproduce.plan import Plan, Study, harmonic_chains
 
 # The paper's numbers in brackets are from a chain of this length.
 PAPER_CHAIN = 500
@@ -19,11 +19,8 @@ PAPER_CHAIN = 500
 def study(plan: Plan) -> Study:
     """Return one harmonic chain at many velocities."""
     tolerance = 0.1 * plan.tolerance
-    return Study(
-        "harmonic_velocities",
-        "harmonic chain at many velocities",
-        tuple(harmonic_scene(plan.curve_particles, tolerance, v) for v in plan.harmonic_velocities),
-    )
+    scenes = harmonic_chains((plan.curve_particles,), tolerance, plan.harmonic_velocities)
+    return Study("harmonic_velocities", "harmonic chain at many velocities", scenes)
 
 
 def _by_lammps(measured: Measurements) -> tuple[list[Point], str]:
@@ -39,13 +36,10 @@ def _by_lammps(measured: Measurements) -> tuple[list[Point], str]:
     )
 
 
-@claim(
-    "section II",
-    "η of a harmonic chain does not depend on v₀: differences are 0",
-    exact(0.0, 0.03),  # what such a chain of 100 loses
-    "harmonic η does not depend on v₀",
-)
+# The scale is what such a chain of 100 loses.
+@claim("section II", exact(0.0, 0.03), "harmonic η does not depend on v₀")
 def _independence_of_v0(measured: Measurements) -> Finding:
+    """η of a harmonic chain does not depend on v₀: differences are 0"""
     ours, where = _by_lammps(measured)
     return Finding(
         float(np.ptp(column(ours, "restitution"))),
@@ -55,52 +49,51 @@ def _independence_of_v0(measured: Measurements) -> Finding:
     )
 
 
-@claim(
-    "section II",
-    "nor does t_c: differences of t_c/τ are 0",
-    exact(0.0, 2.0),  # t_c/τ
-    "its contact time does not either",
-)
-def _independence_of_contact_time(measured: Measurements) -> Finding:
-    def contact_time(point: Point, answer: Answer) -> Array:
-        return np.array([answer.result["last_contact_time"] / (point.particles - 1.0)])
-
-    return compare_velocities(measured, contact_time, "t_c/τ")
-
-
-@claim(
-    "section II",
-    "nor does E_j/E of any mode: differences are 0",
-    exact(0.0, 0.001),  # the largest E_j/E of such a chain of 100
-    "nor its shares of the modes",
-)
-def _independence_of_modes(measured: Measurements) -> Finding:
-    def shares(point: Point, answer: Answer) -> Array:
-        energy = 0.5 * point.particles * point.scene.impact_velocity**2
-        return answer.arrays["mode_energies"][1:] / energy
-
-    return compare_velocities(measured, shares, "E_j/E of any mode")
-
-
-def compare_velocities(
-    measured: Measurements, quantity: Callable[[Point, Answer], Array], name: str
-) -> Finding:
+def same_at_all_velocities(
+    where: str, margin: Margin, brief: str, name: str, **more: Any
+) -> Callable[[Callable[[Point, Answer], Array]], Claim]:
     """
-    Return the largest difference of what should be the same for one chain at all velocities.
+    Make a claim of a quantity that should be the same for one chain at all velocities.
 
     It has no error bar of its own: the engines' difference stands for it.
     """
-    ours, where = _by_lammps(measured)
-    both = [[quantity(p, a) for a in p.answers] for p in ours if len(p.answers) == 2]
-    if len(both) < 2:
-        raise NoNumber("no in-house result to compare with")
-    by_lammps, in_house = (np.array(values) for values in zip(*both, strict=True))
-    return Finding(
-        float(np.max(np.ptp(by_lammps, axis=0))),
-        2.0 * float(np.max(np.abs(by_lammps - in_house))),
-        f"largest difference of {name} {where}; ± twice the largest difference between the engines",
-        ours,
-    )
+
+    def made(quantity: Callable[[Point, Answer], Array]) -> Claim:
+        @claim(where, margin, brief, **more)
+        @wraps(quantity)
+        def find(measured: Measurements) -> Finding:
+            ours, where = _by_lammps(measured)
+            both = [[quantity(p, a) for a in p.answers] for p in ours if len(p.answers) == 2]
+            if len(both) < 2:
+                raise NoNumber("no in-house result to compare with")
+            by_lammps, in_house = (np.array(values) for values in zip(*both, strict=True))
+            return Finding(
+                float(np.max(np.ptp(by_lammps, axis=0))),
+                2.0 * float(np.max(np.abs(by_lammps - in_house))),
+                f"largest difference of {name} {where}; ± twice the largest difference between the "
+                "engines",
+                ours,
+            )
+
+        return find
+
+    return made
+
+
+# The scale is t_c/τ.
+@same_at_all_velocities("section II", exact(0.0, 2.0), "its contact time does not either", "t_c/τ")
+def _independence_of_contact_time(point: Point, answer: Answer) -> Array:
+    """nor does t_c: differences of t_c/τ are 0"""
+    return np.array([answer.result["last_contact_time"] / (point.particles - 1.0)])
+
+
+# The scale is the largest E_j/E of such a chain of 100.
+@same_at_all_velocities(
+    "section II", exact(0.0, 0.001), "nor its shares of the modes", "E_j/E of any mode"
+)
+def _independence_of_modes(point: Point, answer: Answer) -> Array:
+    """nor does E_j/E of any mode: differences are 0"""
+    return answer.arrays["mode_energies"][1:] / point.energy
 
 
 def paper_chain(measured: Measurements) -> Point:
@@ -113,18 +106,14 @@ def _contacts(point: Point, answer: Answer) -> dict[str, float]:
     """Return what is asked of the contacts of a chain, in units of 1/omega and v0."""
     n, velocity = point.particles, point.scene.impact_velocity
     times, coming = answer.arrays["contact_times"], answer.arrays["contact_speeds"]
-    numbers = contact_statistics(times, coming, n, velocity)
-    assert numbers.mean_interval is not None
-    assert numbers.median_interval is not None
-    assert numbers.mean_speed is not None
     intervals, speeds = np.diff(times), coming / velocity
     return {
-        "count": numbers.count,
+        "count": times.size,
         "intervals": intervals.size,
-        "share": numbers.per_particle,
-        "interval": numbers.mean_interval,
-        "median": numbers.median_interval,
-        "speed": numbers.mean_speed,
+        "share": times.size / n,
+        "interval": float(np.mean(intervals)),
+        "median": float(np.median(intervals)),
+        "speed": float(np.mean(coming) / velocity),
         "spread_of_intervals": float(np.std(intervals) / np.mean(intervals)),
         "spread_of_speeds": float(np.std(speeds) / np.mean(speeds)),
         "last_interval": float(intervals[-1]),
@@ -158,7 +147,7 @@ def number_of_paper_chain(
             [point],
         )
 
-    return claim(where, text, margin, brief, **more)(find)
+    return claim(where, margin, brief, text=text, **more)(find)
 
 
 _constant_intervals, _constant_speeds = (
@@ -190,13 +179,9 @@ def _chain_of_two(measured: Measurements) -> tuple[list[Point], float, float]:
     return chain, interval, 1e-9 + max(abs(float(np.ptp(t)) - interval) for t in both)
 
 
-@claim(
-    "eq. (8)",
-    "estimate from n = 2: Δt = π/(√2 ω) = 2.22/ω",
-    digits("2.22"),
-    "Δt = 2.22/ω of the chain of two",
-)
+@claim("eq. (8)", digits("2.22"), "Δt = 2.22/ω of the chain of two")
 def _interval_of_two(measured: Measurements) -> Finding:
+    """estimate from n = 2: Δt = π/(√2 ω) = 2.22/ω"""
     chain, interval, error = _chain_of_two(measured)
     return Finding(
         interval,
@@ -219,8 +204,9 @@ _interval = number_of_paper_chain(
 )
 
 
-@claim("eq. (9)", "formula (2√2/π) n = 0.90 n for f(n)", digits("0.90"), "(2√2/π) n is 0.90 n")
+@claim("eq. (9)", digits("0.90"), "(2√2/π) n is 0.90 n")
 def _contacts_of_two(measured: Measurements) -> Finding:
+    """formula (2√2/π) n = 0.90 n for f(n)"""
     chain, interval, error = _chain_of_two(measured)
     share = 2.0 / interval
     return Finding(
@@ -246,8 +232,9 @@ _contacts_per_particle = number_of_paper_chain(
 )
 
 
-@claim("eq. (10)", "formula (π/2√2) v₀ = 1.11 v₀ for v", digits("1.11"), "(π/2√2) v₀ is 1.11 v₀")
+@claim("eq. (10)", digits("1.11"), "(π/2√2) v₀ is 1.11 v₀")
 def _speed_of_two(measured: Measurements) -> Finding:
+    """formula (π/2√2) v₀ = 1.11 v₀ for v"""
     chain, interval, error = _chain_of_two(measured)
     return Finding(
         1.0 / (2.0 / interval),
@@ -271,14 +258,10 @@ _incoming_speed = number_of_paper_chain(
 )
 
 
-@claim(
-    "section II, after eq. (11)",
-    "leading order of eq. (11) in eq. (7): η = 1",
-    exact(1.0),
-    "η = 1 at leading order",
-)
+@claim("section II, after eq. (11)", exact(1.0), "η = 1 at leading order")
 def _leading_order(measured: Measurements) -> Finding:
     # With omega_j = pi j/n in eq. (7), f dt = 2n turns each mode by whole periods.
+    """leading order of eq. (11) in eq. (7): η = 1"""
     n = PAPER_CHAIN
     linear = np.pi * np.arange(n) / n
     left = 2.0 / n * np.sum(basile_dumont_energies(n, frequencies=linear))

@@ -1,6 +1,5 @@
 """Dissipation of harmonic chains against their length (NH figure 3), and its law (NH eq. 12)."""
 
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -13,10 +12,10 @@ from chaincor.analysis.theory import (
     harmonic_dissipation_limit,
 )
 from chaincor.workflows.reproduce.claims import Finding, claim, digits, words
-from chaincor.workflows.reproduce.drawing import Axes, Figure, draw_points, point_records
+from chaincor.workflows.reproduce.drawing import Axes, Figure, draw_points, point_record
 from chaincor.workflows.reproduce.fits import PowerLaw, fit_dissipation, fit_over_lengths, fit_rows
 from chaincor.workflows.reproduce.measurements import Measurements, Point, column
-from chaincor.workflows.reproduce.plan import Plan, Study, harmonic_scene
+from chaincor.workflows.reproduce.plan import Plan, Study, harmonic_chains
 
 _KEY = "harmonic_lengths"
 # The factor that the paper prints in eq. (12).
@@ -34,27 +33,18 @@ _PARTS = np.linspace(0.94, 1.06, _PHASES)
 
 def study(plan: Plan) -> Study:
     """Return harmonic chains of all lengths: by LAMMPS, and by the echo of their free end."""
-    return Study(
-        "harmonic_sizes",
-        "harmonic chains of many lengths",
-        tuple(harmonic_scene(n, plan.tolerance) for n in plan.harmonic_sizes),
-        echoed=tuple(
-            harmonic_scene(n, plan.tolerance)
-            for n in plan.harmonic_far_sizes
-            if n not in plan.harmonic_sizes
-        ),
-    )
+    near, tolerance = plan.harmonic_sizes, plan.tolerance
+    far = harmonic_chains([n for n in plan.harmonic_far_sizes if n not in near], tolerance)
+    title = "harmonic chains of many lengths"
+    return Study("harmonic_sizes", title, harmonic_chains(near, tolerance), echoed=far)
 
 
 def study_of_longest(plan: Plan) -> Study:
     """Return harmonic chains around the lengths that the limit is found from."""
     lengths = [round(n * part) for n in plan.harmonic_longest for part in _PARTS]
-    return Study(
-        "harmonic_longest",
-        "harmonic chains, for the limit of long ones",
-        (),
-        echoed=tuple(harmonic_scene(n, plan.tolerance) for n in lengths),
-    )
+    scenes = harmonic_chains(lengths, plan.tolerance)
+    title = "harmonic chains, for the limit of long ones"
+    return Study("harmonic_longest", title, (), echoed=scenes)
 
 
 def _longest_chains(
@@ -93,23 +83,9 @@ def _laws(measured: Measurements, power: float | None = None) -> list[PowerLaw]:
     return [fit_dissipation(_long(measured), power), *fit_over_lengths(points, ranges, power)]
 
 
-def fits(measured: Measurements) -> list[dict[str, Any]]:
-    """Return the rows of the table of fits."""
-    return [
-        row
-        for power in (None, _POWER)
-        for row in fit_rows("1 − η, harmonic", "n", _laws(measured, power), judged=1)
-    ]
-
-
-@claim(
-    "eq. (12)",
-    "1 − η ∝ n^(−2/3) agrees very well",
-    words(_POWER),
-    "1 − η ∝ n^(−2/3)",
-    figure=_KEY,
-)
+@claim("eq. (12)", words(_POWER), "1 − η ∝ n^(−2/3)", figure=_KEY)
 def _harmonic_exponent(measured: Measurements) -> Finding:
+    """1 − η ∝ n^(−2/3) agrees very well"""
     fit, *others = _laws(measured)
     exponents = [other.exponent for other in others]
     return Finding(
@@ -124,13 +100,13 @@ def _harmonic_exponent(measured: Measurements) -> Finding:
 
 @claim(
     "eq. (12)",
-    "1 − η = 0.652 n^(−2/3) for long chains agrees very well: the limit of n^(2/3)(1 − η)",
     words(_PAPER_FACTOR),
     "the factor 0.652 of eq. (12)",
     correction="the limit is {value:.3f}; chains near n = 6000 have 0.652, longer ones less",
     figure=_KEY,
 )
 def _harmonic_prefactor(measured: Measurements) -> Finding:
+    """1 − η = 0.652 n^(−2/3) for long chains agrees very well: the limit of n^(2/3)(1 − η)"""
     groups, limit, error = _longest_chains(measured)
     by_range = ", ".join(
         f"{fit.prefactor:.3f} ± {fit.prefactor_error:.3f} (n = {fit.first:.0f} to {fit.last:.0f})"
@@ -143,17 +119,17 @@ def _harmonic_prefactor(measured: Measurements) -> Finding:
         limit,
         error,
         f"limit of exact collisions around n = {means} (each {_PHASES} lengths within 6 %), less "
-        "the lead of the front, 2β n^(−1/3) with β = "
-        f"{FRONT_LEAD:.4f}, and a term in n^(−2/3) that is fitted; derived without a fit it is "
-        f"{harmonic_dissipation_limit():.4f}. The mean falls with the length: {by_range}. Judged "
-        "as words, because the paper says that the law agrees very well, and as the limit, because "
-        "it is derived as that",
+        f"the lead of the front, 2β n^(−1/3) with β = {FRONT_LEAD:.4f}, and a term in n^(−2/3) "
+        f"that is fitted; derived without a fit it is {harmonic_dissipation_limit():.4f}. The mean "
+        f"falls with the length: {by_range}. Judged as words, because the paper says that the law "
+        "agrees very well, and as the limit, because it is derived as that",
         _long(measured),
     )
 
 
-@claim("eq. (12)", "0.652 follows from eqs. (7)–(11)", digits("0.652"), "how 0.652 is derived")
+@claim("eq. (12)", digits("0.652"), "how 0.652 is derived")
 def _formula_prefactor(measured: Measurements) -> Finding:
+    """0.652 follows from eqs. (7)–(11)"""
     return Finding(
         HARMONIC_DISSIPATION_COEFFICIENT,
         0.0,
@@ -165,8 +141,33 @@ def _formula_prefactor(measured: Measurements) -> Finding:
 def figure(measured: Measurements) -> Figure:
     """Return 1 - eta against n for harmonic chains, and what is left without the law."""
     points = measured.select("harmonic_sizes", "harmonic")
-    fit, mean = _laws(measured)[0], _laws(measured, _POWER)[0]
+    laws, factors = _laws(measured), _laws(measured, _POWER)
+    fit, mean = laws[0], factors[0]
     groups = _longest_chains(measured)[0]
+
+    def draw(ax: Axes, below: Axes) -> None:
+        drawn = [p for p in points if p.particles >= 3]
+        n = np.geomspace(3, max(p.particles for p in drawn), 60)
+        fitted = n[n >= 0.98 * mean.first]
+        for source, label, size in (("in-house", "in-house", 2.8), ("lammps", "LAMMPS", 4.5)):
+            chosen = [p for p in drawn if p.source == source]
+            looks: dict[str, Any] = {"color": BLUE, "label": label, "size": size}
+            draw_points(ax, chosen, "particles", "dissipation", **looks)
+            draw_points(below, chosen, "particles", "scaled_dissipation", **looks)
+        ax.plot(n, harmonic_dissipation_law(n), color=BLACK, label=r"paper: $0.652\,n^{-2/3}$")
+        label = rf"${mean.prefactor:.2f}\,n^{{-2/3}}$ (fit, all points from $n={mean.first:.0f}$)"
+        dashed: dict[str, Any] = {"color": VERMILION, "linestyle": "--", "linewidth": 1.0}
+        ax.plot(fitted, mean.at(fitted), label=label, **dashed)
+        ax.set(yscale="log", ylabel=r"dissipation $1-\eta$")
+        ax.legend(loc="lower left")
+        below.axhline(HARMONIC_DISSIPATION_COEFFICIENT, color=BLACK)
+        below.axhline(harmonic_dissipation_limit(), color=BLACK, linestyle=":")
+        below.plot(fitted, np.full_like(fitted, mean.prefactor), **dashed)
+        sizes, means, _ = zip(*groups, strict=True)
+        below.plot(sizes, means, ".", color=BLACK, markersize=7.0, label="means, longer chains")
+        below.set(xscale="log", ylim=(0.25, 1.5), ylabel=r"$n^{2/3}(1-\eta)$")
+        below.set_xlabel(r"number of particles $n$")
+
     return Figure(
         key=_KEY,
         title="Dissipation of harmonic chains against their length",
@@ -186,38 +187,10 @@ def figure(measured: Measurements) -> Figure:
             "n^(2/3), it scatters between 0.6 and 0.85 around 0.68, less the longer the chain, and "
             "its mean falls through 0.652 to 0.62 at n = 30000, above the dotted limit of 0.5626."
         ),
-        draw=partial(_draw, [p for p in points if p.particles >= 3], mean, groups),
-        records=point_records(points),
+        draw=draw,
+        records=[point_record(p) for p in points],
+        fits=[row for of in (laws, factors) for row in fit_rows("n", {"1 − η, harmonic": of})],
         size=(6.4, 5.6),
         panels=(1.5, 1.0),
         sharex=True,
     )
-
-
-def _draw(
-    points: list[Point],
-    mean: PowerLaw,
-    groups: list[tuple[int, float, float]],
-    ax: Axes,
-    below: Axes,
-) -> None:
-    n = np.geomspace(3, max(p.particles for p in points), 60)
-    fitted = n[n >= 0.98 * mean.first]
-    for source, label, size in (("in-house", "in-house", 2.8), ("lammps", "LAMMPS", 4.5)):
-        chosen = [p for p in points if p.source == source]
-        looks: dict[str, Any] = {"color": BLUE, "label": label, "size": size}
-        draw_points(ax, chosen, "particles", "dissipation", **looks)
-        draw_points(below, chosen, "particles", "scaled_dissipation", **looks)
-    ax.plot(n, harmonic_dissipation_law(n), color=BLACK, label=r"paper: $0.652\,n^{-2/3}$")
-    label = rf"${mean.prefactor:.2f}\,n^{{-2/3}}$ (fit, all points from $n={mean.first:.0f}$)"
-    dashed: dict[str, Any] = {"color": VERMILION, "linestyle": "--", "linewidth": 1.0}
-    ax.plot(fitted, mean.at(fitted), label=label, **dashed)
-    ax.set(yscale="log", ylabel=r"dissipation $1-\eta$")
-    ax.legend(loc="lower left")
-    below.axhline(HARMONIC_DISSIPATION_COEFFICIENT, color=BLACK)
-    below.axhline(harmonic_dissipation_limit(), color=BLACK, linestyle=":")
-    below.plot(fitted, np.full_like(fitted, mean.prefactor), **dashed)
-    sizes, means, _ = zip(*groups, strict=True)
-    below.plot(sizes, means, ".", color=BLACK, markersize=7.0, label="means, longer chains")
-    below.set(xscale="log", ylim=(0.25, 1.5), ylabel=r"$n^{2/3}(1-\eta)$")
-    below.set_xlabel(r"number of particles $n$")

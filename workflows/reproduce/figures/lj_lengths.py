@@ -11,10 +11,10 @@ from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.pages.typesetting import format_fitted, format_value
 from chaincor.workflows.reproduce.claims import Finding, claim, words
-from chaincor.workflows.reproduce.drawing import Axes, Figure, draw_points, point_records
+from chaincor.workflows.reproduce.drawing import Axes, Figure, draw_points, point_record
 from chaincor.workflows.reproduce.fits import PowerLaw, fit_dissipation, fit_over_lengths, fit_rows
 from chaincor.workflows.reproduce.measurements import Measurements, NoNumber, Point, column
-from chaincor.workflows.reproduce.plan import PAPER_SIZE_SPEEDS, Plan, Study
+from chaincor.workflows.reproduce.plan import PAPER_SIZE_SPEEDS, Plan, Study, chains
 
 _KEY = "lj_lengths"
 _SLOW = PAPER_SIZE_SPEEDS[-1]
@@ -28,21 +28,15 @@ _BEFORE = (100, 1000)
 
 def study(plan: Plan) -> Study:
     """Return lj chains of many lengths at the paper's speeds."""
-    near = [(n, u) for u in PAPER_SIZE_SPEEDS for n in plan.sizes]
-    far = [(n, u) for n, u in near if n * n * u > _DEAREST]
-    far += [(n, u) for u, sizes in plan.far_sizes.items() for n in sizes]
-
-    def chains(chosen: list[tuple[int, float]]) -> tuple[Scene, ...]:
-        return tuple(
-            Scene(potential="lj", particles=n, speed=u, tolerance=plan.tolerance) for n, u in chosen
-        )
-
-    return Study(
-        "sizes",
-        "lj chains of many lengths at five speeds",
-        chains([pair for pair in near if pair not in far]),
-        chains(far),
-    )
+    near: tuple[Scene, ...] = ()
+    dear: tuple[Scene, ...] = ()
+    for u in PAPER_SIZE_SPEEDS:
+        cheap = [n for n in plan.sizes if n * n * u <= _DEAREST]
+        near += chains("lj", cheap, (u,), plan.tolerance)
+        dear += chains("lj", [n for n in plan.sizes if n not in cheap], (u,), plan.tolerance)
+    for u, sizes in plan.far_sizes.items():
+        dear += chains("lj", sizes, (u,), plan.tolerance)
+    return Study("sizes", "lj chains of many lengths at five speeds", near, dear)
 
 
 def _curve(measured: Measurements, speed: float) -> list[Point]:
@@ -60,20 +54,8 @@ def _last_parts(measured: Measurements) -> dict[float, tuple[PowerLaw, list[Poin
     return found
 
 
-def fits(measured: Measurements) -> list[dict[str, Any]]:
-    """Return the rows of the table of fits."""
-    return [
-        row
-        for speed, (law, _) in _last_parts(measured).items()
-        for row in fit_rows(f"1 − η, lj, {speed:g} v*", "n", [law], judged=1)
-    ]
-
-
 @claim(
     "section III, figure 5",
-    '"in very low-velocity collision, as expected from the result for model A, … 1 − η will '
-    "approach to zero\" in the thermodynamic limit: read as at a fixed v₀, with model A's "
-    "exponent −2/3",
     words(-2.0 / 3.0),
     "1 − η of slow chains vanishes in the limit",
     key="long chains, slow",
@@ -82,6 +64,10 @@ def fits(measured: Measurements) -> list[dict[str, Any]]:
     figure=_KEY,
 )
 def _long_chains_slow(measured: Measurements) -> Finding:
+    """
+    "in very low-velocity collision, as expected from the result for model A, … 1 − η will approach
+    to zero" in the thermodynamic limit: read as at a fixed v₀, with model A's exponent −2/3
+    """
     found = _exponent(measured, _SLOW)
     alone = [p.particles for p in found.points if p.agrees is None]
     before = [
@@ -104,13 +90,13 @@ def _long_chains_slow(measured: Measurements) -> Finding:
 
 @claim(
     "section III, figure 5",
-    "near v* 1 − η stays constant in the limit (at 0.78 v*: exponent 0)",
     words(0.0, 2.0 / 3.0, "2/3, the power that it is told from"),
     "dissipation of fast chains does not vanish in the limit",
     key="long chains, fast",
     figure=_KEY,
 )
 def _long_chains_fast(measured: Measurements) -> Finding:
+    """near v* 1 − η stays constant in the limit (at 0.78 v*: exponent 0)"""
     return _exponent(measured, PAPER_SIZE_SPEEDS[0])
 
 
@@ -124,9 +110,8 @@ def _exponent(measured: Measurements, speed: float) -> Finding:
     return Finding(
         law.exponent,
         law.exponent_error,
-        f"exponent of 1 − η against n, {law.points} points, n = {law.first:.0f} to "
-        f"{law.last:.0f}, where 1 − η goes from {first} to {last}; the harmonic law "
-        f"ends at {harmonic:.4f}",
+        f"exponent of 1 − η against n, {law.points} points, n = {law.first:.0f} to {law.last:.0f}, "
+        f"where 1 − η goes from {first} to {last}; the harmonic law ends at {harmonic:.4f}",
         points,
     )
 
@@ -147,9 +132,8 @@ def long_chains(measured: Measurements) -> str:
     answer = "At some of these speeds it still falls" if falling else "No sign that it does"
     vanishing = " What still falls is no more than the vanishing harmonic part."
     ends = "; ".join(
-        f"{format_value(points[-1].dissipation, points[-1].error)} at {speed:g} v* "
-        f"(n = {points[-1].particles}; exponent from n = {points[0].particles} on "
-        f"{law.exponent:z.3f})"
+        f"{format_value(points[-1].dissipation, points[-1].error)} at {speed:g} v* (n = "
+        f"{points[-1].particles}; exponent from n = {points[0].particles} on {law.exponent:z.3f})"
         for speed, (law, points) in parts.items()
     )
     return (
@@ -170,9 +154,8 @@ def _percent(shares: Array) -> str:
 def middle_speeds(measured: Measurements) -> str:
     """Say what is found at the speeds that the paper plots without a word."""
     parts = [
-        f"at {speed:g} v* 1 − η = {points[-1].dissipation:.4f} at n = "
-        f"{points[-1].particles}, exponent {law.exponent:z.2f} from n = {points[0].particles} "
-        f"to {points[-1].particles}"
+        f"at {speed:g} v* 1 − η = {points[-1].dissipation:.4f} at n = {points[-1].particles}, "
+        f"exponent {law.exponent:z.2f} from n = {points[0].particles} to {points[-1].particles}"
         for speed, (law, points) in _last_parts(measured).items()
         if speed in PAPER_SIZE_SPEEDS[1:-1]
     ]
@@ -184,6 +167,7 @@ def middle_speeds(measured: Measurements) -> str:
 
 def figure(measured: Measurements) -> Figure:
     """Return 1 - eta against n for lj chains at the paper's speeds, and the harmonic chain's."""
+    parts = _last_parts(measured)
     curves = {speed: _curve(measured, speed) for speed in PAPER_SIZE_SPEEDS}
     harmonic = [p for p in measured.select("harmonic_sizes", "harmonic") if p.particles >= 10]
 
@@ -209,7 +193,7 @@ def figure(measured: Measurements) -> Figure:
             + ", ".join(
                 f"{format_fitted(law.exponent, law.exponent_error)} at {speed:.3f} v* "
                 f"({law.points} points to n = {last[-1].particles})"
-                for speed, (law, last) in _last_parts(measured).items()
+                for speed, (law, last) in parts.items()
             )
             + ". Bars of fits to three or four points are formal: their scatter alone."
         ),
@@ -218,6 +202,7 @@ def figure(measured: Measurements) -> Figure:
             "at 0.078 and 0.008 v*, while the harmonic chain goes on falling."
         ),
         draw=draw,
-        records=point_records([p for points in curves.values() for p in points]),
+        records=[point_record(p) for points in curves.values() for p in points],
+        fits=fit_rows("n", {f"1 − η, lj, {u:g} v*": [law] for u, (law, _) in parts.items()}),
         size=(6.4, 4.4),
     )

@@ -1,6 +1,6 @@
 """Beyond the paper: in which modes and in what form the lost energy is, across the speeds."""
 
-from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -15,32 +15,40 @@ _SHOWN = (0.01, 0.1, 0.4, 0.562, 0.78, 2.0, 5.0)
 
 def figure(flights: tuple[FreeFlight, ...]) -> Figure:
     """Return the kinetic energy of each mode after the collision, and the forms of what is lost."""
-    particles = flights[0].point.particles if flights else 0
+    until = _harmonic_until(flights)
+    worst = max(flights, key=lambda f: f.harmonic / f.point.dissipation)
+
+    def draw(above: Axes, middle: Axes, below: Axes) -> None:
+        top = _draw_map(above, flights)
+        _draw_curves(middle, flights, top)
+        middle.set_xlim(above.get_xlim())
+        _draw_forms(below, flights)
+
     return Figure(
         key="mode_spectra",
         title="Beyond the paper: where the lost energy sits",
         caption=(
-            "Free flight after the last contact (lj, n = "
-            f"{particles}), as shares of the energy at impact. Top and middle: kinetic energy of "
-            f"each mode j ≥ 1, mean over {AVERAGED_OVER:g} crossings of sound. Its sum over j is "
-            "the kinetic energy of all internal motion, whatever the bonds do; in small vibrations "
-            "it is half of the energy of the mode. In a broken chain j is no mode, only a wave "
-            "number: how finely the velocity varies along the chain. "
-            "Bottom: what is lost, 1 − η, is kinetic energy and energy of the bonds (means over "
-            f"the same time); orange: the kinetic energy of whole pieces that fly apart, after "
-            f"{LAST:g} crossings. "
-            "Dotted: the sum of harmonic energies of all modes at the last contact, as far as it "
-            f"is 1 − η within 1 %, below {_harmonic_until(flights):.2g} v*. Beyond it grows wrong, "
-            f"at worst {_worst_harmonic(flights)}, and is not drawn: a stretched bond holds less "
-            "than a spring, and harmonic energies of a broken chain mean nothing."
+            f"Free flight after the last contact (lj, n = {worst.point.particles}), as shares of "
+            "the energy at impact. Top and middle: kinetic energy of each mode j ≥ 1, mean over "
+            f"{AVERAGED_OVER:g} crossings of sound. Its sum over j is the kinetic energy of all "
+            "internal motion, whatever the bonds do; in small vibrations it is half of the energy "
+            "of the mode. In a broken chain j is no mode, only a wave number: how finely the "
+            "velocity varies along the chain. Bottom: what is lost, 1 − η, is kinetic energy and "
+            "energy of the bonds (means over the same time); orange: the kinetic energy of whole "
+            f"pieces that fly apart, after {LAST:g} crossings. Dotted: the sum of harmonic "
+            "energies of all modes at the last contact, as far as it is 1 − η within 1 %, below "
+            f"{until:.2g} v*. Beyond it grows wrong, at worst {worst.harmonic:.3f} where "
+            f"{worst.point.dissipation:.3f} is lost, at {worst.speed:.3g} v*, and is not drawn: a "
+            "stretched bond holds less than a spring, and harmonic energies of a broken chain mean "
+            "nothing."
         ),
         alt=(
             "Slow chains keep energy in long waves, faster ones in all wavelengths; of what is "
             "lost above 1 v*, about half is motion of pieces apart."
         ),
-        draw=partial(_draw, flights),
+        draw=draw,
         records=[
-            {"speed": f.point.speed, "mode": j, "kinetic_share": float(share)}
+            {"speed": f.speed, "mode": j, "kinetic_share": float(share)}
             for f in flights
             for j, share in enumerate(f.kinetic)
         ],
@@ -49,28 +57,10 @@ def figure(flights: tuple[FreeFlight, ...]) -> Figure:
     )
 
 
-def harmonic_share(flight: FreeFlight) -> float:
-    """Return the sum over j >= 1 of the harmonic energies at the last contact, over the energy."""
-    energy = 0.5 * flight.point.particles * flight.point.scene.impact_velocity**2
-    return float(np.sum(flight.point.answer.arrays["mode_energies"][1:])) / energy
-
-
 def _harmonic_until(flights: tuple[FreeFlight, ...]) -> float:
     """Return the slowest speed at which harmonic energies are off by more than 1 %."""
-    off = [
-        f.point.speed for f in flights if abs(harmonic_share(f) / f.point.dissipation - 1.0) > 0.01
-    ]
+    off = [f.speed for f in flights if abs(f.harmonic / f.point.dissipation - 1.0) > 0.01]
     return min(off, default=float("nan"))
-
-
-def _worst_harmonic(flights: tuple[FreeFlight, ...]) -> str:
-    if not flights:
-        return "–"
-    worst = max(flights, key=lambda f: harmonic_share(f) / f.point.dissipation)
-    return (
-        f"{harmonic_share(worst):.3f} where {worst.point.dissipation:.3f} is lost, at "
-        f"{worst.point.speed:.3g} v*"
-    )
 
 
 def lost_energy(flights: tuple[FreeFlight, ...]) -> str:
@@ -79,25 +69,21 @@ def lost_energy(flights: tuple[FreeFlight, ...]) -> str:
     broken = [f for f in flights if f.separation > 0.0]
     parts = []
     if whole:
-        fastest = max(
-            (f for f in whole if f.point.speed < 1.0), key=lambda f: f.point.speed, default=whole[0]
+        slow = [f for f in whole if f.speed < 1.0] or whole[:1]
+        modes = ", ".join(
+            f"j = {_half_of_kinetic(f)} of {f.point.particles - 1} at {f.speed:.3g} v*"
+            for f in (slow[0], *slow[1:][-1:])
         )
-        chosen = [whole[0]] if fastest is whole[0] else [whole[0], fastest]
         parts.append(
             "In slow chains in vibration, from the longest waves to short ones: half of the "
             f"kinetic energy of internal motion, mean over {AVERAGED_OVER:g} crossings, is in the "
-            "modes up to "
-            + ", ".join(
-                f"j = {_half_of_kinetic(f)} of {f.point.particles - 1} at {f.point.speed:.3g} v*"
-                for f in chosen
-            )
-            + " ([the figure](#mode_spectra))"
+            f"modes up to {modes} ([the figure](#mode_spectra))"
         )
     if broken:
         most = max(broken, key=lambda f: f.separation)
         parts.append(
             f"in faster ones also in pieces that fly apart: {most.separation:.3f} of the energy at "
-            f"impact at {most.point.speed:.3g} v*, of {most.point.dissipation:.3f} that are "
+            f"impact at {most.speed:.3g} v*, of {most.point.dissipation:.3f} that are "
             f"lost ({LAST:g} crossings after the last contact)"
         )
     return "; ".join(parts) + "."
@@ -109,23 +95,6 @@ def _half_of_kinetic(flight: FreeFlight) -> int:
     return int(np.searchsorted(total, 0.5 * total[-1])) + 1
 
 
-def _nearest(flights: tuple[FreeFlight, ...]) -> list[FreeFlight]:
-    chosen = {}
-    for speed in _SHOWN:
-        if flights:
-            nearest = min(flights, key=lambda f: abs(np.log(f.point.speed / speed)))
-            chosen[nearest.point.speed] = nearest
-    return list(chosen.values())
-
-
-def _draw(flights: tuple[FreeFlight, ...], above: Axes, middle: Axes, below: Axes) -> None:
-    if flights:
-        top = _draw_map(above, flights)
-        _draw_curves(middle, _nearest(flights), top)
-        middle.set_xlim(above.get_xlim())
-        _draw_forms(below, flights)
-
-
 def _draw_map(ax: Axes, flights: tuple[FreeFlight, ...]) -> float:
     """Draw the shares of all modes at all speeds; returns the largest share."""
     from matplotlib.colors import LogNorm
@@ -135,7 +104,7 @@ def _draw_map(ax: Axes, flights: tuple[FreeFlight, ...]) -> float:
     floor = top * 10.0**-_DECADES
     mesh = ax.pcolormesh(
         np.arange(1, shares.shape[1] + 1),
-        [f.point.speed for f in flights],
+        [f.speed for f in flights],
         np.maximum(shares, floor),
         norm=LogNorm(floor, top),
         cmap="viridis",
@@ -150,9 +119,11 @@ def _draw_map(ax: Axes, flights: tuple[FreeFlight, ...]) -> float:
     return top
 
 
-def _draw_curves(ax: Axes, flights: list[FreeFlight], top: float) -> None:
+def _draw_curves(ax: Axes, flights: tuple[FreeFlight, ...], top: float) -> None:
     """Draw the shares of the modes at a few speeds."""
-    for flight, color, marker in zip(flights, CYCLE, MARKERS, strict=False):
+    nearest = [min(flights, key=lambda f: abs(np.log(f.speed / speed))) for speed in _SHOWN]
+    shown = {flight.speed: flight for flight in nearest}.values()
+    for flight, color, marker in zip(shown, CYCLE, MARKERS, strict=False):
         kind = "" if flight.is_whole else " (breaks)"
         ax.plot(
             np.arange(1, flight.kinetic.size),
@@ -162,7 +133,7 @@ def _draw_curves(ax: Axes, flights: list[FreeFlight], top: float) -> None:
             linewidth=0.9,
             marker=marker,
             markevery=0.12,
-            label=rf"${flight.point.speed:.3g}\,v^*${kind}",
+            label=rf"${flight.speed:.3g}\,v^*${kind}",
         )
     ax.set(xscale="log", yscale="log", ylim=(top * 10.0**-_DECADES, 3.0 * top))
     ax.set(xlabel=r"mode $j$", ylabel="kinetic energy / energy at impact")
@@ -170,23 +141,17 @@ def _draw_curves(ax: Axes, flights: list[FreeFlight], top: float) -> None:
 
 
 def _draw_forms(ax: Axes, flights: tuple[FreeFlight, ...]) -> None:
-    speeds = [f.point.speed for f in flights]
-    curves = (
+    speeds = np.array([f.speed for f in flights])
+    for values, color, label in (
         ([f.point.dissipation for f in flights], BLACK, r"lost, $1-\eta$"),
         ([f.vibration for f in flights], BLUE, "kinetic energy of internal motion"),
         ([f.bonds for f in flights], GREEN, "energy of the bonds"),
         ([f.separation for f in flights], VERMILION, "pieces flying apart"),
-    )
-    for values, color, label in curves:
+    ):
         ax.plot(speeds, values, color=color, linewidth=1.1, label=label)
-    harmonic = [f for f in flights if f.point.speed < _harmonic_until(flights)]
-    ax.plot(
-        [f.point.speed for f in harmonic],
-        [harmonic_share(f) for f in harmonic],
-        color=CYCLE[3],
-        linestyle=(0, (2, 3)),
-        linewidth=1.8,
-        label="harmonic energies, all modes",
-    )
+    right = speeds < _harmonic_until(flights)
+    dotted: dict[str, Any] = {"color": CYCLE[3], "linestyle": (0, (2, 3)), "linewidth": 1.8}
+    harmonic = np.array([f.harmonic for f in flights])[right]
+    ax.plot(speeds[right], harmonic, label="harmonic energies, all modes", **dotted)
     ax.set(xscale="log", xlabel=IMPACT_SPEED, ylabel="share of the energy at impact")
     ax.legend(loc="upper left", fontsize=8)

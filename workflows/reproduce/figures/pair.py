@@ -13,7 +13,7 @@ from chaincor.workflows.reproduce.drawing import IMPACT_SPEED, Axes, Figure, dra
 from chaincor.workflows.reproduce.figures.harmonic_contacts import number_of_paper_chain
 from chaincor.workflows.reproduce.fits import limit_at_zero
 from chaincor.workflows.reproduce.measurements import Measurements, NoNumber, Point, column
-from chaincor.workflows.reproduce.plan import Plan, Study
+from chaincor.workflows.reproduce.plan import Plan, Study, chains
 
 # The interval of the chain of two is read off the contacts; eta there is nearly 1 whatever happens.
 _TOLERANCE = 1e-10
@@ -34,12 +34,8 @@ _external_frequency = number_of_paper_chain(
 
 def study(plan: Plan) -> Study:
     """Return lj chains of two."""
-    speeds = plan.pair_speeds
-    return Study(
-        "pair",
-        "chain of two, for α",
-        tuple(Scene(potential="lj", particles=2, speed=u, tolerance=_TOLERANCE) for u in speeds),
-    )
+    scenes = chains("lj", (2,), plan.pair_speeds, _TOLERANCE)
+    return Study("pair", "chain of two, for α", scenes)
 
 
 def _alphas(points: list[Point]) -> Array:
@@ -58,15 +54,9 @@ def _exact(velocity: float, speed: float) -> float:
     return float((1.0 - pair_interval(_BOND, velocity) / PAIR_INTERVAL) / speed)
 
 
-@claim(
-    "eq. (15)",
-    "n = 2, lj: α = 0.808",
-    digits("0.808"),
-    "α = 0.808",
-    correction="α = {value:.4f}",
-    figure="pair",
-)
+@claim("eq. (15)", digits("0.808"), "α = 0.808", correction="α = {value:.4f}", figure="pair")
 def _alpha(measured: Measurements) -> Finding:
+    """n = 2, lj: α = 0.808"""
     slow = [p for p in measured.select("pair", "lj") if p.speed <= 0.1]
     if len(slow) < 4:
         raise NoNumber("fewer than four speeds")

@@ -15,11 +15,11 @@ from chaincor.workflows.reproduce.drawing import (
     Axes,
     Figure,
     draw_points,
-    point_records,
+    point_record,
 )
 from chaincor.workflows.reproduce.fits import Minimum, find_minimum, limit_at_zero
 from chaincor.workflows.reproduce.measurements import Measurements, NoNumber, Point, column
-from chaincor.workflows.reproduce.plan import PAPER_SIZE_SPEEDS, Plan, Study
+from chaincor.workflows.reproduce.plan import PAPER_SIZE_SPEEDS, Plan, Study, chains
 
 # Of differences and limits: how much eta changes along our curve of lj chains.
 FALL = (0.26, "0.26, by which η of lj chains falls (here)")
@@ -32,12 +32,9 @@ _SLOWEST = 4
 
 def study(plan: Plan) -> Study:
     """Return chains of all three bonds at all speeds."""
-    scenes = (
-        Scene(potential=name, particles=plan.curve_particles, speed=speed, tolerance=plan.tolerance)
-        for name in _BONDS
-        for speed in plan.curve_speeds
-    )
-    return Study("curves", "η against speed, lj, toda, log", tuple(scenes))
+    lengths, speeds = (plan.curve_particles,), plan.curve_speeds
+    scenes = (chains(name, lengths, speeds, plan.tolerance) for name in _BONDS)
+    return Study("curves", "η against speed, lj, toda, log", sum(scenes, ()))
 
 
 def curves(measured: Measurements) -> dict[str, list[Point]]:
@@ -55,13 +52,13 @@ def minima(measured: Measurements) -> dict[str, Minimum]:
 
 @claim(
     "section III",
-    "η → η of the harmonic chain as v₀ → 0: difference 0 in the limit",
     words(0.0, 0.0275, "0.0275, what the harmonic chain loses"),
     "slow chains are harmonic",
     key="low-speed limit",
     figure=_KEY,
 )
 def _low_speed_limit(measured: Measurements) -> Finding:
+    """η → η of the harmonic chain as v₀ → 0: difference 0 in the limit"""
     harmonic = measured.select("harmonic_velocities", "harmonic", 1)[0]
     used = [
         measured.select("curves", name, _SLOWEST, f"fewer than {_SLOWEST} speeds")[:_SLOWEST]
@@ -90,13 +87,13 @@ def _limit(harmonic: Point, points: list[Point]) -> tuple[float, float]:
 
 @claim(
     "sections III and IV",
-    "minimum of η near v₀/v* = 1 (the abstract: at a certain velocity)",
     words(1.0),
     "the minimum of η at v*",
     correction="it is at {value:.2f} v* on average",
     figure=_KEY,
 )
 def _place_of_the_minimum(measured: Measurements) -> Finding:
+    """minimum of η near v₀/v* = 1 (the abstract: at a certain velocity)"""
     every, lows = curves(measured), minima(measured)
     places = [low.place for low in lows.values()]
     described = []
@@ -116,13 +113,13 @@ def _place_of_the_minimum(measured: Measurements) -> Finding:
 
 @claim(
     "section III, figure 4; section IV",
-    "η of lj, toda and log lies on almost the same curve: differences are 0",
     words(0.0, *FALL),
     "one curve η(v₀/v*) for all three bonds",
     correction="they are up to {value:.3f} apart: log leaves the curve of the others",
     figure=_KEY,
 )
 def _one_curve(measured: Measurements) -> Finding:
+    """η of lj, toda and log lies on almost the same curve: differences are 0"""
     every = curves(measured)
     gaps, slow = [], {}
     for first, second in combinations(every, 2):
@@ -230,14 +227,14 @@ def figure(measured: Measurements) -> Figure:
             "when fast; log rises earlier than the other two, which are one curve."
         ),
         draw=draw,
-        records=point_records(measured.points["curves"]),
+        records=[point_record(p) for p in measured.points["curves"]],
         size=(6.4, 4.2),
     )
 
 
 def describe_open(points: Sequence[Point]) -> str:
     """Name the points of a curve where LAMMPS has a number that is not the one shown."""
-    missed = [p for p in points if p.source == "in-house" and p.difference is not None]
+    missed = [p for p in points if p.source == "in-house" and len(p.answers) == 2]
     if not missed:
         return ""
     speeds = ", ".join(f"{p.speed:.3g}" for p in missed)
@@ -283,7 +280,7 @@ def _left_open(point: Point) -> str:
         return ""
     eta, bar = point.restitution, point.error
     text = f", η = {eta:.4f} at the last contact seen"
-    if point.difference is None:
+    if len(point.answers) < 2:
         return text
     return (
         f"{text}, where the engines are {abs(point.difference):.1g} apart, between {eta - bar:.3f} "

@@ -32,8 +32,10 @@ def _draw(ax: Axes) -> None:
     ax.add_patch(Rectangle((-0.5, -0.7), 0.5, 1.4, facecolor="#D9D9D9", hatch="///", linewidth=0))
     ax.plot([0, 0], [-0.7, 0.7], color=BLACK, linewidth=1.6)
     places = 1.0 + np.arange(_PARTICLES)
+    zigzag = np.where(np.arange(14) % 2 == 0, 0.09, -0.09)
+    zigzag[[0, 1, -2, -1]] = 0.0
     for left in places[:-1]:
-        ax.plot(*_spring(left + 0.2, left + 0.8), color=GREY, linewidth=1.1)
+        ax.plot(left + 0.2 + 0.6 * np.linspace(0.0, 1.0, 14), zigzag, color=GREY, linewidth=1.1)
     ax.plot(places, 0 * places, "o", markersize=15, color=SKY, markeredgecolor=BLUE)
     names = ["1", "2", "3", *([""] * (_PARTICLES - 4)), "n"]
     for place, name in zip(places, names, strict=True):
@@ -54,10 +56,3 @@ def _draw(ax: Axes) -> None:
     ax.set_xlim(-0.6, 7.5)
     ax.set_ylim(-1.3, 0.8)
     ax.set_axis_off()
-
-
-def _spring(start: float, end: float) -> tuple[np.ndarray, np.ndarray]:
-    turns = np.linspace(0.0, 1.0, 14)
-    zigzag = np.where(np.arange(14) % 2 == 0, 0.09, -0.09)
-    zigzag[[0, 1, -2, -1]] = 0.0
-    return start + (end - start) * turns, zigzag

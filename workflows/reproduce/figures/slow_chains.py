@@ -1,6 +1,5 @@
 """Beyond the paper: what slow long chains lose, on one curve of kappa v0 n^(2/3)."""
 
-from functools import partial
 from itertools import product
 from typing import Any
 
@@ -128,6 +127,27 @@ def figure(measured: Measurements) -> Figure:
     every = [p for group in groups.values() for p in group]
     longest = max((p.particles for p in every), default=0)
     checked = [p for p in every if p.agrees is not None]
+
+    def draw(above: Axes, below: Axes) -> None:
+        y = np.geomspace(0.1, _LAST, 120)
+        above.plot(y, limiting_loss(y), color=BLACK, linewidth=1.0, label=r"theory, $n\to\infty$")
+        below.axhline(2.0 * FRONT_LEAD, color=BLACK, linewidth=1.0, label=r"$2\beta$")
+        for (name, group), color, marker in zip(groups.items(), CYCLE, MARKERS, strict=False):
+            looks: dict[str, Any] = {"color": color, "markerfacecolor": "none", "markersize": 4.0}
+            n, scaled = column(group, "particles"), column(group, "scaled_dissipation")
+            y = np.array([variable_of(p) for p in group])
+            above.plot(y, scaled, marker, label=name, **looks)
+            slow = y <= 5.0
+            distance = n ** (1.0 / 3.0) * (scaled - limiting_loss(y) if y.size else scaled)
+            below.plot(n[slow], distance[slow], marker, **looks)
+        above.set(xscale="log", yscale="log", xlim=(0.1, 40.0))
+        above.set(xlabel=r"$y=\kappa v_0\,n^{2/3}$", ylabel=r"$n^{2/3}(1-\eta)$")
+        below.axhline(0.0, color=GREY, linewidth=0.6)
+        below.set(xscale="log", xlabel=r"number of particles $n$")
+        below.set_ylabel(r"$n^{1/3}\,[n^{2/3}(1-\eta)-h(y)]$")
+        for ax in (above, below):
+            ax.legend(loc="best", fontsize=8)
+
     return Figure(
         key=_KEY,
         title="Beyond the paper: slow chains of all bonds on one curve",
@@ -148,7 +168,7 @@ def figure(measured: Measurements) -> Figure:
             "distance times the cube root of n rises from about 0 at 30 particles to between 1.1 "
             "and 1.9 at 1000 to 3000, below the line at 1.99."
         ),
-        draw=partial(_draw, groups),
+        draw=draw,
         records=[
             {
                 "bond": name,
@@ -165,24 +185,3 @@ def figure(measured: Measurements) -> Figure:
         size=(6.4, 7.4),
         panels=(1.5, 1.0),
     )
-
-
-def _draw(groups: dict[str, list[Point]], above: Axes, below: Axes) -> None:
-    y = np.geomspace(0.1, _LAST, 120)
-    above.plot(y, limiting_loss(y), color=BLACK, linewidth=1.0, label=r"theory, $n\to\infty$")
-    below.axhline(2.0 * FRONT_LEAD, color=BLACK, linewidth=1.0, label=r"$2\beta$")
-    for (name, group), color, marker in zip(groups.items(), CYCLE, MARKERS, strict=False):
-        looks: dict[str, Any] = {"color": color, "markerfacecolor": "none", "markersize": 4.0}
-        n, scaled = column(group, "particles"), column(group, "scaled_dissipation")
-        y = np.array([variable_of(p) for p in group])
-        above.plot(y, scaled, marker, label=name, **looks)
-        slow = y <= 5.0
-        distance = n ** (1.0 / 3.0) * (scaled - limiting_loss(y) if y.size else scaled)
-        below.plot(n[slow], distance[slow], marker, **looks)
-    above.set(xscale="log", yscale="log", xlim=(0.1, 40.0))
-    above.set(xlabel=r"$y=\kappa v_0\,n^{2/3}$", ylabel=r"$n^{2/3}(1-\eta)$")
-    below.axhline(0.0, color=GREY, linewidth=0.6)
-    below.set(xscale="log", xlabel=r"number of particles $n$")
-    below.set_ylabel(r"$n^{1/3}\,[n^{2/3}(1-\eta)-h(y)]$")
-    for ax in (above, below):
-        ax.legend(loc="best", fontsize=8)

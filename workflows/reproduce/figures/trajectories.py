@@ -13,9 +13,12 @@ from chaincor.workflows.engines.lammps import engine as lammps
 from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.reproduce.claims import TREND, Finding, claim, exact, words
 from chaincor.workflows.reproduce.drawing import Axes, Figure
-from chaincor.workflows.reproduce.figures.harmonic_contacts import compare_velocities, paper_chain
+from chaincor.workflows.reproduce.figures.harmonic_contacts import (
+    paper_chain,
+    same_at_all_velocities,
+)
 from chaincor.workflows.reproduce.measurements import Answer, Measurements, NoNumber, Point
-from chaincor.workflows.reproduce.plan import Plan, Study, harmonic_scene
+from chaincor.workflows.reproduce.plan import Plan, Study, harmonic_chains
 
 _KEY = "trajectories"
 # Fast enough that the compression is seen in the drawing; eta does not depend on it.
@@ -30,18 +33,13 @@ _FAST = (0.6, 0.7, 0.8, 1.0)
 
 def study(plan: Plan) -> Study:
     """Return fast harmonic chains, in-house: coordinates of LAMMPS may cross as well."""
-    scenes = tuple(harmonic_scene(plan.curve_particles, plan.tolerance, v) for v in _FAST)
+    scenes = harmonic_chains((plan.curve_particles,), plan.tolerance, _FAST)
     return Study("order", "fast harmonic chains, for the order of particles", (), scenes)
 
 
-@claim(
-    "section II",
-    "contact time t_c is almost 2τ for large n",
-    words(2.0),
-    "contact time 2τ",
-    figure=_KEY,
-)
+@claim("section II", words(2.0), "contact time 2τ", figure=_KEY)
 def _contact_time(measured: Measurements) -> Finding:
+    """contact time t_c is almost 2τ for large n"""
     points = measured.select("harmonic_sizes", "harmonic")
     long = [p for p in points if p.particles >= 100]
     if not long:
@@ -64,13 +62,9 @@ def _followed(particles: int) -> Outcome:
     return lammps.run(scene, _NUMERICS, _FRAME_INTERVAL)
 
 
-@claim(
-    "section II",
-    "the order of the particles is always kept",
-    TREND,
-    "harmonic chains keep the order of their particles",
-)
+@claim("section II", TREND, "harmonic chains keep the order of their particles")
 def _order_of_particles(measured: Measurements) -> Finding:
+    """the order of the particles is always kept"""
     points = measured.select("order", "harmonic", 1)
     crossed = {p.scene.impact_velocity: bool(p.answer.result["crossed"]) for p in points}
     kept = [v for v, is_crossed in crossed.items() if not is_crossed]
@@ -87,27 +81,21 @@ def _order_of_particles(measured: Measurements) -> Finding:
     )
 
 
-@claim(
+# The scale is the way of v₀ in a unit of time.
+@same_at_all_velocities(
     "section II",
-    '"similar orbits" at all v₀: differences of u_j/v₀ of any particle are 0',
-    exact(0.0, 1.0),  # the way of v₀ in a unit of time
+    exact(0.0, 1.0),
     "orbits at all speeds are similar",
+    "u_j/v₀ at the last contact",
+    text='"similar orbits" at all v₀: differences of u_j/v₀ of any particle are 0',
 )
-def _similar_orbits(measured: Measurements) -> Finding:
-    def orbits(point: Point, answer: Answer) -> Array:
-        return answer.arrays["displacements"] / point.scene.impact_velocity
-
-    return compare_velocities(measured, orbits, "u_j/v₀ at the last contact")
+def _similar_orbits(point: Point, answer: Answer) -> Array:
+    return answer.arrays["displacements"] / point.scene.impact_velocity
 
 
-@claim(
-    "section II",
-    "of the vibration under pressure, particle 1 has the largest amplitude",
-    TREND,
-    "particle 1 has the largest amplitude",
-    figure=_KEY,
-)
+@claim("section II", TREND, "particle 1 has the largest amplitude", figure=_KEY)
 def _largest_amplitude(measured: Measurements) -> Finding:
+    """of the vibration under pressure, particle 1 has the largest amplitude"""
     n = 20
     frames = _followed(n).frames
     assert frames is not None
@@ -124,13 +112,9 @@ def _largest_amplitude(measured: Measurements) -> Finding:
     )
 
 
-@claim(
-    "eqs. (7)–(10)",
-    "the energies E_j of the modes are eq. (7) with Δt, f and v of eqs. (8)–(10): difference 0",
-    words(0.0, 1.0, "1, all energy of vibration"),
-    "the spectrum of eq. (7)",
-)
+@claim("eqs. (7)–(10)", words(0.0, 1.0, "1, all energy of vibration"), "the spectrum of eq. (7)")
 def _spectrum(measured: Measurements) -> Finding:
+    """the energies E_j of the modes are eq. (7) with Δt, f and v of eqs. (8)–(10): difference 0"""
     point = paper_chain(measured)
     if "mode_energies" not in point.answer.arrays:
         raise NoNumber("no energies of modes")
@@ -183,9 +167,8 @@ def figure(_measured: Measurements) -> Figure:
         caption=(
             "The paper's figure 2, whose text says n = 19 and whose caption says n = 20. LAMMPS, "
             f"steps of order 8 and length {_NUMERICS.timestep}, v₀ = {_VELOCITY} speeds of sound. "
-            "Blue: particle 1; grey: the others. Dots are contacts; "
-            "the dashed line is sound, in the material, to the free end and back: contact ends "
-            f"near 2τ. {etas}."
+            "Blue: particle 1; grey: the others. Dots are contacts; the dashed line is sound, in "
+            f"the material, to the free end and back: contact ends near 2τ. {etas}."
         ),
         alt=(
             "Distances from the wall against time: the chain is compressed from the wall end to "

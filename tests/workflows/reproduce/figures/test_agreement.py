@@ -3,9 +3,9 @@
 import pytest
 
 from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.reproduce.figures.agreement import examine_points
 from chaincor.workflows.reproduce.measurements import Answer, Measurements, Point
 from chaincor.workflows.reproduce.plan import QUICK
-from chaincor.workflows.reproduce.trust import examine_points
 
 
 def answer(eta: float, bar: float) -> Answer:

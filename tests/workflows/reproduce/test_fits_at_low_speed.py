@@ -6,7 +6,7 @@ import pytest
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.reproduce.claims import Verdict
 from chaincor.workflows.reproduce.figures.increase import CLAIMS
-from chaincor.workflows.reproduce.low_speed import FIT_RANGE, Increase, increase_of
+from chaincor.workflows.reproduce.fits import FIT_RANGE, Increase, increase_of
 from chaincor.workflows.reproduce.measurements import Answer, Measurements, Point
 from chaincor.workflows.reproduce.plan import QUICK
 
