@@ -5,8 +5,7 @@ from pathlib import Path
 from docutils import nodes
 from sphinx.application import Sphinx
 
-from chaincor.workflows.lessons.notebooks import notebook
-from chaincor.workflows.lessons.pages import lesson_pages
+from chaincor.workflows.lessons.notebooks import lesson_pages, notebook
 
 _FOLDER = "notebooks"
 _KINDS = {"with solutions": ("", True), "to hand in": ("hand_in/", False)}

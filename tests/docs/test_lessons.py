@@ -12,8 +12,8 @@ import pytest
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.collision import collide
 from chaincor.workflows.lessons import prepared
-from chaincor.workflows.lessons.check import LESSONS, exercises_of
-from chaincor.workflows.lessons.pages import lesson_pages
+from chaincor.workflows.lessons.exercise import LESSONS, exercises_of
+from chaincor.workflows.lessons.notebooks import lesson_pages
 from tests.docs.documents import ROOT
 
 PAGES = lesson_pages()

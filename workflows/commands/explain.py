@@ -6,7 +6,7 @@ import click
 
 from chaincor.lammps_inputs.errors import meant
 from chaincor.workflows.documents import DOCUMENTS
-from chaincor.workflows.showing.terms import ALL_TERMS, other_names
+from chaincor.workflows.showing.terms import ALL_TERMS, OTHER_NAMES
 
 _SECTION = re.compile(r"^### (\w+)\n(.*?)(?=^##|\Z)", re.MULTILINE | re.DOTALL)
 
@@ -33,7 +33,7 @@ def explain(words: tuple[str, ...]) -> None:
         _paragraph(f"errors, each explained by its name: {', '.join(errors)}")
         return
     word = " ".join(words)
-    names = {**{name: name for name in (*ALL_TERMS, *errors)}, **other_names()}
+    names = {**{name: name for name in (*ALL_TERMS, *errors)}, **OTHER_NAMES}
     near = meant(word, names)
     if near is None:
         raise click.UsageError(

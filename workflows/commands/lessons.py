@@ -25,8 +25,7 @@ def lessons(output: Path, solutions: bool, force: bool) -> None:
     """
     from chaincor.analysis.atomic_write import write_whole
     from chaincor.lammps_inputs.errors import InputError
-    from chaincor.workflows.lessons.notebooks import notebook
-    from chaincor.workflows.lessons.pages import lesson_pages
+    from chaincor.workflows.lessons.notebooks import lesson_pages, notebook
     from chaincor.workflows.outputs import make_folder
 
     made = {

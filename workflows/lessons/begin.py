@@ -1,11 +1,12 @@
-"""The first cell of a lesson: a folder for its files, and a shell that finds the commands."""
+"""What cells of a lesson begin with: its folder, a shell that finds commands, data made before."""
 
 import itertools
 import os
 import sys
 from pathlib import Path
 
-from chaincor.lammps_inputs.errors import InputError
+from chaincor.lammps_inputs.errors import InputError, meant
+from chaincor.workflows.documents import DOCUMENTS
 
 # Where the session was before its first lesson: a cell that is run again must not go deeper.
 _home: list[Path] = []
@@ -72,3 +73,18 @@ def _let_the_shell_find_commands() -> None:
 def _put_first(variable: str, folder: Path) -> None:
     before = [place for place in os.environ.get(variable, "").split(os.pathsep) if place]
     os.environ[variable] = os.pathsep.join([str(folder), *(p for p in before if p != str(folder))])
+
+
+def prepared(name: str) -> Path:
+    """
+    Return the path of a file of data made beforehand, for machines that are slow.
+
+    Raises InputError if there is none of that name.
+    """
+    folder = DOCUMENTS / "course" / "data"
+    names = sorted(path.name for path in folder.glob("*.csv"))
+    if name not in names:
+        near = meant(name, names)
+        hint = "" if near is None else f"; did you mean '{near}'?"
+        raise InputError(f"there is no data {name!r}; expected one of {', '.join(names)}{hint}")
+    return folder / name

@@ -1,6 +1,7 @@
-"""An exercise that knows its answer, and what those get who go wrong in a usual way."""
+"""Exercises that know their answers, those of usual mistakes, and what to say of either."""
 
 import html
+import importlib
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -10,9 +11,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from chaincor.lammps_inputs.arrays import Array
-from chaincor.lammps_inputs.errors import one_line
+from chaincor.lammps_inputs.errors import InputError, one_line
 from chaincor.lammps_inputs.given_numbers import shown
 
+LESSONS = range(1, 9)
 RIGHT = "right"
 # Answers, each with what is said of it.
 Answers = Iterator[tuple[ArrayLike, str]]
@@ -53,6 +55,54 @@ class Verdict:
     def _repr_html_(self) -> str:
         # Of plain text JupyterLab breaks lines within words.
         return f"<p>{html.escape(self.says)}</p>"
+
+
+def check(exercise: str, answer: Any) -> Verdict:
+    """
+    Say whether an answer is right, and if not, what is probably wrong with it.
+
+    The truth is computed when it is asked for, by the in-house engine: nothing is looked up.
+
+    Parameters
+    ----------
+    exercise : str
+        Its name, ``"4.1"`` for the first of lesson 4.
+    answer : float, array_like or callable
+        A number, several, or a function, as the exercise asks.
+
+    Returns
+    -------
+    Verdict
+        True if the answer is right; shows what there is to say.
+
+    Raises
+    ------
+    InputError
+        If there is no such exercise.
+    """
+    return judge(find_exercise(exercise), answer)
+
+
+def find_exercise(name: str) -> Exercise:
+    """Return an exercise by its name; InputError, which lists the names, if there is none."""
+    lesson = str(name).partition(".")[0]
+    known: dict[str, Exercise] = {}
+    if lesson in map(str, LESSONS):
+        known = exercises_of(int(lesson))
+    if not isinstance(name, str) or name not in known:
+        names = ", ".join(map(repr, known)) or f"those of lessons 1 to {LESSONS[-1]}, such as '1.1'"
+        raise InputError(f"there is no exercise {shown(name)}; expected one of {names}")
+    return known[name]
+
+
+def exercises_of(lesson: int) -> dict[str, Exercise]:
+    """Return the exercises of a lesson that can be checked, by name."""
+    module = importlib.import_module(f"chaincor.workflows.lessons.exercises.lesson_{lesson}")
+    return {
+        f"{lesson}.{name.removeprefix('_exercise_')}": exercise
+        for name, exercise in vars(module).items()
+        if isinstance(exercise, Exercise)
+    }
 
 
 def judge(exercise: Exercise, answer: Any) -> Verdict:

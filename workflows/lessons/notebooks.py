@@ -1,4 +1,4 @@
-"""A lesson's page as a Jupyter notebook, with its solutions or to be handed in."""
+"""Pages of lessons as Jupyter notebooks, with their solutions or to be handed in."""
 
 import base64
 import mimetypes
@@ -6,6 +6,7 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 
+from chaincor.workflows.documents import DOCUMENTS
 from chaincor.workflows.errors import MissingLibraryError
 
 # A page is cut at its blocks of code, solutions and pictures; what is between stays as it is.
@@ -29,6 +30,12 @@ _METADATA = {
     "kernelspec": {"display_name": "Python 3", "language": "python", "name": "python3"},
     "language_info": {"name": "python", "file_extension": ".py", "mimetype": "text/x-python"},
 }
+
+
+def lesson_pages() -> dict[str, Path]:
+    """Return the pages that become notebooks, in their order: eight lessons, and the class."""
+    found = [*(DOCUMENTS / "tutorials").glob("*.md"), DOCUMENTS / "course" / "class.md"]
+    return {path.stem: path for path in sorted(found, key=lambda path: path.stem)}
 
 
 def notebook(page: Path, *, solutions: bool = True) -> str:

@@ -115,8 +115,5 @@ _ALSO = {
     "order": ("verdict",),
     "promises": ("promised",),
 }
-
-
-def other_names() -> dict[str, str]:
-    """Return other words for the terms, and the term of each."""
-    return {word: term for term, words in _ALSO.items() for word in words}
+# Each with its term.
+OTHER_NAMES = {word: term for term, words in _ALSO.items() for word in words}

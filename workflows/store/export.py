@@ -12,7 +12,7 @@ from chaincor.lammps_inputs.errors import InputError
 from chaincor.workflows.errors import StoreError
 from chaincor.workflows.outputs import make_folder, refuse_other_kinds
 from chaincor.workflows.research_object import METADATA_FILE, describe_folder, require_rocrate
-from chaincor.workflows.showing.terms import ALL_TERMS, other_names
+from chaincor.workflows.showing.terms import ALL_TERMS, OTHER_NAMES
 from chaincor.workflows.store.query import query_rows
 from chaincor.workflows.store.results_store import Store
 from chaincor.workflows.store.schema import FLAG_COLUMNS, PLAIN_COLUMNS
@@ -76,8 +76,7 @@ def export_crate(store: Store, folder: Path) -> int:
 
 def _meaning(column: str) -> str:
     words = column.replace("_", " ")
-    terms = other_names()
-    return ALL_TERMS.get(terms.get(column, terms.get(words, words)), words)
+    return ALL_TERMS.get(OTHER_NAMES.get(column, OTHER_NAMES.get(words, words)), words)
 
 
 def to_pandas(store: Store | Path | str) -> "pandas.DataFrame":

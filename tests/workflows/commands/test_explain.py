@@ -2,7 +2,7 @@
 
 import pytest
 
-from chaincor.workflows.showing.terms import ALL_TERMS, other_names
+from chaincor.workflows.showing.terms import ALL_TERMS, OTHER_NAMES
 from tests.docs.test_errors_page import named_errors
 
 
@@ -14,17 +14,17 @@ def test_all_is_listed(chaincor):
     assert all(name in plain for name in named_errors())
 
 
-@pytest.mark.parametrize("word", [*ALL_TERMS, *other_names(), "ETA", "momentum-residual"])
+@pytest.mark.parametrize("word", [*ALL_TERMS, *OTHER_NAMES, "ETA", "momentum-residual"])
 def test_each_word_leads_to_its_term(chaincor, word):
     status, out, _ = chaincor("explain", *word.split())
     assert status == 0
     term = out.partition(":")[0]
-    assert term == other_names().get(word, word if word in ALL_TERMS else term)
+    assert term == OTHER_NAMES.get(word, word if word in ALL_TERMS else term)
     assert term in ALL_TERMS
 
 
 def test_no_other_name_hides_a_term(chaincor):
-    assert not set(other_names()) & set(ALL_TERMS)
+    assert not set(OTHER_NAMES) & set(ALL_TERMS)
     # A row of `analyze`, and an end that `run` prints.
     assert chaincor("explain", "vibration")[1].startswith("vibration: share of the energy")
     said = " ".join(chaincor("explain", "open")[1].split())

@@ -9,8 +9,15 @@ import pytest
 from chaincor.lammps_inputs.bonds.potentials import LennardJones
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.workflows.lessons import check
-from chaincor.workflows.lessons.check import LESSONS, exercises_of, find_exercise
-from chaincor.workflows.lessons.exercise import RIGHT, Exercise, exercise, judge
+from chaincor.workflows.lessons.exercise import (
+    LESSONS,
+    RIGHT,
+    Exercise,
+    exercise,
+    exercises_of,
+    find_exercise,
+    judge,
+)
 
 NAMES = [name for lesson in LESSONS for name in exercises_of(lesson)]
 J = np.arange(10)

@@ -10,8 +10,7 @@ import nbformat
 import pytest
 from nbclient import NotebookClient
 
-from chaincor.workflows.lessons.notebooks import notebook
-from chaincor.workflows.lessons.pages import lesson_pages
+from chaincor.workflows.lessons.notebooks import lesson_pages, notebook
 from tests.docs.documents import ROOT
 
 PAGES = lesson_pages()
