@@ -65,7 +65,7 @@ def trials_of(scene: Scene) -> list[Trial]:
                 found.append(asked._replace(contact=True))
             contacts, asked = int(moving.ledger["contacts"]), None
         if asked is None and now - last > quiet:
-            pieces = find_pieces(*moving.bodies(bond)[0][:3], bond)
+            pieces = find_pieces(*moving.bodies()[0][:3], bond)
             risk = return_risk(pieces, bond)
             if risk == 0.0:
                 return found

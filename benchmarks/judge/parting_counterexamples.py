@@ -65,7 +65,7 @@ def find_proof(law: str, line: Line) -> Line | None:
         watch = EndWatch(particles, bond, stiffness)
         if not ledger.touching and moving.gap > 0.0:
             now = float(ledger.steps) * _STEP
-            ending = watch.look_at(now, now, moving.bodies(bond))
+            ending = watch.look_at(now, now, moving.bodies())
             if ending == Ending("proved"):
                 return Line(line.masses, line.first, *moving.along_x())
         interval = 0.1 * (particles + 5.0) / stiffness**0.5

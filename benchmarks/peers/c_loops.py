@@ -10,7 +10,7 @@ import numpy as np
 from benchmarks.peers.integrators import timed
 from chaincor.lammps_inputs.bonds.potential import NoParameters
 from chaincor.lammps_inputs.bonds.potentials import lj_force
-from chaincor.workflows.engines.in_house.compile import LoopCompiler, ScalarForce
+from chaincor.workflows.engines.in_house.compile import LoopCompiler
 from chaincor.workflows.engines.in_house.line_kinds import Source
 from chaincor.workflows.engines.in_house.stages import looped_stages
 
@@ -48,7 +48,7 @@ def compile_c(folder: Path) -> ctypes.CDLL:
 
 def compile_ours() -> tuple[Callable, Callable]:
     """Return our loops, repeated inside compiled code so that calls cost nothing."""
-    compiler = LoopCompiler.for_force(ScalarForce(lj_force, NoParameters(), keep=False))
+    compiler = LoopCompiler.for_force(lj_force, keep=False)
     kernel, parameters = compiler.register(lj_force), NoParameters()
     stage = looped_stages(Source(kernel, compiler.register)).stage
 

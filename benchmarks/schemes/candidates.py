@@ -17,7 +17,6 @@ from numpy.typing import NDArray
 from benchmarks.schemes import nystrom
 from chaincor.workflows.engines.compositions import COMPOSITIONS
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
-from chaincor.workflows.engines.splittings import SRKN14_DRIFTS, SRKN14_KICKS, SRKN14_ORDER
 
 Array = NDArray[np.float64]
 State = tuple[float, Array, Array]
@@ -152,7 +151,7 @@ CANDIDATES: dict[str, Candidate] = {
         10, (*_SOFRONIOU, 1.0 - 2.0 * sum(_SOFRONIOU), *_SOFRONIOU[::-1])
     ),
     "ABA864": _symmetric(4, _DRIFTS_864, _KICKS_864),
-    "SRKN14": Split(SRKN14_ORDER, SRKN14_DRIFTS, SRKN14_KICKS),
+    "SRKN14": Split(STEP_SCHEMES["srkn14"].order, *STEP_SCHEMES["srkn14"].fractions),
     "extrapolated12": _mixed("extrapolated12"),
     "extrapolated14": _mixed("extrapolated14"),
     "RKN12(10)": Nystrom(),

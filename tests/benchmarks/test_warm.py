@@ -123,9 +123,7 @@ def test_an_ensemble_is_compared_with_the_same_collisions():
 @pytest.mark.slow
 def test_late_contacts_count(monkeypatch):
     # A collision that is taken for over at the first silence gives speeds that are too large.
-    monkeypatch.setattr(
-        "chaincor.workflows.engines.in_house.batch.end_bounds.reach", lambda *_: -math.inf
-    )
+    monkeypatch.setattr("chaincor.workflows.engines.whole_end.reach", lambda *_: -math.inf)
     # 1500 give a p of 7e-7.
     found = measure(WARM, 1500, workers=1)
     assert found["p_after"] < 0.1 * LEAST_P

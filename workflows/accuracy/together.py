@@ -18,8 +18,8 @@ from chaincor.workflows.accuracy.fixed_steps import LONGEST_TRUSTED, first_step,
 from chaincor.workflows.accuracy.step_guess import foresee_sharpness, is_smooth, sharpness
 from chaincor.workflows.accuracy.step_proof import COARSER, proved_error
 from chaincor.workflows.engines.ending import quiet_time
+from chaincor.workflows.engines.in_house.batch.chains import ManyRuns
 from chaincor.workflows.engines.in_house.batch.runner import Batch
-from chaincor.workflows.engines.in_house.batch.states import ManyRuns
 from chaincor.workflows.engines.in_house.finish import End, LastContact, finish, kinetic_energy
 from chaincor.workflows.engines.in_house.modal import serves as is_exact
 from chaincor.workflows.engines.outcome import Outcome

@@ -17,12 +17,12 @@ from chaincor.workflows.accuracy.step_guess import STEP_SHARE, usual_step
 from chaincor.workflows.accuracy.step_proof import COARSER, proved_error, usual_share
 from chaincor.workflows.accuracy.together import compare_many
 from chaincor.workflows.engines.ending import quiet_time
-from chaincor.workflows.engines.in_house.batch.runner import Batch, serves
-from chaincor.workflows.engines.in_house.batch.states import (
+from chaincor.workflows.engines.in_house.batch.chains import (
     ManyRuns,
     StartStates,
     chain_energies,
 )
+from chaincor.workflows.engines.in_house.batch.runner import Batch, serves
 from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.engines.rounding import arithmetic_error
 from chaincor.workflows.engines.schemes import STEP_SCHEMES

@@ -1,4 +1,4 @@
-"""How long a collision is followed, and the watch that looks for its end."""
+"""How long a collision is followed, the bodies that leave each other, and the watch for its end."""
 
 import math
 from collections.abc import Sequence
@@ -8,6 +8,7 @@ import numpy as np
 
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.potential import Potential
+from chaincor.lammps_inputs.line import Line
 from chaincor.workflows.engines.ending import (
     RISK_ALLOWED,
     RISK_AT_STAKE,
@@ -34,6 +35,9 @@ CERTAIN_CROSSINGS = 2000.0
 # An argument begins anew where the first piece loses or gains particles: what that stirs up may
 # come to its other end. Of a long one, whose far end boils, one in so many may come and go.
 EVAPORATING = 400
+
+# Each of two bodies has this part at least of the way, and of the speed, between both.
+_LEAST_SHARE = 0.05
 
 LOOKS_PER_CROSSING = 10.0
 # Looks get rarer with the time since the contact.
@@ -62,19 +66,61 @@ class Body(NamedTuple):
     velocities: Array  #: Relative to that plane, positive away from it; of shape (n,).
     masses: Array | None = None  #: None where all are 1; of shape (n,).
 
+    def pieces(self, bond: Potential) -> Pieces:
+        """Return the pieces that it has broken into."""
+        return find_pieces(*self[:3], bond, self.masses)
+
+
+def bodies_of(line: Line, bond: Potential, strains: Array, velocities: Array) -> list[Body]:
+    """
+    Return the bodies of a line as :class:`EndWatch` looks at them, one or two.
+
+    A wall, and a single particle, only stand before the other body. Two chains are divided by a
+    plane in uniform motion that leaves each the more of the way and of the speed the hotter it is.
+    `strains` are those of the N - 1 bonds along x, with the gap, `velocities` the N ones along x.
+    """
+    gap = float(strains[line.gap])
+    chain = Body(0.0, strains[line.first :], velocities[line.first :], line.chain_masses)
+    target = Body(
+        0.0, strains[: line.gap][::-1], -velocities[: line.first][::-1], line.target_masses
+    )
+    if line.first == 1:
+        return [_seen_from(chain, gap, float(target.velocities[0]))]
+    if len(chain.velocities) == 1:
+        return [_seen_from(target, gap, float(chain.velocities[0]))]
+    parted = [body.pieces(bond) for body in (chain, target)]
+    places = [float(pieces.displacements[0]) for pieces in parted]
+    speeds = [float(pieces.speeds[0]) for pieces in parted]
+    energies = [max(float(p.energies[0]), 0.0) if p.sizes[0] > 1 else 0.0 for p in parted]
+    both = list(zip(energies, parted, strict=True))
+    heats = [math.sqrt(energy / float(pieces.weights[0])) for energy, pieces in both]
+    widths = [math.sqrt(energy * int(pieces.sizes[0])) for energy, pieces in both]
+    way = gap + places[0] + places[1]
+    near = _share(*widths) * way
+    plane = speeds[0] - _share(*heats) * (speeds[0] + speeds[1])
+    return [
+        _seen_from(chain, near - places[0], -plane),
+        _seen_from(target, way - near - places[1], plane),
+    ]
+
+
+def _seen_from(body: Body, distance: float, receding: float) -> Body:
+    """Return a body whose first particle is so far from a plane that recedes from it."""
+    return body._replace(first_displacement=distance, velocities=body.velocities + receding)
+
+
+def _share(first: float, second: float) -> float:
+    total = first + second
+    share = first / total if total > 0.0 else 0.5
+    return min(max(share, _LEAST_SHARE), 1.0 - _LEAST_SHARE)
+
 
 class EndWatch:
     """
     Looks for the end of a collision, and remembers for how long it has been argued.
 
-    Parameters
-    ----------
-    particles : int
-        Particles of the chain.
-    bond : Potential
-        The bonds' potential.
-    stiffness : float, optional
-        U''(1) over the mean mass; that of the bond by default.
+    Particles are those of the chain, the stiffness is U''(1) over the mean mass, by default that of
+    the bond.
     """
 
     def __init__(self, particles: int, bond: Potential, stiffness: float | None = None) -> None:
@@ -86,17 +132,6 @@ class EndWatch:
         self._calm_since = 0.0
         self._first_sizes: tuple[int, ...] = ()
         self._arrival = 0.0
-
-    def look(
-        self,
-        now: float,
-        last_contact: float,
-        first_displacement: float,
-        strains: Array,
-        velocities: Array,
-    ) -> Ending | None:
-        """Look at a chain at a wall alone, given as to :func:`argue_end`; see :meth:`look_at`."""
-        return self.look_at(now, last_contact, [Body(first_displacement, strains, velocities)])
 
     def look_at(self, now: float, last_contact: float, bodies: Sequence[Body]) -> Ending | None:
         """
@@ -111,12 +146,13 @@ class EndWatch:
             self._last_contact = self._calm_since = last_contact
             self._first_sizes, self._arrival = tuple(len(body.velocities) for body in bodies), 0.0
         late = now > self.followed_until(last_contact)
-        if sum(_mean_velocity(body) for body in bodies) <= 0.0:
-            if late:
-                parted = [find_pieces(*body[:3], bond, body.masses) for body in bodies]
-                self._is_awaited(now, parted)
+        coming = sum(_mean_velocity(body) for body in bodies) <= 0.0
+        if coming and not late:
             return None
-        parted = [find_pieces(*body[:3], bond, body.masses) for body in bodies]
+        parted = [body.pieces(bond) for body in bodies]
+        if coming:
+            self._is_awaited(now, parted)
+            return None
         risk = min(1.0, sum(return_risk(pieces, bond) for pieces in parted))
         if risk == 0.0:
             return Ending("proved")

@@ -81,9 +81,8 @@ class Ending:
 
 def quiet_time(particles: int, stiffness: float) -> float:
     """
-    Return how long an argument must hold, with particle 1 off the wall.
+    Return how long an argument must hold: until sound has crossed the chain and come back.
 
-    That is the time for sound to cross so many particles and come back, with the margin;
     `stiffness` is U''(1) over the mean mass.
     """
     return QUIET_ROUND_TRIPS * 2.0 * particles / stiffness**0.5
@@ -162,25 +161,9 @@ def argue_end(
     bond: Potential,
 ) -> str | None:
     """
-    Return the argument by which no further contact can come, from one state alone.
+    Return by what no further contact can come, ``proved`` or ``argued``, from one state alone.
 
-    Parameters
-    ----------
-    first_displacement : float
-        Distance of particle 1 from the wall.
-    strains : ndarray of shape (n - 1,)
-        Bond lengths less one.
-    velocities : ndarray of shape (n,)
-        Positive away from the wall.
-    since_contact : float
-        Time since the last contact.
-    bond : Potential
-        Of all bonds.
-
-    Returns
-    -------
-    str or None
-        ``proved``, ``argued`` or None.
+    None where one may. The state is as :func:`pieces.find_pieces` takes it.
     """
     if float(np.sum(velocities)) <= 0.0:
         return None

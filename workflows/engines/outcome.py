@@ -4,9 +4,10 @@ from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from chaincor.analysis.dumps.chain_state import ChainState
+from chaincor.lammps_inputs.line import Line
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.workflows.engines.ending import Ending
 
@@ -27,6 +28,16 @@ class Frames:
     #: (frames, M).
     target_displacements: NDArray[np.float64] | None = None
     target_velocities: NDArray[np.float64] | None = None  #: See ``target_displacements``.
+
+    @classmethod
+    def of(
+        cls, line: Line, times: ArrayLike, displacements: ArrayLike, velocities: ArrayLike
+    ) -> "Frames":
+        """Return those of a line, told of all its particles along x; a hard wall may be none."""
+        chain, targets = len(line.chain_masses), line.targets
+        moved, moving = np.array(displacements), np.array(velocities)
+        target = (each[:, :targets][:, ::-1] if targets else None for each in (moved, moving))
+        return cls(np.array(times), moved[:, -chain:], moving[:, -chain:], *target)
 
     def state(self, frame: int) -> ChainState:
         """Return both bodies in one frame, counted from 0."""

@@ -32,11 +32,7 @@ ENERGY_LADDER = math.log(1.03)
 
 
 def breaking_energy(bond: Potential) -> float:
-    """
-    Return the energy that a bond cannot hold; inf for one that holds any.
-
-    That is the energy of dissociation, or of the barrier beyond which the bond runs away.
-    """
+    """Return the energy that a bond cannot hold, of dissociation or its barrier; inf for none."""
     return min(bond.dissociation, bond.barrier)
 
 

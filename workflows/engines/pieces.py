@@ -16,7 +16,7 @@ gaps so worsened still grow as was assumed, they do so for ever: a proof.
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from itertools import starmap
 
 import numpy as np
@@ -36,8 +36,9 @@ _ENERGY_RESERVE = 1.01
 
 @dataclass(frozen=True)
 class Pieces:
-    """A chain cut at stretched bonds."""
+    """A chain cut at stretched bonds: what is known of its pieces, and of each cut."""
 
+    cuts: NDArray[np.int64]  #: Bonds; of shape (pieces - 1,).
     sizes: NDArray[np.int64]  #: Particles in each; of shape (pieces,).
     masses: Array  #: Of all particles; of shape (n,).
     weights: Array  #: Masses of the pieces; of shape (pieces,).
@@ -45,10 +46,20 @@ class Pieces:
     #: Internal energies, with what pulls across the cuts can ever add; of shape (pieces,).
     energies: Array
     displacements: Array  #: Mean of x_i - (i - 1); of shape (pieces,).
-    lever: Lever  #: Of particle 1 in the first piece.
+    levers: list[tuple[Lever, Lever]]  #: Of both ends of every piece.
+    #: For which cuts it is proved that the pieces stay apart; of shape (pieces - 1,).
+    apart: NDArray[np.bool_] = field(default_factory=lambda: np.empty(0, bool))
+    #: Energy of relative motion across each cut less what breaks the bond, negative where pieces
+    #: approach; of shape (pieces - 1,).
+    binding: Array = field(default_factory=lambda: np.empty(0))
     #: How likely the others are to disturb the first piece so that it meets the wall again: 0 where
     #: that is ruled out.
-    return_risk: float
+    return_risk: float = 0.0
+
+    @property
+    def lever(self) -> Lever:
+        """That of particle 1 in the first piece."""
+        return self.levers[0][0]
 
 
 def find_pieces(
@@ -62,51 +73,21 @@ def find_pieces(
     Cut a chain into as many pieces as move apart, one at least.
 
     Pieces that approach, or whose motion does not break the bond between them, are taken as one.
-
-    Parameters
-    ----------
-    first_displacement : float
-        Distance of particle 1 from the wall.
-    strains : ndarray of shape (n - 1,)
-        Bond lengths less one.
-    velocities : ndarray of shape (n,)
-        Positive away from the wall.
-    bond : Potential
-        Of all bonds.
-    masses : ndarray of shape (n,), optional
-        1 by default.
+    Given are the distance of particle 1 from the wall, the bond lengths less one, the velocities,
+    positive away from the wall, and the masses, 1 by default.
     """
     chain = _Chain(first_displacement, strains, velocities, bond, masses)
     cuts = np.empty(0, dtype=np.int64)
     if math.isfinite(bond.dissociation):
         cuts = np.flatnonzero(strains > bond.convex_strain)
     while True:
-        cutting = chain.cut_at(cuts)
-        failing = np.flatnonzero(~cutting.apart & (cutting.binding <= 0.0))
+        pieces = chain.cut_at(cuts)
+        failing = np.flatnonzero(~pieces.apart & (pieces.binding <= 0.0))
         if len(failing) == 0:
-            return chain.judge(cutting)
+            return replace(pieces, return_risk=chain.return_risk(pieces))
         # Those most firmly bound first: with them taken as one, the others may move apart.
-        bound = failing[np.argsort(cutting.binding[failing])]
+        bound = failing[np.argsort(pieces.binding[failing])]
         cuts = np.delete(cuts, bound[: max(1, len(failing) // 3)])
-
-
-@dataclass(frozen=True)
-class _Cutting:
-    """
-    A partition: its cuts, and what is known of its pieces and of each cut.
-
-    `apart` tells for which cuts it is proved that the pieces stay apart; `binding` is the energy
-    of relative motion across a cut less what breaks the bond, negative where pieces approach.
-    """
-
-    cuts: NDArray[np.int64]
-    sizes: NDArray[np.int64]
-    weights: Array
-    speeds: Array
-    means: Array
-    energies: Array
-    apart: NDArray[np.bool_]
-    binding: Array
 
 
 class _Chain:
@@ -127,7 +108,7 @@ class _Chain:
         with np.errstate(over="ignore"):  # an exploded motion, which its energy gives away
             self.bond_energies = np.append(bond.energy(strains), 0.0)
 
-    def cut_at(self, cuts: NDArray[np.int64]) -> _Cutting:
+    def cut_at(self, cuts: NDArray[np.int64]) -> Pieces:
         """Take the chain as cut there."""
         bond = self.bond
         starts = np.concatenate(([0], cuts + 1))
@@ -140,16 +121,15 @@ class _Chain:
         with np.errstate(over="ignore"):
             motion = 0.5 * self.masses * (self.velocities - np.repeat(speeds, sizes)) ** 2
             energies = _ENERGY_RESERVE * np.add.reduceat(motion + inner, starts)
+        levers = self._levers(starts, sizes)
+        pieces = Pieces(cuts, sizes, self.masses, weights, speeds, energies, means, levers)
         if len(cuts) == 0:
-            none = np.empty(0)
-            apart = none.astype(bool)
-            return _Cutting(cuts, sizes, weights, speeds, means, energies, apart, none)
+            return pieces
         opening = np.diff(speeds)
         reduced = 1.0 / (1.0 / weights[:-1] + 1.0 / weights[1:])
         binding = 0.5 * reduced * opening * np.abs(opening)
         binding += self.bond_energies[cuts] - bond.dissociation
         binding = np.where(opening > 0.0, binding, np.minimum(binding, -np.abs(opening)))
-        levers = self._levers(starts, sizes)
         gaps, growths = self._gaps(cuts, levers, means, speeds[:-1], speeds[1:], energies)
         kept = _LEFT * growths
         apart = (gaps >= bond.convex_strain) & (kept > 0.0)
@@ -168,17 +148,15 @@ class _Chain:
         # Where nothing is proved, the pull is that of the present motion.
         present = self._pull(self.strains[cuts], _LEFT * opening, opening > 0.0)
         worse = self._worsened(energies, np.where(apart, pulls, present), levers)
-        return _Cutting(cuts, sizes, weights, speeds, means, worse, apart, binding)
+        return replace(pieces, energies=worse, apart=apart, binding=binding)
 
-    def judge(self, cutting: _Cutting) -> Pieces:
+    def return_risk(self, pieces: Pieces) -> float:
         """Work out how likely what happens at any cut is to reach the wall."""
-        speeds, energies = cutting.speeds, cutting.energies
-        starts = np.concatenate(([0], cutting.cuts + 1))
-        levers = self._levers(starts, cutting.sizes)
+        speeds, energies, levers = pieces.speeds, pieces.energies, pieces.levers
         disturbed = 0.0
-        for k in range(len(cutting.cuts) - 1, -1, -1):
+        for k in range(len(pieces.cuts) - 1, -1, -1):
             risk = 0.0
-            if not cutting.apart[k]:
+            if not pieces.apart[k]:
                 opening = float(speeds[k + 1] - speeds[k])
                 risk = max(
                     self._escape(float(energy), lever, opening)
@@ -188,20 +166,9 @@ class _Chain:
                     )
                 )
             if disturbed > 0.0:
-                risk += disturbed * self._group_escape(cutting.cuts[k] + 1, float(speeds[k]))
+                risk += disturbed * self._group_escape(pieces.cuts[k] + 1, float(speeds[k]))
             disturbed = min(risk, 1.0)
-        if disturbed > 0.0:
-            disturbed *= self._group_escape(0, 0.0)
-        return Pieces(
-            cutting.sizes,
-            self.masses,
-            cutting.weights,
-            speeds,
-            energies,
-            cutting.means,
-            levers[0][0],
-            disturbed,
-        )
+        return disturbed * self._group_escape(0, 0.0) if disturbed > 0.0 else 0.0
 
     def _levers(
         self, starts: NDArray[np.int64], sizes: NDArray[np.int64]

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import FILE_KEYS, Scene
-from chaincor.workflows.engines.outcome import Frames, Outcome
+from chaincor.workflows.engines.outcome import Frames
 from chaincor.workflows.errors import RunError
 
 
@@ -33,14 +33,9 @@ class Replay:
         LAMMPS takes them at the ends of steps. Raises RunError if the run was the limit of hard
         spheres, which has no motion of bonds; otherwise as the engine.
         """
-        scene = self.scene.without(*FILE_KEYS)
-        frames = self._run(scene, interval).frames
-        assert frames is not None
-        return frames
-
-    def _run(self, scene: Scene, interval: float) -> Outcome:
         from chaincor.workflows.engines.in_house import adaptive, hard_sphere, modal, stepping
 
+        scene = self.scene.without(*FILE_KEYS)
         if self.scheme == hard_sphere.SCHEME:
             raise RunError(
                 "the result is the limit of hard spheres, in which bonds have no motion to show; "
@@ -49,9 +44,12 @@ class Replay:
         if self.numerics is not None and scene.engine == "lammps":
             from chaincor.workflows.engines.lammps import engine as lammps
 
-            return lammps.run(scene, self.numerics, interval)
-        if self.numerics is not None:
-            return stepping.run(scene, self.numerics, interval)
-        if self.accuracy is not None:
-            return adaptive.run(scene, self.accuracy, interval)
-        return modal.run(scene, interval)
+            outcome = lammps.run(scene, self.numerics, interval)
+        elif self.numerics is not None:
+            outcome = stepping.run(scene, self.numerics, interval)
+        elif self.accuracy is not None:
+            outcome = adaptive.run(scene, self.accuracy, interval)
+        else:
+            outcome = modal.run(scene, interval)
+        assert outcome.frames is not None
+        return outcome.frames

@@ -2,7 +2,9 @@ r"""
 One step of the chain away from the wall: split into drifts and kicks, or extrapolated.
 
 *Splitting*: drifts and kicks in turns, mostly those of Verlet steps of w_k H one after the other
-(``compositions``, others in ``splittings``). The map stays symmetric and symplectic.
+(``compositions``). The map stays symmetric and symplectic. Drifts and kicks that make up no Verlet
+steps do as well where forces depend on positions alone and the kinetic energy is quadratic, as
+here; LAMMPS, whose steps tie each kick to the drifts beside it, cannot take them.
 
 *Extrapolation* (Gragg, Bulirsch and Stoer, with Störmer's rule): the step H is taken k times, as
 1, 2, ... k Verlet steps. The error of each is a series in even powers of H/m, and the mixture
@@ -24,12 +26,32 @@ import numpy as np
 
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.workflows.engines.compositions import COMPOSITIONS
-from chaincor.workflows.engines.splittings import SRKN14_DRIFTS, SRKN14_KICKS, SRKN14_ORDER
 
 # In how many Verlet steps a step is taken, of orders 12, 14 and 16. LAMMPS, whose coordinates are
 # coarse, takes order 12: with the last two numbers by twos it amplifies rounding, by the sum of
 # |c_m|, 8 times; with 1 to 6 it would 27 times, and orders 14 and 16 do 56 and 116 times.
 _COUNTS = ((1, 2, 3, 4, 6, 8), tuple(range(1, 8)), tuple(range(1, 9)))
+
+# Of SRKN14, Blanes and Moan (2002), J. Comput. Appl. Math. 142, 313, table 3: fourteen stages,
+# beginning with a drift. What is left of 1 makes the middle drift and the two kicks beside it.
+_DRIFTS = (
+    0.0378593198406116,
+    0.102635633102435,
+    -0.0258678882665587,
+    0.314241403071447,
+    -0.130144459517415,
+    0.106417700369543,
+    -0.00879424312851058,
+)
+_KICKS = (
+    0.09171915262446165,
+    0.183983170005006,
+    -0.05653436583288827,
+    0.004914688774712854,
+    0.143761127168358,
+    0.328567693746804,
+)
+_HALF = (*_KICKS, 0.5 - sum(_KICKS))
 
 
 class Rule(NamedTuple):
@@ -191,10 +213,13 @@ def _extrapolated(counts: tuple[int, ...]) -> StepScheme:
     return StepScheme(f"extrapolated{order}", order, mixture, build_extrapolated_step)
 
 
-_SRKN14 = Splitting(np.array(SRKN14_DRIFTS), np.array(SRKN14_KICKS))
+_SRKN14 = Splitting(
+    np.array((*_DRIFTS, 1.0 - 2.0 * sum(_DRIFTS), *reversed(_DRIFTS))),
+    np.array((*_HALF, *reversed(_HALF))),
+)
 _SCHEMES = (
     *map(_composed, COMPOSITIONS),
-    StepScheme("srkn14", SRKN14_ORDER, _SRKN14, build_split_step),
+    StepScheme("srkn14", 6, _SRKN14, build_split_step),
     *map(_extrapolated, _COUNTS),
 )
 STEP_SCHEMES = {scheme.name: scheme for scheme in _SCHEMES}

@@ -10,7 +10,8 @@ from chaincor.analysis.modes import kinetic_mode_energies
 from chaincor.analysis.pair_theory import compressed_strain
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.workflows.engines.in_house import bookkeeping
-from chaincor.workflows.engines.in_house.follow import STEP
+from chaincor.workflows.engines.in_house.coarse_run import highest_frequency
+from chaincor.workflows.engines.in_house.look_ahead import STEP
 from chaincor.workflows.engines.in_house.moving import Motion, Stepper
 from chaincor.workflows.engines.pieces import Pieces, find_pieces
 from chaincor.workflows.reproduce.measurements import Answer, Measurements, Point
@@ -110,9 +111,9 @@ class _Flight:
         # No bond gets shorter than all energy of internal motion makes it; nor, after a fast
         # collision, as short as when the chain was at the wall.
         shortest = max(answer.result["bond_min"] - 1.0, compressed_strain(bond, inner))
-        stiffest = max(float(bond.curvature(shortest)), bond.stiffness)
         line, speed = point.scene.line, point.scene.impact_velocity
-        self._stepper = Stepper.of(line, bond, "order8", STEP / math.sqrt(stiffest))
+        step = STEP / highest_frequency(bond, shortest)
+        self._stepper = Stepper.of(line, bond, "order8", step)
         state = np.append(0.0, strains), np.append(0.0, velocities)
         self._chain = Motion.in_state(line, bond, self._stepper.scheme, *state, speed)
         self._chain.ledger.argue_first = self._chain.ledger.patience = math.inf

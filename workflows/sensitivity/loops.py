@@ -22,9 +22,7 @@ from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.workflows.engines.in_house.compile import (
     KEPT,
-    Keep,
     LoopCompiler,
-    ScalarForce,
     scalar_force,
 )
 from chaincor.workflows.engines.in_house.line_kinds import (
@@ -88,8 +86,8 @@ def loops_for(bond: Potential) -> Loops | None:
 
 
 @lru_cache(maxsize=KEPT)
-def _compiled(function: Callable, keep: Keep, curvature: Callable | None) -> Loops:
-    compiler = LoopCompiler.for_force(ScalarForce(function, (), keep), ".sensitivity")
+def _compiled(function: Callable, keep: bool, curvature: Callable | None) -> Loops:
+    compiler = LoopCompiler.for_force(function, keep, ".sensitivity")
     register, compiled = compiler.register, compiler.compile
     force = register(function)
     bend = register(curvature or differences_of(force))

@@ -11,7 +11,7 @@ from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.warm import WarmMeetings
 from chaincor.workflows.campaign.collide_many import collide_many
 from chaincor.workflows.collision import collide
-from chaincor.workflows.engines.in_house.batch.states import StartStates
+from chaincor.workflows.engines.in_house.batch.chains import StartStates
 from chaincor.workflows.errors import CostError
 from tests.interrupting import interrupted
 

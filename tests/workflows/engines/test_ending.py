@@ -10,7 +10,7 @@ from chaincor.lammps_inputs.bonds.potentials import Harmonic, LennardJones, Toda
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines import end_watch
-from chaincor.workflows.engines.end_watch import EndWatch, longest_collision
+from chaincor.workflows.engines.end_watch import Body, EndWatch, longest_collision
 from chaincor.workflows.engines.ending import (
     RISK_ALLOWED,
     approach,
@@ -19,8 +19,7 @@ from chaincor.workflows.engines.ending import (
     return_risk,
 )
 from chaincor.workflows.engines.in_house import stepping
-from chaincor.workflows.engines.in_house.follow import follow
-from chaincor.workflows.engines.in_house.look_ahead import LookAhead
+from chaincor.workflows.engines.in_house.look_ahead import LookAhead, follow
 from chaincor.workflows.engines.pieces import find_pieces
 from chaincor.workflows.engines.whole_end import ENERGY_MARGIN, certain_at
 
@@ -28,9 +27,14 @@ LJ = LennardJones()
 LONG = 1e9
 
 
+def look(watch, now, last_contact, *state):
+    """Look at a chain at a wall alone."""
+    return watch.look_at(now, last_contact, [Body(*state)])
+
+
 def test_an_approaching_chain_is_not_over():
     assert argue_end(1.0, np.zeros(4), np.full(5, -0.1), LONG, Harmonic()) is None
-    assert EndWatch(5, Harmonic()).look(LONG, 0.0, 1.0, np.zeros(4), np.full(5, -0.1)) is None
+    assert look(EndWatch(5, Harmonic()), LONG, 0.0, 1.0, np.zeros(4), np.full(5, -0.1)) is None
 
 
 def test_a_resting_chain_that_recedes_is_over_at_once():
@@ -48,8 +52,8 @@ def test_vibration_that_may_reach_back_is_followed_as_long_as_may_be():
     state = (0.01, np.zeros(4), np.array([0.5, -0.3, 0.1, -0.3, 1e-6]))
     assert argue_end(*state, LONG, Harmonic()) is None
     watch, cap = EndWatch(5, Harmonic()), longest_collision(5, 1.0, 3.0)
-    assert watch.look(0.999 * cap, 3.0, *state) is None
-    assert watch.look(1.001 * cap, 3.0, *state).kind == "argued"
+    assert look(watch, 0.999 * cap, 3.0, *state) is None
+    assert look(watch, 1.001 * cap, 3.0, *state).kind == "argued"
 
 
 def test_a_proof_that_will_come_is_waited_for():
@@ -57,16 +61,16 @@ def test_a_proof_that_will_come_is_waited_for():
     # which drifts at 0.1: 0.01 + 0.1 t is more from t = 8.7 on.
     state = (0.01, np.zeros(4), np.array([0.5, -0.3, 0.1, -0.3, 0.5]))
     watch, cap = EndWatch(5, Harmonic()), longest_collision(5, 1.0, 3.0)
-    assert watch.look(1.001 * cap, 3.0, *state) is None
+    assert look(watch, 1.001 * cap, 3.0, *state) is None
     assert cap + 8.7 < watch.followed_until(3.0) < cap + 12.0
     there = (0.01 + 0.1 * 15.0, *state[1:])
-    assert watch.look(cap + 15.0, 3.0, *there).kind == "proved"
+    assert look(watch, cap + 15.0, 3.0, *there).kind == "proved"
 
 
 def test_an_approaching_body_is_waited_for_as_long_as_it_takes_to_meet_for_certain():
     velocities = -np.array([0.5, -0.3, 0.1, -0.3, 0.01])
     watch, cap = EndWatch(5, Harmonic()), longest_collision(5, 1.0, 0.0)
-    assert watch.look(1.001 * cap, 0.0, 1.0, np.zeros(4), velocities) is None
+    assert look(watch, 1.001 * cap, 0.0, 1.0, np.zeros(4), velocities) is None
     mean = float(velocities.mean())
     assert mean < 0.0
     # Its mean is 1 away, and at least the energy's share behind it when particle 1 must be there.
@@ -104,12 +108,12 @@ def test_silence_counts_from_when_the_piece_exists():
     assert return_risk(find_pieces(*whole, LJ), LJ) > RISK_ALLOWED
     quiet, watch, last = quiet_time(7, 1.0), EndWatch(7, LJ), 100.0
     born = last + 5.0 * quiet
-    assert watch.look(born - 1.0, last, *whole) is None
-    assert watch.look(born, last, *broken) is None
-    assert watch.look(born + 0.9 * quiet, last, *broken) is None
+    assert look(watch, born - 1.0, last, *whole) is None
+    assert look(watch, born, last, *broken) is None
+    assert look(watch, born + 0.9 * quiet, last, *broken) is None
     assert watch.next_look(born + 0.9 * quiet, last) == pytest.approx(born + quiet)
-    assert watch.look(born + 0.99 * quiet, last, *broken) is None
-    assert watch.look(born + 1.01 * quiet, last, *broken).kind == "argued"
+    assert look(watch, born + 0.99 * quiet, last, *broken) is None
+    assert look(watch, born + 1.01 * quiet, last, *broken).kind == "argued"
 
 
 @pytest.mark.parametrize("reason", ["a contact", "another piece", "a risk"])
@@ -121,13 +125,13 @@ def test_silence_counts_anew_after(reason):
     hotter = hot_piece(0.1, energy=0.08)
     assert return_risk(find_pieces(*hotter, LJ), LJ) > RISK_ALLOWED
     quiet, watch = quiet_time(7, 1.0), EndWatch(7, LJ)
-    assert watch.look(1.0, 0.0, *broken) is None
+    assert look(watch, 1.0, 0.0, *broken) is None
     between = {"a contact": broken, "another piece": smaller, "a risk": hotter}[reason]
     last = 0.9 * quiet if reason == "a contact" else 0.0
-    assert watch.look(0.9 * quiet, last, *between) is None
+    assert look(watch, 0.9 * quiet, last, *between) is None
     # What was seen in between has ended the silence, whichever state follows.
-    assert watch.look(1.5 * quiet, last, *broken) is None
-    assert watch.look(2.6 * quiet, last, *broken).kind == "argued"
+    assert look(watch, 1.5 * quiet, last, *broken) is None
+    assert look(watch, 2.6 * quiet, last, *broken).kind == "argued"
 
 
 def long_piece(size, particles=900):
@@ -146,30 +150,30 @@ def test_a_long_piece_may_lose_a_few_in_silence(size, anew):
     for state in (before, after):
         assert 0.0 < return_risk(find_pieces(*state, LJ), LJ) <= RISK_ALLOWED
     quiet, watch = quiet_time(900, 1.0), EndWatch(900, LJ)
-    assert watch.look(1.0, 0.0, *before) is None
-    assert watch.look(0.5 * quiet, 0.0, *after) is None
-    ending = watch.look(1.1 * quiet, 0.0, *after)
+    assert look(watch, 1.0, 0.0, *before) is None
+    assert look(watch, 0.5 * quiet, 0.0, *after) is None
+    ending = look(watch, 1.1 * quiet, 0.0, *after)
     assert ending is None if anew else ending.kind == "argued"
-    assert watch.look(1.6 * quiet, 0.0, *after).kind == "argued"
+    assert look(watch, 1.6 * quiet, 0.0, *after).kind == "argued"
 
 
 def test_few_losses_of_a_long_piece_add_up():
     quiet, watch = quiet_time(900, 1.0), EndWatch(900, LJ)
     for share, size in ((0.01, 850), (0.3, 849), (0.5, 848), (0.7, 847), (1.1, 846)):
-        assert watch.look(share * quiet, 0.0, *long_piece(size)) is None
-    assert watch.look(1.65 * quiet, 0.0, *long_piece(846)) is None
-    assert watch.look(1.75 * quiet, 0.0, *long_piece(846)).kind == "argued"
+        assert look(watch, share * quiet, 0.0, *long_piece(size)) is None
+    assert look(watch, 1.65 * quiet, 0.0, *long_piece(846)) is None
+    assert look(watch, 1.75 * quiet, 0.0, *long_piece(846)).kind == "argued"
 
 
 def test_a_piece_under_way_to_the_wall_is_waited_for():
     # Its mean has 50 to go at 0.05: 1000, and a tenth more.
     state = hot_piece(-0.05, energy=1e-4)
     watch, late = EndWatch(7, LJ), 1.01 * longest_collision(7, 1.0, 0.0)
-    assert watch.look(late, 0.0, *state) is None
+    assert look(watch, late, 0.0, *state) is None
     assert watch.followed_until(0.0) == pytest.approx(late + 1100.0)
     # It comes no nearer: all in all it is waited for no longer than 300 crossings of 7.
-    assert watch.look(1050.0 + late, 0.0, *state) is None
-    assert watch.look(2200.0 + late, 0.0, *state).kind == "open"
+    assert look(watch, 1050.0 + late, 0.0, *state) is None
+    assert look(watch, 2200.0 + late, 0.0, *state).kind == "open"
 
 
 def test_nothing_is_argued_while_the_first_piece_approaches(monkeypatch):
@@ -180,8 +184,8 @@ def test_nothing_is_argued_while_the_first_piece_approaches(monkeypatch):
     assert argue_end(*state, LONG, LJ) is None
     watch, cap = EndWatch(7, LJ), longest_collision(7, 1.0, 0.0)
     for now in np.linspace(1.0, 0.99 * cap, 20):
-        assert watch.look(now, 0.0, *state) is None
-    ending = watch.look(1.01 * cap, 0.0, *state)
+        assert look(watch, now, 0.0, *state) is None
+    ending = look(watch, 1.01 * cap, 0.0, *state)
     assert ending.kind == "open"
     # Six particles that turn round at most: 2 m V and what their vibration adds,
     # sqrt((m V)^2 + 2 m I) - m V = m I/(m V) at first order.

@@ -10,7 +10,7 @@ import pytest
 
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.engines import interrupts
+from chaincor.workflows.engines import time_limit
 from chaincor.workflows.engines.in_house import adaptive, modal, stepping
 from chaincor.workflows.engines.in_house import moving as chain_module
 from chaincor.workflows.engines.in_house.kernels import kernels_for
@@ -34,7 +34,7 @@ RUNS = {
 @pytest.mark.parametrize("run", RUNS.values(), ids=RUNS.keys())
 def test_pauses_change_no_bit(run, monkeypatch):
     whole = run()
-    monkeypatch.setattr(interrupts, "WORK_AT_ONCE", 300)  # a few steps, or windows
+    monkeypatch.setattr(time_limit, "WORK_AT_ONCE", 300)  # a few steps, or windows
     parts = run()
     for name in ("contact_times", "contact_speeds", "velocities", "displacements"):
         assert np.array_equal(getattr(whole, name), getattr(parts, name)), name
@@ -64,15 +64,15 @@ def test_no_call_does_more_work_than_it_may(monkeypatch):
     scheme = STEP_SCHEMES["order4"]
     kernels = Counted(kernels_for(scene.bond, scheme))
     chain = Motion.at_start(scene, scheme)
-    goal = 4 * interrupts.WORK_AT_ONCE // (scheme.evaluations * 200_000)
+    goal = 4 * time_limit.WORK_AT_ONCE // (scheme.evaluations * 200_000)
     chain.advance(Stepper(kernels, kernels.parameters, scheme, 1e-3), goal)
     assert sum(kernels.steps) == goal
-    assert max(kernels.steps) * scheme.evaluations * 200_000 <= interrupts.WORK_AT_ONCE
+    assert max(kernels.steps) * scheme.evaluations * 200_000 <= time_limit.WORK_AT_ONCE
     assert len(kernels.steps) == 4
 
 
 def test_lammps_comes_back_too(tmp_path, monkeypatch):
-    monkeypatch.setattr(interrupts, "WORK_AT_ONCE", 10 * 24 * 5)
+    monkeypatch.setattr(time_limit, "WORK_AT_ONCE", 10 * 24 * 5)
     sent = []
     with LammpsChain(
         LJ.replace(potential="harmonic", speed=None, velocity=0.1),
@@ -89,9 +89,9 @@ def test_lammps_comes_back_too(tmp_path, monkeypatch):
 # The command, which says when a compiled loop over a million particles is entered.
 LARGE = """
 import sys
-from chaincor.workflows.engines import interrupts
+from chaincor.workflows.engines import time_limit
 
-steps_at_once, told = interrupts.steps_at_once, []
+steps_at_once, told = time_limit.steps_at_once, []
 
 def tell(work):
     if work > 900_000 and not told:
@@ -99,7 +99,7 @@ def tell(work):
         print("COMPUTES", flush=True)
     return steps_at_once(work)
 
-interrupts.steps_at_once = tell
+time_limit.steps_at_once = tell
 from chaincor.workflows.cli import main
 
 main(["run", "--particles", "1000000", "--engine", sys.argv[1], "--most-hours", "1e9"])

@@ -11,13 +11,13 @@ import numpy as np
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.engines.end_watch import EndWatch, longest_collision
+from chaincor.workflows.engines.end_watch import Body, EndWatch, longest_collision
 from chaincor.workflows.engines.ending import Ending, quiet_time
+from chaincor.workflows.engines.in_house import adaptive_loops as adaptive
+from chaincor.workflows.engines.in_house import bookkeeping
 from chaincor.workflows.engines.in_house.compile import (
-    Keep,
+    KEPT,
     LoopCompiler,
-    ScalarForce,
-    as_it_is,
     scalar_force,
 )
 from chaincor.workflows.engines.in_house.finish import (
@@ -31,15 +31,10 @@ from chaincor.workflows.engines.in_house.finish import (
     strain_error,
     unfinished_error,
 )
-from chaincor.workflows.engines.in_house.follow import follow
-from chaincor.workflows.engines.in_house.loops import adaptive_loops as adaptive
-from chaincor.workflows.engines.in_house.loops.adaptive_rates import (
-    array_rates,
-    looped_rates,
-    strain_bond,
-)
-from chaincor.workflows.engines.interrupts import steps_at_once
+from chaincor.workflows.engines.in_house.line_kinds import as_it_is
+from chaincor.workflows.engines.in_house.look_ahead import follow
 from chaincor.workflows.engines.outcome import Frames, Outcome
+from chaincor.workflows.engines.time_limit import steps_at_once
 from chaincor.workflows.errors import RunError, TimestepError
 
 SCHEME = "adaptive8"
@@ -58,26 +53,9 @@ def run(scene: Scene, accuracy: float, frame_interval: float | None = None) -> O
     """
     Carry a chain through its collision with steps that adapt to the stiffest bond.
 
-    Parameters
-    ----------
-    scene : Scene
-        What collides.
-    accuracy : float
-        Error aimed at in the restitution; a run at a tenth of it tells the error reached.
-    frame_interval : float, optional
-        Time between snapshots, taken by partial steps beside the motion.
-
-    Returns
-    -------
-    Outcome
-        Scheme ``adaptive8``, no timestep.
-
-    Raises
-    ------
-    TimestepError
-        If no step however small is accurate.
-    BarrierError, CrossingError, UnfinishedCollisionError
-        As in ``stepping.run``.
+    The accuracy is the error aimed at in the restitution; a run at a tenth of it tells the error
+    reached. Snapshots, if there is a time between them, are taken by partial steps beside the
+    motion. Raises TimestepError if no step however small is accurate, others as ``stepping.run``.
     """
     if scene.particles == 1:
         return run_single_particle(scene, SCHEME, None, frame_interval)
@@ -87,8 +65,9 @@ def run(scene: Scene, accuracy: float, frame_interval: float | None = None) -> O
     started = time.perf_counter()
     ending = flight.run()
     seconds = time.perf_counter() - started
-    ledger, contacts = flight.ledger, int(flight.ledger.contacts)
-    lowest, highest = (bond.length_of(y) for y in (ledger.contact_lowest, ledger.contact_highest))
+    ledger = flight.ledger
+    times, speeds, _ = flight.arrays.contacts[:, : ledger.contacts].copy()
+    lowest, highest = (bond.length_of(y) for y in (ledger.contact_min, ledger.contact_max))
     last_bonds, last_velocities = flight.split(flight.arrays.last)
     potential_energy = float(np.sum(bond.energy(last_bonds)))
     return finish(
@@ -96,8 +75,8 @@ def run(scene: Scene, accuracy: float, frame_interval: float | None = None) -> O
         LastContact(
             bond.strains(last_bonds),
             last_velocities,
-            flight.arrays.contacts[0, :contacts].copy(),
-            flight.arrays.contacts[1, :contacts].copy(),
+            contact_times=times,
+            contact_speeds=speeds,
             bond_range=(float(lowest), float(highest)),
             energy=0.5 * float(last_velocities @ last_velocities) + potential_energy,
         ),
@@ -124,30 +103,27 @@ class BondLoops:
 def _bond_loops(bond: Potential) -> BondLoops:
     log_length = bond.log_length
     if log_length is not None:
-        advance = _compile(log_length.kernel, keep=Keep.ALL, logarithmic=True)
+        advance = _compile(log_length.kernel, keep=True, logarithmic=True)
         return BondLoops(advance, bond.parameters, np.expm1, np.exp, log_length.energy, True)
     force = scalar_force(bond)
     if force is None:
-        advance, parameters = _build(array_rates(bond.force)), bond.parameters
+        rates = adaptive.array_rates(bond.force)
+        advance, parameters = adaptive.build_flight(rates, as_it_is), bond.parameters
     else:
         advance = _compile(force.function, keep=force.keep, logarithmic=False)
         parameters = force.parameters
     return BondLoops(advance, parameters, np.array, lambda y: 1.0 + y, bond.energy, False)
 
 
-def _build(rates: Callable) -> Callable:
-    return adaptive.build_flight(rates, as_it_is, as_it_is)
-
-
-@lru_cache(maxsize=64)  # as of fixed steps, see ``kernels``
-def _compile(function: Callable, *, keep: Keep, logarithmic: bool) -> Callable:
-    compiler = LoopCompiler.for_force(ScalarForce(function, (), keep))
+@lru_cache(maxsize=KEPT)
+def _compile(function: Callable, *, keep: bool, logarithmic: bool) -> Callable:
+    compiler = LoopCompiler.for_force(function, keep)
     register = compiler.register
     kernel = register(function)
-    bond = kernel if logarithmic else register(strain_bond(kernel))
-    rates = register(looped_rates(bond))
-    flight = adaptive.build_flight(rates, register, compiler.register_long)
-    return compiler.compile_allocating(flight)
+    bond = kernel if logarithmic else register(adaptive.strain_bond(kernel))
+    rates = register(adaptive.looped_rates(bond))
+    flight = adaptive.build_flight(rates, register)
+    return compiler.compile(flight)
 
 
 class _Flight:
@@ -164,8 +140,7 @@ class _Flight:
         state = np.zeros(2 * particles)
         state[particles:] = -speed
         state[particles] = speed
-        contacts = np.zeros((2, 2 * particles + 64))
-        contacts[1, 0] = speed
+        contacts = np.zeros((3, 2 * particles + 64))
         local = max(FINEST_LOCAL, LOCAL_SHARE * accuracy)
         scale = np.full(2 * particles, local * min(1.0, speed))
         scale[particles:] = local * speed
@@ -180,28 +155,28 @@ class _Flight:
             slopes=slopes,
             trial=state.copy(),
             trial_slopes=slopes.copy(),
+            part=state.copy(),
+            errors=np.zeros((2, 2 * particles)),
         )
         tableau = (DOP853.A, DOP853.B, DOP853.E3, DOP853.E5)
         self._method = adaptive.Tableau(*(np.ascontiguousarray(part) for part in tableau))
-        self.ledger = self._open_ledger(scene)
         self._not_before = 0.0
-
-    def _open_ledger(self, scene: Scene) -> np.record:
-        speed, stiffness = scene.impact_velocity, scene.bond.stiffness
-        ledger = np.zeros(1, adaptive.LEDGER).view(np.recarray)[0]
-        ledger.momentum = (2 - scene.particles) * speed
+        stiffness = scene.bond.stiffness
+        self.ledger = ledger = np.zeros(1, adaptive.LEDGER).view(np.recarray)[0]
+        ledger.momentum = -particles * speed
         ledger.patience = PATIENCE
-        ledger.argue_after = PATIENCE * math.pi / math.sqrt(2.0 * stiffness)
-        ledger.longest = longest_collision(scene.particles, stiffness, 0.0)
-        ledger.frame_interval = math.inf if self._interval is None else self._interval
-        ledger.next_frame = 0.0 if self._interval is not None else math.inf
+        ledger.argue_first = PATIENCE * math.pi / math.sqrt(2.0 * stiffness)
+        ledger.longest = longest_collision(particles, stiffness, 0.0)
+        ledger.frame_interval = math.inf if frame_interval is None else frame_interval
+        ledger.next_frame = math.inf if frame_interval is None else 0.0
         floor, ceiling = allowed_strains(scene.bond)
-        ledger.floor = -math.inf if self._bond.logarithmic else floor
-        ledger.ceiling = ceiling
-        ledger.contacts = 1
+        ledger.strain_floor = -math.inf if bond.logarithmic else floor
+        ledger.strain_ceiling = ceiling
         # A guess only: steps that are too large are refused and shrink.
         ledger.step = 0.05 / (math.sqrt(stiffness) * max(1.0, speed))
-        return ledger
+        bookkeeping.note_contact(ledger, contacts, 0.0, speed)
+        bookkeeping.note_impulse(ledger, contacts, 2.0 * speed)
+        bookkeeping.note_parting(ledger, 0.0, 0.0, 0.0)
 
     def _advance(self) -> int:
         stages = len(self._method.b)
@@ -255,7 +230,7 @@ class _Flight:
         ledger, scene = self.ledger, self._scene
         now, last = float(ledger.time), float(ledger.last_contact)
         first, strains = float(self.arrays.state[0]), self._bond.strains(bonds)
-        ending = watch.look(now, last, first, strains, velocities)
+        ending = watch.look_at(now, last, [Body(first, strains, velocities)])
         quiet = quiet_time(scene.particles, scene.bond.stiffness)
         if ending is not None or now - last < quiet or now < self._not_before:
             return ending
@@ -270,7 +245,9 @@ class _Flight:
         ledger, scene = self.ledger, self._scene
         now = float(ledger.time)
         if status == adaptive.OUTSIDE:
-            low, high = (float(self._bond.length_of(y)) for y in (ledger.lowest, ledger.highest))
+            low, high = (
+                float(self._bond.length_of(y)) for y in (ledger.strain_min, ledger.strain_max)
+            )
             return strain_error(scene, low - 1.0, high - 1.0, now, "lower the speed")
         return TimestepError(
             f"no step resolves the {scene.label} bonds at time {now:.6g} to the accuracy asked; "

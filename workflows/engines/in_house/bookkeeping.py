@@ -47,16 +47,18 @@ LEDGER = np.dtype(
         ("step_evaluations", "i8"),  # of one step
         ("substeps", "i8"),  # in the log
         *SEARCH_FIELDS,
+        # Of a chain in a batch: when its step began, what is left of it, up to where its next move
+        # goes, and what is known of that, see ``batch.lanes``.
+        ("begun", "f8"),
+        ("left", "f8"),
+        ("move", "f8"),
+        ("known", "i8"),
     ]
 )
 
 
 def is_likely(ledger: Any, start: tuple[float, float, float], ahead: float) -> bool:
-    """
-    Return whether a contact is likely within a time.
-
-    `start` is the gap, its rate, and the rate of that.
-    """
+    """Return whether a contact is likely within a time, by the gap, its rate and that of it."""
     reached = start[0] + ahead * (start[1] + 0.5 * ahead * start[2])
     return reached < LIKELY * ahead * ledger.impact_velocity
 
@@ -76,14 +78,32 @@ def note_impulse(ledger: Any, contacts: Array, given: float) -> None:
     ledger.momentum += given
 
 
-def note_parting(ledger: Any, moment: float) -> None:
-    """Note when a contact ended, and after how much silence the end is argued from now on."""
+def note_parting(ledger: Any, moment: float, low: float, high: float) -> None:
+    """
+    Note when a contact ended, and after how much silence the end is argued from now on.
+
+    `low` and `high` are the smallest and the largest strain of that moment.
+    """
     ledger.last_contact = moment
+    ledger.contact_min = min(ledger.strain_min, low)
+    ledger.contact_max = max(ledger.strain_max, high)
     if ledger.contacts == 1:
         ledger.argue_after = ledger.argue_first
     else:
         lasted = moment - ledger.first_contact
         ledger.argue_after = ledger.patience * lasted / (ledger.contacts - 1)
+
+
+def extremes(values: Array, count: int) -> tuple[float, float]:
+    """Return the smallest and the largest of the first numbers; what is no number stays."""
+    low, high = np.inf, -np.inf
+    for i in range(count):
+        # Also true of what is not a number.
+        if not low <= values[i] and low == low:
+            low = values[i]
+        if not high >= values[i] and high == high:
+            high = values[i]
+    return low, high
 
 
 def widen(ledger: Any, low: float, high: float) -> bool:

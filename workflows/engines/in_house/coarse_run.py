@@ -15,12 +15,11 @@ import numpy as np
 
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.engines.end_watch import Body, EndWatch, look_interval
+from chaincor.workflows.engines.end_watch import EndWatch, look_interval
 from chaincor.workflows.engines.ending import Ending
-from chaincor.workflows.engines.in_house.coarse_steps import CoarseSteps
 from chaincor.workflows.engines.in_house.moving import Motion, Stepper
-from chaincor.workflows.engines.interrupts import steps_at_once
 from chaincor.workflows.engines.outcome import Outcome
+from chaincor.workflows.engines.time_limit import steps_at_once
 
 # Verlet steps in units of the stiffest bond's 1/frequency. While particle 1 is still near the wall
 # they move it by less than v0/1e3; later, when their phase errors have grown, it is far away.
@@ -33,50 +32,27 @@ LEAST_CLEARANCE = 0.1
 
 class CoarseRun:
     """
-    A copy of bodies in motion that flies ahead with coarse steps.
+    A copy of bodies in motion, `moving`, that flies ahead with coarse steps.
 
-    Parameters
-    ----------
-    moving : Motion
-        In flight; not changed.
-    bond : Potential
-        Its bonds.
-    stepper : Stepper
-        Has the loops.
-    now : float
-        Time since the first contact.
-    step : float
-        The Verlet step.
-    clearance : float
-        How small the gap may get.
-    ceiling : float
-        How far bonds may stretch.
-
-    Attributes
-    ----------
-    moving : Motion
-        The copy.
-    time : float
-        Time since the first contact.
+    It starts at the `time` since the first contact, with Verlet steps of a size, and may not let
+    the gap get smaller than the clearance, nor bonds stretch beyond the ceiling.
     """
 
     def __init__(
         self,
         moving: Motion,
-        bond: Potential,
         stepper: Stepper,
-        now: float,
+        time: float,
         step: float,
-        clearance: float,
-        ceiling: float,
+        clearance: float = -math.inf,
+        ceiling: float = math.inf,
     ) -> None:
-        self.moving, self.time = moving.copy(), now
+        self.moving, self.time = moving.copy(), time
         ledger = self.moving.ledger
         ledger["strain_ceiling"] = ceiling
         # What has stretched before is looked at again.
         ledger["strain_max"] = longest_strain(moving)
-        self._bond, self._stepper = bond, stepper
-        self._step, self._clearance = step, clearance
+        self._stepper, self._step, self._clearance = stepper, step, clearance
 
     def fly(self, duration: float) -> bool:
         """
@@ -86,37 +62,27 @@ class CoarseRun:
         """
         steps = max(1, math.ceil(duration / self._step))
         done, most = 0, steps_at_once(len(self.moving.strain))
+        take, state = self._stepper.kernels.take_coarse_steps, tuple(self.moving.arrays.now)
         for begin in range(0, steps, most):
             part = min(most, steps - begin)
-            asked = CoarseSteps(
-                part, self._step, self._clearance, begin == 0, begin + part == steps
-            )
-            taken = self._stepper.kernels.take_coarse_steps(
-                self.moving.ledger,
-                tuple(self.moving.arrays.now),
-                tuple(asked),
-                self._stepper.parameters,
-            )
+            asked = part, self._step, self._clearance, begin == 0, begin + part == steps
+            taken = take(self.moving.ledger, state, asked, self._stepper.parameters)
             done += taken
             if taken < part:
                 break
         self.time += done * self._step
         return bool(done == steps)
 
-    def bodies(self) -> list[Body]:
-        """Return the bodies as the end of a collision looks at them."""
-        return self.moving.bodies(self._bond)
+
+def highest_frequency(bond: Potential, shortest: float, lightest: float = 1.0) -> float:
+    """Return sqrt(U''/m) of the stiffest bond, at the smallest strain, and the least mass."""
+    stiffest = max(float(bond.curvature(shortest)), bond.stiffness)
+    return math.sqrt(stiffest / lightest)
 
 
 def coarse_step(bond: Potential, shortest: float, lightest: float = 1.0) -> float:
-    """
-    Return the Verlet step for looking ahead: a tenth of sqrt(m/U'') of the stiffest bond.
-
-    `shortest` is the smallest strain so far, with which the steps shrink, `lightest` the mass of
-    the lightest particle.
-    """
-    stiffest = max(float(bond.curvature(shortest)), bond.stiffness)
-    return COARSE_STEP / math.sqrt(stiffest / lightest)
+    """Return the Verlet step for looking ahead, with the smallest strain so far."""
+    return COARSE_STEP / highest_frequency(bond, shortest, lightest)
 
 
 def required_clearance(scene: Scene, distance: float) -> float | None:
@@ -155,7 +121,7 @@ def find_end(scene: Scene, ahead: CoarseRun, last_contact: float) -> Ending | No
     watch = EndWatch(particles, scene.bond, stiffness)
     interval = look_interval(particles, stiffness)
     while True:
-        ending = watch.look_at(ahead.time, last_contact, ahead.bodies())
+        ending = watch.look_at(ahead.time, last_contact, ahead.moving.bodies())
         if ending is not None:
             return ending
         later = watch.next_look(ahead.time, last_contact) - ahead.time
@@ -181,7 +147,7 @@ def bonds_in_flight(scene: Scene, outcome: Outcome, duration: float) -> tuple[fl
     stepper = Stepper.of(line, bond, "verlet", step)
     moving = Motion.in_state(line, bond, stepper.scheme, strains, velocities, scene.impact_velocity)
     ceiling = float(moving.ledger["strain_ceiling"])
-    ahead = CoarseRun(moving, bond, stepper, 0.0, step, -math.inf, ceiling)
+    ahead = CoarseRun(moving, stepper, 0.0, step, ceiling=ceiling)
     ahead.fly(duration)
     ledger = ahead.moving.ledger
     return 1.0 + float(ledger["strain_min"]), 1.0 + float(ledger["strain_max"])

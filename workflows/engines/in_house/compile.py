@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from enum import Enum
 from functools import lru_cache
 from types import CellType, FunctionType
 from typing import Any
@@ -11,26 +10,18 @@ import numpy as np
 
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.workflows.engines.in_house.loops.code_prints import has_print
-from chaincor.workflows.engines.in_house.loops.kept_loops import KeptLoop, folder_of_loops
-from chaincor.workflows.engines.in_house.loops.one_process import one_process
+from chaincor.workflows.engines.in_house.loops.kept_loops import KeptLoop
 
 # Multiply-add may round once instead of twice; nothing else may be reordered, so that steps stay
-# time-reversible to rounding. NumPy's division does not raise, which lets loops vectorise.
-OPTIONS: dict[str, Any] = {"error_model": "numpy", "fastmath": {"contract"}}
-# What allocates nothing needs no count of references; what Python does not call, no wrappers.
-_LEAN = {"_nrt": False, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+# time-reversible to rounding.
+FUSED = frozenset({"contract"})
+# NumPy's division does not raise, which lets loops vectorise. What allocates nothing needs no count
+# of references; what Python does not call, no wrappers.
+_OPTIONS: dict[str, Any] = {"error_model": "numpy", "_nrt": False}
+_OPTIONS |= {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 
 # Forces of so many bonds are remembered, and their loops: named ones come back from disk.
 KEPT = 64
-
-
-class Keep(Enum):
-    """Which loops around a force are kept on disk."""
-
-    NONE = "none"
-    # Numba's own cache takes functions of one name for one; users' may share a name.
-    ALLOCATING_NOTHING = "allocating nothing"
-    ALL = "all"
 
 
 @dataclass(frozen=True)
@@ -39,7 +30,7 @@ class ScalarForce:
 
     function: Callable  #: -dU/dr of one strain, ``function(strain, parameters)``.
     parameters: tuple[float, ...]  #: What to call it with; NamedTuple.
-    keep: Keep  #: Which loops around it may be kept.
+    keep: bool  #: Whether loops around it may be kept on disk.
 
 
 @lru_cache(maxsize=KEPT)
@@ -50,7 +41,7 @@ def scalar_force(bond: Potential) -> ScalarForce | None:
     None where there is no function that compiles and then gives the same numbers.
     """
     if bond.force_kernel is not None:
-        return ScalarForce(bond.force_kernel, bond.parameters, Keep.ALL)
+        return ScalarForce(bond.force_kernel, bond.parameters, keep=True)
     users_force = bond.users_force
     if not isinstance(users_force, FunctionType):
         return None
@@ -60,9 +51,8 @@ def scalar_force(bond: Potential) -> ScalarForce | None:
 
     function.__qualname__ = f"{users_force.__module__}.{users_force.__qualname__}"
     # What uses things of a user's that may change unseen is compiled each time.
-    keep = Keep.ALLOCATING_NOTHING if has_print(users_force) else Keep.NONE
-    force = ScalarForce(function, bond.parameters, keep)
-    compiler = LoopCompiler.for_force(force)
+    force = ScalarForce(function, bond.parameters, has_print(users_force))
+    compiler = LoopCompiler.for_force(function, force.keep)
     known = compiler.register(function)
 
     def value(strain: float, parameters: tuple[float, ...]) -> float:
@@ -84,46 +74,35 @@ class LoopCompiler:
     """
     Compiles loops whose inner functions are plain Python functions.
 
-    Numba is imported when a loop must be compiled, and told then what was registered.
-
-    Its cache on disk is looked up by what a compiled function closes over. A function of a
-    module would be pickled by its name, which stays the same when the code behind it changes; a
-    copy is pickled by its code. And what is loaded from the cache is linked by symbols made of
-    qualified names: with equal names the loops of one potential would call those of another.
+    Numba is imported when a loop must be compiled, and told then what was registered: plain
+    copies, whose qualified names, of which symbols are made, are those of one potential alone.
     """
 
     #: Ends the qualified names of all functions compiled here; no two forces of ours share one.
     label: str
-    keep: Keep  #: Which loops are kept on disk.
-    _registered: list[tuple[FunctionType, bool]] = field(default_factory=list, init=False)
+    keep: bool  #: Whether loops are kept on disk.
+    _registered: list[tuple[FunctionType, dict]] = field(default_factory=list, init=False)
     _foreign: list[tuple[Callable, str]] = field(default_factory=list, init=False)
 
     @classmethod
-    def for_force(cls, force: ScalarForce, kind: str = "") -> "LoopCompiler":
-        """
-        Return the compiler for loops around a force, with a label of its own.
+    def for_force(cls, function: Callable, keep: bool, kind: str = "") -> "LoopCompiler":
+        """Return the compiler for loops, of one of several kinds, around a force."""
+        return cls(f"{function.__module__}.{function.__qualname__}{kind}", keep)
 
-        `kind` names the kind of line, where loops of several are compiled.
-        """
-        function = force.function
-        return cls(f"{function.__module__}.{function.__qualname__}{kind}", force.keep)
-
-    def register(self, function: Callable) -> Callable:
+    def register(
+        self, function: Callable, fastmath: frozenset[str] = FUSED, inline: bool = True
+    ) -> Callable:
         """
         Make a function known to the compiler; it may close over registered functions.
 
-        Returns a plain copy, to be called from compiled functions.
+        Returns a plain copy, to be called from compiled functions. LLVM's flags say how roundings
+        may differ from what is written.
         """
-        # Inlined: a call that hands arrays over costs as much as a short loop.
-        return self._noted(function, inline=True)
-
-    def register_long(self, function: Callable) -> Callable:
-        """
-        Register a function that works for so long that calls of it cost nothing.
-
-        Written out wherever it is called, it would take the compiler twice the time.
-        """
-        return self._noted(function, inline=False)
+        # A call that hands arrays over costs as much as a short loop. What works for so long that
+        # calls cost nothing would, written out at each, take the compiler twice the time.
+        own = self._own(function)
+        self._registered.append((own, {"fastmath": set(fastmath), "forceinline": inline}))
+        return own
 
     def register_foreign(self, name: str) -> Callable:
         """
@@ -139,7 +118,7 @@ class LoopCompiler:
         self._foreign.append((foreign, name))
         return foreign
 
-    def compile(self, function: Callable) -> KeptLoop:
+    def compile(self, function: Callable, fastmath: frozenset[str] = FUSED) -> KeptLoop:
         """
         Compile a function that Python calls, at its first call, or load it.
 
@@ -151,61 +130,28 @@ class LoopCompiler:
         def dispatcher() -> Any:
             from numba import njit
 
-            self._tell_numba(_LEAN)
+            self._tell_numba()
             # As what it calls, which would be compiled once more otherwise.
-            options: dict[str, Any] = OPTIONS | _LEAN
-            return njit(own, forceinline=True, **options)
+            return njit(own, forceinline=True, fastmath=set(fastmath), **_OPTIONS)
 
-        return KeptLoop(own, dispatcher, self.keep is not Keep.NONE)
+        return KeptLoop(own, dispatcher, self.keep)
 
-    def compile_allocating(self, function: Callable, threaded: bool = False) -> Callable:
-        """
-        Compile a function that Python calls, and that takes memory, which Numba alone can do.
-
-        It closes over registered functions only. Whether other threads of Python run meanwhile says
-        `threaded`. Compiled at its first call, or loaded.
-        """
-        from numba import njit, typeof
-
-        self._tell_numba({})
-        own, kept = self._own(function), self.keep is Keep.ALL
-        compiled: Any = njit(own, cache=kept, nogil=threaded, **OPTIONS)
-        if not kept:
-            return compiled
-
-        def loop(*arguments: Any) -> Any:
-            if not getattr(compiled, "overloads", True):  # a plain function where Numba is off
-                with one_process(folder_of_loops(), own.__qualname__):
-                    compiled.compile(tuple(map(typeof, arguments)))
-            return compiled(*arguments)
-
-        return loop
-
-    def _noted(self, function: Callable, inline: bool) -> FunctionType:
-        own = self._own(function)
-        self._registered.append((own, inline))
-        return own
-
-    def _tell_numba(self, options: dict[str, bool]) -> None:
+    def _tell_numba(self) -> None:
         from numba.extending import overload, register_jitable
 
         _spare_linear_algebra()
         while self._registered:
-            function, inline = self._registered.pop(0)
-            register_jitable(**OPTIONS, **options, forceinline=inline)(function)
+            function, options = self._registered.pop(0)
+            register_jitable(**_OPTIONS, **options)(function)
         while self._foreign:
             stand_in, name = self._foreign.pop(0)
-            settings: Any = OPTIONS | options
+            settings: Any = _OPTIONS | {"fastmath": set(FUSED)}
             overload(stand_in, jit_options=settings, strict=False)(_caller_of(name))
 
     def _own(self, function: Callable) -> FunctionType:
         assert isinstance(function, FunctionType)
-        code = function.__code__
-        # Pickled alike whether it was just compiled, where both names of its file are one object,
-        # or loaded as bytecode, where they are not.
-        file = function.__globals__.get("__file__", code.co_filename)
         copy = FunctionType(
-            code.replace(co_filename=file),
+            function.__code__,
             function.__globals__,
             function.__name__,
             function.__defaults__,
@@ -220,11 +166,6 @@ class LoopCompiler:
         if not isinstance(value, FunctionType) or value.__qualname__.endswith(self.label):
             return value
         return self.register(value)
-
-
-def as_it_is(function: Callable) -> Callable:
-    """Take the place of `LoopCompiler.register` where Python itself runs the loops."""
-    return function
 
 
 def _caller_of(name: str) -> Callable:

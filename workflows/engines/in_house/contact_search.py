@@ -11,17 +11,22 @@ means no contact, one exactly one; with more, the step is halved until it is one
 departure from the wall at s = 0 is not counted, for zeros have no sign.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
-from chaincor.workflows.engines.in_house.polynomials import (
-    RESOLUTION,
-    PathPoint,
-    count_sign_changes,
-    first_root,
-    fit_path,
-)
+import numpy as np
 
+from chaincor.lammps_inputs.arrays import Array
+
+# Position, velocity and acceleration of particle 1.
+PathPoint = tuple[float, float, float]
+Quintic = tuple[float, float, float, float, float, float]
+
+# Relative to the time sought: what rounding leaves.
+RESOLUTION = 4e-16
+# Newton-like steps double their digits, or halve the distance to a double zero: what takes longer
+# is a motion that has exploded, whose bounds on the curvature are out of all proportion.
+MOST_MOVES = 1000
 # Parts of a step that are not cut further. A visit to the wall as short as this changes the
 # velocity of particle 1 by a part in 1e6 of what its acceleration does in a step.
 NARROWEST = 2.0**-20
@@ -32,27 +37,92 @@ MOST_ITERATIONS = 80
 SETTLED = 1e-13
 
 
+def count_sign_changes(start: PathPoint, end: PathPoint, step: float) -> int:
+    """
+    Bound the number of contacts between two points.
+
+    These are the sign changes among the Bernstein coefficients of the Hermite quintic; zeros do not
+    count, so that neither does a departure from x = 0.
+    """
+    x0, v0, a0 = start
+    x1, v1, a1 = end
+    coefficients = (
+        x0,
+        x0 + step * v0 / 5.0,
+        x0 + step * (0.4 * v0 + step * a0 / 20.0),
+        x1 - step * (0.4 * v1 - step * a1 / 20.0),
+        x1 - step * v1 / 5.0,
+        x1,
+    )
+    changes = 0
+    last = 0.0
+    for coefficient in coefficients:
+        if coefficient * last < 0.0:
+            changes += 1
+        if coefficient != 0.0:
+            last = coefficient
+    return changes
+
+
+def first_root(coefficients: Sequence[float] | Array, end: float) -> float:
+    """
+    Return the first zero of a polynomial that starts positive, by steps that cannot pass it.
+
+    From x > 0 with slope v and a bound B on the curvature, no zero is nearer than the positive
+    root of x + v d - B d^2/2; near a zero that is Newton's step. Coefficients are of rising powers;
+    a zero constant term is a departure, and divided out. -1 where there is no zero up to `end`;
+    where `MOST_MOVES` do not reach it, a time before it.
+    """
+    first = 1 if coefficients[0] == 0.0 else 0
+    degree = len(coefficients) - 1 - first
+    curvature = 0.0
+    for m in range(degree, 1, -1):
+        curvature = curvature * end + m * (m - 1) * abs(coefficients[first + m])
+    time = 0.0
+    for _ in range(MOST_MOVES):
+        if not time <= end:
+            return -1.0
+        value = 0.0
+        slope = 0.0
+        for m in range(degree, -1, -1):
+            slope = slope * time + value
+            value = value * time + coefficients[first + m]
+        if value <= 0.0:
+            return time
+        reach = np.sqrt(slope * slope + 2.0 * curvature * value)
+        if slope < 0.0:
+            move = 2.0 * value / (reach - slope)
+        elif curvature > 0.0:
+            move = (slope + reach) / curvature
+        else:
+            return -1.0
+        if move <= RESOLUTION * time:
+            return time
+        time += move
+    return time
+
+
+def fit_path(start: PathPoint, end: PathPoint, step: float) -> Quintic:
+    """Return the quintic between two points, in powers of the time over the step between them."""
+    x0, v0, a0 = start
+    x1, v1, a1 = end
+    v0, v1 = v0 * step, v1 * step
+    a0, a1 = 0.5 * a0 * step * step, 0.5 * a1 * step * step
+    # What is left to position, velocity and acceleration by the first three terms.
+    x, v, a = x1 - x0 - v0 - a0, v1 - v0 - 2.0 * a0, a1 - a0
+    # No array, which would be taken from the heap at every contact.
+    a3, a4, a5 = 10.0 * x - 4.0 * v + a, -15.0 * x + 7.0 * v - 2.0 * a, 6.0 * x - 3.0 * v + a
+    return x0, v0, a0, a3, a4, a5
+
+
 def narrow(
     low: float, high: float, time: float, point: PathPoint
 ) -> tuple[float, float, float, bool]:
     """
-    Take one step towards the zero of a path.
+    Take one step towards the zero of a path between two times, one of which has the point.
 
-    Parameters
-    ----------
-    low, high : float
-        Times between which the zero is.
-    time : float
-        One of these.
-    point : tuple of float
-        Position, velocity and acceleration then.
-
-    Returns
-    -------
-    low, high, time : float
-        The narrower bounds, and a better time within them.
-    settled : bool
-        Whether it is the zero to the last digits.
+    Returns narrower bounds, a better time within them, and whether that is the zero to the last
+    digits.
     """
     x, v, a = point
     if x == 0.0:
@@ -177,20 +247,9 @@ def build_contact_search(probe: Callable, register: Callable) -> Callable:
     """
     Return the search for the first contact within a step.
 
-    Parameters
-    ----------
-    probe : callable
-        ``probe(time, path)``: position, velocity and acceleration of particle 1 after one step
-        of any size; `path` is whatever it needs for that.
-    register : callable
-        Makes a function known to the compiler, or leaves it as it is.
-
-    Returns
-    -------
-    callable
-        ``find_contact(step, start, end, ledger, path)``: time of the first contact after the start,
-        or -1 where there is none. `start` and `end` are position, velocity and acceleration,
-        `ledger` a record with `SEARCH_FIELDS`.
+    ``find_contact(step, start, end, ledger, path)`` is the time of the first contact after the
+    start, or -1 where there is none, the ledger a record with `SEARCH_FIELDS`. For the point after
+    one step of any size it asks ``probe(time, path)``; the path is whatever that needs.
     """
     is_free, begin, go_on = build_search_steps(register)
 

@@ -1,5 +1,5 @@
 r"""
-What ends a substep: the event that the gap of a line passes zero.
+What a contact is to the loops, and what ends a substep: that the gap of a line passes zero.
 
 Hard bodies exchange the momentum :math:`2 \mu w` where their gap closes with the speed w; at a
 rigid wall that reverses particle 1. Soft ones overlap for a while: a step is cut where they touch
@@ -11,12 +11,16 @@ they stay away from it, down to a small part of the step.
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.workflows.engines.in_house import bookkeeping
-from chaincor.workflows.engines.in_house.contact import build_contact
-from chaincor.workflows.engines.in_house.contact_search import build_contact_search
-from chaincor.workflows.engines.in_house.line_kinds import Source
-from chaincor.workflows.engines.in_house.polynomials import PathPoint
-from chaincor.workflows.engines.in_house.stages import Array, Stages
+from chaincor.workflows.engines.in_house.contact_search import PathPoint, build_contact_search
+from chaincor.workflows.engines.in_house.line_kinds import (
+    LineParameters,
+    Source,
+    contact_force,
+    read_parameters,
+)
+from chaincor.workflows.engines.in_house.stages import Parameters, Stages, State
 from chaincor.workflows.engines.schemes import Rule
 
 # Shortest substep next to a moment of touching or parting, in parts of the step. The momentum
@@ -24,6 +28,94 @@ from chaincor.workflows.engines.schemes import Rule
 # q + 1, and substeps as long as they stay away from it miss about as much.
 SHORTEST_SHARE = 2.0**-8
 GRADING = 1.0
+
+
+class Contact(NamedTuple):
+    """What a loop asks of a contact; all are known to the compiler."""
+
+    #: ``opening(position, state, parameters)``: the gap, its rate, and the rate of that.
+    opening: Callable
+    closing: Callable  #: ``closing(velocity, parameters)``: the speed with which it closes.
+    #: ``close(strain, position, parameters)``: sets the gap to zero; returns the position of the
+    #: first particle, or what it was told.
+    close: Callable
+    bounce: Callable  #: ``bounce(velocity, given, parameters)``: hard bodies exchange a momentum.
+    gap: Callable  #: ``gap(position, strain, parameters)``: the gap alone.
+
+
+def build_contact(source: Source) -> Contact:
+    """Return the contact of a kind of line."""
+    return _at_wall(source) if source.kind.contact == "wall" else _of_two(source)
+
+
+def _at_wall(source: Source) -> Contact:
+    register, read = source.register, read_parameters(source)
+    force, weighed = read.force, read.weighed
+
+    @register
+    def opening(position: float, state: State, parameters: Parameters) -> PathPoint:
+        strain, velocity = state
+        bend = weighed(-force(strain[0], parameters), 0, parameters)
+        return position, velocity[0], bend
+
+    @register
+    def closing(velocity: Array, _parameters: Parameters) -> float:
+        return -velocity[0]
+
+    @register
+    def close(_strain: Array, _position: float, _parameters: Parameters) -> float:
+        return 0.0
+
+    @register
+    def bounce(velocity: Array, _given: float, _parameters: Parameters) -> None:
+        velocity[0] = abs(velocity[0])
+
+    @register
+    def gap(position: float, _strain: Array, _parameters: Parameters) -> float:
+        return position
+
+    return Contact(opening, closing, close, bounce, gap)
+
+
+def _of_two(source: Source) -> Contact:
+    register, force = source.register, read_parameters(source).force
+    push = register(contact_force)
+
+    @register
+    def opening(_position: float, state: State, parameters: LineParameters) -> PathPoint:
+        place, inverse = parameters.gap, parameters.inverse
+        strain, velocity = state
+        pressed = push(strain[place], parameters.stiffness, parameters.exponent)
+        ahead = 0.0
+        behind = 0.0
+        if place + 1 < strain.shape[0]:
+            ahead = force(strain[place + 1], parameters)
+        if place > 0:
+            behind = force(strain[place - 1], parameters)
+        bend = inverse[place + 1] * (pressed - ahead) - inverse[place] * (behind - pressed)
+        return strain[place], velocity[place + 1] - velocity[place], bend
+
+    @register
+    def closing(velocity: Array, parameters: LineParameters) -> float:
+        place = parameters.gap
+        return velocity[place] - velocity[place + 1]
+
+    @register
+    def close(strain: Array, position: float, parameters: LineParameters) -> float:
+        strain[parameters.gap] = 0.0
+        return position
+
+    @register
+    def bounce(velocity: Array, given: float, parameters: LineParameters) -> None:
+        place, inverse = parameters.gap, parameters.inverse
+        velocity[place] = velocity[place] - given * inverse[place]
+        velocity[place + 1] = velocity[place + 1] + given * inverse[place + 1]
+
+    @register
+    def gap(_position: float, strain: Array, parameters: LineParameters) -> float:
+        return strain[parameters.gap]
+
+    return Contact(opening, closing, close, bounce, gap)
 
 
 class Event(NamedTuple):
@@ -66,25 +158,11 @@ class Path(NamedTuple):
 
 
 def build_event(source: Source, stages: Stages, take_step: Callable) -> Event:
-    """
-    Return the event of a kind of line.
-
-    Parameters
-    ----------
-    source : Source
-        What it is made from.
-    stages : Stages
-        Of the same line.
-    take_step : callable
-        One step of them without an event, as in ``schemes``.
-    """
+    """Return the event of a kind of line, of whose stages `take_step` is made."""
     register, wall = source.register, source.kind.contact == "wall"
     copy, extremes = stages.copy, stages.extremes
     opening, closing_speed, close, bounce, _ = build_contact(source)
-    note_contact, note_parting = (
-        register(bookkeeping.note_contact),
-        register(bookkeeping.note_parting),
-    )
+    note_contact, note_parting = map(register, (bookkeeping.note_contact, bookkeeping.note_parting))
     note_impulse = register(bookkeeping.note_impulse)
 
     @register
@@ -155,12 +233,10 @@ def build_event(source: Source, stages: Stages, take_step: Callable) -> Event:
             given = 2.0 * ledger.contact_mass * abs(speed)
             bounce(velocity, given, parameters)
             note_impulse(ledger, contacts, given)
-        note_parting(ledger, moment)
         ledger.last_position = ledger.position
         copy(strain, velocity, last, bonds)
         low, high = extremes(strain, bonds, parameters)
-        ledger.contact_min = min(ledger.strain_min, low)
-        ledger.contact_max = max(ledger.strain_max, high)
+        note_parting(ledger, moment, low, high)
 
     find = build_contact_search(probe=probe, register=register)
     return Event(direction, condition, reach, probe, find, cut, happen)

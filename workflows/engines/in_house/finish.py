@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.ending import Ending
@@ -38,14 +38,14 @@ class LastContact:
 
     #: Bond lengths less one along x, and between two bodies the gap; a hard wall is no particle; of
     #: shape (N - 1,).
-    strains: NDArray[np.float64]
-    velocities: NDArray[np.float64]  #: Along x: positive away from the wall; of shape (N,).
+    strains: Array
+    velocities: Array  #: Along x: positive away from the wall; of shape (N,).
     #: Times since the first contact and closing speeds; of shape (contacts,).
-    contact_times: NDArray[np.float64]
-    contact_speeds: NDArray[np.float64]  #: See ``contact_times``.
+    contact_times: Array
+    contact_speeds: Array  #: See ``contact_times``.
     #: Momentum given to the chain; None for what a wall gives a particle of mass 1; of shape
     #: (contacts,).
-    impulses: NDArray[np.float64] | None = None
+    impulses: Array | None = None
     position: float = 0.0  #: Displacement of the first particle along x.
     lasted: float = 0.0  #: Time from the initial state to the end of the last contact.
     bond_range: tuple[float, float] = (1.0, 1.0)  #: The shortest and the longest bond so far.
@@ -60,7 +60,7 @@ class End(NamedTuple):
     evaluations: int  #: Of all bond forces until then.
 
 
-def displacements_from(position: float, strains: NDArray[np.float64]) -> NDArray[np.float64]:
+def displacements_from(position: float, strains: Array) -> Array:
     """Return u_i = x_i - (i - 1), of shape (n,), of u_1 and the strains of n - 1 bonds."""
     return np.cumsum(np.concatenate(([position], strains)))
 
@@ -85,7 +85,11 @@ def finish(
     energy_start, energy_end = _energies(scene, last)
     if last.energy is not None:
         energy_end = last.energy
-    refuse_growth(scene, energy_start, energy_end)
+    if not energy_end <= MOST_ENERGY_GROWTH * energy_start:
+        raise TimestepError(
+            f"the energy of the {scene.label} chain grew from {energy_start:.6g} to "
+            f"{energy_end:.6g}; expected it to be kept: take a smaller timestep, or lower the speed"
+        )
     low, high = last.bond_range
     displacements = displacements_from(last.position, last.strains)
     first, targets = (0, 0) if line.at_wall else (line.first, line.targets)
@@ -134,19 +138,10 @@ def _energies(scene: Scene, last: LastContact) -> tuple[float, float]:
         return start, line.energy(bond, strains, velocities)
 
 
-def kinetic_energy(velocities: NDArray[np.float64]) -> float:
+def kinetic_energy(velocities: Array) -> float:
     """Return that of unit masses, to the last bit alike wherever an array lies."""
     # So not by `@`.
     return 0.5 * float(np.sum(np.square(velocities)))
-
-
-def refuse_growth(scene: Scene, energy_start: float, energy_end: float) -> None:
-    """Raise TimestepError if energy has grown as only unstable steps make it grow."""
-    if not energy_end <= MOST_ENERGY_GROWTH * energy_start:
-        raise TimestepError(
-            f"the energy of the {scene.label} chain grew from {energy_start:.6g} to "
-            f"{energy_end:.6g}; expected it to be kept: take a smaller timestep, or lower the speed"
-        )
 
 
 def run_single_particle(

@@ -44,11 +44,9 @@ _LEAST_POWER: float = measured("sphere_power")
 
 def run(scene: Scene) -> Outcome:
     """
-    Return the outcome of a collision in the limit of high speed.
+    Return the outcome of a collision in the limit of high speed, with a restitution of 1.
 
-    Only n, v0 and the diameter of its bonds, which is the shortest bond, matter. Scheme
-    ``hard-sphere``, no timestep, restitution 1. Raises CrossingError if the bond cannot stop two
-    particles that meet at this speed.
+    Raises CrossingError if the bond cannot stop two particles that meet at this speed.
     """
     particles, speed = scene.particles, scene.impact_velocity
     if particles == 1:
@@ -109,10 +107,9 @@ def deviation(scene: Scene) -> float:
 
 def vibration(scene: Scene) -> float | None:
     """
-    Return the share of the energy that three particles do not get back.
+    Return the energy of the vibration of three particles after their collision over all before.
 
-    That is the energy of their vibration after the collision over all before; None where the bonds
-    are too short to be stepped.
+    None where the bonds are too short to be stepped.
     """
     from chaincor.workflows.engines.in_house import adaptive
 
@@ -127,10 +124,9 @@ def vibration(scene: Scene) -> float | None:
 
 def stopping_length(bond: Potential, speed: float) -> float:
     """
-    Return the length at which a bond stops two particles that meet with +-v0.
+    Return the length d at which a bond stops two particles that meet with +-v0: U(d) = v0^2.
 
-    That is d with U(d) = v0^2, 0 <= d < 1; zero where it is below the rounding of a strain. Raises
-    CrossingError if U at zero length is finite and too low.
+    Zero where it is below the rounding of a strain. Raises CrossingError if U(0) is too low.
     """
     from scipy.optimize import brentq
 

@@ -3,9 +3,7 @@
 from collections.abc import Callable
 from typing import Any, Literal, NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.line import Line
 
 
@@ -33,7 +31,7 @@ class LineParameters(NamedTuple):
 
     bond: Any  #: Of the potential's kernel; tuple of float.
     #: 1/m along x; 0 for a rigid wall that is a particle; of shape (N,).
-    inverse: NDArray[np.float64]
+    inverse: Array
     gap: int  #: Where among the strains the gap is; -1 before a hard wall.
     #: K and q of the contact.
     stiffness: float
@@ -46,6 +44,11 @@ class LineParameters(NamedTuple):
         if Kind.of(line).contact == "wall":
             inverse, gap = inverse[1:], -1
         return cls(bond, inverse.copy(), gap, line.contact_stiffness, line.contact_exponent)
+
+
+def as_it_is(function: Callable, **_options: Any) -> Callable:
+    """Take the place of `LoopCompiler.register` where Python itself runs the loops."""
+    return function
 
 
 class Source(NamedTuple):

@@ -1,22 +1,30 @@
-"""Finding the end of a collision ahead of the exact run, by runs of copies in coarse steps."""
+"""What comes next: the end of a collision found ahead of the exact run, or another contact."""
 
 import math
 from collections.abc import Callable
+from dataclasses import dataclass
 
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.engines.end_watch import Body
+from chaincor.workflows.engines.end_watch import Body, EndWatch
 from chaincor.workflows.engines.ending import Ending, evaporation, quiet_time
+from chaincor.workflows.engines.in_house import bookkeeping
 from chaincor.workflows.engines.in_house.blocks.running import LEAST_ACTIVE
 from chaincor.workflows.engines.in_house.coarse_run import (
     CoarseRun,
     coarse_ceiling,
     coarse_step,
     find_end,
+    highest_frequency,
     longest_strain,
     required_clearance,
 )
+from chaincor.workflows.engines.in_house.finish import End, strain_error, unfinished_error
 from chaincor.workflows.engines.in_house.moving import Motion, Stepper
-from chaincor.workflows.engines.pieces import find_pieces
+from chaincor.workflows.errors import RunError
+
+# Steps of order 8 in units of the stiffest bond's 1/frequency: good to some parts in 1e7.
+STEP = 0.3
 
 # A chain that broke is followed again and again, with so many times the step of the run; more often
 # where these motions come to different ends; a long one, which costs the square of its length,
@@ -41,23 +49,9 @@ class LookAhead:
     motions from the start, with errors as the run has them, then tell whether these decide on a
     late contact: whether some have one, or come to ends that differ, of which one could bring it.
 
-    Parameters
-    ----------
-    scene : Scene
-        The collision.
-    moving : Motion
-        The bodies, which are not changed but for their count of force evaluations.
-    stepper : Stepper
-        Their steps: where coarse ones are no cheaper, they are not taken.
-    first : callable
-        Returns the bodies as they were at step zero.
-    start : float
-        Time of that, since the first contact, where that was before.
-
-    Attributes
-    ----------
-    doubt : float
-        Largest momentum of contacts that some motions have and others have not, or may have.
+    The bodies, `moving`, are not changed but for their count of force evaluations; where coarse
+    steps are no cheaper than theirs, they are not taken. `first` returns them as they were at step
+    zero, which was at `start` since the first contact, where that was before.
     """
 
     def __init__(
@@ -69,35 +63,57 @@ class LookAhead:
         start: float = 0.0,
     ) -> None:
         self._scene, self._moving, self._start = scene, moving, start
-        self._bond, self._stepper = scene.bond, stepper
+        self._bond, self._stepper, self._first = scene.bond, stepper, first
         self._long = scene.span > _MOST_SAMPLED
         self._quiet = quiet_time(scene.span, scene.slow_stiffness)
-        self.not_before = 0.0
+        self._not_before = 0.0
+        # Largest momentum of contacts that some motions have and others have not, or may have.
         self.doubt = 0.0
-        self._first = first
         # Contacts so far, and the momentum of the next that all other motions came to.
         self._awaited = (0, 0.0)
 
-    def _times(self) -> tuple[float, float]:
-        """Return the time, and that of the last contact, since the first."""
+    def times(self) -> tuple[float, float]:
+        """Return the time, and when the last contact ended, 0 while none has, since the first."""
         ledger = self._moving.ledger
         begun = self._start - float(ledger["first_contact"])
         now = begun + float(ledger["steps"] * self._stepper.step)
-        return now, begun + float(ledger["last_contact"])
+        return now, max(begun + float(ledger["last_contact"]), 0.0)
 
     def _coarse_step(self) -> float:
         shortest = float(self._moving.ledger["strain_min"])
         return coarse_step(self._bond, shortest, self._scene.line.lightest)
 
-    def _coarse_run(self, now: float, step: float, clearance: float, ceiling: float) -> CoarseRun:
-        moving, bond, stepper = self._moving, self._bond, self._stepper
-        return CoarseRun(moving, bond, stepper, now, step, clearance, ceiling)
-
     def warm_up(self) -> None:
         """Load or compile the loop, which is not integration."""
-        self._coarse_run(0.0, 1.0, -math.inf, math.inf).fly(0.0)
+        CoarseRun(self._moving, self._stepper, 0.0, 1.0).fly(0.0)
 
-    def doubt_about(self, ending: Ending) -> Ending:
+    def unresolved(self) -> RunError:
+        """Name what is wrong with the strains of the bodies."""
+        ledger, step = self._moving.ledger, self._stepper.step
+        low, high = float(ledger["strain_min"]), float(ledger["strain_max"])
+        remedy = f"take a smaller timestep than {step:g}, or a lower speed"
+        return strain_error(self._scene, low, high, self.times()[0], remedy)
+
+    def look(self, watch: EndWatch, follow: bool = True) -> End | None:
+        """
+        Look for the end, as the bodies are now and ahead; None where another contact may come.
+
+        Where an end that is not proved need not be followed, silence for long enough is one.
+        """
+        (now, last), moving = self.times(), self._moving
+        ending = watch.look_at(now, last, moving.bodies())
+        if ending is not None:
+            return End(self._doubt_about(ending), now, int(moving.ledger["evaluations"]))
+        if not follow and now - last > self._quiet:
+            return End(Ending("argued"), now, int(moving.ledger["evaluations"]))
+        settled = self.settle()
+        if settled is None:
+            return None
+        ahead, ending = settled
+        evaluations = int(ahead.moving.ledger["evaluations"])
+        return End(self._doubt_about(ending), ahead.time, evaluations)
+
+    def _doubt_about(self, ending: Ending) -> Ending:
         """Return the end of the run as what other motions did leaves it."""
         contacts, momentum = self._awaited
         missed = contacts == self._moving.ledger["contacts"]
@@ -111,8 +127,8 @@ class LookAhead:
         contact may come, or a bond may break.
         """
         ledger, scene = self._moving.ledger, self._scene
-        now, last = self._times()
-        if now < self.not_before:
+        now, last = self.times()
+        if now < self._not_before:
             return None
         # What has fallen apart and flown for so long hardly depends on how it is followed.
         if now - last > self._quiet:
@@ -126,12 +142,12 @@ class LookAhead:
             return None
         if 1.0 / coarse >= self._stepper.scheme.evaluations / self._stepper.step:
             return None
-        ahead = self._coarse_run(now, coarse, clearance, ceiling)
+        ahead = CoarseRun(self._moving, self._stepper, now, coarse, clearance, ceiling)
         ending = find_end(scene, ahead, last)
         if ending is not None:
             return ahead, ending
         ledger["evaluations"] = ahead.moving.ledger["evaluations"]
-        self.not_before = ahead.time
+        self._not_before = ahead.time
         return None
 
     def keeps_off(self, until: float) -> tuple[bool, float, int]:
@@ -142,16 +158,15 @@ class LookAhead:
         evaluations so far. For the time see ``whole_end``.
         """
         ledger, scene = self._moving.ledger, self._scene
-        now, _ = self._times()
+        now, _ = self.times()
         evaluations = int(ledger["evaluations"])
         if until <= now:
             return True, now, evaluations
         clearance = required_clearance(scene, self._moving.gap)
         if clearance is None:
             return False, now, evaluations
-        coarse = self._coarse_step()
-        ceiling = coarse_ceiling(scene.bond)
-        ahead = self._coarse_run(now, coarse, clearance, ceiling)
+        coarse, ceiling = self._coarse_step(), coarse_ceiling(scene.bond)
+        ahead = CoarseRun(self._moving, self._stepper, now, coarse, clearance, ceiling)
         return ahead.fly(until - now), ahead.time, int(ahead.moving.ledger["evaluations"])
 
     def _sample(self, now: float, last: float) -> tuple[CoarseRun, Ending] | None:
@@ -171,7 +186,7 @@ class LookAhead:
             self._doubt(met + [ending.momentum_at_stake for _, ending in settled])
         if met:
             self._awaited = int(self._moving.ledger["contacts"]), max(met)
-            self.not_before = math.inf
+            self._not_before = math.inf
             return None
         return settled[0]
 
@@ -183,9 +198,7 @@ class LookAhead:
         now, before the motions part, counts as well.
         """
         if max(momenta) > 0.0:
-            parted = [
-                find_pieces(*b[:3], self._bond, b.masses) for b in self._moving.bodies(self._bond)
-            ]
+            parted = [body.pieces(self._bond) for body in self._moving.bodies()]
             at_stake = sum(evaporation(pieces, self._bond) for pieces in parted)
             self.doubt = max(self.doubt, at_stake, *momenta)
 
@@ -194,7 +207,7 @@ class LookAhead:
         bond, v0 = self._scene.bond, self._scene.impact_velocity
 
         def agree(bodies: tuple[Body, ...]) -> bool:
-            ends = [find_pieces(*body[:3], bond, body.masses) for body in bodies]
+            ends = [body.pieces(bond) for body in bodies]
             sizes = {int(pieces.sizes[0]) for pieces in ends}
             speeds = [float(pieces.speeds[0]) for pieces in ends]
             energies = [float(pieces.energies[0]) for pieces in ends]
@@ -204,7 +217,7 @@ class LookAhead:
                 and max(energies) - min(energies) <= _ALIKE * max(energies)
             )
 
-        return all(map(agree, zip(*(ahead.bodies() for ahead in runs), strict=True)))
+        return all(map(agree, zip(*(ahead.moving.bodies() for ahead in runs), strict=True)))
 
     def _follow_again(
         self, share: float, now: float, last: float
@@ -223,10 +236,61 @@ class LookAhead:
         moving.advance(stepper, math.ceil(since / stepper.step))
         if moving.ledger["contacts"] != contacts:
             return 2.0 * self._scene.line.contact_mass * float(moving.contact_speeds[-1])
-        ahead = CoarseRun(
-            moving, self._bond, stepper, now, share * self._coarse_step(), 0.0, math.inf
-        )
+        ahead = CoarseRun(moving, stepper, now, share * self._coarse_step(), clearance=0.0)
         ending = find_end(self._scene, ahead, last)
         if ending is None:
             return 2.0 * self._scene.line.contact_mass * abs(ahead.moving.closing)
         return ahead, ending
+
+
+@dataclass(frozen=True)
+class Flight:
+    """What comes next."""
+
+    time: float  #: Of the next contact, or at which the end is seen; since the first contact.
+    ending: Ending | None  #: None where a contact comes.
+    doubt: float = 0.0  #: Momentum of contacts that hardly different motions have or have not.
+
+
+def follow(
+    scene: Scene,
+    strains: Array,
+    velocities: Array,
+    *,
+    now: float,
+    last_contact: float,
+    shortest: float,
+) -> Flight:
+    """
+    Follow bodies in flight to their next contact, or to the end of their collision.
+
+    Strains, with the gap, and velocities are those along x, at the time `now`; the last contact
+    ended at `last_contact`, both since the first. There is one bond at least; with the shortest so
+    far the steps shrink. Raises RunError as the stepping engine.
+    """
+    line, bond = scene.line, scene.bond
+    step = STEP / highest_frequency(bond, shortest - 1.0, line.lightest)
+    stepper = Stepper.of(line, bond, "order8", step)
+    strains = strains.copy()
+    strains[line.gap] = max(float(strains[line.gap]), 0.0)
+    moving = Motion.in_state(line, bond, stepper.scheme, strains, velocities, scene.impact_velocity)
+    ledger = moving.ledger
+    ledger["patience"] = ledger["argue_first"] = math.inf
+    ledger["last_contact"] = last_contact - now
+    ledger["strain_min"] = shortest - 1.0
+    look_ahead = LookAhead(scene, moving, stepper, moving.copy().copy, start=now)
+    watch = EndWatch(scene.span, bond, scene.slow_stiffness)
+    while True:
+        end = look_ahead.look(watch)
+        if end is not None:
+            return Flight(end.time, end.ending)
+        time, _ = look_ahead.times()
+        if time > watch.followed_until(last_contact):
+            raise unfinished_error(scene, time)
+        # At least one step: right after a contact, looks would be no time apart.
+        until = max(watch.next_look(time, last_contact), time + step) - now
+        status = moving.advance(stepper, math.ceil(until / step))
+        if ledger["contacts"] > 0:
+            return Flight(now + float(moving.contact_times[0]), None, look_ahead.doubt)
+        if status != bookkeeping.DONE:
+            raise look_ahead.unresolved()

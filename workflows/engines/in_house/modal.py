@@ -26,16 +26,15 @@ from chaincor.lammps_inputs.errors import SceneError
 from chaincor.lammps_inputs.line import Line
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.ending import Ending
-from chaincor.workflows.engines.in_house.body_modes import MOST_UNEQUAL
 from chaincor.workflows.engines.in_house.finish import End, LastContact, finish
 from chaincor.workflows.engines.in_house.mode_flight import (
+    MOST_UNEQUAL,
     ModalBodies,
     ModalGap,
-    mean_distance,
-    opening_velocity,
 )
-from chaincor.workflows.engines.interrupts import WORK_AT_ONCE
+from chaincor.workflows.engines.in_house.mode_loops import LEDGER, MORE, TERMS, mode_loops
 from chaincor.workflows.engines.outcome import Frames, Outcome
+from chaincor.workflows.engines.time_limit import WORK_AT_ONCE
 from chaincor.workflows.errors import UnfinishedCollisionError
 
 # Bonds are sampled so often, in units of 1/frequency of what energy they have, and in units of
@@ -59,12 +58,7 @@ _RECORDED = 200_000
 
 
 def serves(scene: Scene) -> bool:
-    """
-    Return whether a scene is propagated by its modes.
-
-    That takes harmonic bonds and hard contacts, and bodies of unequal masses no longer than
-    `MOST_UNEQUAL`.
-    """
+    """Return whether a scene is propagated by its modes, see :func:`run`."""
     line = scene.line
     if not scene.bond.is_harmonic:
         return False
@@ -77,26 +71,13 @@ def run(scene: Scene, frame_interval: float | None = None) -> Outcome:
     """
     Carry two harmonic bodies through their collision, exactly.
 
-    Parameters
-    ----------
-    scene : Scene
-        With harmonic bonds and hard contacts.
-    frame_interval : float, optional
-        Time between snapshots.
+    That takes harmonic bonds and hard contacts, and bodies of unequal masses no longer than
+    `MOST_UNEQUAL`. Displacements are counted from the place where the contact was before the target
+    moved; time, and snapshots at multiples of an interval, from the first contact.
 
-    Returns
-    -------
-    Outcome
-        Scheme ``modal``, no timestep. Displacements are counted from the place where the contact
-        was before the target moved; time from the first contact.
-
-    Raises
-    ------
-    SceneError
-        If bonds are not harmonic or contacts not hard, or if the particles that meet are at rest
-        against each other and are pressed together.
-    UnfinishedCollisionError
-        If the bodies neither meet nor part in any time that can be followed.
+    Raises SceneError for another scene, or if the particles that meet are at rest against each
+    other and are pressed together; UnfinishedCollisionError if the bodies neither meet nor part in
+    any time that can be followed.
     """
     if not scene.bond.is_harmonic:
         raise SceneError(f"potential is '{scene.label}'; modal propagation expects springs")
@@ -105,9 +86,7 @@ def run(scene: Scene, frame_interval: float | None = None) -> Outcome:
             "modal propagation expects hard contacts, and at most "
             f"{MOST_UNEQUAL} particles in a body of unequal masses"
         )
-    from chaincor.workflows.engines.in_house.loops.mode_loops import load_loop
-
-    load_loop()  # compiling is no integration
+    mode_loops()  # compiling is no integration
     line = scene.line
     started = time.perf_counter()
     collision = _Collision(scene, line, frame_interval)
@@ -148,9 +127,9 @@ def rounding_sensitivity(scene: Scene) -> float:
             line, masses=factor * line.masses, velocities=line.velocities / factor**0.5
         )
         collision = _Collision(scene, scaled, None)
-        arriving = opening_velocity(collision.departure)
+        arriving = collision.departure.opening
         collision.run()
-        etas.append((opening_velocity(collision.departure) / arriving) ** 2)
+        etas.append((collision.departure.opening / arriving) ** 2)
     return max(abs(eta - etas[0]) for eta in etas)
 
 
@@ -171,7 +150,7 @@ class _Collision:
         self._interval = frame_interval
         self._bodies = ModalBodies(line, scene.bond.stiffness)
         self._gap = gap = self._bodies.at_start()
-        self._approach, self._first_distance = opening_velocity(gap), mean_distance(gap)
+        self._approach, self._first_distance = gap.opening, gap.mean_distance
         self._fastest = float(np.max(gap.omega))
         self._flown_before = 0.0
         self._snapshots: list[_State] = []
@@ -185,31 +164,29 @@ class _Collision:
     def run(self) -> Ending:
         """Fly until the end and return it."""
         self._start()
-        from chaincor.workflows.engines.in_house.loops.mode_loops import MORE, bounce
-
-        gap = self._gap
+        gap, ledger = self._gap, np.zeros(1, LEDGER).view(np.recarray)[0]
+        ledger.wall_distance, ledger.flown = gap.wall_distance, self.time
         # Twice the reduced mass of the contact, but for the last digits of the shapes: so no
         # contact makes or takes energy, of which many would add up.
         exchange = 2.0 / math.fsum(gap.shape**2)
-        modes, since, worked = len(gap.omega), self.time, 0.0
+        modes, worked, bounce = len(gap.omega), 0.0, mode_loops().bounce
         most = max(_RECORDED // modes, 1)
-        (speeds, flights), (strains, velocities) = np.empty((2, most)), np.empty((2, most, modes))
+        record = (*np.empty((2, most)), *np.empty((2, most, modes)))
+        scratch = np.empty(TERMS), np.empty((2, modes))
         while True:
-            ended, count, since, gap.wall_distance = bounce(
-                (gap.strain_modes, gap.velocity_modes, gap.omega, gap.shape),
-                *(gap.wall_distance, exchange, since, _WORK_AT_ONCE),
-                (speeds, flights, strains, velocities),
-            )
+            ended = bounce(ledger, gap.modes, exchange, _WORK_AT_ONCE, record, scratch)
+            count, gap.wall_distance = int(ledger.contacts), float(ledger.wall_distance)
             if count > 0:
-                self._note_contacts(speeds[:count], flights[:count], strains, velocities)
-            self.time = since + (self.contact_times[-1] if self.contact_times else 0.0)
+                self._note_contacts(*(each[:count] for each in record))
+            before = self.contact_times[-1] if self.contact_times else 0.0
+            self.time = float(ledger.flown) + before
             worked = 0.0 if count > 0 else worked + _WORK_AT_ONCE
             if ended == MORE and worked < _MOST_WORK:
                 continue
             self._take_snapshots(self.time)
             if ended != MORE:
                 return Ending("proved")
-            if not opening_velocity(gap) > 0.0:
+            if not gap.opening > 0.0:
                 raise UnfinishedCollisionError(
                     f"a time of {self.time:.6g} after the first contact the bodies still approach "
                     "each other; expected them to meet or to part: change the speed or a mass"
@@ -220,8 +197,7 @@ class _Collision:
         self, speeds: Array, flights: Array, strains: Array, velocities: Array
     ) -> None:
         """Take down what the loop did."""
-        count = len(speeds)
-        for k in range(count):
+        for k in range(len(speeds)):
             self._sample_flight(float(flights[k]))
             if self.contact_times:
                 now = self.contact_times[-1] + float(flights[k])
@@ -234,7 +210,7 @@ class _Collision:
                 self._gap, strain_modes=strains[k], velocity_modes=velocities[k], wall_distance=0.0
             )
         self.departure = self.departure.copy()
-        self._note(strains[:count])
+        self._note(strains)
 
     def _start(self) -> None:
         """Let bodies that touch collide or part."""
@@ -247,12 +223,8 @@ class _Collision:
                 "initial has particle 1 at rest on the target while the rest of the chain presses "
                 "it there, which is no collision of hard particles; expected it to come, or a gap"
             )
-        from chaincor.workflows.engines.in_house.loops.mode_loops import taylor_window
-
         # Roundings must not tell which way it goes.
-        self.time = _FIRST_MOVE * taylor_window(
-            gap.strain_modes, gap.velocity_modes, gap.omega, gap.shape, 0.0
-        )
+        self.time = _FIRST_MOVE * mode_loops().taylor_window(gap.modes, 0.0)
         self._gap = gap.drifted(self.time)
 
     def _is_pressed(self) -> bool:
@@ -270,7 +242,7 @@ class _Collision:
 
     def _missed(self) -> float:
         """Return the largest momentum that contacts could still give, with all energy there is."""
-        mass, opening = self._line.reduced_mass, opening_velocity(self._gap)
+        mass, opening = self._line.reduced_mass, self._gap.opening
         vibrating = self._gap.strain_modes[1:] ** 2 + self._gap.velocity_modes[1:] ** 2
         return mass * opening + math.sqrt(mass * float(np.sum(vibrating)) + (mass * opening) ** 2)
 
@@ -291,41 +263,33 @@ class _Collision:
             self._note((np.exp(1j * moments[:, None] * omega) * modes).real)
 
     def _note(self, strain_modes: Array) -> None:
-        bodies = self._bodies
-        strains = [bodies.chain.strains(bodies.chain_part(strain_modes))]
-        if bodies.target is not None:
-            strains.append(bodies.target.strains(bodies.target_part(strain_modes)))
-        for each in strains:
+        for each in self._bodies.strains(strain_modes):
             self.strain_min = min(self.strain_min, float(np.min(each, initial=0.0)))
             self.strain_max = max(self.strain_max, float(np.max(each, initial=0.0)))
 
     def state(self, gap: ModalGap, moment: float) -> _State:
         """Return both bodies at a moment since the first contact."""
         bodies, line = self._bodies, self._line
-        opening = opening_velocity(gap)
-        target_strains, resting, place = np.empty(0), np.zeros(1), 0.0
-        drift = 0.0
+        chain_strains, target_strains = bodies.strains(gap.strain_modes)
+        moving, resting = bodies.velocities(gap.velocity_modes)
+        drift = place = 0.0
         if bodies.target is not None:
             masses = line.target_masses
             whole = float(np.sum(masses))
             # All momentum that the chain gained is the target's, and so are the displacements.
             share = line.reduced_mass / whole
-            drift = -share * (opening - self._approach)
+            drift = -share * (gap.opening - self._approach)
             drifted = self._approach * (moment + self._flown_before)
-            mean = -share * (mean_distance(gap) - self._first_distance - drifted)
-            target_strains = bodies.target.strains(bodies.target_part(gap.strain_modes))
-            resting = drift - bodies.target.velocities(bodies.target_part(gap.velocity_modes))
+            mean = -share * (gap.mean_distance - self._first_distance - drifted)
             outward = np.cumsum(np.concatenate(([0.0], target_strains)))
             # The contact was at 0 at first, wherever that left the centre of mass.
             at_first = np.cumsum(np.concatenate(([0.0], line.strains[: line.gap][::-1])))
             mean -= float(masses @ at_first) / whole
             place = mean + float(masses @ outward) / whole - float(outward[-1])
-        chain_strains = bodies.chain.strains(bodies.chain_part(gap.strain_modes))
-        moving = bodies.chain.velocities(bodies.chain_part(gap.velocity_modes))
         strains = np.concatenate((target_strains[::-1], [gap.wall_distance], chain_strains))
         return _State(
             strains,
-            np.concatenate((resting[::-1], drift + opening + moving)),
+            np.concatenate(((drift - resting)[::-1], drift + gap.opening + moving)),
             np.cumsum(np.concatenate(([place], strains))),
         )
 
@@ -341,13 +305,8 @@ class _Collision:
         """Return the snapshots, if any were asked for."""
         if self._interval is None:
             return None
-        first, targets = self._line.first, self._line.targets
-        displacements = np.array([shot.displacements for shot in self._snapshots])
-        velocities = np.array([shot.velocities for shot in self._snapshots])
-        return Frames(
-            np.array([k * self._interval for k in range(len(self._snapshots))]),
-            displacements[:, first:],
-            velocities[:, first:],
-            displacements[:, :targets][:, ::-1] if targets else None,
-            velocities[:, :targets][:, ::-1] if targets else None,
+        times = [k * self._interval for k in range(len(self._snapshots))]
+        displacements = [shot.displacements for shot in self._snapshots]
+        return Frames.of(
+            self._line, times, displacements, [shot.velocities for shot in self._snapshots]
         )

@@ -1,4 +1,4 @@
-"""The loop over the steps of a line: substeps from event to event, of the bonds that move."""
+"""The loops over the steps of a line: from event to event, and coarse ones between contacts."""
 
 from collections.abc import Callable
 from typing import Any, NamedTuple
@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.workflows.engines.in_house import bookkeeping
 from chaincor.workflows.engines.in_house.bookkeeping import (
     ARGUE,
@@ -15,7 +16,7 @@ from chaincor.workflows.engines.in_house.bookkeeping import (
     OUTSIDE,
     SPARE_CONTACTS,
 )
-from chaincor.workflows.engines.in_house.events import Path, build_event
+from chaincor.workflows.engines.in_house.events import Path, build_contact, build_event
 from chaincor.workflows.engines.in_house.line_kinds import Source, read_parameters
 from chaincor.workflows.engines.in_house.stages import Parameters, Stages, State
 from chaincor.workflows.engines.schemes import Rule
@@ -45,14 +46,14 @@ class Arrays(NamedTuple):
     near: State  #: See ``kept``.
     trial: State  #: See ``kept``.
     #: Times and closing speeds, and the momentum given to the chain; of shape (3, capacity).
-    contacts: NDArray[np.float64]
+    contacts: Array
     #: Of the chain's particles; 0 for those of a target; of shape (N,).
-    masses: NDArray[np.float64]
+    masses: Array
     #: First and last but one of the particles near the contact; of shape (2,).
     window: NDArray[np.int64]
     #: Of each substep, a step or a part of one, its duration, and whether a contact ends it. Mostly
     #: without room, and not kept; of shape (2, capacity).
-    log: NDArray[np.float64]
+    log: Array
 
     def unnamed(self) -> tuple:
         """Return plain tuples: named ones cost a compiled function 5 us more at each call."""
@@ -60,30 +61,19 @@ class Arrays(NamedTuple):
         return *(tuple(state) for state in (now, last, kept, near, trial)), *others
 
 
-def build_motion(source: Source, stages: Stages, take_step: Callable) -> Callable:
+def build_motion(source: Source, stages: Stages, build_step: Callable) -> Callable:
     """
-    Put the loop of the stepping engine together.
+    Return the loop of the stepping engine; `build_step` is that of a scheme, see ``schemes``.
 
-    Parameters
-    ----------
-    source : Source
-        What it is made from.
-    stages : Stages
-        Of the same line.
-    take_step : callable
-        One step of them without a contact, as in ``schemes``.
-
-    Returns
-    -------
-    callable
-        ``advance(ledger, arrays, goal, step, fractions, parameters)``: take steps until `goal` of
-        them are done or something needs the caller. `arrays` are those of `Arrays.unnamed`,
-        `fractions` of the scheme, unnamed as well, `parameters` those of the line. With a log it
-        also comes back, with `DONE`, when there may be no room for the substeps of another step.
+    ``advance(ledger, arrays, goal, step, fractions, parameters)`` takes steps until `goal` of them
+    are done or something needs the caller. `arrays` are those of `Arrays.unnamed`, `fractions` of
+    the scheme, unnamed as well, `parameters` those of the line. With a log it also comes back, with
+    `DONE`, when there may be no room for the substeps of another step.
     """
     register, wall = source.register, source.kind.contact == "wall"
     named, around, *_ = read_parameters(source)
     copy, are_allowed = stages.copy, stages.are_allowed
+    take_step = register(build_step(stages))
     event = build_event(source, stages, take_step)
     direction, condition, reach, probe, find, cut, happen = event
     is_likely, may_be_over = register(bookkeeping.is_likely), register(bookkeeping.may_be_over)
@@ -164,3 +154,65 @@ def build_motion(source: Source, stages: Stages, take_step: Callable) -> Callabl
         return DONE
 
     return advance
+
+
+def build_coarse_steps(source: Source, stages: Stages) -> Callable:
+    """
+    Return the loop over coarse steps of bodies that stay apart, which looks ahead.
+
+    ``take_coarse_steps(ledger, state, asked, parameters)`` takes Verlet steps and returns how many,
+    fewer where the gap gets too small or a strain is not allowed; the unnamed state is half a step
+    off then. Asked are how many, their size, how small the gap may get, and whether it is the first
+    and the last part of a flight: the state is half a step off between parts.
+    """
+    stage, drift, are_allowed = stages.stage, stages.drift, stages.are_allowed
+    named, gap_of = read_parameters(source).named, build_contact(source).gap
+
+    def take_coarse_steps(ledger: Any, state: tuple, asked: tuple, parameters: Parameters) -> int:
+        strain, velocity = state
+        steps, step, clearance, first, last = asked
+        parameters = named(parameters)
+        bonds = strain.shape[0]
+        ahead = 0.5 * step if first else step  # the drifts of neighbouring steps merge
+        for taken in range(steps):
+            ledger.position += ahead * velocity[0]
+            stage(strain, velocity, bonds, ahead, step, parameters)
+            ahead = step
+            ledger.evaluations += 1
+            if not gap_of(ledger.position, strain, parameters) > clearance:
+                return taken
+            if not are_allowed(ledger, strain, bonds, parameters):
+                return taken
+        if last:
+            ledger.position += 0.5 * step * velocity[0]
+            drift(strain, velocity, bonds, 0.5 * step)
+        return steps
+
+    return take_coarse_steps
+
+
+def build_look_ahead(source: Source, stages: Stages) -> Callable:
+    """
+    Return the loop over coarse steps of many chains before a hard wall.
+
+    ``look_ahead(ledgers, strains, velocities, counts, steps, clearances, done, parameters)`` lets
+    each chain, a row of the arrays, take so many while it keeps so clear of the wall; `done` is how
+    many it took.
+    """
+    take_coarse_steps = source.register(build_coarse_steps(source, stages))
+
+    def look_ahead(
+        ledgers: Any,
+        strains: Array,
+        velocities: Array,
+        counts: NDArray[np.int64],
+        steps: Array,
+        clearances: Array,
+        done: NDArray[np.int64],
+        parameters: Any,
+    ) -> None:
+        for k in range(counts.shape[0]):
+            asked = (counts[k], steps[k], clearances[k], True, True)
+            done[k] = take_coarse_steps(ledgers[k], (strains[k], velocities[k]), asked, parameters)
+
+    return look_ahead

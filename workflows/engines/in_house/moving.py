@@ -9,18 +9,16 @@ from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.line import Line
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.engines.end_watch import Body
+from chaincor.workflows.engines.end_watch import Body, bodies_of
 from chaincor.workflows.engines.in_house import bookkeeping, events, motion
 from chaincor.workflows.engines.in_house.blocks import running
 from chaincor.workflows.engines.in_house.finish import PATIENCE, allowed_strains
 from chaincor.workflows.engines.in_house.kernels import Kernels, kernels_for
 from chaincor.workflows.engines.in_house.line_kinds import Kind, LineParameters
-from chaincor.workflows.engines.in_house.loops.cores import cores
+from chaincor.workflows.engines.in_house.loops.processes import cores
 from chaincor.workflows.engines.in_house.stages import State
-from chaincor.workflows.engines.interrupts import steps_at_once
-from chaincor.workflows.engines.parting import bodies_of
 from chaincor.workflows.engines.schemes import STEP_SCHEMES, StepScheme
-from chaincor.workflows.engines.time_limit import check_time
+from chaincor.workflows.engines.time_limit import check_time, steps_at_once
 
 
 @dataclass(frozen=True)
@@ -63,6 +61,7 @@ class Motion:
     """The bodies of a line in motion, with what their loops need to work on."""
 
     line: Line  #: The bodies.
+    bond: Potential  #: Of all bonds.
     ledger: np.record  #: The scalars, see ``bookkeeping``.
     #: The line now and right after its last contact, the contacts, and scratch.
     arrays: motion.Arrays
@@ -136,20 +135,9 @@ class Motion:
         """
         Return the bodies in any state, at t = 0, before any contact; all bonds move.
 
-        Parameters
-        ----------
-        line : Line
-            The bodies.
-        bond : Potential
-            Of all bonds.
-        scheme : StepScheme
-            Which decides how far a step reaches.
-        strains : ndarray of shape (N - 1,)
-            Of all bonds along x, as a line has them, with the gap.
-        velocities : ndarray of shape (N,)
-            Along x.
-        speed : float
-            v0, which tells where a contact is likely and where the front of a cold chain is.
+        The scheme decides how far a step reaches. Strains, with the gap, and velocities are those
+        along x, as a line has them; `speed` is v0, which tells where a contact is likely and where
+        the front of a cold chain is.
         """
         at_wall = line.at_wall
         # The target's first particle is at its place.
@@ -194,7 +182,7 @@ class Motion:
             window=np.array([begin, end]),
             log=np.empty((2, 0)),
         )
-        return cls(line, ledger, arrays)
+        return cls(line, bond, ledger, arrays)
 
     def start_front(self) -> None:
         """Let only the bonds near a hard wall move of a chain that comes cold."""
@@ -206,24 +194,24 @@ class Motion:
     def _meet(self) -> None:
         """Let bodies that touch and approach have their contact."""
         line, ledger, velocity = self.line, self.ledger, self.velocity
-        closing = self.closing
+        closing, contacts = self.closing, self.arrays.contacts
         if self.gap != 0.0 or closing <= 0.0:
             return
-        given = 2.0 * line.contact_mass * closing
+        bookkeeping.note_contact(ledger, contacts, 0.0, closing)
         if line.soft:
             ledger["touching"] = 1
             ledger["chain_momentum"] = float(line.chain_masses @ velocity[line.first :])
-        elif self.at_wall:
-            velocity[0] = closing
         else:
-            velocity[line.gap] -= given * line.inverse_masses[line.gap]
-            velocity[line.first] += given * line.inverse_masses[line.first]
-        self.arrays.contacts[:, 0] = 0.0, closing, given
-        ledger["contacts"] = 1
-        ledger["argue_after"] = ledger["argue_first"]
+            given = 2.0 * line.contact_mass * closing
+            if self.at_wall:
+                velocity[0] = closing
+            else:
+                velocity[line.gap] -= given * line.inverse_masses[line.gap]
+                velocity[line.first] += given * line.inverse_masses[line.first]
+            bookkeeping.note_impulse(ledger, contacts, given)
+            low, high = ledger["strain_min"], ledger["strain_max"]
+            bookkeeping.note_parting(ledger, 0.0, low, high)
         ledger["last_position"] = ledger["position"]
-        if not line.soft:
-            ledger["momentum"] += given
         np.copyto(self.arrays.last.strain, self.strain)
         np.copyto(self.arrays.last.velocity, velocity)
 
@@ -233,10 +221,10 @@ class Motion:
             return self.strain, self.velocity
         return np.append(self.gap, self.strain), np.append(0.0, self.velocity)
 
-    def bodies(self, bond: Potential) -> list[Body]:
+    def bodies(self) -> list[Body]:
         """Return the bodies as the end of a collision looks at them."""
         if not self.at_wall:
-            return bodies_of(self.line, bond, self.strain, self.velocity)
+            return bodies_of(self.line, self.bond, self.strain, self.velocity)
         masses = None if self.line.unit else self.line.chain_masses
         return [Body(self.gap, self.strain, self.velocity, masses)]
 
@@ -253,7 +241,7 @@ class Motion:
             last=self.arrays.last.copied(),
             contacts=np.zeros((3, room)),
         )
-        return Motion(self.line, ledger, own)
+        return Motion(self.line, self.bond, ledger, own)
 
     def after_last_contact(self) -> "Motion":
         """Return a copy as it was right after its last contact, at t = 0 then."""
@@ -272,25 +260,11 @@ class Motion:
         self.arrays = self.arrays._replace(contacts=more)
 
     def advance(self, stepper: Stepper, goal: int) -> int:
-        """
-        Take steps.
-
-        Parameters
-        ----------
-        stepper : Stepper
-            Which steps.
-        goal : int
-            How many of them shall be done, from the start on.
-
-        Returns
-        -------
-        int
-            Why it came back, see ``bookkeeping``.
-        """
+        """Take steps until `goal` are done since the start; return why, see ``bookkeeping``."""
         ledger, arrays = self.ledger, self.arrays.unnamed()
         long = self.at_wall and len(self.strain) >= running.LEAST_ACTIVE
         count = cores() if long else 1
-        move = running.load(stepper) if count > 1 and stepper.kernels.load_move else None
+        move = running.load(stepper) if count > 1 and stepper.kernels.compiled else None
         most = steps_at_once(stepper.scheme.evaluations * len(self.strain))
         while True:
             check_time()

@@ -14,14 +14,7 @@ class Recorder:
     """
     Takes snapshots with copies of the motion, so that asking for them changes no result.
 
-    Parameters
-    ----------
-    moving : Motion
-        The motion, which is looked at after every part of it.
-    stepper : Stepper
-        Its steps.
-    interval : float or None
-        Time between snapshots; None for none.
+    It looks at the motion after every part of that; with an interval of None it takes none.
     """
 
     def __init__(self, moving: Motion, stepper: Stepper, interval: float | None) -> None:
@@ -82,17 +75,4 @@ class Recorder:
         begin = float(self._moving.ledger["first_contact"])
         count = sum(moment - begin <= until for moment in self._times)
         times = np.array(self._times[:count]) - begin
-        displacements, velocities = (
-            np.array(each) for each in zip(*self._states[:count], strict=True)
-        )
-        line = self._moving.line
-        if self._moving.at_wall:
-            return Frames(times, displacements, velocities)
-        first, targets = line.first, line.targets
-        return Frames(
-            times,
-            displacements[:, first:],
-            velocities[:, first:],
-            displacements[:, :targets][:, ::-1] if targets else None,
-            velocities[:, :targets][:, ::-1] if targets else None,
-        )
+        return Frames.of(self._moving.line, times, *zip(*self._states[:count], strict=True))

@@ -48,16 +48,8 @@ class State(NamedTuple):
         """
         Return a state for so many bonds, whose numbers are still to come.
 
-        Parameters
-        ----------
-        bonds : int
-            One less than particles.
-
-        Returns
-        -------
-        State
-            Arrays that begin with a line of the processor's memory: what vectors write across two
-            lines, the next stage waits for, and an extrapolated step takes half as long again.
+        Its arrays begin with a line of the processor's memory: what vectors write across two lines,
+        the next stage waits for, and an extrapolated step takes half as long again.
         """
         after = bonds + -bonds % _ON_A_LINE
         numbers = np.empty(after + bonds + _ON_A_LINE)
@@ -107,49 +99,30 @@ def looped_stages(source: Source) -> Stages:
     read, push = read_parameters(source), source.register(contact_force)
     around, force, weighed = read.around, read.force, read.weighed
 
-    # The force of the bond behind is carried along: reading ahead and writing behind is a pattern
-    # that LLVM vectorises, and one pass costs less memory traffic than two.
-    @register
-    def bonds_from(
-        bonds: int,
-        behind: float,
-        old: State,
-        new: State,
-        drift: float,
-        kick: float,
-        parameters: Parameters,
-    ) -> float:
-        old_strain, old_velocity = old
-        strain, velocity = new
-        for i in range(bonds):
-            stretched = old_strain[i] + drift * (old_velocity[i + 1] - old_velocity[i])
-            strain[i] = stretched
-            ahead = force(stretched, parameters)
-            velocity[i] = old_velocity[i] + weighed(kick, i, parameters) * (behind - ahead)
-            behind = ahead
-        return behind
+    def passing(in_place: bool) -> Callable:
+        # The force of the bond behind is carried along: reading ahead and writing behind is a
+        # pattern that LLVM vectorises, and one pass costs less memory traffic than two. In place by
+        # itself: where old and new only turn out to be the same arrays, there are no vectors.
+        @register
+        def pass_bonds(
+            bonds: int,
+            behind: float,
+            old: State,
+            new: State,
+            drift: float,
+            kick: float,
+            parameters: Parameters,
+        ) -> float:
+            strain, velocity = new
+            old_strain, old_velocity = new if in_place else old
+            for i in range(bonds):
+                stretched = old_strain[i] + drift * (old_velocity[i + 1] - old_velocity[i])
+                strain[i] = stretched
+                ahead = force(stretched, parameters)
+                velocity[i] = old_velocity[i] + weighed(kick, i, parameters) * (behind - ahead)
+                behind = ahead
+            return behind
 
-    # In place by itself: where old and new are the same arrays, the loop above has no vectors.
-    @register
-    def bonds_in_place(
-        bonds: int,
-        behind: float,
-        _old: State,
-        new: State,
-        drift: float,
-        kick: float,
-        parameters: Parameters,
-    ) -> float:
-        strain, velocity = new
-        for i in range(bonds):
-            stretched = strain[i] + drift * (velocity[i + 1] - velocity[i])
-            strain[i] = stretched
-            ahead = force(stretched, parameters)
-            velocity[i] += weighed(kick, i, parameters) * (behind - ahead)
-            behind = ahead
-        return behind
-
-    def over_all(pass_bonds: Callable) -> Callable:
         # Bonds before the gap, the gap, bonds behind it: a question at every bond would cost more
         # than its force.
         @register
@@ -185,7 +158,7 @@ def looped_stages(source: Source) -> Stages:
 
         return start
 
-    start, in_place = over_all(bonds_from), over_all(bonds_in_place)
+    start, in_place = passing(in_place=False), passing(in_place=True)
 
     @register
     def stage(
@@ -231,18 +204,7 @@ def looped_stages(source: Source) -> Stages:
             outside += not (low <= strain[i] <= high)
         return outside
 
-    @register
-    def extremes(strain: Array, bonds: int) -> tuple[float, float]:
-        low = high = strain[0]
-        for i in range(1, bonds):
-            # Also true of what is not a number, which stays.
-            if not low <= strain[i] and low == low:
-                low = strain[i]
-            if not high >= strain[i] and high == high:
-                high = strain[i]
-        return low, high
-
-    looks = _looks(count_outside, extremes, source.kind, register)
+    looks = _looks(count_outside, register(bookkeeping.extremes), source.kind, register)
     return Stages(start, stage, drift, copy, mix, *looks)
 
 
@@ -310,7 +272,8 @@ def array_stages(bond: Potential, kind: Kind = PLAIN) -> Stages:
         return int(np.count_nonzero(~((strain >= low) & (strain <= high))))
 
     def extremes(strain: Array, bonds: int) -> tuple[float, float]:
-        return float(np.min(strain[:bonds])), float(np.max(strain[:bonds]))
+        low, high = np.min(strain[:bonds], initial=np.inf), np.max(strain[:bonds], initial=-np.inf)
+        return float(low), float(high)
 
     looks = _looks(count_outside, extremes, kind, lambda function: function)
     return Stages(start, stage, drift, copy, mix, *looks)
@@ -318,8 +281,19 @@ def array_stages(bond: Potential, kind: Kind = PLAIN) -> Stages:
 
 def _looks(count: Callable, spread: Callable, kind: Kind, register: Callable) -> tuple:
     """Return how strains are looked over, the gap left out, by what looks at all of them."""
-    wall = kind.contact == "wall"
-    extremes, widen = _spread_without_gap(spread, wall, register), register(bookkeeping.widen)
+    wall, widen = kind.contact == "wall", register(bookkeeping.widen)
+
+    @register
+    def extremes(strain: Array, bonds: int, parameters: Parameters) -> tuple[float, float]:
+        if wall:
+            return spread(strain, bonds)
+        place = parameters.gap
+        low, high = spread(strain[:place], place)
+        lower, higher = spread(strain[place + 1 :], bonds - place - 1)
+        # What is not a number stays.
+        low = low if low <= lower or low != low else lower
+        high = high if high >= higher or high != high else higher
+        return low, high
 
     @register
     def count_outside(
@@ -339,25 +313,3 @@ def _looks(count: Callable, spread: Callable, kind: Kind, register: Callable) ->
         return True
 
     return count_outside, extremes, are_allowed
-
-
-def _spread_without_gap(spread: Callable, wall: bool, register: Callable) -> Callable:
-    @register
-    def extremes(strain: Array, bonds: int, parameters: Parameters) -> tuple[float, float]:
-        if wall:
-            return spread(strain, bonds)
-        place = parameters.gap
-        behind = bonds - place - 1
-        if place == 0 and behind == 0:
-            return 0.0, 0.0
-        if place == 0:
-            return spread(strain[1:], behind)
-        low, high = spread(strain[:place], place)
-        if behind > 0:
-            further = spread(strain[place + 1 :], behind)
-            # What is not a number stays.
-            low = low if low <= further[0] or low != low else further[0]
-            high = high if high >= further[1] or high != high else further[1]
-        return low, high
-
-    return extremes

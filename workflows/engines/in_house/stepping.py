@@ -2,7 +2,6 @@
 
 import math
 import time
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 
@@ -17,16 +16,14 @@ from chaincor.workflows.engines.in_house.finish import (
     LastContact,
     finish,
     run_single_particle,
-    strain_error,
     unfinished_error,
 )
 from chaincor.workflows.engines.in_house.look_ahead import LookAhead
-from chaincor.workflows.engines.in_house.loops.beside import meanwhile
+from chaincor.workflows.engines.in_house.loops.processes import meanwhile
 from chaincor.workflows.engines.in_house.moving import Motion, Stepper
 from chaincor.workflows.engines.in_house.recorder import Recorder
 from chaincor.workflows.engines.outcome import MOST_ENERGY_GROWTH, Outcome
 from chaincor.workflows.engines.whole_end import certain_at, next_look
-from chaincor.workflows.errors import RunError
 
 # Soft bodies may overlap for so many times what two free particles would.
 LONGEST_TOUCHES = 100.0
@@ -40,14 +37,13 @@ def run(
     follow: bool = True,
 ) -> Outcome:
     """
-    Carry the bodies of a scene through their collision, step by step.
+    Carry the bodies of a scene through their collision, with the scheme and step of some numerics.
+
+    That a contact was the last is mostly seen by looking ahead with coarse steps (``look_ahead``);
+    chains that break are followed with the steps of the run.
 
     Parameters
     ----------
-    scene : Scene
-        What collides.
-    numerics : Numerics
-        Scheme and step; tables have no meaning here.
     frame_interval : float, optional
         Time between snapshots. Each is reached by a copy of the chain, so that asking for
         frames changes no result.
@@ -58,30 +54,16 @@ def run(
         Whether an end that is not proved is followed on. Without, silence for as long as sound
         needs to cross the chain and come back ends the run: for runs that are only compared.
 
-    Returns
-    -------
-    Outcome
-        With the state right after the last contact. That it was the last is mostly seen by
-        looking ahead with coarse steps (see ``look_ahead``); chains that break are followed with
-        the steps of the run.
-
     Raises
     ------
     UnfinishedCollisionError
         If the chain still approaches the wall after the longest time that is followed.
-    BarrierError
-        If a bond of odd order is stretched over its barrier.
-    CrossingError
-        If two particles would pass through each other; a harmonic chain is flagged and carried on.
-    TimestepError
-        If the step is too large for the bonds it must resolve.
+    BarrierError, CrossingError, BondRangeError, TimestepError
+        As ``finish.strain_error`` tells them apart.
     """
-    if not _has_bonds(scene):
+    if scene.particles == 1 and scene.line.targets == 0 and not scene.line.soft:
         return run_single_particle(scene, numerics.scheme, numerics.timestep, frame_interval)
-    line, bond = scene.line, scene.bond
-    stepper = Stepper.of(line, bond, numerics.scheme, numerics.timestep)
-    moving = _at_start(scene, stepper)()
-    look_ahead = LookAhead(scene, moving, stepper, _at_start(scene, stepper))
+    moving, stepper, look_ahead = _prepared(scene, numerics)
     if not stepper.kernels.loaded.is_set():
         # Without a step to take, this only loads or compiles the loops, which is not integration.
         with meanwhile(_warm_up_coarse_steps, scene, numerics):
@@ -89,9 +71,8 @@ def run(
         look_ahead.warm_up()
         stepper.kernels.loaded.set()
     frames = Recorder(moving, stepper, frame_interval)
-    collision = _Collision(scene, moving, stepper, look_ahead, frames)
     started = time.perf_counter()
-    end = collision.run(known, follow)
+    end = _Collision(scene, moving, stepper, look_ahead, frames).run(known, follow)
     seconds = time.perf_counter() - started
     ledger, last = moving.ledger, moving.arrays.last
     begin = float(ledger["first_contact"])
@@ -116,11 +97,6 @@ def run(
     )
 
 
-def _has_bonds(scene: Scene) -> bool:
-    """Return whether more can happen than that two particles, or one and a wall, bounce once."""
-    return scene.particles > 1 or scene.line.targets > 0 or scene.line.soft
-
-
 def follow_on(scene: Scene, moving: Motion, stepper: Stepper) -> End:
     """
     Go on with bodies that were left where their end may be argued, as :func:`run` does.
@@ -129,21 +105,21 @@ def follow_on(scene: Scene, moving: Motion, stepper: Stepper) -> End:
     and are changed in place; they may get new room for contacts. Returns how the collision ends,
     when that was seen, and the force evaluations so far; raises RunError as :func:`run`.
     """
-    look_ahead = LookAhead(scene, moving, stepper, _at_start(scene, stepper))
-    frames = Recorder(moving, stepper, None)
-    collision = _Collision(scene, moving, stepper, look_ahead, frames)
+    look_ahead = LookAhead(scene, moving, stepper, partial(Motion.at_start, scene, stepper.scheme))
+    collision = _Collision(scene, moving, stepper, look_ahead, Recorder(moving, stepper, None))
     return collision.run(None, True, bookkeeping.ARGUE)
 
 
 def _warm_up_coarse_steps(scene: Scene, numerics: Numerics) -> None:
     """Load or compile the loop over coarse steps alone."""
+    _prepared(scene, numerics)[-1].warm_up()
+
+
+def _prepared(scene: Scene, numerics: Numerics) -> tuple[Motion, Stepper, LookAhead]:
     stepper = Stepper.of(scene.line, scene.bond, numerics.scheme, numerics.timestep)
-    first = _at_start(scene, stepper)
-    LookAhead(scene, first(), stepper, first).warm_up()
-
-
-def _at_start(scene: Scene, stepper: Stepper) -> Callable[[], Motion]:
-    return partial(Motion.at_start, scene, stepper.scheme)
+    first = partial(Motion.at_start, scene, stepper.scheme)
+    moving = first()
+    return moving, stepper, LookAhead(scene, moving, stepper, first)
 
 
 @dataclass(frozen=True)
@@ -171,30 +147,23 @@ class _Collision:
             status = self.moving.advance(self.stepper, goal) if left is None else left
             left = None
             if status in (bookkeeping.OUTSIDE, bookkeeping.CROWDED):
-                raise self._unresolved()
+                raise self.look_ahead.unresolved()
             if status == bookkeeping.FULL:
                 self.moving.make_room()
                 continue
             late = ledger["steps"] > last_step
-            now, _ = self._times()
+            now, _ = self.look_ahead.times()
             if late and known is not None and not ledger["touching"]:
                 return End(known.ending, now, int(ledger["evaluations"]))
             if (status == bookkeeping.ARGUE or late) and not ledger["touching"]:
-                ended = self._look(watch, status, follow)
-                if ended is not None:
-                    return ended
+                end = self._look(watch, status, follow)
+                if end is not None:
+                    self.frames.record_until(end.time)
+                    return end
             if status == bookkeeping.DONE:
                 if late and self._patience(watch) < now:
                     raise unfinished_error(scene, now)
                 self.frames.record()
-
-    def _times(self) -> tuple[float, float]:
-        """Return the time, and when the last contact ended, 0 while none has, since the first."""
-        ledger, step = self.moving.ledger, self.stepper.step
-        begin = float(ledger["first_contact"])
-        return float(ledger["steps"] * step) - begin, max(
-            float(ledger["last_contact"]) - begin, 0.0
-        )
 
     def _goal(self, watch: EndWatch, known: Outcome | None) -> tuple[int, float]:
         """Return how many steps to take, and how many of them are past what is waited for."""
@@ -215,7 +184,7 @@ class _Collision:
 
     def _patience(self, watch: EndWatch) -> float:
         """Return until when the bodies are followed, since the first contact."""
-        _, last = self._times()
+        _, last = self.look_ahead.times()
         patience = watch.followed_until(last)
         ledger = self.moving.ledger
         if ledger["touching"]:
@@ -225,45 +194,24 @@ class _Collision:
 
     def _look(self, watch: EndWatch, status: int, follow: bool) -> End | None:
         """Look for the end; return it as `run` does, or None where the bodies are followed on."""
-        scene, moving, ledger = self.scene, self.moving, self.moving.ledger
-        now, last = self._times()
+        moving, ledger, line = self.moving, self.moving.ledger, self.scene.line
+        now, last = self.look_ahead.times()
         certain = math.inf
-        line = scene.line
         if status == bookkeeping.ARGUE and line.at_wall and line.cold:
             speed, momentum = float(ledger["impact_velocity"]), float(ledger["momentum"])
             if not abs(momentum) <= MOST_ENERGY_GROWTH * line.chain_masses.sum() * speed:
-                raise self._unresolved()  # too long a step throws it back faster than it came
+                # Too long a step throws it back faster than it came.
+                raise self.look_ahead.unresolved()
             masses = None if line.unit else line.chain_masses
             state = moving.gap, moving.strain
-            certain = certain_at(scene.bond, speed, momentum, *state, now, last, masses)
-        if certain < math.inf:
-            off, seen, evaluations = self.look_ahead.keeps_off(certain)
-            if off:
-                self.frames.record_until(seen)
-                return End(Ending("proved"), seen, evaluations)
-            ledger["evaluations"] = evaluations
-            ledger["argue_after"] = next_look(now, last, seen) - last
-            return None
-        ending = watch.look_at(now, last, moving.bodies(scene.bond))
-        if ending is not None:
-            return End(self.look_ahead.doubt_about(ending), now, int(ledger["evaluations"]))
-        if not follow and now - last > quiet_time(scene.span, scene.slow_stiffness):
-            return End(Ending("argued"), now, int(ledger["evaluations"]))
-        settled = self.look_ahead.settle()
-        if settled is not None:
-            ahead, ending = settled
-            self.frames.record_until(ahead.time)
-            evaluations = int(ahead.moving.ledger["evaluations"])
-            return End(self.look_ahead.doubt_about(ending), ahead.time, evaluations)
-        ledger["argue_after"] = watch.next_look(now, last) - last
+            certain = certain_at(moving.bond, speed, momentum, *state, now, last, masses)
+        if certain == math.inf:
+            end = self.look_ahead.look(watch, follow)
+            ledger["argue_after"] = watch.next_look(now, last) - last
+            return end
+        off, seen, evaluations = self.look_ahead.keeps_off(certain)
+        if off:
+            return End(Ending("proved"), seen, evaluations)
+        ledger["evaluations"] = evaluations
+        ledger["argue_after"] = next_look(now, last, seen) - last
         return None
-
-    def _unresolved(self) -> RunError:
-        ledger, step = self.moving.ledger, self.stepper.step
-        return strain_error(
-            self.scene,
-            float(ledger["strain_min"]),
-            float(ledger["strain_max"]),
-            float(ledger["steps"] * step),
-            f"take a smaller timestep than {step:g}, or a lower speed",
-        )

@@ -12,7 +12,7 @@ from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.end_watch import longest_collision, look_interval
 from chaincor.workflows.engines.ending import Ending, quiet_time
 from chaincor.workflows.engines.in_house.finish import unfinished_error
-from chaincor.workflows.engines.in_house.follow import follow
+from chaincor.workflows.engines.in_house.look_ahead import follow
 from chaincor.workflows.engines.lammps.flight import Flight
 from chaincor.workflows.engines.lammps.meeting import Contact, approach_time
 from chaincor.workflows.engines.outcome import Frames, Outcome

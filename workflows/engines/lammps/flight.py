@@ -5,7 +5,7 @@ from abc import ABC, abstractmethod
 
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.engines.in_house.polynomials import (
+from chaincor.workflows.engines.in_house.contact_search import (
     count_sign_changes,
     first_root,
     fit_path,

@@ -24,13 +24,12 @@ from chaincor.lammps_inputs.script import (
     render_setup,
 )
 from chaincor.workflows.engines.compositions import COMPOSITIONS
-from chaincor.workflows.engines.interrupts import steps_at_once
 from chaincor.workflows.engines.lammps.far_bonds import FarBonds
 from chaincor.workflows.engines.lammps.guard import WallGuard
 from chaincor.workflows.engines.lammps.library import load_lammps, name_lammps_error
 from chaincor.workflows.engines.lammps.whole_steps import run_command, whole_step
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
-from chaincor.workflows.engines.time_limit import check_time
+from chaincor.workflows.engines.time_limit import check_time, steps_at_once
 from chaincor.workflows.errors import RunError
 
 _RUN_ONE = run_command(1)

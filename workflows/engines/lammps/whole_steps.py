@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chaincor.lammps_inputs.arrays import Array
-from chaincor.workflows.engines.in_house.compile import Keep, LoopCompiler
+from chaincor.workflows.engines.in_house.compile import LoopCompiler
 from chaincor.workflows.engines.in_house.loops.kept_loops import KeptLoop, tell_address
 from chaincor.workflows.engines.schemes import StepScheme
 
@@ -108,7 +108,7 @@ def build_extrapolation(command: Callable) -> Callable:
 
 @lru_cache
 def _loop(build: Callable) -> KeptLoop:
-    compiler = LoopCompiler("lammps", Keep.ALL)
+    compiler = LoopCompiler("lammps", keep=True)
     return compiler.compile(build(compiler.register_foreign(_COMMAND)))
 
 

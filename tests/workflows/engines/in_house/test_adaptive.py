@@ -10,7 +10,7 @@ from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines import end_watch
 from chaincor.workflows.engines.in_house import adaptive as stiff
 from chaincor.workflows.engines.in_house import modal, stepping
-from chaincor.workflows.engines.in_house.loops.adaptive_rates import array_rates, looped_rates
+from chaincor.workflows.engines.in_house.adaptive_loops import array_rates, looped_rates
 from chaincor.workflows.errors import BarrierError, CrossingError, UnfinishedCollisionError
 from tests.programs import python
 

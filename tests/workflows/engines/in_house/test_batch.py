@@ -6,8 +6,8 @@ import pytest
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.in_house import stepping
+from chaincor.workflows.engines.in_house.batch.chains import StartStates, chain_energies
 from chaincor.workflows.engines.in_house.batch.runner import Batch, serves
-from chaincor.workflows.engines.in_house.batch.states import StartStates, chain_energies
 from chaincor.workflows.errors import RunError
 
 WARM = Scene(potential="toda", particles=6, velocity=0.08, temperature=1e-3, masses=(1.0, 2.0, 0.5))

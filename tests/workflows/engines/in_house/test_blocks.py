@@ -9,10 +9,10 @@ from chaincor import collide
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.campaign.pool import ProcessPool
-from chaincor.workflows.engines import interrupts
+from chaincor.workflows.engines import time_limit
 from chaincor.workflows.engines.in_house import bookkeeping, moving, stepping
 from chaincor.workflows.engines.in_house.blocks import running
-from chaincor.workflows.engines.in_house.loops.cores import cores
+from chaincor.workflows.engines.in_house.loops.processes import cores
 from chaincor.workflows.errors import TimestepError
 from tests.interrupting import interrupted
 
@@ -38,7 +38,7 @@ def in_blocks(monkeypatch):
         monkeypatch.setattr(running, "SUBSTEPS", substeps)
         monkeypatch.setattr(running, "ALIGNED", aligned)
         # The loop over the whole chain soon comes back, to be replaced.
-        monkeypatch.setattr(interrupts, "WORK_AT_ONCE", 30_000)
+        monkeypatch.setattr(time_limit, "WORK_AT_ONCE", 30_000)
 
     return cut
 

@@ -16,9 +16,9 @@ from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.in_house import stepping
-from chaincor.workflows.engines.in_house.compile import Keep, LoopCompiler
+from chaincor.workflows.engines.in_house.compile import LoopCompiler
 from chaincor.workflows.engines.in_house.kernels import kernels_for
-from chaincor.workflows.engines.in_house.loops import one_process
+from chaincor.workflows.engines.in_house.loops import processes
 from chaincor.workflows.engines.in_house.loops.code_prints import has_print, print_of
 from chaincor.workflows.engines.in_house.loops.kept_loops import KeptLoop, tell_address
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
@@ -60,7 +60,7 @@ def arguments():
 
 def loop(folder, monkeypatch, scale=doubled, name="a"):
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(folder))
-    compiler = LoopCompiler(name, keep=Keep.ALL)
+    compiler = LoopCompiler(name, keep=True)
     return compiler.compile(build(compiler.register(scale)))
 
 
@@ -135,7 +135,7 @@ OTHER = """
 import sys
 from pathlib import Path
 from tests.workflows.engines.in_house import test_kept_loops as tests
-compiler = tests.LoopCompiler("a", keep=tests.Keep.ALL)
+compiler = tests.LoopCompiler("a", keep=True)
 kernel = compiler.compile(tests.build(compiler.register(tests.doubled)))
 print("up", flush=True)
 kernel(*tests.arguments())
@@ -176,8 +176,8 @@ def test_who_holds_a_name_for_too_long_is_waited_for_no_more(tmp_path, monkeypat
         raise BlockingIOError
 
     monkeypatch.setattr(fcntl, "lockf", taken)
-    monkeypatch.setattr(one_process, "_PATIENCE", 0.1)
-    with one_process.one_process(tmp_path / "new", "a loop"):
+    monkeypatch.setattr(processes, "_PATIENCE", 0.1)
+    with processes.one_process(tmp_path / "new", "a loop"):
         pass
     assert len(asked) >= 2
 
@@ -199,7 +199,7 @@ def test_functions_of_other_libraries_are_called_by_address(tmp_path, monkeypatc
 
     numbers = np.array([2, 3])
     for compiled in (1, 0):
-        compiler = LoopCompiler("listening", keep=Keep.ALL)
+        compiler = LoopCompiler("listening", keep=True)
         kernel = compiler.compile(build_tale(compiler.register_foreign("chaincor_test_listener")))
         run = kernel.bound(numbers)
         assert kernel.compiled == compiled
@@ -216,7 +216,7 @@ def test_what_is_bound_keeps_its_arguments(tmp_path, monkeypatch):
             total[0] += numbers[i]
 
     total = np.zeros(1)
-    run = LoopCompiler("bound", keep=Keep.NONE).compile(add_up).bound(np.ones(1_000_000), total)
+    run = LoopCompiler("bound", keep=False).compile(add_up).bound(np.ones(1_000_000), total)
     run()
     run()
     assert total[0] == 2e6
@@ -235,7 +235,7 @@ def test_what_allocates_is_refused(tmp_path, monkeypatch):
         return np.zeros(3)[0] + x
 
     with pytest.raises(Exception, match="zeros"):
-        LoopCompiler("b", keep=Keep.ALL).compile(allocate)(1.0)
+        LoopCompiler("b", keep=True).compile(allocate)(1.0)
 
 
 def test_a_folder_that_cannot_be_written_costs_time_alone(tmp_path, monkeypatch):

@@ -8,13 +8,14 @@ import numpy as np
 import pytest
 
 from chaincor.lammps_inputs.bonds.potentials import Harmonic, LennardJones, Logarithmic, Power, Toda
-from chaincor.workflows.engines.in_house.compile import Keep, LoopCompiler, scalar_force
-from chaincor.workflows.engines.in_house.contact_search import SEARCH_FIELDS, build_contact_search
-from chaincor.workflows.engines.in_house.line_kinds import Source
-from chaincor.workflows.engines.in_house.polynomials import (
+from chaincor.workflows.engines.in_house.compile import LoopCompiler, scalar_force
+from chaincor.workflows.engines.in_house.contact_search import (
+    SEARCH_FIELDS,
+    build_contact_search,
     count_sign_changes,
     fit_path,
 )
+from chaincor.workflows.engines.in_house.line_kinds import Source
 from chaincor.workflows.engines.in_house.stages import State, array_stages, looped_stages
 from chaincor.workflows.engines.schemes import STEP_SCHEMES, Rule
 
@@ -44,7 +45,7 @@ def test_compiled_stage_is_the_stage_in_numpy(bond):
     loops = random_state(np.random.default_rng(5), 37)
     arrays = copied(loops)
     force = kernel_of(bond)
-    compiler = LoopCompiler("test_kernels", keep=Keep.NONE)
+    compiler = LoopCompiler("test_kernels", keep=False)
     stages = looped_stages(Source(compiler.register(force.function), compiler.register))
     compiler.compile(stages.stage)(*loops, 37, 0.03, 0.05, force.parameters)
     array_stages(bond).stage(*arrays, 37, 0.03, 0.05, bond.parameters)
@@ -144,14 +145,14 @@ import sys
 import numba, pydantic, numpy as np
 sys.dont_write_bytecode, sys.pycache_prefix = False, sys.argv[1]
 from chaincor.lammps_inputs.bonds.potentials import Harmonic, LennardJones
-from chaincor.workflows.engines.in_house.compile import Keep, LoopCompiler, scalar_force
+from chaincor.workflows.engines.in_house.compile import LoopCompiler, scalar_force
 from chaincor.workflows.engines.in_house.line_kinds import Source
 from chaincor.workflows.engines.in_house.bookkeeping import LEDGER
-from chaincor.workflows.engines.in_house.coarse_steps import build_coarse_steps
+from chaincor.workflows.engines.in_house.motion import build_coarse_steps
 from chaincor.workflows.engines.in_house.stages import looped_stages
 for bond in (Harmonic(), LennardJones()):
     force = scalar_force(bond)
-    compiler = LoopCompiler.for_force(force)
+    compiler = LoopCompiler.for_force(force.function, force.keep)
     source = Source(compiler.register(force.function), compiler.register)
     take_coarse_steps = compiler.compile(build_coarse_steps(source, looped_stages(source)))
     ledger = np.zeros(1, LEDGER).view(np.recarray)[0]

@@ -11,7 +11,7 @@ from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.in_house_runs import eta_of
 from chaincor.workflows.engines.in_house import bookkeeping, stepping
-from chaincor.workflows.engines.in_house.follow import follow
+from chaincor.workflows.engines.in_house.look_ahead import follow
 from chaincor.workflows.engines.in_house.moving import Motion, Stepper
 
 CASES = json.loads((Path(__file__).parents[3] / "reference_general.json").read_text())["cases"]

@@ -111,6 +111,7 @@ class Drifting:
         self.time, self._distance, self._near_at = 0.0, distance, near_at
         self._velocities = np.array([velocity, velocity])
         self.looks = []
+        self.moving = self
 
     def fly(self, duration):
         self.time += duration

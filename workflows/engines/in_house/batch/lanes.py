@@ -1,5 +1,5 @@
 r"""
-Extrapolated and split steps of many chains side by side, each with a step of its own.
+The chains of a batch, and their steps side by side, extrapolated or split, each of its own size.
 
 A chain of twenty is too short for the vector units of a processor: its loops begin and end more
 than they run. Here each chain has a SIMD lane: number i of lane k lies at :math:`i L + k`, and
@@ -11,13 +11,25 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from chaincor.lammps_inputs.arrays import Array
-from chaincor.workflows.engines.in_house.line_kinds import Source
+from chaincor.workflows.engines.in_house.line_kinds import Source, read_parameters
 from chaincor.workflows.engines.schemes import Rule
 
 # L: a multiple of the width of every SIMD unit, so that there is no scalar remainder loop.
 LANES = 16
+
+# Not left yet; otherwise why it was, see ``bookkeeping``. Beyond that: its end was proved by the
+# loop, none is found, one was.
+MOVING = -1
+PROVED, ENDLESS, ENDED = 5, 6, 7
+
+# What is known of a chain's next move: nothing; that a contact ends it, or none; and that none
+# does, which the same move had to show.
+OPEN, MEETS, FREE, REPEATED = range(4)
+
+Counts = NDArray[np.int64]
 
 
 class LaneState(NamedTuple):
@@ -75,24 +87,62 @@ class Lanes(NamedTuple):
         )
 
 
+class ChainRows(NamedTuple):
+    """The chains of a batch, a row for each."""
+
+    ledgers: np.recarray  #: See ``bookkeeping``; of shape (chains,).
+    #: Now; of shape (chains, n - 1) and (chains, n).
+    strains: Array
+    velocities: Array  #: See ``strains``.
+    #: The same right after the last contact.
+    last_strains: Array
+    last_velocities: Array  #: See ``last_strains``.
+    #: Times, closing speeds, and the momentum given to the chain; of shape (chains, 3, capacity).
+    contacts: Array
+    energies: Array  #: Of each chain; of shape (chains,).
+    steps: Array  #: H of each; of shape (chains,).
+    goals: Counts  #: How many steps shall be done of each; of shape (chains,).
+    statuses: Counts  #: Whether it moves, or why it does not; of shape (chains,).
+
+
+class Queue(NamedTuple):
+    """Some chains; the last to come is the first to go."""
+
+    chains: Counts  #: Which, and room for all; of shape (chains,).
+    held: Counts  #: How many; of shape (1,).
+
+    @classmethod
+    def of(cls, chains: int) -> "Queue":
+        """Return an empty one with room for all."""
+        return cls(np.zeros(chains, np.int64), np.zeros(1, np.int64))
+
+
+class Places(NamedTuple):
+    """Which chains are where in a batch."""
+
+    waiting: Queue  #: Those whose contacts have to be searched.
+    found: Queue  #: Those of which these are found.
+    whose: Counts  #: Which chain is in a lane; -1 for none; of shape (L,).
+    #: Its smallest and largest strain now; of shape (L,).
+    low: Array
+    high: Array  #: See ``low``.
+    searched: Counts  #: Which chain's contact is searched in a lane; -1 for none; of shape (L,).
+
+    @classmethod
+    def of(cls, chains: int) -> "Places":
+        """Return those of so many chains, none of which has begun."""
+        nobody, low, high = np.full(LANES, -1), np.zeros(LANES), np.zeros(LANES)
+        return cls(Queue.of(chains), Queue.of(chains), nobody, low, high, nobody.copy())
+
+
 def build_lane_step(source: Source, split: bool) -> Callable:
     """
-    Return one step of all lanes.
+    Return one step of all lanes, which is split or else extrapolated.
 
-    Parameters
-    ----------
-    source : Source
-        What it is made from.
-    split : bool
-        Whether steps are split; else they are extrapolated.
-
-    Returns
-    -------
-    callable
-        ``step(lanes, wanted, rule)``: from old states to new ones, see `Lanes`; of the bonds the
-        first `wanted` are needed.
+    ``step(lanes, wanted, rule)`` leads from old states to new ones, see `Lanes`; of the bonds the
+    first `wanted` are needed.
     """
-    force, register = source.force, source.register
+    force, register = read_parameters(source).force, source.register
     if source.kind.unit:
 
         @register
@@ -107,7 +157,7 @@ def build_lane_step(source: Source, split: bool) -> Callable:
 
     @register
     def stage(
-        state: LaneState, room: Room, drift: float, kick: float, bonds: int, bond: Any
+        state: LaneState, room: Room, drift: float, kick: float, bonds: int, parameters: Any
     ) -> None:
         # What the last particle is given is wrong where more bonds follow: then nobody needs it.
         strain, velocity, distance = state
@@ -117,7 +167,7 @@ def build_lane_step(source: Source, split: bool) -> Callable:
         for j in range(bonds * LANES):
             stretched = strain[j] + (drift * parts[j]) * (velocity[j + LANES] - velocity[j])
             strain[j] = stretched
-            forces[j + LANES] = force(stretched, bond)
+            forces[j + LANES] = force(stretched, parameters)
         for j in range((bonds + 1) * LANES):
             velocity[j] += pushed(j, kick, parts, weights, forces[j] - forces[j + LANES])
 

@@ -11,61 +11,48 @@ order: what comes of a chain is what comes of it alone, to the last bit.
 """
 
 from collections.abc import Callable
-from typing import Any
-
-import numpy as np
-from numpy.typing import NDArray
 
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.workflows.engines.in_house import bookkeeping
-from chaincor.workflows.engines.in_house.batch.end_bounds import EndBounds
-from chaincor.workflows.engines.in_house.batch.lanes import LANES, Lanes, LaneState
-from chaincor.workflows.engines.in_house.batch.progress import (
+from chaincor.workflows.engines.in_house.batch.lanes import (
     FREE,
+    LANES,
     MEETS,
     MOVING,
     OPEN,
     PROVED,
     REPEATED,
     ChainRows,
+    Lanes,
+    LaneState,
     Places,
-    Progress,
     Queue,
+    build_lane_step,
 )
-from chaincor.workflows.engines.in_house.contact_search import build_search_steps
-from chaincor.workflows.engines.in_house.line_kinds import Source
-from chaincor.workflows.engines.in_house.polynomials import PathPoint
+from chaincor.workflows.engines.in_house.contact_search import PathPoint, build_search_steps
+from chaincor.workflows.engines.in_house.line_kinds import Source, read_parameters
+from chaincor.workflows.engines.in_house.stages import Parameters, Stages
 from chaincor.workflows.engines.schemes import Rule
-
-Counts = NDArray[np.int64]
+from chaincor.workflows.engines.whole_end import EndBounds, is_over
 
 # Looks for the end cost less than a step: so much later, in units of the time that sound takes over
 # a bond, and of the time since the last contact.
 _FIRST_LOOK, _LATER_LOOKS = 2.0, 0.1
 
 
-def build_carry(source: Source, take_step: Callable, over: Callable) -> Callable:
+def build_carry(source: Source, _stages: Stages, split: bool) -> Callable:
     """
-    Return the loop over chains.
+    Return the loop over chains, with steps that are split or else extrapolated.
 
-    Parameters
-    ----------
-    source : Source
-        What it is made from.
-    take_step : callable
-        One step of all lanes; see ``lanes``.
-    over : callable
-        ``end_bounds.is_over``; both known to the compiler.
-
-    Returns
-    -------
-    callable
-        ``carry(rows, lanes, near, rule, bounds, places, most)`` takes steps of each chain that
-        moves until its goal is reached, its end is proved or something needs the caller, which is
-        its status then, or until about `most` steps were taken in all. `lanes` are `Lanes` of the
-        chains, `near` of the particles near the wall that contacts are searched with.
+    ``carry(rows, lanes, near, rule, bounds, places, most)`` takes steps of each chain that moves
+    until its goal is reached, its end is proved or something needs the caller, which is its status
+    then, or until about `most` steps were taken in all. `lanes` are `Lanes` of the chains, `near`
+    of the particles near the wall that contacts are searched with.
     """
-    force, register = source.force, source.register
+    register, read = source.register, read_parameters(source)
+    force, weighed = read.force, read.weighed
+    take_step = register(build_lane_step(source, split), inline=False)
+    over = register(is_over, inline=False)
     is_free, begin_search, go_on = build_search_steps(register)
     is_likely, may_be_over = map(register, (bookkeeping.is_likely, bookkeeping.may_be_over))
     note_contact, note_parting = map(register, (bookkeeping.note_contact, bookkeeping.note_parting))
@@ -81,21 +68,13 @@ def build_carry(source: Source, take_step: Callable, over: Callable) -> Callable
         queue.held[0] -= 1
         return queue.chains[queue.held[0]]
 
-    if source.kind.unit:
-
-        @register
-        def pull(strain: float, _weights: Array, _k: int, bond: Any) -> float:
-            return -force(strain, bond)
-
-    else:
-
-        @register
-        def pull(strain: float, weights: Array, k: int, bond: Any) -> float:
-            return -force(strain, bond) * weights[k]
+    @register
+    def pull(strain: float, parameters: Parameters) -> float:
+        return weighed(-force(strain, parameters), 0, parameters)
 
     @register
-    def point_of(lane: LaneState, k: int, weights: Array, bond: Any) -> PathPoint:
-        return lane[2][k], lane[1][k], pull(lane[0][k], weights, k, bond)
+    def point_of(lane: LaneState, k: int, parameters: Parameters) -> PathPoint:
+        return lane[2][k], lane[1][k], pull(lane[0][k], parameters)
 
     @register
     def load(s: int, k: int, rows: ChainRows, lane: LaneState) -> None:
@@ -129,64 +108,65 @@ def build_carry(source: Source, take_step: Callable, over: Callable) -> Callable
         steps[k] = 0.0
 
     @register
-    def begin_step(s: int, rows: ChainRows, progress: Progress) -> None:
-        step = rows.steps[s]
-        progress.begun[s], progress.left[s] = rows.ledgers[s].steps * step, step
+    def begin_step(s: int, rows: ChainRows) -> None:
+        ledger, step = rows.ledgers[s], rows.steps[s]
+        ledger.begun, ledger.left = ledger.steps * step, step
 
     @register
-    def wait_if_likely(s: int, start: PathPoint, rows: ChainRows, progress: Progress) -> bool:
+    def wait_if_likely(s: int, start: PathPoint, rows: ChainRows, places: Places) -> bool:
         # Where a contact is likely, it is searched first, as ``motion`` does.
-        left = progress.left[s]
-        progress.move[s], progress.known[s] = left, OPEN
-        likely = is_likely(rows.ledgers[s], start, left)
+        ledger = rows.ledgers[s]
+        ledger.move, ledger.known = ledger.left, OPEN
+        likely = is_likely(ledger, start, ledger.left)
         if likely:
-            push(progress.waiting, s)
+            push(places.waiting, s)
         return likely
 
     @register
     def next_in(
-        last: int, more: bool, rows: ChainRows, progress: Progress, weights: Array, bond: Any
+        last: int, more: bool, rows: ChainRows, places: Places, parameters: Parameters
     ) -> tuple[int, int]:
         # The chain that takes the next lane, -1 for none, and the last of those begun.
-        if progress.found.held[0] > 0:
-            return pop(progress.found), last
+        if places.found.held[0] > 0:
+            return pop(places.found), last
         while more and last + 1 < rows.statuses.shape[0]:
             last += 1
             if rows.statuses[last] != MOVING:
                 continue
-            begin_step(last, rows, progress)
-            rate = pull(rows.strains[last, 0], weights, 0, bond)
+            begin_step(last, rows)
+            rate = pull(rows.strains[last, 0], parameters)
             start = (rows.ledgers[last].position, rows.velocities[last, 0], rate)
-            if not wait_if_likely(last, start, rows, progress):
+            if not wait_if_likely(last, start, rows, places):
                 return last, last
         return -1, last
 
     @register
     def search(searching: int, near: Lanes, rows: ChainRows, places: Places, rule: Rule) -> int:
         # One point of the path of each chain whose contact is searched; returns how many these are.
-        progress, searched, ledgers = places.progress, places.searched, rows.ledgers
+        searched, ledgers = places.searched, rows.ledgers
         kept, moved, room = near
         for k in range(LANES):
-            if searched[k] < 0 and progress.waiting.held[0] > 0:
-                s = searched[k] = pop(progress.waiting)
+            if searched[k] < 0 and places.waiting.held[0] > 0:
+                s = searched[k] = pop(places.waiting)
                 searching += 1
                 load(s, k, rows, kept)
-                start = point_of(kept, k, room.weights, rule.parameters)
-                begin_search(ledgers[s], progress.left[s], start)
+                start = point_of(kept, k, rule.parameters)
+                begin_search(ledgers[s], ledgers[s].left, start)
                 room.steps[k] = ledgers[s].search_time
         take_step(near, 1, rule)
         for k in range(LANES):
             s = searched[k]
             if s < 0:
                 continue
-            if not go_on(ledgers[s], point_of(moved, k, room.weights, rule.parameters)):
-                room.steps[k] = ledgers[s].search_time
+            ledger = ledgers[s]
+            if not go_on(ledger, point_of(moved, k, rule.parameters)):
+                room.steps[k] = ledger.search_time
                 continue
-            if ledgers[s].search_time >= 0.0:
-                progress.move[s], progress.known[s] = ledgers[s].search_time, MEETS
+            if ledger.search_time >= 0.0:
+                ledger.move, ledger.known = ledger.search_time, MEETS
             else:
-                progress.known[s] = FREE if progress.known[s] == OPEN else REPEATED
-            push(progress.found, s)
+                ledger.known = FREE if ledger.known == OPEN else REPEATED
+            push(places.found, s)
             searched[k] = -1
             searching -= 1
         return searching
@@ -194,18 +174,16 @@ def build_carry(source: Source, take_step: Callable, over: Callable) -> Callable
     @register
     def touch(s: int, k: int, rows: ChainRows, new: LaneState, places: Places) -> None:
         # At the wall: as ``motion`` reverses particle 1.
-        ledger, contacts, progress = rows.ledgers[s], rows.contacts[s], places.progress
+        ledger, contacts = rows.ledgers[s], rows.contacts[s]
         speed = abs(new[1][k])
         new[1][k] = speed
         new[2][k] = 0.0
-        progress.left[s] -= progress.move[s]
-        now = progress.begun[s] + (rows.steps[s] - progress.left[s])
+        ledger.left -= ledger.move
+        now = ledger.begun + (rows.steps[s] - ledger.left)
         note_contact(ledger, contacts, now, speed)
         note_impulse(ledger, contacts, 2.0 * ledger.contact_mass * speed)
-        note_parting(ledger, now)
+        note_parting(ledger, now, places.low[k], places.high[k])
         note(s, k, rows.last_strains, rows.last_velocities, new)
-        ledger.contact_min = min(ledger.strain_min, places.low[k])
-        ledger.contact_max = max(ledger.strain_max, places.high[k])
 
     @register
     def as_it_goes_on(s: int, rows: ChainRows) -> int:
@@ -248,36 +226,34 @@ def build_carry(source: Source, take_step: Callable, over: Callable) -> Callable
         more: bool,
     ) -> bool:
         # What a move of all lanes made of the chain in one of them; whether that moves on there.
-        progress, (old, new, room) = places.progress, lanes
-        weights, bond = room.weights, rule.parameters
-        s = places.whose[k]
+        (old, new, room), s = lanes, places.whose[k]
         ledger = rows.ledgers[s]
-        if progress.known[s] != REPEATED:
+        if ledger.known != REPEATED:
             ledger.evaluations += ledger.step_evaluations
-        if progress.known[s] == OPEN:
-            start, end = point_of(old, k, weights, bond), point_of(new, k, weights, bond)
-            if not is_free(start, end, progress.left[s]):
-                progress.known[s] = REPEATED
+        if ledger.known == OPEN:
+            start, end = point_of(old, k, rule.parameters), point_of(new, k, rule.parameters)
+            if not is_free(start, end, ledger.left):
+                ledger.known = REPEATED
                 unload(s, k, rows, old)
-                push(progress.waiting, s)
+                push(places.waiting, s)
                 return False
         status = MOVING
-        if progress.known[s] == MEETS:
+        if ledger.known == MEETS:
             touch(s, k, rows, new, places)
             if ledger.contacts == rows.contacts.shape[2]:
                 status = bookkeeping.CROWDED
         else:
-            progress.left[s] = 0.0
-        if status == MOVING and progress.left[s] <= 0.0:
+            ledger.left = 0.0
+        if status == MOVING and ledger.left <= 0.0:
             status = after_step(s, k, rows, places)
             if status == bookkeeping.ARGUE and bounds.reaches.shape[0] > 0:
                 unload(s, k, rows, new)
                 status = look(s, rows, bounds)
             if more:
-                begin_step(s, rows, progress)
-        if status == MOVING and progress.left[s] > 0.0:
-            if not wait_if_likely(s, point_of(new, k, weights, bond), rows, progress):
-                room.steps[k] = progress.left[s]
+                begin_step(s, rows)
+        if status == MOVING and ledger.left > 0.0:
+            if not wait_if_likely(s, point_of(new, k, rule.parameters), rows, places):
+                room.steps[k] = ledger.left
                 return True
         else:
             rows.statuses[s] = status
@@ -303,7 +279,7 @@ def build_carry(source: Source, take_step: Callable, over: Callable) -> Callable
         places: Places,
         most: int,
     ) -> None:
-        progress, whose, room = places.progress, places.whose, lanes.room
+        whose, room = places.whose, lanes.room
         bonds = rows.strains.shape[1]
         moving = searching = done = 0
         last = -1
@@ -313,15 +289,15 @@ def build_carry(source: Source, take_step: Callable, over: Callable) -> Callable
                 if whose[k] >= 0:
                     continue
                 more = done < most
-                s, last = next_in(last, more, rows, progress, room.weights, rule.parameters)
+                s, last = next_in(last, more, rows, places, rule.parameters)
                 whose[k] = s
                 if s < 0:
                     park(k, lanes.new, room.steps)
                     continue
                 moving += 1
                 load(s, k, rows, lanes.new)
-                room.steps[k] = progress.move[s]
-            wanted = searching + progress.waiting.held[0]
+                room.steps[k] = rows.ledgers[s].move
+            wanted = searching + places.waiting.held[0]
             if moving + wanted == 0:
                 return
             if wanted >= min(LANES, moving):

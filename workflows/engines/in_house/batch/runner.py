@@ -3,10 +3,8 @@
 import math
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.potential import Potential
@@ -15,20 +13,9 @@ from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.end_watch import EndWatch, longest_collision
 from chaincor.workflows.engines.ending import Ending
 from chaincor.workflows.engines.in_house import bookkeeping
-from chaincor.workflows.engines.in_house.batch.chains import Chains
-from chaincor.workflows.engines.in_house.batch.compiled import carry_for, look_ahead_for
-from chaincor.workflows.engines.in_house.batch.end_bounds import EndBounds
-from chaincor.workflows.engines.in_house.batch.lanes import LANES
-from chaincor.workflows.engines.in_house.batch.progress import (
-    ENDLESS,
-    MOVING,
-    PROVED,
-    Places,
-)
-from chaincor.workflows.engines.in_house.batch.states import (
-    ManyRuns,
-    StartStates,
-)
+from chaincor.workflows.engines.in_house.batch.chains import Chains, ManyRuns, StartStates
+from chaincor.workflows.engines.in_house.batch.lanes import ENDLESS, LANES, MOVING, PROVED, Places
+from chaincor.workflows.engines.in_house.batch.loop import build_carry
 from chaincor.workflows.engines.in_house.coarse_run import (
     coarse_ceiling,
     coarse_step,
@@ -36,13 +23,14 @@ from chaincor.workflows.engines.in_house.coarse_run import (
 )
 from chaincor.workflows.engines.in_house.compile import scalar_force
 from chaincor.workflows.engines.in_house.finish import KNOWN_MARGIN
-from chaincor.workflows.engines.in_house.line_kinds import Kind
+from chaincor.workflows.engines.in_house.line_kinds import LineParameters
+from chaincor.workflows.engines.in_house.motion import build_look_ahead
 from chaincor.workflows.engines.in_house.moving import Stepper
 from chaincor.workflows.engines.in_house.stepping import follow_on
-from chaincor.workflows.engines.interrupts import WORK_AT_ONCE, steps_at_once
 from chaincor.workflows.engines.piece_bounds import breaking_energy
 from chaincor.workflows.engines.schemes import STEP_SCHEMES, Rule
-from chaincor.workflows.engines.whole_end import certain_at, next_look
+from chaincor.workflows.engines.time_limit import WORK_AT_ONCE, steps_at_once
+from chaincor.workflows.engines.whole_end import EndBounds, certain_at, next_look
 from chaincor.workflows.errors import RunError
 
 # Longer chains fill the vector units by themselves: decides costs only.
@@ -61,39 +49,28 @@ class Batch:
     """
     Collisions of one chain with a hard wall, which differ in initial state and step.
 
-    Parameters
-    ----------
-    line : Line
-        One of them, which :func:`serves` takes, for what all share: masses, and whether they come
-        cold.
-    bond : Potential
-        The bonds.
-    scheme : str
-        Of ``schemes``.
-
-    Attributes
-    ----------
-    stopped : bool
-        Set by another thread to leave the loop.
+    One of their lines, which :func:`serves` takes, tells what all share: masses, and whether they
+    come cold. `scheme` is one of ``schemes``.
     """
 
     def __init__(self, line: Line, bond: Potential, scheme: str) -> None:
         self._line, self._bond = line, bond
         self._scheme = STEP_SCHEMES[scheme]
         self._stepper = Stepper.of(line, bond, scheme, math.nan)
-        self._kind = Kind.of(line)
+        parameters, loop = self._stepper.parameters, self._stepper.kernels.loop
+        assert loop is not None, "the bond's force compiles"
         n = self.particles = len(line.chain_masses)
         self._stiffness = bond.stiffness / line.mean_mass
         self._most = steps_at_once(self._scheme.evaluations * n)
         # Only in lanes are ends proved within the loop, of any chain but a plain one.
         self._in_lanes = n <= LONGEST_IN_LANES or not line.plain
         if self._in_lanes:
-            self._carry_lanes = carry_for(bond, self._scheme, self._kind)
-        parameters = self._stepper.parameters
-        bond_parameters = parameters if self._kind.unit else parameters[0]
-        self._rule = Rule(self._scheme.fractions, bond_parameters)
+            self._carry_lanes = loop(build_carry, not self._scheme.extrapolated)
+        self._many_ahead = loop(build_look_ahead)
+        named = parameters if line.unit else LineParameters(*parameters)
+        self._rule = Rule(self._scheme.fractions, named)
         self._bounds: dict[int, EndBounds] = {}
-        self.stopped = False
+        self.stopped = False  # set by another thread to leave the loop
 
     def share(self, step: float) -> int:
         """Return how many collisions to carry at once, so that progress is seen."""
@@ -107,22 +84,8 @@ class Batch:
         """
         Carry collisions to their ends, as far as energy proves these, or pieces that part.
 
-        Parameters
-        ----------
-        starts : StartStates
-            Where they begin.
-        steps : ndarray of shape (runs,)
-            H of each.
-
-        Returns
-        -------
-        ManyRuns
-            As far as they were settled. What comes of one does not depend on the others.
-
-        Raises
-        ------
-        RunError
-            If it was stopped.
+        `steps` are the H of each. What comes of one does not depend on the others. Raises RunError
+        if it was stopped.
         """
         group = Chains(self._line, self._bond, self._stepper, starts, steps)
         started = time.perf_counter()
@@ -155,7 +118,7 @@ class Batch:
                     if now < longest:
                         group.follow_on(s, longest + 2.0 * interval)
                     continue
-                ending = watch.look_at(now, last, group.chain(s).bodies(bond))
+                ending = watch.look_at(now, last, group.chain(s).bodies())
                 if ending is None:
                     if now <= longest:
                         later = max(watch.next_look(now, last), now + 2.0 * interval)
@@ -174,20 +137,20 @@ class Batch:
         group.rows.goals[:] = np.ceil(longest_collision(n, stiffness, 0.0) / steps) + 1
         while np.any(group.rows.statuses == MOVING):
             self._carry(group, EndBounds.none())
-            argued = np.flatnonzero(group.rows.statuses == bookkeeping.ARGUE)
+            argued = np.flatnonzero(group.rows.statuses == bookkeeping.ARGUE).tolist()
             seen, times = self._keep_off(scenes, group, argued), group.times()
-            for place, s in enumerate(argued.tolist()):
-                ends = seen[place]
-                if ends is None:
+            for s in argued:
+                if s not in seen:
                     group.rows.statuses[s] = bookkeeping.DONE
                     group.endings[s] = self._follow_alone(scenes[s], group, s)
-                elif ends.off:
-                    group.end(s, Ending("proved"), ends.time)
+                    continue
+                off, until = seen[s]
+                if off:
+                    group.end(s, Ending("proved"), until)
                 else:
-                    now, last = float(times[s]), ledgers["last_contact"][s]
-                    later = next_look(now, float(last), ends.time)
-                    ledgers["argue_after"][s] = later - float(last)
-                    longest = longest_collision(n, stiffness, float(last))
+                    now, last = float(times[s]), float(ledgers["last_contact"][s])
+                    ledgers["argue_after"][s] = next_look(now, last, until) - last
+                    longest = longest_collision(n, stiffness, last)
                     group.rows.goals[s] = math.ceil(longest / steps[s]) + 1
                     group.rows.statuses[s] = MOVING
         return group.outcomes(time.perf_counter() - started)
@@ -257,59 +220,40 @@ class Batch:
             group.rows.statuses[s] = group.chain(s).advance(self._stepper.of_size(step), goal)
 
     def _keep_off(
-        self, scenes: Sequence[Scene], group: Chains, argued: NDArray[np.int64]
-    ) -> list["_Seen | None"]:
-        """Look ahead, as ``LookAhead.keeps_off`` does for one."""
-        bond, ledgers, times = self._bond, group.rows.ledgers, group.times()
-        seen: list[_Seen | None] = []
-        ahead: list[tuple[int, int, float, float, float, float]] = []
-        for place, s in enumerate(argued.tolist()):
-            ledger = ledgers[s]
-            now, last = float(times[s]), float(ledger["last_contact"])
-            distance = float(ledger["position"])
+        self, scenes: Sequence[Scene], group: Chains, argued: Sequence[int]
+    ) -> dict[int, tuple[bool, float]]:
+        """
+        Look ahead, as ``LookAhead.keeps_off`` does for one.
+
+        Returns whether chains keep off the wall, and when that was seen, or until when nothing is;
+        none of those which may break.
+        """
+        bond, rows, times = self._bond, group.rows, group.times()
+        seen: dict[int, tuple[bool, float]] = {}
+        ahead: list[tuple[int, float, int, float, float]] = []
+        for s in argued:
+            ledger, now = rows.ledgers[s], float(times[s])
+            last, distance = float(ledger["last_contact"]), float(ledger["position"])
             speed, momentum = float(ledger["impact_velocity"]), float(ledger["momentum"])
-            strains = group.rows.strains[s]
-            certain = certain_at(bond, speed, momentum, distance, strains, now, last)
+            certain = certain_at(bond, speed, momentum, distance, rows.strains[s], now, last)
             if certain == math.inf:
-                seen.append(None)
                 continue
-            seen.append(_Seen(certain <= now, now))
+            seen[s] = certain <= now, now
             clearance = required_clearance(scenes[s], distance)
             if certain > now and clearance is not None:
-                coarse = coarse_step(bond, float(ledger["strain_min"]))
-                ahead.append((place, s, now, certain, coarse, clearance))
+                step = coarse_step(bond, float(ledger["strain_min"]))
+                ahead.append((s, now, max(1, math.ceil((certain - now) / step)), step, clearance))
         if ahead:
-            self._look_ahead(group, ahead, seen)
+            chosen, since, counts, steps, clearances = map(np.array, zip(*ahead, strict=True))
+            told = rows.ledgers, rows.strains, rows.velocities
+            ledgers, strains, velocities = (each[chosen] for each in told)
+            ledgers["strain_ceiling"] = coarse_ceiling(bond)
+            ledgers["strain_max"] = np.max(strains, axis=1)
+            done, parameters = np.zeros(len(chosen), np.int64), self._stepper.parameters
+            self._many_ahead(
+                ledgers, strains, velocities, counts, steps, clearances, done, parameters
+            )
+            found = zip((done == counts).tolist(), (since + done * steps).tolist(), strict=True)
+            seen.update(zip(chosen.tolist(), found, strict=True))
+            rows.ledgers["evaluations"][chosen] = ledgers["evaluations"]
         return seen
-
-    def _look_ahead(
-        self,
-        group: Chains,
-        ahead: list[tuple[int, int, float, float, float, float]],
-        seen: list["_Seen | None"],
-    ) -> None:
-        places, chains, now, certain, steps, clearances = zip(*ahead, strict=True)
-        rows = np.array(chains)
-        told = group.rows.ledgers, group.rows.strains, group.rows.velocities
-        ledgers, strains, velocities = (each[rows] for each in told)
-        ledgers["strain_ceiling"] = coarse_ceiling(self._bond)
-        ledgers["strain_max"] = np.max(strains, axis=1)
-        spans = zip(now, certain, steps, strict=True)
-        counts = np.array([max(1, math.ceil((till - since) / step)) for since, till, step in spans])
-        done = np.zeros(len(rows), np.int64)
-        look_ahead_for(self._bond)(
-            *(ledgers, strains, velocities, counts, np.array(steps), np.array(clearances)),
-            *(done, self._stepper.parameters),
-        )
-        whole, ends = (done == counts).tolist(), (np.array(now) + done * np.array(steps)).tolist()
-        for place, off, end in zip(places, whole, ends, strict=True):
-            seen[place] = _Seen(off, end)
-        group.rows.ledgers["evaluations"][rows] = ledgers["evaluations"]
-
-
-@dataclass(frozen=True)
-class _Seen:
-    """Whether a chain keeps off the wall, and when that was seen, or until when nothing is."""
-
-    off: bool
-    time: float

@@ -2,9 +2,7 @@
 
 from collections.abc import Callable
 
-import numpy as np
-from numpy.typing import NDArray
-
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.workflows.engines.in_house.line_kinds import Source, read_parameters
 from chaincor.workflows.engines.in_house.motion import FRONT_BLOCK, FRONT_MARGIN
 from chaincor.workflows.engines.in_house.stages import Parameters, Stages
@@ -15,35 +13,23 @@ from chaincor.workflows.engines.schemes import Rule
 LOW, HIGH, CONTACT_LOW, CONTACT_HIGH, ACTIVE, OUTSIDE = range(6)
 
 
-def build_move(source: Source, stages: Stages, take_step: Callable) -> Callable:
+def build_move(source: Source, stages: Stages, build_step: Callable) -> Callable:
     """
-    Return the loop that carries one block of a chain through many substeps.
+    Return the loop; the chain is before a hard wall, `build_step` is of a scheme, see ``schemes``.
 
     A block is computed with a margin on either side. Where the margin ends the bond beyond is
     missing, and what that spoils moves inward by the reach of a scheme at each substep: with a
     margin of as many reaches as there are substeps, the block itself is what the whole chain makes
     of it.
 
-    Parameters
-    ----------
-    source : Source
-        Of a chain before a hard wall.
-    stages : Stages
-        Of the same line.
-    take_step : callable
-        One step of them away from the wall, as in ``schemes``.
-
-    Returns
-    -------
-    callable
-        ``move(states, scratch, block, log, limits, fractions, parameters, found)``: carry bonds
-        `first` to `end` of the first of three states through the substeps of a log into the second,
-        and as they were at the last contact into the third. States are unnamed, `scratch` is three
-        of them. The `block` has `first`, `end`, the bonds `begin` to `stop` that it is computed
-        with, and whether it ends with the bonds in motion; `limits` has the strains met so far,
-        those allowed, and the strain from which a bond has begun to move. What it tells goes into
-        `found`.
+    ``move(states, scratch, block, log, limits, fractions, parameters, found)`` carries bonds
+    `first` to `end` of the first of three states through the substeps of a log into the second, and
+    as they were at the last contact into the third. States are unnamed, `scratch` is three of them.
+    The `block` has these, the bonds `begin` to `stop` that it is computed with, and whether it ends
+    with the bonds in motion; `limits` has the strains met so far, those allowed, and the strain
+    from which a bond has begun to move. What it tells goes into `found`.
     """
+    take_step = source.register(build_step(stages))
     copy, count_outside, extremes = stages.copy, stages.count_outside, stages.extremes
     named, around, *_ = read_parameters(source)
 
@@ -51,11 +37,11 @@ def build_move(source: Source, stages: Stages, take_step: Callable) -> Callable:
         states: tuple,
         scratch: tuple,
         block: tuple[int, int, int, int, bool],
-        log: NDArray[np.float64],
+        log: Array,
         limits: tuple[float, float, float, float, float],
         fractions: tuple,
         parameters: Parameters,
-        found: NDArray[np.float64],
+        found: Array,
     ) -> None:
         old, new, last = states
         here, there, trial = scratch

@@ -17,12 +17,12 @@ from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.workflows.engines.in_house import bookkeeping, motion
 from chaincor.workflows.engines.in_house.blocks import loop
 from chaincor.workflows.engines.in_house.stages import State
-from chaincor.workflows.engines.interrupts import steps_at_once
+from chaincor.workflows.engines.time_limit import steps_at_once
 
 if TYPE_CHECKING:
     from chaincor.workflows.engines.in_house.moving import Stepper
@@ -40,7 +40,7 @@ LEAST_ACTIVE = 6000
 
 # See ``blocks.loop``.
 _Block = tuple[int, int, int, int, bool]
-_Pair = tuple[NDArray[np.float64], NDArray[np.float64]]
+_Pair = tuple[Array, Array]
 _Scratch = tuple[_Pair, _Pair, _Pair]
 
 
@@ -51,8 +51,8 @@ def pays(active: int, steps: int) -> bool:
 
 def load(stepper: "Stepper") -> Callable:
     """Return the loop over a block, loaded or compiled, which is not integration."""
-    assert stepper.kernels.load_move is not None
-    move = stepper.kernels.load_move()
+    assert stepper.kernels.loop is not None
+    move = stepper.kernels.loop(loop.build_move, stepper.scheme.build_step)
     ends, nothing = State(np.zeros(1), np.zeros(2)), np.zeros((2, 0))
     state = tuple(ends)
     move(
@@ -108,9 +108,8 @@ def advance(
 # What the head of a chain knows of the whole.
 _OF_HEAD = (
     *("position", "momentum", "first_contact", "last_contact", "argue_after"),
-    *("steps", "contacts"),
+    *("steps", "contacts", "evaluations"),
 )
-_COUNTED = "evaluations"
 
 
 class _Head:
@@ -129,10 +128,10 @@ class _Head:
         ).unnamed()
         self._ledger = ledger.copy()
 
-    def go_ahead(self, state: State, goal: int) -> tuple[int, NDArray[np.float64]]:
+    def go_ahead(self, state: State, goal: int) -> tuple[int, Array]:
         """Return why it came back, and the substeps until then."""
         ledger = self._ledger
-        for name in (*_OF_HEAD, _COUNTED):
+        for name in _OF_HEAD:
             ledger[name] = self._of_chain[name]
         ledger["active"], ledger["substeps"] = self._bonds, 0
         # Where it is cut off, strains mean nothing.
@@ -145,7 +144,7 @@ class _Head:
 
     def commit(self, ledger: np.record) -> None:
         """Let the chain know what its head does."""
-        for name in (*_OF_HEAD, _COUNTED):
+        for name in _OF_HEAD:
             ledger[name] = self._ledger[name]
 
 
@@ -164,7 +163,7 @@ class _Blocks:
         self,
         old: State,
         new: State,
-        substeps: NDArray[np.float64],
+        substeps: Array,
         helpers: ThreadPoolExecutor,
     ) -> bool:
         """Carry all blocks through substeps; return False where a strain is not allowed."""
@@ -203,7 +202,7 @@ class _Blocks:
             other.result()
         return not self._found[:, loop.OUTSIDE].any()
 
-    def commit(self, ledger: np.record, substeps: NDArray[np.float64]) -> None:
+    def commit(self, ledger: np.record, substeps: Array) -> None:
         """Let the chain know what its blocks met; smallest and largest know no order."""
         found = self._found
         ledger["strain_min"] = np.min(found[:, loop.LOW])

@@ -1,1 +1,1 @@
-"""Loops that are compiled, and how compiled ones are kept."""
+"""How compiled loops are kept between processes, and what these have to do with each other."""

@@ -23,9 +23,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from chaincor.lammps_inputs.errors import InputError
-from chaincor.workflows.engines.in_house.loops.beside import a_loop_is_compiled
 from chaincor.workflows.engines.in_house.loops.code_prints import print_of
-from chaincor.workflows.engines.in_house.loops.one_process import one_process
+from chaincor.workflows.engines.in_house.loops.processes import a_loop_is_compiled, one_process
 
 # NumPy's flags that decide how compiled code reads an array: contiguous, aligned, writeable.
 _LAYOUT = 0x0001 | 0x0100 | 0x0400
@@ -53,25 +52,14 @@ class KeptLoop:
     """
     A loop that is compiled at its first call, or loaded where it has been compiled before.
 
-    Parameters
-    ----------
-    function : callable
-        Plain Python; what it calls is known to the compiler. Allocates nothing.
-    dispatcher : callable
-        Returns the loop as Numba knows it; called only where it must be compiled.
-    keep : bool
-        Whether to keep it on disk.
-
-    Attributes
-    ----------
-    compiled : int
-        How often it was compiled in this process, for arguments of how many kinds.
+    The function is plain Python that allocates nothing; what it calls is known to the compiler. The
+    dispatcher returns the loop as Numba knows it, and is called only where it must be compiled.
     """
 
     def __init__(self, function: FunctionType, dispatcher: Callable[[], Any], keep: bool) -> None:
         self._function, self._dispatcher, self._keep = function, dispatcher, keep
         self._binds: dict[tuple, Callable] = {}
-        self.compiled = 0
+        self.compiled = 0  # how often in this process, for arguments of how many kinds
 
     def __call__(self, *arguments: Any) -> Any:
         """Run it; arguments are numbers, arrays, records and tuples of those."""

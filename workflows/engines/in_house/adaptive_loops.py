@@ -1,23 +1,26 @@
-"""
+r"""
 The loops of the adaptive engine: Dormand and Prince's order 8 with contacts by the step itself.
 
-The state and its equations of motion are those of ``adaptive_rates``.
+The state is one array, :math:`(x_1, y_1 \dots y_{n-1}, v_1 \dots v_n)`. The coordinate y of a bond
+is its strain or, for bonds that shrink without bound, the logarithm of its length:
+
+.. math:: \dot x_1 = v_1, \qquad \dot y_i = \frac{v_{i+1} - v_i}{dr/dy}, \qquad
+          \dot v_i = F(y_{i-1}) - F(y_i).
 
 A contact is located on the step: the step from the state before it to the moment of contact is
 taken with the same method, so that no interpolation limits it.
 """
 
 from collections.abc import Callable
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 
-from chaincor.workflows.engines.in_house.contact_search import (
-    SEARCH_FIELDS,
-    build_contact_search,
-)
-from chaincor.workflows.engines.in_house.polynomials import PathPoint
-from chaincor.workflows.engines.in_house.stages import Array, Parameters
+from chaincor.lammps_inputs.arrays import Array
+from chaincor.workflows.engines.in_house import bookkeeping
+from chaincor.workflows.engines.in_house.contact_search import PathPoint, build_contact_search
+from chaincor.workflows.engines.in_house.stages import Parameters
 
 # Why `advance` came back.
 ARGUE, FULL, STUCK, OUTSIDE, LATE, PAUSE = range(6)
@@ -29,30 +32,18 @@ ORDER = 8
 # Steps refused one after the other before the method is stuck: 0.2^60 spans 42 orders.
 MOST_REFUSALS = 80
 
+# Strains are coordinates y here.
 LEDGER = np.dtype(
     [
+        *bookkeeping.LEDGER.descr,
         ("time", "f8"),
         ("step", "f8"),  # to be tried next
-        ("momentum", "f8"),
-        ("last_contact", "f8"),
-        ("argue_after", "f8"),
-        ("patience", "f8"),
         ("longest", "f8"),  # time at which the run stops
         ("next_frame", "f8"),
         ("frame_interval", "f8"),
-        ("lowest", "f8"),  # smallest and largest bond coordinate met
-        ("highest", "f8"),
-        ("contact_lowest", "f8"),  # the same up to the last contact
-        ("contact_highest", "f8"),
-        ("floor", "f8"),  # coordinates outside these stop the run
-        ("ceiling", "f8"),
-        ("contacts", "i8"),
         ("frames", "i8"),
-        ("steps", "i8"),
-        ("evaluations", "i8"),
         ("pause", "i8"),  # steps after which it comes back
         ("paused", "i8"),  # whether it did, and nothing has changed since
-        *SEARCH_FIELDS,
     ]
 )
 
@@ -73,7 +64,8 @@ class Arrays(NamedTuple):
     #: The chain now and right after its last contact; of shape (2n,).
     state: Array
     last: Array  #: See ``state``.
-    contacts: Array  #: Times and incoming speeds; of shape (2, capacity).
+    #: Times, incoming speeds, and the momentum given to the chain; of shape (3, capacity).
+    contacts: Array
     frames: Array  #: Snapshots; of shape (capacity, 2n).
     scale: Array  #: The local error allowed; of shape (2n,).
     #: Scratch: the state before a step, and what a partial step leads to; of shape (2n,).
@@ -82,6 +74,8 @@ class Arrays(NamedTuple):
     slopes: Array
     trial: Array  #: See ``kept``.
     trial_slopes: Array  #: See ``slopes``.
+    part: Array  #: Scratch: one slope, weighted; of shape (2n,).
+    errors: Array  #: Scratch: those of both embedded orders; of shape (2, 2n).
 
 
 class Path(NamedTuple):
@@ -92,71 +86,115 @@ class Path(NamedTuple):
     parameters: Parameters
 
 
-def build_flight(rates: Callable, register: Callable, register_long: Callable) -> Callable:
+def strain_bond(kernel: Callable) -> Callable:
+    """Return the force, and 1/(dr/dy), of a bond whose coordinate is its strain."""
+
+    def bond(strain: float, parameters: Parameters) -> tuple[float, float]:
+        return kernel(strain, parameters), 1.0
+
+    return bond
+
+
+def looped_rates(bond: Callable) -> Callable:
     """
-    Put the loops of the adaptive engine together.
+    Return the equations of motion ``rates(state, out, parameters)`` as a loop, for a compiler.
 
-    Parameters
-    ----------
-    rates : callable
-        The equations of motion, ``rates(state, out, parameters)``.
-    register, register_long : callable
-        Make a function known to the compiler, or leave it as it is; the second, one that works for
-        long. Of a loop that several such functions make, Numba runs other code where it has just
-        compiled it than where it loads it, and last digits differ: so only one is.
-
-    Returns
-    -------
-    callable
-        ``advance(ledger, arrays, method, parameters)``: moves the chain until something needs the
-        caller; `arrays` as in `Arrays`, `method` a `Tableau`.
+    ``bond(y, parameters)`` is the force and 1/(dr/dy).
     """
 
-    @register_long
+    def rates(state: Array, out: Array, parameters: Parameters) -> None:
+        bonds = state.shape[0] // 2 - 1
+        velocity = bonds + 1
+        out[0] = state[velocity]
+        behind = 0.0
+        for i in range(bonds):
+            ahead, inverse_stretch = bond(state[1 + i], parameters)
+            out[1 + i] = (state[velocity + i + 1] - state[velocity + i]) * inverse_stretch
+            out[velocity + i] = behind - ahead
+            behind = ahead
+        out[velocity + bonds] = behind
+
+    return rates
+
+
+def array_rates(force: Callable) -> Callable:
+    """Return the same in NumPy, for a force of an array of strains that cannot be compiled."""
+
+    def rates(state: Array, out: Array, _parameters: Parameters) -> None:
+        particles = state.shape[0] // 2
+        velocity = state[particles:]
+        forces = force(state[1:particles])
+        out[0] = velocity[0]
+        out[1:particles] = np.diff(velocity)
+        out[particles:] = 0.0
+        out[particles:-1] -= forces
+        out[particles + 1 :] += forces
+
+    return rates
+
+
+def build_flight(rates: Callable, register: Callable) -> Callable:
+    """
+    Return the loop of the adaptive engine.
+
+    ``advance(ledger, arrays, method, parameters)`` moves the chain until something needs the
+    caller; `arrays` as in `Arrays`, `method` a `Tableau`.
+    """
+    note_contact, note_parting = map(register, (bookkeeping.note_contact, bookkeeping.note_parting))
+    note_impulse, widen = map(register, (bookkeeping.note_impulse, bookkeeping.widen))
+    extremes = register(bookkeeping.extremes)
+
+    @partial(register, inline=False)
     def take(
         start: Array,
         result: Array,
         slopes: Array,
         step: float,
-        method: Tableau,
-        parameters: Parameters,
+        path: Path,
     ) -> None:
         # One step; slopes[0] must hold the rates at the start.
-        a, b = method.a, method.b
+        a, b, part, parameters = path.method.a, path.method.b, path.arrays.part, path.parameters
         stages = b.shape[0]
         for s in range(1, stages):
-            result[:] = start
+            np.positive(start, result)
             for j in range(s):
                 if a[s, j] != 0.0:
-                    result += (step * a[s, j]) * slopes[j]
+                    np.multiply(slopes[j], step * a[s, j], part)
+                    np.add(result, part, result)
             rates(result, slopes[s], parameters)
-        result[:] = start
+        np.positive(start, result)
         for j in range(stages):
             if b[j] != 0.0:
-                result += (step * b[j]) * slopes[j]
+                np.multiply(slopes[j], step * b[j], part)
+                np.add(result, part, result)
         rates(result, slopes[stages], parameters)
 
     @register
-    def estimate(slopes: Array, step: float, method: Tableau, scale: Array) -> float:
+    def largest(weights: Array, error: Array, path: Path) -> float:
+        arrays = path.arrays
+        np.multiply(arrays.slopes[0], weights[0], error)
+        for j in range(1, weights.shape[0]):
+            np.multiply(arrays.slopes[j], weights[j], arrays.part)
+            np.add(error, arrays.part, error)
+        np.abs(error, error)
+        np.divide(error, arrays.scale, error)
+        return extremes(error, error.shape[0])[1]
+
+    @register
+    def estimate(step: float, path: Path) -> float:
         # Hairer's combination of the embedded orders 5 and 3, largest over the components.
-        third, fifth = method.third, method.fifth
-        errors = np.zeros((2, scale.shape[0]))
-        for j in range(third.shape[0]):
-            errors[0] += third[j] * slopes[j]
-            errors[1] += fifth[j] * slopes[j]
-        low = np.max(np.abs(errors[0]) / scale)
-        high = np.max(np.abs(errors[1]) / scale)
+        low = largest(path.method.third, path.arrays.errors[0], path)
+        high = largest(path.method.fifth, path.arrays.errors[1], path)
         if high == 0.0:
             return low * 0.0
         return step * high * high / np.sqrt(high * high + 0.01 * low * low)
 
     @register
     def probe(time: float, path: Path) -> PathPoint:
-        arrays, method = path.arrays, path.method
-        trial, slopes = arrays.trial, arrays.trial_slopes
-        take(arrays.kept, trial, slopes, time, method, path.parameters)
+        trial, slopes = path.arrays.trial, path.arrays.trial_slopes
+        take(path.arrays.kept, trial, slopes, time, path)
         particles = trial.shape[0] // 2
-        return trial[0], trial[particles], slopes[method.b.shape[0], particles]
+        return trial[0], trial[particles], slopes[path.method.b.shape[0], particles]
 
     find_contact = build_contact_search(probe=probe, register=register)
 
@@ -181,12 +219,12 @@ def build_flight(rates: Callable, register: Callable, register_long: Callable) -
                 or step / ledger.frame_interval > frames.shape[0] - ledger.frames - 1
             ):
                 return FULL
-            kept[:] = state
-            take(kept, state, slopes, step, method, parameters)
+            np.positive(state, kept)
+            take(kept, state, slopes, step, path)
             ledger.evaluations += final
-            error = estimate(slopes, step, method, arrays.scale)
+            error = estimate(step, path)
             if not error < 1.0:
-                state[:] = kept
+                np.positive(kept, state)
                 factor = SAFETY * error ** (-1.0 / ORDER)
                 ledger.step = step * (factor if factor > SHRINK else SHRINK)
                 refusals += 1
@@ -200,37 +238,31 @@ def build_flight(rates: Callable, register: Callable, register_long: Callable) -
 
             start = (kept[0], kept[particles], slopes[0, particles])
             end = (state[0], state[particles], slopes[final, particles])
-            trial_slopes[0] = slopes[0]
+            np.positive(slopes[0], trial_slopes[0])
             contact = find_contact(step, start, end, ledger, path)
             taken = contact if contact >= 0.0 else step
             while ledger.next_frame < ledger.time + taken:
                 time = ledger.next_frame - ledger.time
-                take(kept, trial, trial_slopes, time, method, parameters)
-                frames[ledger.frames] = trial
+                take(kept, trial, trial_slopes, time, path)
+                np.positive(trial, frames[ledger.frames])
                 ledger.frames += 1
                 ledger.next_frame = ledger.frames * ledger.frame_interval
             ledger.time += taken
             if contact >= 0.0:
-                take(kept, state, trial_slopes, contact, method, parameters)
+                take(kept, state, trial_slopes, contact, path)
                 speed = abs(state[particles])
                 state[0] = 0.0
                 state[particles] = speed
-                ledger.momentum += 2.0 * speed
-                ledger.last_contact = ledger.time
-                ledger.argue_after = ledger.patience * ledger.time / ledger.contacts
-                contacts[0, ledger.contacts] = ledger.time
-                contacts[1, ledger.contacts] = speed
-                ledger.contacts += 1
-                arrays.last[:] = state
+                note_contact(ledger, contacts, ledger.time, speed)
+                note_impulse(ledger, contacts, 2.0 * speed)
+                np.positive(state, arrays.last)
                 rates(state, slopes[0], parameters)
             else:
-                slopes[0] = slopes[final]
-            bonds = state[1:particles]
-            ledger.lowest = min(ledger.lowest, np.min(bonds))
-            ledger.highest = max(ledger.highest, np.max(bonds))
+                np.positive(slopes[final], slopes[0])
+            low, high = extremes(state[1:particles], particles - 1)
             if contact >= 0.0:
-                ledger.contact_lowest, ledger.contact_highest = ledger.lowest, ledger.highest
-            if not (ledger.lowest > ledger.floor and ledger.highest < ledger.ceiling):
+                note_parting(ledger, ledger.time, low, high)
+            if not widen(ledger, low, high):
                 return OUTSIDE
             if ledger.momentum > 0.0 and ledger.time - ledger.last_contact >= ledger.argue_after:
                 return ARGUE

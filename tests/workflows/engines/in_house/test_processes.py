@@ -5,8 +5,8 @@ import os
 import numpy as np
 import pytest
 
-from chaincor.workflows.engines.in_house.compile import Keep, LoopCompiler
-from chaincor.workflows.engines.in_house.loops import beside
+from chaincor.workflows.engines.in_house.compile import LoopCompiler
+from chaincor.workflows.engines.in_house.loops import processes
 from chaincor.workflows.engines.in_house.loops.kept_loops import KeptLoop
 
 
@@ -25,7 +25,7 @@ def add_squares(values):
 
 
 def loop(function):
-    return LoopCompiler("a", keep=Keep.ALL).compile(function)
+    return LoopCompiler("a", keep=True).compile(function)
 
 
 def run_squares(marker):
@@ -40,15 +40,15 @@ def fail():
 
 @pytest.fixture(autouse=True)
 def two_cores(tmp_path, monkeypatch):
-    monkeypatch.setattr(beside, "own_cores", lambda: 2)
+    monkeypatch.setattr(processes, "own_cores", lambda: 2)
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
 
 
 @pytest.mark.slow
 def test_what_another_process_compiled_meanwhile_is_loaded(tmp_path, monkeypatch):
-    monkeypatch.setattr(beside, "_PATIENCE", 600.0)  # however busy the machine is
+    monkeypatch.setattr(processes, "_HELPER_PATIENCE", 600.0)  # however busy the machine is
     marker = tmp_path / "marker"
-    with beside.meanwhile(run_squares, marker):
+    with processes.meanwhile(run_squares, marker):
         here = loop(add)
         assert here(np.arange(4.0)) == 6.0
     assert here.compiled == 1
@@ -63,13 +63,13 @@ def test_it_is_told_while_a_loop_is_compiled_and_not_while_it_is_loaded(monkeypa
     compiled = KeptLoop._compile
 
     def noted(self, arguments):
-        told.append(beside.COMPILING.is_set())
+        told.append(processes.COMPILING.is_set())
         return compiled(self, arguments)
 
     monkeypatch.setattr(KeptLoop, "_compile", noted)
     for _ in range(2):
         loop(add)(np.arange(4.0))
-        told.append(beside.COMPILING.is_set())
+        told.append(processes.COMPILING.is_set())
     assert told == [True, False, False]
 
 
@@ -79,14 +79,14 @@ def test_no_process_is_started_where_nothing_is_compiled(tmp_path, monkeypatch):
     def refuse(*_):
         raise AssertionError("a process was asked for")
 
-    monkeypatch.setattr(beside, "_started", refuse)
-    with beside.meanwhile(run_squares, tmp_path / "marker"):
+    monkeypatch.setattr(processes, "_started", refuse)
+    with processes.meanwhile(run_squares, tmp_path / "marker"):
         assert loop(add)(np.ones(3)) == 3.0
 
 
 def test_nor_on_a_single_core(tmp_path, monkeypatch):
-    monkeypatch.setattr(beside, "own_cores", lambda: 1)
-    with beside.meanwhile(run_squares, tmp_path / "marker"):
+    monkeypatch.setattr(processes, "own_cores", lambda: 1)
+    with processes.meanwhile(run_squares, tmp_path / "marker"):
         loop(add)(np.ones(3))
     assert not (tmp_path / "marker").exists()
 
@@ -94,8 +94,8 @@ def test_nor_on_a_single_core(tmp_path, monkeypatch):
 @pytest.mark.parametrize("late", [False, True])
 def test_nothing_depends_on_whether_it_succeeds(tmp_path, monkeypatch, late):
     if late:
-        monkeypatch.setattr(beside, "_PATIENCE", 0.0)
-    with beside.meanwhile(*((run_squares, tmp_path / "marker") if late else (fail,))):
+        monkeypatch.setattr(processes, "_HELPER_PATIENCE", 0.0)
+    with processes.meanwhile(*((run_squares, tmp_path / "marker") if late else (fail,))):
         assert loop(add)(np.ones(3)) == 3.0
-    with beside.meanwhile(lambda: None):  # which no other process can be told
+    with processes.meanwhile(lambda: None):  # which no other process can be told
         assert loop(add_squares)(np.ones(3)) == 3.0
