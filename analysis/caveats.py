@@ -36,7 +36,7 @@ def collect_caveats(
             f"the last frame of the dump is cut short and was left out; the last whole one is "
             f"that of step {seen.last.step}"
         )
-    if layout.particle_order is not None and not layout.targets:
+    if not layout.targets and np.any(np.diff(layout.rows[0]) != 1):
         caveats.append(
             "ids do not count particles from the wall outwards; particles were numbered by their "
             "positions in the first frame"

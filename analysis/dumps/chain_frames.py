@@ -30,14 +30,10 @@ _SAME_DISPLACEMENT = 1e-6
 class ChainLayout:
     """How the columns of a dump become the state of a chain, decided from its first frame."""
 
-    particles: int  #: Number of particles n.
     displacement_column: str  #: Column that the displacements come from.
-    #: Rows (sorted by id) from the wall outwards; None where that is the order of ids; of shape
-    #: (n,).
-    particle_order: NDArray[np.int64] | None
+    #: Of each body, the chain's first, its rows (sorted by id) from the contact outward.
+    rows: tuple[NDArray[np.int64], ...]
     time_known: bool  #: Whether the frames carry the simulated time.
-    #: Rows of a free target, from the contact outward; None for a wall; of shape (M,).
-    target_rows: NDArray[np.int64] | None = None
 
     @classmethod
     def from_frame(cls, frame: DumpFrame, targets: int = 0) -> "ChainLayout":
@@ -66,31 +62,33 @@ class ChainLayout:
                     f"the dump has columns {' '.join(frame.columns)}; expected a column of "
                     "positions, such as x, by which two bodies are told apart"
                 )
-            rows = _rows_of_bodies(frame, x, targets)
-            return cls(rows[0].size, found, rows[0], time_known, rows[1])
-        order = None
-        if x is not None and found != DISPLACEMENT_COLUMN:
-            order = np.argsort(x, kind="stable")
-            if np.array_equal(order, np.arange(order.size)):
-                order = None
-        elif x is not None and position is not None:
-            _refuse_other_displacements(frame, x, position)
-        return cls(frame.column(found).size, found, order, time_known)
+            return cls(found, _rows_of_bodies(frame, x, targets), time_known)
+        order = np.arange(frame.column(found).size)
+        if x is not None and position is not None:
+            if found == DISPLACEMENT_COLUMN:
+                _refuse_other_displacements(frame, x, position)
+            else:
+                order = np.argsort(x, kind="stable")
+        return cls(found, (order,), time_known)
 
     @property
-    def targets(self) -> int:
-        """Number of particles M of a free target; 0 for a wall."""
-        return 0 if self.target_rows is None else self.target_rows.size
+    def particles(self) -> int:
+        """Number of particles n of the chain."""
+        return self.rows[0].size
 
     @property
     def all_particles(self) -> int:
         """Number of particles of both bodies."""
-        return self.particles + self.targets
+        return sum(rows.size for rows in self.rows)
+
+    @property
+    def targets(self) -> int:
+        """Number of particles M of a free target; 0 for a wall."""
+        return self.all_particles - self.particles
 
     def by_body(self, values: Array) -> list[Array]:
         """Bring one value a particle from the order of ids to each body's, from the contact."""
-        chain = values if self.particle_order is None else values[self.particle_order]
-        return [chain] if self.target_rows is None else [chain, values[self.target_rows]]
+        return [values[rows] for rows in self.rows]
 
     def displacements(self, frame: DumpFrame) -> list[Array]:
         """

@@ -39,7 +39,7 @@ def test_displacements_come_from_the_best_column(harmonic20, dump_writer, column
 def test_ids_counted_towards_the_wall_are_turned_round(harmonic20, dump_writer):
     path = dump_writer.write(harmonic20, TIMES, columns="id x vx", reverse_ids=True, shuffle=True)
     layout, states = first_states(path, 0.005)
-    np.testing.assert_array_equal(layout.particle_order, np.arange(19, -1, -1))
+    np.testing.assert_array_equal(layout.rows[0], np.arange(19, -1, -1))
     np.testing.assert_array_equal(states[3].velocities, harmonic20.state(TIMES[3])[1])
 
 
