@@ -1,7 +1,6 @@
 """The answer to a tolerance: a run, its error bar, and why it is not met where it is not."""
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -22,8 +21,9 @@ from chaincor.workflows.measured import measured
 # With explicit numerics, the number at step h is proved by runs at these shares of it: half of it,
 # and, as phases of contacts make errors irregular, two that are no simple fraction.
 PROOF_STEPS = (0.5, 0.54, 0.93)
-# Error over the largest difference to those runs. In theory it is 4/3 for order 2 and near 1 for
-# higher ones; the stock wall's error does not shrink regularly, and a difference says its size.
+# Error over the largest difference to those runs, by wall. In theory it is 4/3 for order 2 and near
+# 1 for higher ones; the stock wall's error does not shrink regularly, and a difference says its
+# size.
 PROOF_SHARE: dict[str, float] = measured("proof_share")
 
 # |change of eta| * v0 / |force error|; the kinks of a linear table also cost the integrator its
@@ -46,6 +46,11 @@ class Answer:
     reason: str | None = None
     #: Scouting, choice and proof, for the record.
     details: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def error(self) -> float:
+        """All of the bar; inf where there is none."""
+        return math.inf if self.bar.total is None else self.bar.total
 
 
 def answer(
@@ -108,16 +113,6 @@ def decade_within(tolerance: float) -> float:
     """Return the largest power of ten that is not above a tolerance."""
     # The logarithm of a power of ten may come out a last digit short of a whole number.
     return 10.0 ** math.floor(math.log10(tolerance) + 1e-9)
-
-
-def proof_error(wall: str, differences: Sequence[float]) -> float:
-    """
-    Return the error of eta due to the step, from runs at `PROOF_STEPS` times the step.
-
-    It is the largest of the `differences` of their eta to the number's, times the share measured
-    for the wall.
-    """
-    return PROOF_SHARE[wall] * max(abs(difference) for difference in differences)
 
 
 def table_error(outcome: Outcome, scene: Scene) -> float:

@@ -66,10 +66,7 @@ def meet_in_house(
             f"{deviation:.1g} here; expected fewer particles, or another speed: lower either"
         )
     stepped = _meet_with_adaptive_steps(scene, goal)
-    assert stepped.bar.total is not None
-    if reached < stepped.bar.total:
-        return _as_spheres(scene, deviation)
-    return stepped
+    return _as_spheres(scene, deviation) if reached < stepped.error else stepped
 
 
 def _as_spheres(scene: Scene, deviation: float) -> Answer:

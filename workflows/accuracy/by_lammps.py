@@ -181,8 +181,7 @@ def meet_with_lammps(
     assert runs is not None
     fine, coarse = runs
     found = answer(scene, fine, error, coarse, told(ran), sensitivity)
-    assert found.bar.total is not None
-    if found.bar.total > goal and search.numerics.scheme not in COMPOSITIONS:
+    if found.error > goal and search.numerics.scheme not in COMPOSITIONS:
         # More exact at a price: rounding is not amplified.
         return meet_with_lammps(scene, goal, sensitivity, SCRIPTED_SCHEMES)
     found.details["choice"] |= {
@@ -190,7 +189,7 @@ def meet_with_lammps(
         "in_house_restitution": search.truth.restitution,
         "in_house_error": search.truth.error,
         # What LAMMPS tells without the in-house number: how far both runs are apart.
-        "error_alone": found.bar.total - error + largest_difference(scene, fine, [coarse]),
+        "error_alone": found.error - error + largest_difference(scene, fine, [coarse]),
     }
     return replace(found, details=found.details | scouting_details(search.scouting))
 

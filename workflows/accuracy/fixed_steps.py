@@ -90,7 +90,7 @@ def meet_with_fixed_steps(
     reachable = max(goal, rounding_error("reference", scene))
     if scheme != _PLAINEST and found.bar.rounding > reachable >= found.bar.step:
         plainest = _meet_with_scheme(scene, goal, _PLAINEST, found.rounding_sensitivity, followed)
-        return min(found, plainest, key=lambda each: each.bar.total or math.inf)
+        return min(found, plainest, key=lambda each: each.error)
     return found
 
 

@@ -1,5 +1,6 @@
 """Tolerance in, numerics and error bar out."""
 
+from collections.abc import Callable
 from dataclasses import replace
 
 from chaincor.lammps_inputs.scene import Scene
@@ -30,8 +31,9 @@ def meet(scene: Scene, tolerance: float) -> Answer:
         return usual
     goal, sensitivity = goal_of(scene, tolerance)
     in_house = scene.engine != "lammps"
+    meet_goal: Callable[..., Answer] = meet_in_house if in_house else meet_with_lammps
     loosest = goal * 10.0**_MOST_LOOSER
-    best = found = (meet_in_house if in_house else meet_with_lammps)(scene, goal, sensitivity)
+    best = found = meet_goal(scene, goal, sensitivity)
     for _ in range(_MOST_LOOSER):
         # What contacts after an open end could change, no step makes less; and where refinement
         # stalled above the roundings, a smaller bar at looser steps would be luck.
@@ -44,16 +46,14 @@ def meet(scene: Scene, tolerance: float) -> Answer:
             <= amplified_rounding(scene.engine, found.rounding_sensitivity, scene)
         )
         short = time_limit().was_short  # for looser goals, too
-        if _bar(found) - found.bar.ending <= goal or stalled or hopeless or short:
+        if found.error - found.bar.ending <= goal or stalled or hopeless or short:
             break
         goal *= 10.0
         # What roundings make of a collision they make of it at any step: none is lucky.
         sensitivity = max(sensitivity, found.rounding_sensitivity)
-        if in_house:
-            found = meet_in_house(scene, goal, sensitivity, found.outcome)
-        else:
-            found = meet_with_lammps(scene, goal, sensitivity)
-        best = min(best, found, key=_bar)
+        known = (found.outcome,) if in_house else ()
+        found = meet_goal(scene, goal, sensitivity, *known)
+        best = min(best, found, key=lambda each: each.error)
     return replace(best, reason=reason_missed(best, tolerance))
 
 
@@ -70,11 +70,6 @@ def goal_of(scene: Scene, tolerance: float) -> tuple[float, float]:
     else:  # light particles between heavy ones amplify more than equal ones ever do
         matters = True
     return goal, find_rounding_sensitivity(scene) if matters and _steps_are_fixed(scene) else 0.0
-
-
-def _bar(found: Answer) -> float:
-    assert found.bar.total is not None
-    return found.bar.total
 
 
 def _steps_are_fixed(scene: Scene) -> bool:

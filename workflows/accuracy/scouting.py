@@ -13,6 +13,7 @@ from chaincor.workflows.engines.ending import quiet_time
 from chaincor.workflows.engines.in_house.coarse_run import bonds_in_flight
 from chaincor.workflows.engines.in_house.modal import serves
 from chaincor.workflows.engines.lammps.course import PATIENCE
+from chaincor.workflows.engines.lammps.kept_script import scouted_end
 from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.errors import RunError
 
@@ -37,9 +38,8 @@ class Scouting:
 
     @property
     def end(self) -> ScoutedEnd:
-        """What a script must know of the end: the last contact, how many there were, its kind."""
-        times = self.outcome.contact_times
-        return ScoutedEnd(float(times[-1]), len(times), self.outcome.ending.kind)
+        """What a script must know of the end."""
+        return scouted_end(self.outcome)
 
     def to_dict(self) -> dict[str, Any]:
         """Return what is known, for the record."""

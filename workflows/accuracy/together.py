@@ -50,7 +50,9 @@ def kind_of(scene: Scene) -> Kind | None:
         return None
     if not 2 <= scene.particles <= LONGEST_TOGETHER or scene.bond.force_kernel is None:
         return None
-    if not is_smooth(scene) or is_exact(scene) or _writes(scene):
+    if not is_smooth(scene) or is_exact(scene):
+        return None
+    if any(key in scene.model_fields_set for key in FILE_KEYS):
         return None
     goal = _goal(scene, rounding_error("reference", scene))
     if rounding_matters("reference", scene, goal):
@@ -96,10 +98,6 @@ def _goal(scene: Scene, floor: float) -> float:
     return goal_above(floor, asked)
 
 
-def _writes(scene: Scene) -> bool:
-    return any(key in scene.model_fields_set for key in FILE_KEYS)
-
-
 def meet_together(scenes: Sequence[Scene]) -> list[tuple[Answer, Array] | None]:
     """
     Meet the tolerances of scenes of one :func:`kind_of`, as far as that is done at once.
@@ -143,7 +141,7 @@ def meet_together(scenes: Sequence[Scene]) -> list[tuple[Answer, Array] | None]:
         differences = {name: float(each[k]) for name, each in apart.items()}
         tries = [{"timestep": float(steps[k]), "step_error": error}]
         met = answer(scene, outcome, error, differences, tries)
-        if met.bar.total is not None and met.bar.total <= goal:
+        if met.error <= goal:
             found[place] = met, energies[k]
     return found
 

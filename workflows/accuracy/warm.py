@@ -1,6 +1,7 @@
 """A tolerance for warm chains before a hard wall, of many seeds and speeds at once or of one."""
 
 import math
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -87,14 +88,12 @@ class WarmMeetings:
         self._goal = decade_within(asked)
         self.scheme = usual_scheme(self._goal)
         self._rungs: dict[int, tuple[int, int]] = {}
-        self._batch: Batch | None = None
         self._quiet = quiet_time(scene.particles, scene.slow_stiffness)
 
-    @property
+    @cached_property
     def batch(self) -> Batch:
         """What carries many out; its loops are loaded when it is first asked for."""
-        self._batch = self._batch or Batch(self._line, self._scene.bond, self.scheme)
-        return self._batch
+        return Batch(self._line, self._scene.bond, self.scheme)
 
     def share(self, velocity: float) -> int:
         """Return how many to meet at once, so that progress is seen."""

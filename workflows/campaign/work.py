@@ -16,11 +16,10 @@ from chaincor.workflows.accuracy.answer import (
     PROOF_STEPS,
     Answer,
     error_bar,
-    proof_error,
     spread_of,
 )
 from chaincor.workflows.accuracy.expected_cost import expected_of_task, refuse_endless
-from chaincor.workflows.accuracy.in_house_runs import eta_of
+from chaincor.workflows.accuracy.in_house_runs import largest_difference
 from chaincor.workflows.accuracy.scouting import scout, scouting_details
 from chaincor.workflows.accuracy.table_rows import with_rows
 from chaincor.workflows.accuracy.together import batches, meet_together
@@ -93,10 +92,9 @@ def _run_as_given(scene: Scene) -> Answer:
     found = scouting_details(scouted)
     step = None
     if others:
-        eta = eta_of(scene, outcome)
-        step = proof_error(numerics.wall, [eta_of(scene, run) - eta for run in others])
-        # Arrays err by as much more than they differ as eta does.
         share = PROOF_SHARE[numerics.wall]
+        step = share * largest_difference(scene, outcome, others)
+        # Arrays err by as much more than they differ as eta does.
         spreads = [spread_of(scene, outcome, run) for run in others]
         found["spread"] = {name: share * max(s[name] for s in spreads) for name in spreads[0]}
     return Answer(outcome, error_bar(outcome, scene, step), details=found)

@@ -21,10 +21,8 @@ from chaincor.workflows.engines.lammps.course import ChainCollision, only_meets
 from chaincor.workflows.engines.lammps.flight import flight_of
 from chaincor.workflows.engines.lammps.instance import LammpsChain
 from chaincor.workflows.engines.lammps.kept_script import kept_files
-from chaincor.workflows.engines.lammps.meeting import meeting_of
 from chaincor.workflows.engines.outcome import MOST_ENERGY_GROWTH, Outcome
 from chaincor.workflows.engines.rounding import rounding_error
-from chaincor.workflows.engines.schemes import STEP_SCHEMES
 from chaincor.workflows.errors import (
     BondRangeError,
     ChaincorError,
@@ -278,9 +276,7 @@ def _collide(
         for timestep in timesteps:
             chain.restart(timestep)
             used = replace(numerics, timestep=timestep)
-            meeting = meeting_of(chain, scene, STEP_SCHEMES[used.scheme].order)
-            flight = flight_of(chain, scene, used, meeting)
-            collision = ChainCollision(scene, flight, frame_interval)
+            collision = ChainCollision(scene, flight_of(chain, scene, used), frame_interval)
             started = time.perf_counter()
             try:
                 collision.carry_out()

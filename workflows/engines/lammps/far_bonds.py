@@ -41,9 +41,10 @@ class FarBonds:
             return
         lines = []
         for bond in changed.tolist():
-            first, second = self._ends(bond)
+            # The target's particles follow the chain's.
+            first = bond + (1 if bond < self._chain.particles - 1 else 2)
             lines += [
-                f"group ends id {first} {second}",
+                f"group ends id {first} {first + 1}",
                 f"set group ends bond {2 if far[bond] else 1}",
                 "group ends delete",
             ]
@@ -56,8 +57,3 @@ class FarBonds:
         v, n = self._chain.v, self._chain.particles
         chain = float(np.max(np.abs(np.diff(v[:n])), initial=0.0))
         return max(chain, float(np.max(np.abs(np.diff(v[n:])), initial=0.0)))
-
-    def _ends(self, bond: int) -> tuple[int, int]:
-        """Return the ids of the particles that a bond joins."""
-        first = bond + (1 if bond < self._chain.particles - 1 else 2)
-        return first, first + 1

@@ -11,7 +11,8 @@ from chaincor.workflows.engines.in_house.contact_search import (
     fit_path,
 )
 from chaincor.workflows.engines.lammps.instance import LammpsChain
-from chaincor.workflows.engines.lammps.meeting import Contact, Meeting, time_to_zero
+from chaincor.workflows.engines.lammps.meeting import Contact, Meeting, SoftMeeting, time_to_zero
+from chaincor.workflows.engines.schemes import STEP_SCHEMES
 from chaincor.workflows.errors import LostAtomsError, TimestepError
 
 # Verlet steps are taken without asking for the wall for this part of the time in which particle 1
@@ -273,8 +274,11 @@ def longest_blind_time(scene: Scene) -> float:
     return 0.0 if not scene.line.plain or scene.particles == 1 else 1.0 / scene.slow_stiffness**0.5
 
 
-def flight_of(chain: LammpsChain, scene: Scene, numerics: Numerics, meeting: Meeting) -> Flight:
-    """Return what carries a chain in the steps of some numerics."""
+def flight_of(chain: LammpsChain, scene: Scene, numerics: Numerics) -> Flight:
+    """Return what carries the bodies of a scene in the steps of some numerics."""
+    meeting = Meeting(chain, scene.line)
+    if scene.line.soft:
+        meeting = SoftMeeting(chain, scene, STEP_SCHEMES[numerics.scheme].order)
     if numerics.scheme != "verlet":
         return ComposedFlight(chain, meeting)
     return VerletFlight(chain, numerics.wall == "reflect", longest_blind_time(scene), meeting)

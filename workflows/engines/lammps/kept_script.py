@@ -81,6 +81,12 @@ def flown_on(scene: Scene) -> float:
     return quiet_time(span, stiffness) + 2.0 * look_interval(span, stiffness)
 
 
+def scouted_end(outcome: Outcome) -> ScoutedEnd:
+    """Return what a script must know of the end of a collision that it runs again."""
+    times = outcome.contact_times
+    return ScoutedEnd(float(times[-1]), len(times), outcome.ending.kind)
+
+
 def kept_files(
     scene: Scene, numerics: Numerics, table: BondTable | None, outcome: Outcome | None
 ) -> dict[str, str]:
@@ -94,10 +100,7 @@ def kept_files(
     which has one table and follows the chain longer. `outcome` is None while it is not known.
     """
     files = {}
-    scouted = None
-    if outcome is not None:
-        last, contacts = float(outcome.contact_times[-1]), len(outcome.contact_times)
-        scouted = ScoutedEnd(last, contacts, outcome.ending.kind)
+    scouted = None if outcome is None else scouted_end(outcome)
     if table is not None:
         bond_range = _range_in_flight(scene, table, outcome)
         if table.far is not None or bond_range != (float(table.lengths[0]), table.longest):

@@ -191,11 +191,6 @@ def time_to_zero(distance: float, rate: float, acceleration: float) -> float:
     return 2.0 * distance / (root - rate) if rate < 0.0 else -(rate + root) / acceleration
 
 
-def meeting_of(chain: "LammpsChain", scene: Scene, order: int) -> Meeting:
-    """Return how the bodies of a scene meet, in steps of some order."""
-    return SoftMeeting(chain, scene, order) if scene.line.soft else Meeting(chain, scene.line)
-
-
 def approach_time(scene: Scene) -> float:
     """
     Return how long the bodies take to meet at most; 0 where they start at their first contact.
