@@ -41,8 +41,10 @@ class SceneError(InputError):
     mistakes: tuple[str, ...] = ()
 
     @classmethod
-    def of_several(cls, mistakes: Sequence[str], source: str | None = None) -> "SceneError":
-        """Return an error that says all mistakes of a scene, and the file they are in."""
+    def of(cls, mistakes: Sequence[str], source: str | None = None) -> "SceneError":
+        """Return an error that says all mistakes of a scene, and where several are."""
+        if len(mistakes) == 1:
+            return cls(*mistakes)
         where = "" if source is None else f"{source}: "
         lines = tuple(" ".join(mistake.split()) for mistake in mistakes)
         found = cls("\n  ".join((f"{where}{len(lines)} mistakes:", *lines)))
@@ -63,7 +65,7 @@ def mistakes_in(source: object) -> Iterator[None]:
     except SceneError as error:
         if not error.mistakes:
             raise
-        raise SceneError.of_several(error.mistakes, str(source)) from None
+        raise SceneError.of(error.mistakes, str(source)) from None
 
 
 class PotentialError(InputError):

@@ -48,9 +48,7 @@ def told(error: "ValidationError", known: Iterable[str]) -> SceneError:
         # Of a field that may be of two kinds, one of them is enough.
         key = problem["loc"][0] if problem["loc"] else problem["msg"]
         lines.setdefault(key, _one_line(problem, tuple(known)))
-    if len(lines) > 1:
-        return SceneError.of_several(list(lines.values()))
-    return SceneError(*lines.values())
+    return SceneError.of(list(lines.values()))
 
 
 def _one_line(problem: Any, known: Sequence[str]) -> str:
@@ -88,10 +86,8 @@ def check_together(scene: "Scene") -> None:
             if not mistakes:
                 raise
             # What cannot even be asked after a mistake is no mistake of its own.
-    if len(mistakes) > 1:
-        raise SceneError.of_several(list(mistakes))
     if mistakes:
-        raise SceneError(*mistakes)
+        raise SceneError.of(list(mistakes))
 
 
 def _check_parameters(scene: "Scene") -> Iterator[str]:

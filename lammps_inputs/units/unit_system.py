@@ -47,19 +47,13 @@ class UnitSystem:
                 f"units.style is {str(style)[:40]!a}; expected metal, real, si or lj: other styles "
                 "of LAMMPS are not known here"
             )
-        numbers: dict[str, float] = {}
         for key in keys[:3]:
             value = fields[key]
-            if isinstance(value, bool) or not isinstance(value, int | float):
-                value = math.nan
-            elif abs(value) > sys.float_info.max:  # a whole number may be any
-                value = math.inf
-            if not 0.0 < float(value) < math.inf:
-                raise SceneError(
-                    f"units.{key} is {str(fields[key])[:40]!a}; expected a positive number"
-                )
-            numbers[key] = float(value)
-        found = cls(**numbers, style=style)
+            is_number = isinstance(value, int | float) and not isinstance(value, bool)
+            # A whole number may be any, and too large to be a float.
+            if not (is_number and 0.0 < value <= sys.float_info.max):
+                raise SceneError(f"units.{key} is {str(value)[:40]!a}; expected a positive number")
+        found = cls(**{key: float(fields[key]) for key in keys[:3]}, style=style)
         derived = (*_DERIVED, "force")
         for name in (*keys[:3], *derived):
             try:
