@@ -95,35 +95,30 @@ def _command(command: str, folder: Path, change: Change) -> list[str]:
 
 def timed_run(words: list[str], folder: Path) -> list[str]:
     """Surround a run; what it counts in steps is counted in steps of the run that is made."""
-    options, k = ["run", "${chaincor_m}"], 2
-    upto, block, pre = "", "${chaincor_n}", True
-    while k < len(words):
-        word = words[k]
-        value = words[k + 1] if k + 1 < len(words) else ""
+    options, limits = ["run", "${chaincor_m}"], {}
+    upto, block, pre = False, "${chaincor_n}", True
+    rest = iter(words[2:])
+    for word in rest:
         if word == "upto":
-            upto = "upto"
-            k += 1
-        elif word in ("start", "stop"):
-            options += [word, f"${{chaincor_{word}}}"]
-            upto += f" {word} {value}"
-            k += 2
+            upto = True
         elif word == "every":
-            block = value
-            options += ["every", "${chaincor_p}", *words[k + 2 :]]
-            break
+            block = next(rest, "")
+            options += ["every", "${chaincor_p}", *rest]
         else:
+            value = next(rest, "")
+            if word in ("start", "stop"):
+                limits[word], value = value, f"${{chaincor_{word}}}"
             pre = pre and not (word == "pre" and value == "no")
-            options += words[k : k + 2]
-            k += 2
+            options += [word, value]
     lines = [f"variable chaincor_n string {words[1]}"]
-    if upto.startswith("upto"):
+    if upto:
         lines.append("variable chaincor_n string $(v_chaincor_n-step+v_chaincor_shift:%.15g)")
     lines += [
         f"variable chaincor_u string {block}",
         f"variable chaincor_pre string {int(pre)}",
         f"include {folder / _BEFORE}",
     ]
-    for word, value in re.findall(r"(start|stop) (\S+)", upto):
+    for word, value in limits.items():
         name = f"chaincor_{word}"
         # Rounded, they may not cut the run itself.
         least = "0" if word == "start" else "step+v_chaincor_m"

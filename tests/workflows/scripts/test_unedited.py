@@ -113,6 +113,7 @@ ROUNDED = {
     "variable n equal round(1.0/dt)\nrun $n upto": 33,
     "run $(ceil(1.0/dt)) every 7 'print again'": 34,
     "run 7\nrun $(round(1.0/dt)) upto": 33,
+    "run 7\nrun $(round(1.0/dt)) start 0 stop 40 upto": 33,
     "variable k loop 3\nlabel a\nrun $(round(0.34/dt))\nnext k\njump SELF a": 33,
 }
 
