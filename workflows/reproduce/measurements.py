@@ -72,6 +72,11 @@ class Point:
         return {"lammps": "LAMMPS", "in-house": "in-house", None: "–"}[self.source]
 
     @property
+    def origin(self) -> str:
+        """Its length and its source, as texts have them."""
+        return f"n = {self.particles}, {self.engine_name}"
+
+    @property
     def answer(self) -> Answer:
         """The answer that is plotted and fitted; an empty one where there is none."""
         shown = {"lammps": self.lammps, "in-house": self.in_house, None: None}[self.source]

@@ -102,81 +102,67 @@ def paper_chain(measured: Measurements) -> Point:
     return measured.select("harmonic_sizes", "harmonic", 1, missing, particles=PAPER_CHAIN)[0]
 
 
-def _contacts(point: Point, answer: Answer) -> dict[str, float]:
-    """Return what is asked of the contacts of a chain, in units of 1/omega and v0."""
-    n, velocity = point.particles, point.scene.impact_velocity
-    times, coming = answer.arrays["contact_times"], answer.arrays["contact_speeds"]
-    intervals, speeds = np.diff(times), coming / velocity
-    return {
-        "count": times.size,
-        "intervals": intervals.size,
-        "share": times.size / n,
-        "interval": float(np.mean(intervals)),
-        "median": float(np.median(intervals)),
-        "speed": float(np.mean(coming) / velocity),
-        "spread_of_intervals": float(np.std(intervals) / np.mean(intervals)),
-        "spread_of_speeds": float(np.std(speeds) / np.mean(speeds)),
-        "last_interval": float(intervals[-1]),
-        "last_speed": float(speeds[-1]),
-        "long": float(np.sum(intervals > np.pi)),
-        "frequency": float(2.0 * np.pi / np.mean(intervals)),
-        "highest": float(2.0 * np.sin(0.5 * np.pi * (n - 1) / n)),
-    }
-
-
 def number_of_paper_chain(
-    name: str, found: str, where: str, text: str, margin: Margin, brief: str, **more: Any
-) -> Claim:
+    where: str, margin: Margin, brief: str, **more: Any
+) -> Callable[[Callable[[Point, Array, Array], tuple[float, str]]], Claim]:
     """
-    Return a claim on one number of the paper's chain; `found` says how it was found.
+    Make a claim of a number of the paper's chain, and of how it was found.
 
-    Contacts have no error bar: the engines' difference stands for it.
+    Both are told of the chain, the intervals between its contacts and their incoming speeds, in
+    units of 1/omega and v0. They have no error bar: the engines' difference stands for it.
     """
 
-    def find(measured: Measurements) -> Finding:
-        point = paper_chain(measured)
-        ours = _contacts(point, point.answer)
-        both = [_contacts(point, answer)[name] for answer in point.answers]
-        where = f"n = {PAPER_CHAIN}, {point.engine_name}"
-        # By momentum alone: what comes and goes is n v0 (1 + e), a contact gives 2 v.
-        momentum = (1.0 + point.restitution**0.5) / (2.0 * ours["share"])
-        return Finding(
-            ours[name],
-            abs(both[0] - both[1]) if len(both) == 2 else np.nan,
-            found.format(**ours, where=where, momentum=momentum, printed=0.867 * PAPER_CHAIN),
-            [point],
-        )
+    def made(quantity: Callable[[Point, Array, Array], tuple[float, str]]) -> Claim:
+        @claim(where, margin, brief, **more)
+        @wraps(quantity)
+        def find(measured: Measurements) -> Finding:
+            point = paper_chain(measured)
 
-    return claim(where, margin, brief, text=text, **more)(find)
+            def found(answer: Answer) -> tuple[float, str]:
+                speeds = answer.arrays["contact_speeds"] / point.scene.impact_velocity
+                return quantity(point, np.diff(answer.arrays["contact_times"]), speeds)
+
+            value, text = found(point.answer)
+            both = [found(answer)[0] for answer in point.answers]
+            error = abs(both[0] - both[1]) if len(both) == 2 else np.nan
+            return Finding(value, error, text, [point])
+
+        return find
+
+    return made
 
 
-_constant_intervals, _constant_speeds = (
-    number_of_paper_chain(
-        f"spread_of_{what}",
-        f"standard deviation over mean of {{{counted}:g}} {words_for_it}, {{where}}; ± what the "
-        f"engines differ by; the last is {{last_{one}:.2f}}{unit}",
-        "section II, before eq. (7)",
-        f"{symbol} constant in good approximation: deviation 0",
-        words(0.0, 1.0, "their mean"),
-        f"constant {words_for_it}",
-        key=f"constant {what}",
+_CONSTANT = words(0.0, 1.0, "their mean")
+
+
+@number_of_paper_chain("section II, before eq. (7)", _CONSTANT, "constant intervals")
+def _constant_intervals(point: Point, intervals: Array, _speeds: Array) -> tuple[float, str]:
+    """Δt constant in good approximation: deviation 0"""
+    return float(np.std(intervals) / np.mean(intervals)), (
+        f"standard deviation over mean of {intervals.size} intervals, {point.origin}; ± what the "
+        f"engines differ by; the last is {intervals[-1]:.2f}"
     )
-    for what, counted, words_for_it, one, unit, symbol in (
-        ("intervals", "intervals", "intervals", "interval", "", "Δt"),
-        ("speeds", "count", "incoming speeds", "speed", " v₀", "v"),
+
+
+@number_of_paper_chain("section II, before eq. (7)", _CONSTANT, "constant incoming speeds")
+def _constant_speeds(point: Point, _intervals: Array, speeds: Array) -> tuple[float, str]:
+    """v constant in good approximation: deviation 0"""
+    return float(np.std(speeds) / np.mean(speeds)), (
+        f"standard deviation over mean of {speeds.size} incoming speeds, {point.origin}; ± what "
+        f"the engines differ by; the last is {speeds[-1]:.2f} v₀"
     )
-)
 
 
-def _chain_of_two(measured: Measurements) -> tuple[list[Point], float, float]:
+def _chain_of_two(measured: Measurements) -> tuple[Point, float, float]:
     """Return the chain, the interval of its two contacts, and what the engines differ by."""
-    chain = measured.select("harmonic_sizes", "harmonic", 1, "no result at n = 2", particles=2)
-    both = [answer.arrays["contact_times"] for answer in chain[0].answers]
-    times = chain[0].answer.arrays["contact_times"]
+    missing = "no result at n = 2"
+    chain = measured.select("harmonic_sizes", "harmonic", 1, missing, particles=2)[0]
+    times = chain.answer.arrays["contact_times"]
     if len(times) != 2:
-        raise NoNumber("no result at n = 2")
+        raise NoNumber(missing)
     interval = float(times[1] - times[0])
-    return chain, interval, 1e-9 + max(abs(float(np.ptp(t)) - interval) for t in both)
+    both = [float(np.ptp(answer.arrays["contact_times"])) for answer in chain.answers]
+    return chain, interval, 1e-9 + max(abs(each - interval) for each in both)
 
 
 @claim("eq. (8)", digits("2.22"), "Δt = 2.22/ω of the chain of two")
@@ -186,22 +172,20 @@ def _interval_of_two(measured: Measurements) -> Finding:
     return Finding(
         interval,
         error,
-        f"interval between the two contacts, n = 2, {chain[0].engine_name}; ± what the engines "
-        "differ by",
-        chain,
+        f"interval between the two contacts, {chain.origin}; ± what the engines differ by",
+        [chain],
     )
 
 
-_interval = number_of_paper_chain(
-    "interval",
-    "mean over {intervals:g} intervals, {where}; ± what the engines differ by; median {median:.4f}",
-    "eq. (8)",
-    "Δt = 2.31/ω at n = 500",
-    digits("2.31"),
-    "Δt = 2.31/ω",
-    key="interval",
-    correction="the mean interval is {value:.3f}",
+@number_of_paper_chain(
+    "eq. (8)", digits("2.31"), "Δt = 2.31/ω", correction="the mean interval is {value:.3f}"
 )
+def _interval(point: Point, intervals: Array, _speeds: Array) -> tuple[float, str]:
+    """Δt = 2.31/ω at n = 500"""
+    return float(np.mean(intervals)), (
+        f"mean over {intervals.size} intervals, {point.origin}; ± what the engines differ by; "
+        f"median {np.median(intervals):.4f}"
+    )
 
 
 @claim("eq. (9)", digits("0.90"), "(2√2/π) n is 0.90 n")
@@ -212,24 +196,24 @@ def _contacts_of_two(measured: Measurements) -> Finding:
     return Finding(
         share,
         share * error / interval,
-        "f Δt = 2n, contacts for as long as sound goes there and back, with Δt of n = 2, "
-        f"{chain[0].engine_name}. That it follows from n = 2 alone does not hold, see the "
-        "[slips](#slips)",
-        chain,
+        "f Δt = 2n, contacts for as long as sound goes there and back, with Δt of "
+        f"{chain.origin}. That it follows from n = 2 alone does not hold, see the [slips](#slips)",
+        [chain],
     )
 
 
-_contacts_per_particle = number_of_paper_chain(
-    "share",
-    "{count:g} contacts, {where}; the paper's 0.867 would be {printed:.1f} contacts, which is no "
-    "whole number",
+@number_of_paper_chain(
     "eq. (9)",
-    "f(n)/n = 0.867 at n = 500",
     digits("0.867"),
     "f(n)/n = 0.867",
-    key="contacts per particle",
     correction="there are a few more contacts: {value:.3f}",
 )
+def _contacts_per_particle(point: Point, _intervals: Array, speeds: Array) -> tuple[float, str]:
+    """f(n)/n = 0.867 at n = 500"""
+    return speeds.size / PAPER_CHAIN, (
+        f"{speeds.size} contacts, {point.origin}; the paper's 0.867 would be "
+        f"{0.867 * PAPER_CHAIN:.1f} contacts, which is no whole number"
+    )
 
 
 @claim("eq. (10)", digits("1.11"), "(π/2√2) v₀ is 1.11 v₀")
@@ -239,23 +223,22 @@ def _speed_of_two(measured: Measurements) -> Finding:
     return Finding(
         1.0 / (2.0 / interval),
         error / 2.0,
-        "2 f v = 2 n v₀, the momentum of a collision without loss, with that f; n = 2, "
-        f"{chain[0].engine_name}, has v = v₀ itself. That it follows from n = 2 alone does not "
+        "2 f v = 2 n v₀, the momentum of a collision without loss, with that f; "
+        f"{chain.origin}, has v = v₀ itself. That it follows from n = 2 alone does not "
         "hold, see the [slips](#slips)",
-        chain,
+        [chain],
     )
 
 
-_incoming_speed = number_of_paper_chain(
-    "speed",
-    "mean over {count:g} contacts, {where}; ± what the engines differ by; momentum alone asks for "
-    "n(1 + √η)/(2f) = {momentum:.4f}",
-    "eq. (10)",
-    "v = 1.15 v₀ at n = 500",
-    digits("1.15"),
-    "v = 1.15 v₀",
-    key="incoming speed",
-)
+@number_of_paper_chain("eq. (10)", digits("1.15"), "v = 1.15 v₀")
+def _incoming_speed(point: Point, _intervals: Array, speeds: Array) -> tuple[float, str]:
+    """v = 1.15 v₀ at n = 500"""
+    # By momentum alone: what comes and goes is n v0 (1 + e), a contact gives 2 v.
+    momentum = (1.0 + point.restitution**0.5) / (2.0 * speeds.size / PAPER_CHAIN)
+    return float(np.mean(speeds)), (
+        f"mean over {speeds.size} contacts, {point.origin}; ± what the engines differ by; momentum "
+        f"alone asks for n(1 + √η)/(2f) = {momentum:.4f}"
+    )
 
 
 @claim("section II, after eq. (11)", exact(1.0), "η = 1 at leading order")

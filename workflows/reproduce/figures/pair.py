@@ -19,17 +19,17 @@ from chaincor.workflows.reproduce.plan import Plan, Study, chains
 _TOLERANCE = 1e-10
 _BOND = LennardJones()
 
-_external_frequency = number_of_paper_chain(
-    "frequency",
-    "2π over the mean interval, {where}; ± what the engines differ by; the highest mode has "
-    "{highest:.3f}, so that it is above all modes on average, and for all intervals but "
-    "{long:g}. What the paper concludes from it is among the [slips](#slips)",
-    "section III",
-    "wall's frequency 2π/Δt ≃ 2√2 ω, above all modes",
-    words(2.0 * 2.0**0.5),
-    "the wall's frequency",
-    key="external frequency",
-)
+
+@number_of_paper_chain("section III", words(2.0 * 2.0**0.5), "the wall's frequency")
+def _external_frequency(point: Point, intervals: Array, _speeds: Array) -> tuple[float, str]:
+    """wall's frequency 2π/Δt ≃ 2√2 ω, above all modes"""
+    highest = 2.0 * np.sin(0.5 * np.pi * (point.particles - 1) / point.particles)
+    return float(2.0 * np.pi / np.mean(intervals)), (
+        f"2π over the mean interval, {point.origin}; ± what the engines differ by; the highest "
+        f"mode has {highest:.3f}, so that it is above all modes on average, and for all intervals "
+        f"but {np.sum(intervals > np.pi)}. What the paper concludes from it is among the "
+        "[slips](#slips)"
+    )
 
 
 def study(plan: Plan) -> Study:
