@@ -1,24 +1,17 @@
-"""From a plan to points: each by LAMMPS and in-house, with error bars, and whether they agree."""
+"""What was measured: points by LAMMPS and in-house, with error bars, and whether they agree."""
 
 import math
-import time
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from chaincor.analysis.slow_chains.harmonic import collide_long_chains
 from chaincor.lammps_inputs.arrays import Array
-from chaincor.lammps_inputs.scene import DEFAULT_TOLERANCE, Scene
-from chaincor.workflows.accuracy.by_lammps import SHARPEST_LAMMPS
-from chaincor.workflows.accuracy.step_guess import sharpness
-from chaincor.workflows.campaign.into_store import collide_into_store
+from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.in_house.hard_sphere import SCHEME
 from chaincor.workflows.error_bar import error_alone
 from chaincor.workflows.reproduce.plan import Plan, Study
-from chaincor.workflows.validation.comparison import SHARPER, judging_scene
 
 
 class NoNumber(Exception):
@@ -32,10 +25,6 @@ class Answer:
     result: dict[str, Any]  #: The fields of a collision's result; empty where there is none.
     arrays: dict[str, Array] = field(default_factory=dict, repr=False)  #: Its arrays, by name.
     failure: str | None = None  #: Why there is no result: name of the error and message.
-
-
-# Scenes in, answers out, in the same order.
-Runner = Callable[[Sequence[Scene]], Sequence[Answer]]
 
 
 def _number(value: float | None, missing: float = math.nan) -> float:
@@ -213,74 +202,3 @@ class Measurements:
         """Return each different point once, in the order of the studies."""
         unique = {point.scene: point for points in self.points.values() for point in points}
         return unique.values()
-
-
-def measure(plan: Plan, planned: tuple[Study, ...], run: Runner) -> Measurements:
-    """Compute the points of a plan's studies, asking `run` once; a failed scene has no result."""
-    for_lammps = dict.fromkeys(scene for study in planned for scene in study.scenes)
-    in_house = {scene: _in_house_twin(scene) for scene in for_lammps}
-    for scene in (scene for study in planned for scene in study.in_house):
-        in_house.setdefault(scene, scene.replace(wall=None, engine="reference"))
-    wanted = list(dict.fromkeys([*for_lammps, *in_house.values()]))
-    answers = dict(zip(wanted, run(wanted), strict=True))
-    echoed = by_echo([scene for study in planned for scene in study.echoed])
-
-    def point(scene: Scene) -> Point:
-        if scene not in in_house:
-            return Point(scene, None, echoed[scene])
-        by_lammps = answers[scene] if scene in for_lammps else None
-        return Point(scene, by_lammps, answers[in_house[scene]])
-
-    points = {study.key: tuple(map(point, study.all_scenes)) for study in planned}
-    return Measurements(plan, planned, points)
-
-
-def _in_house_twin(scene: Scene) -> Scene:
-    """
-    Return the scene that cross-checks one of LAMMPS.
-
-    It asks for a tenth of the tolerance; for the tolerance itself where bonds are too sharp for
-    LAMMPS, so that this is the value shown.
-    """
-    share = 1.0 if sharpness(scene) > SHARPEST_LAMMPS else SHARPER
-    return judging_scene(scene, share * (scene.tolerance or DEFAULT_TOLERANCE))
-
-
-def by_echo(scenes: Sequence[Scene]) -> dict[Scene, Answer]:
-    """Collide long harmonic chains, which share the contacts before their first echo."""
-    by_length = {scene.particles: scene for scene in scenes}
-    started = time.process_time()
-    chains = list(collide_long_chains(by_length))
-    seconds = (time.process_time() - started) / max(len(chains), 1)
-    return {
-        by_length[chain.particles]: Answer(
-            {
-                "restitution": chain.restitution,
-                "restitution_error": chain.restitution_error,
-                "tolerance_met": True,
-                "contacts": chain.contacts,
-                "last_contact_time": chain.last_contact_time,
-                "scheme": "echo",
-                "seconds_total": seconds,
-                "versions": {},
-            }
-        )
-        for chain in chains
-    }
-
-
-def run_into_store(path: Path, workers: int, progress: bool = True) -> Runner:
-    """Return a runner that keeps every result, so that nothing finished is computed twice."""
-
-    def run(scenes: Sequence[Scene]) -> list[Answer]:
-        rows = collide_into_store(scenes, path, workers=workers, arrays=True, progress=progress)
-        return [
-            Answer(
-                row.result or {},
-                row.arrays,
-                None if row.failure is None else f"{row.failure.name}: {row.failure.message}",
-            )
-            for row in rows
-        ]
-
-    return run

@@ -7,7 +7,7 @@ from typing import Any
 from chaincor.workflows.outputs import make_folder
 from chaincor.workflows.reproduce import paper
 from chaincor.workflows.reproduce.free_flight import free_flights
-from chaincor.workflows.reproduce.measurements import Runner, measure, run_into_store
+from chaincor.workflows.reproduce.measuring import Runner, measure, run_into_store
 from chaincor.workflows.reproduce.plan import FULL, QUICK, Plan
 from chaincor.workflows.reproduce.report import DRAWINGS, gather, write_figures, write_report
 from chaincor.workflows.research_object import describe_folder, require_rocrate

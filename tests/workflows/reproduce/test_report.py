@@ -11,7 +11,7 @@ from rocrate.rocrate import ROCrate
 
 from chaincor.workflows.pages.typesetting import mark_up
 from chaincor.workflows.reproduce import reproduction
-from chaincor.workflows.reproduce.measurements import run_into_store
+from chaincor.workflows.reproduce.measuring import run_into_store
 from chaincor.workflows.reproduce.paper import CLAIMS
 from chaincor.workflows.reproduce.plan import QUICK
 from chaincor.workflows.reproduce.reproduction import describe_reproduction, reproduce_paper

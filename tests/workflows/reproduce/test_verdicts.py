@@ -9,7 +9,8 @@ from chaincor.lammps_inputs.bonds.user_bond import UserBond
 from chaincor.workflows.campaign.work import collide_scenes
 from chaincor.workflows.reproduce.claims import Verdict
 from chaincor.workflows.reproduce.figures.agreement import examine_points
-from chaincor.workflows.reproduce.measurements import Answer, measure
+from chaincor.workflows.reproduce.measurements import Answer
+from chaincor.workflows.reproduce.measuring import measure
 from chaincor.workflows.reproduce.paper import CLAIMS, studies
 from chaincor.workflows.reproduce.plan import QUICK
 
