@@ -113,10 +113,10 @@ class ChainLayout:
         `timestep` is the simulated time per step, for dumps that do not carry the time. Raises
         InputError if the number of particles has changed.
         """
-        found, expected = frame.column("vx").size, self.all_particles
-        if found != expected:
+        velocities, expected = frame.column("vx"), self.all_particles
+        if velocities.size != expected:
             raise InputError(
-                f"the frame of step {frame.step} holds {found} particles, the first "
+                f"the frame of step {frame.step} holds {velocities.size} particles, the first "
                 f"frame {expected}; expected the same number in all: LAMMPS has lost some"
             )
         if TIME_COLUMN in frame.columns:
@@ -130,7 +130,7 @@ class ChainLayout:
                 f"the frame of step {frame.step} does not carry the time, unlike the first one; "
                 "expected the frames of one run"
             )
-        motion = zip(self.displacements(frame), self.by_body(frame.column("vx")), strict=True)
+        motion = zip(self.displacements(frame), self.by_body(velocities), strict=True)
         arrays = [array for body in motion for array in body]
         # All at once: Python's max passes over a nan that does not come first.
         largest = np.max(np.abs(np.concatenate((*arrays, [time]))))
