@@ -160,22 +160,24 @@ class Store:
         key, asked = row_key(scene), scene.asked_tolerance
         (old,) = self._standings([key])
         tries = 1 + (0 if old is None else old.columns["tries"])
-        columns = {**row.columns, "tries": tries, "finished": finished}
+        columns = {**row.columns, **scene_columns(scene), "tries": tries, "finished": finished}
         if not row.has_result:
-            columns["failure_tolerance"] = asked
+            columns |= {"failure_tolerance": asked, "tolerance": asked}
             if old is None or not old.has_result:
-                self._upsert(columns | scene_columns(scene) | {"tolerance": asked})
+                self._upsert(columns)
             elif not old.answers(scene):
                 kept = (*FAILURE_COLUMNS, "tries")
                 self._update(key, {name: columns[name] for name in kept})
             return
         had_arrays = old is not None and old.columns["has_arrays"]
         # Arrays that were kept must stay those of the row's result.
-        keep_arrays = arrays or had_arrays
+        columns["has_arrays"] = arrays or had_arrays
+        columns |= _NO_FAILURE
+        kept_arrays = row.arrays if columns["has_arrays"] else {}
         self._put(
             old,
-            Row(columns | scene_columns(scene) | _NO_FAILURE | {"has_arrays": keep_arrays}),
-            {k: array_to_bytes(array) for k, array in row.arrays.items()} if keep_arrays else {},
+            Row(columns),
+            {name: array_to_bytes(array) for name, array in kept_arrays.items()},
             changing=_NO_FAILURE | {"tries": tries},
             renew=replace or (arrays and not had_arrays),
         )
@@ -217,10 +219,9 @@ class Store:
         versions = columns.pop("versions")
         columns["environment"] = None if versions is None else self._environment(versions)
         self._upsert(columns)
-        self.connection.executemany(
-            "INSERT INTO arrays VALUES (?, ?, ?)",
-            [(key, name, npy) for name, npy in arrays.items()],
-        )
+        if arrays:
+            rows = [(key, name, npy) for name, npy in arrays.items()]
+            self.connection.executemany("INSERT INTO arrays VALUES (?, ?, ?)", rows)
 
     def _environment(self, versions: str) -> int:
         query = "SELECT id FROM environments WHERE versions = ?"
