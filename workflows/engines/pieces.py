@@ -84,7 +84,8 @@ def find_pieces(
         pieces = chain.cut_at(cuts)
         failing = np.flatnonzero(~pieces.apart & (pieces.binding <= 0.0))
         if len(failing) == 0:
-            return replace(pieces, return_risk=chain.return_risk(pieces))
+            risk = chain.return_risk(pieces)
+            return replace(pieces, return_risk=risk) if risk > 0.0 else pieces
         # Those most firmly bound first: with them taken as one, the others may move apart.
         bound = failing[np.argsort(pieces.binding[failing])]
         cuts = np.delete(cuts, bound[: max(1, len(failing) // 3)])

@@ -162,7 +162,7 @@ class _Flight:
         self._method = adaptive.Tableau(*(np.ascontiguousarray(part) for part in tableau))
         self._not_before = 0.0
         stiffness = scene.bond.stiffness
-        self.ledger = ledger = np.zeros(1, adaptive.LEDGER).view(np.recarray)[0]
+        self.ledger = ledger = np.zeros(1, adaptive.LEDGER)[0]
         ledger.momentum = -particles * speed
         ledger.patience = PATIENCE
         ledger.argue_first = PATIENCE * math.pi / math.sqrt(2.0 * stiffness)

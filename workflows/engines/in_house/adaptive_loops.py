@@ -13,7 +13,7 @@ taken with the same method, so that no interpolation limits it.
 
 from collections.abc import Callable
 from functools import partial
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -33,18 +33,21 @@ ORDER = 8
 MOST_REFUSALS = 80
 
 # Strains are coordinates y here.
-LEDGER = np.dtype(
-    [
-        *bookkeeping.LEDGER.descr,
-        ("time", "f8"),
-        ("step", "f8"),  # to be tried next
-        ("longest", "f8"),  # time at which the run stops
-        ("next_frame", "f8"),
-        ("frame_interval", "f8"),
-        ("frames", "i8"),
-        ("pause", "i8"),  # steps after which it comes back
-        ("paused", "i8"),  # whether it did, and nothing has changed since
-    ]
+LEDGER: Any = np.dtype(
+    (
+        np.record,
+        [
+            *bookkeeping.LEDGER.descr,
+            ("time", "f8"),
+            ("step", "f8"),  # to be tried next
+            ("longest", "f8"),  # time at which the run stops
+            ("next_frame", "f8"),
+            ("frame_interval", "f8"),
+            ("frames", "i8"),
+            ("pause", "i8"),  # steps after which it comes back
+            ("paused", "i8"),  # whether it did, and nothing has changed since
+        ],
+    )
 )
 
 

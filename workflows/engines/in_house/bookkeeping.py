@@ -17,43 +17,48 @@ SPARE_CONTACTS = 64
 # than this part of the way that the impact velocity would take it.
 LIKELY = 0.05
 
-LEDGER = np.dtype(
-    [
-        ("position", "f8"),  # x of the first particle; before a hard wall the gap
-        ("last_position", "f8"),  # the same when the last contact ended
-        ("impact_velocity", "f8"),  # v0
-        ("contact_mass", "f8"),  # reduced mass of the particles that meet
-        ("momentum", "f8"),  # of the relative motion of the bodies, from the impulses
-        ("chain_momentum", "f8"),  # of the chain when soft bodies touched
-        ("first_contact", "f8"),  # when the bodies first met
-        ("last_contact", "f8"),  # when the last contact ended
-        ("argue_after", "f8"),  # the end is argued when so much time has passed since then
-        ("argue_first", "f8"),  # the same after the first contact
-        ("patience", "f8"),  # and that is so many mean intervals between contacts
-        ("shortest_share", "f8"),  # of a step, next to moments of touching and parting
-        ("grading", "f8"),  # steps beside them, over how far their nearer end stays away
-        ("strain_min", "f8"),  # smallest and largest strain met
-        ("strain_max", "f8"),
-        ("contact_min", "f8"),  # the same up to the last contact
-        ("contact_max", "f8"),
-        ("strain_floor", "f8"),  # strains outside these stop the run
-        ("strain_ceiling", "f8"),
-        ("steps", "i8"),  # full steps done
-        ("contacts", "i8"),
-        ("soft", "i8"),  # whether bodies overlap when they meet
-        ("touching", "i8"),  # whether they do now
-        ("active", "i8"),  # bonds that have begun to move
-        ("evaluations", "i8"),  # of all bond forces
-        ("step_evaluations", "i8"),  # of one step
-        ("substeps", "i8"),  # in the log
-        *SEARCH_FIELDS,
-        # Of a chain in a batch: when its step began, what is left of it, up to where its next move
-        # goes, and what is known of that, see ``batch.lanes``.
-        ("begun", "f8"),
-        ("left", "f8"),
-        ("move", "f8"),
-        ("known", "i8"),
-    ]
+# One type for all: loops are found by the types that they are told, and of each view of records
+# NumPy would make a new one.
+LEDGER: Any = np.dtype(
+    (
+        np.record,
+        [
+            ("position", "f8"),  # x of the first particle; before a hard wall the gap
+            ("last_position", "f8"),  # the same when the last contact ended
+            ("impact_velocity", "f8"),  # v0
+            ("contact_mass", "f8"),  # reduced mass of the particles that meet
+            ("momentum", "f8"),  # of the relative motion of the bodies, from the impulses
+            ("chain_momentum", "f8"),  # of the chain when soft bodies touched
+            ("first_contact", "f8"),  # when the bodies first met
+            ("last_contact", "f8"),  # when the last contact ended
+            ("argue_after", "f8"),  # the end is argued when so much time has passed since then
+            ("argue_first", "f8"),  # the same after the first contact
+            ("patience", "f8"),  # and that is so many mean intervals between contacts
+            ("shortest_share", "f8"),  # of a step, next to moments of touching and parting
+            ("grading", "f8"),  # steps beside them, over how far their nearer end stays away
+            ("strain_min", "f8"),  # smallest and largest strain met
+            ("strain_max", "f8"),
+            ("contact_min", "f8"),  # the same up to the last contact
+            ("contact_max", "f8"),
+            ("strain_floor", "f8"),  # strains outside these stop the run
+            ("strain_ceiling", "f8"),
+            ("steps", "i8"),  # full steps done
+            ("contacts", "i8"),
+            ("soft", "i8"),  # whether bodies overlap when they meet
+            ("touching", "i8"),  # whether they do now
+            ("active", "i8"),  # bonds that have begun to move
+            ("evaluations", "i8"),  # of all bond forces
+            ("step_evaluations", "i8"),  # of one step
+            ("substeps", "i8"),  # in the log
+            *SEARCH_FIELDS,
+            # Of a chain in a batch: when its step began, what is left of it, up to where its next
+            # move goes, and what is known of that, see ``batch.lanes``.
+            ("begun", "f8"),
+            ("left", "f8"),
+            ("move", "f8"),
+            ("known", "i8"),
+        ],
+    )
 )
 
 

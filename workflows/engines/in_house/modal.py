@@ -164,7 +164,7 @@ class _Collision:
     def run(self) -> Ending:
         """Fly until the end and return it."""
         self._start()
-        gap, ledger = self._gap, np.zeros(1, LEDGER).view(np.recarray)[0]
+        gap, ledger = self._gap, np.zeros(1, LEDGER)[0]
         ledger.wall_distance, ledger.flown = gap.wall_distance, self.time
         # Twice the reduced mass of the contact, but for the last digits of the shapes: so no
         # contact makes or takes energy, of which many would add up.
@@ -264,8 +264,9 @@ class _Collision:
 
     def _note(self, strain_modes: Array) -> None:
         for each in self._bodies.strains(strain_modes):
-            self.strain_min = min(self.strain_min, float(np.min(each, initial=0.0)))
-            self.strain_max = max(self.strain_max, float(np.max(each, initial=0.0)))
+            if each.size > 0:
+                self.strain_min = min(self.strain_min, float(np.min(each)))
+                self.strain_max = max(self.strain_max, float(np.max(each)))
 
     def state(self, gap: ModalGap, moment: float) -> _State:
         """Return both bodies at a moment since the first contact."""

@@ -32,12 +32,9 @@ _SUMS = frozenset({"contract", "reassoc"})
 # translation.
 Modes = tuple[Array, Array, Array, Array]
 
-LEDGER = np.dtype(
-    [
-        ("wall_distance", "f8"),  # the gap
-        ("flown", "f8"),  # time since the last contact
-        ("contacts", "i8"),  # in the record
-    ]
+# The gap, the time since the last contact, and how many contacts are in the record.
+LEDGER: Any = np.dtype(
+    (np.record, [("wall_distance", "f8"), ("flown", "f8"), ("contacts", "i8")]),
 )
 
 
@@ -57,7 +54,7 @@ def mode_loops() -> ModeLoops:
     window = compiler.compile(taylor_window, _EXACT)
     loops = ModeLoops(bounce, compiler.compile(rotate), window)
     one, many, path = np.ones(1), np.ones((1, 1)), np.ones(TERMS)
-    modes, ledger = (one, one, one, one), np.zeros(1, LEDGER).view(np.recarray)[0]
+    modes, ledger = (one, one, one, one), np.zeros(1, LEDGER)[0]
     loops.bounce(ledger, modes, 1.0, 0.0, (one, one, many, many), (path, np.ones((2, 1))))
     loops.rotate(modes, 0.0)
     loops.taylor_window(modes, 1.0)
