@@ -16,7 +16,8 @@ from chaincor.workflows.reproduce.figures import (
     pair,
     trajectories,
 )
-from chaincor.workflows.reproduce.measurements import Answer, Measurements, Point, by_echo
+from chaincor.workflows.reproduce.measurements import Answer, Measurements, Point
+from chaincor.workflows.reproduce.measuring import by_echo
 from chaincor.workflows.reproduce.plan import QUICK
 
 
