@@ -172,7 +172,8 @@ def _masses_after(
     reads_data = any(command.words[0] == "read_data" for command in commands)
     masses, unclear = {} if reads_data else dict(in_data), None
     for command in commands:
-        words, said = command.words, f"'{command.line.strip()}' in {name}"
+        words = command.words
+        said = f"'{' '.join(words)}' in {name}"
         if words[0] == "read_data":
             masses.update(in_data)
         elif words[0] == "atom_style" or not _sets_masses(words):

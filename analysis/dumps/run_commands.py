@@ -7,6 +7,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import NamedTuple
 
+from chaincor.lammps_inputs.commands import commands_of
 from chaincor.lammps_inputs.errors import SceneError
 from chaincor.lammps_inputs.units.unit_system import CHAIN_UNITS, UnitSystem
 
@@ -23,7 +24,6 @@ class Command(NamedTuple):
     """A command."""
 
     words: list[str]  #: Without a comment; the first is its name.
-    line: str  #: As it stands in the file.
 
     @property
     def computed(self) -> bool:
@@ -64,7 +64,12 @@ class RunCommands:
     @classmethod
     def read(cls, logs: Iterable[Path] = (), scripts: Iterable[Path] = ()) -> "RunCommands":
         """Read the files of a run."""
-        return cls(*({path: _commands(path) for path in paths} for paths in (logs, scripts)))
+        # LAMMPS has joined the lines of a log, and most of them are no commands.
+        told = {p: [r for r in _text(p).splitlines() if r.lstrip().startswith(_TOLD)] for p in logs}
+        return cls(
+            {path: _commands(lines) for path, lines in told.items()},
+            {path: _commands([_text(path)]) for path in scripts},
+        )
 
     def named(self, *names: str) -> tuple[dict[Path, list[Command]], bool]:
         """
@@ -132,13 +137,14 @@ class RunCommands:
 NO_COMMANDS = RunCommands()
 
 
-def _commands(path: Path) -> list[Command]:
-    found = []
-    for line in path.read_text(errors="replace").splitlines():
-        words = line.split("#")[0].split()
-        if words and words[0] in _TOLD:
-            found.append(Command(words, line))
-    return found
+def _text(path: Path) -> str:
+    return path.read_text(errors="replace")
+
+
+def _commands(parts: Iterable[str]) -> list[Command]:
+    """Return what is told by the parts of a file, each of which ends with a whole command."""
+    commands = (Command(words.split()) for part in parts for words in commands_of(part))
+    return [command for command in commands if command.words[0] in _TOLD]
 
 
 def _positive(step: float | None) -> float | None:

@@ -40,3 +40,23 @@ def test_the_stock_wall_is_seen_in_any_file(files):
     log, screen, script = files
     assert RunCommands.read([log, screen], [script]).stock_wall
     assert not RunCommands.read([log, screen]).stock_wall
+
+
+def test_continued_lines_are_one_command_and_a_hash_in_quotes_begins_no_comment(tmp_path):
+    script, log = tmp_path / "in.user", tmp_path / "log.lammps"
+    script.write_text(
+        "bond_style harmonic\nbond_coeff 1 &\n  0.5 1.0  # K, r0\n"
+        "fix w all &\n  wall/reflect &\n  xlo 0.25\n"
+        'fix say all print 10 "# $(step)" screen no\ntimestep &\n 0.01\n'
+    )
+    commands = RunCommands.read([], [script])
+    setup = commands.setup
+    assert (setup.spring, setup.walls) == ((0.5, 1.0), {"xlo": "0.25"})
+    assert commands.stock_wall
+    assert commands.timestep == 0.01
+    assert [c.computed for c in commands.named("fix")[0][script]] == [False, True]
+    # LAMMPS writes joined lines to its log, where anything may be printed besides.
+    log.write_text('it prints """ and &\nfix w all wall/reflect xlo 0.5 &\ntimestep 0.02\n')
+    commands = RunCommands.read([log], [script])
+    assert commands.setup.walls == {"xlo": "0.5"}
+    assert commands.timestep == 0.02
