@@ -96,13 +96,16 @@ def collide_many(
             "samples or particles, or allow more (--most-hours, or most_seconds in Python)"
         )
     found: list[Sample | None] = [None] * count
-
     alone: dict[int, Scene] = {}
+
+    def scene_at(place: int) -> Scene:
+        (group,) = (each for each in groups if place in each.places)
+        return group[group.places.index(place)]
 
     def take(done: Sequence[tuple[int, Any]]) -> None:
         """Put samples in the order of the scenes; a failure is a sample that says why."""
         for place, each in done:
-            found[place] = each if isinstance(each, Sample) else Sample.of(alone[place], each)
+            found[place] = each if isinstance(each, Sample) else Sample.of(scene_at(place), each)
 
     with progress_bar(progress, count, seconds) as advance:
         for group in groups:

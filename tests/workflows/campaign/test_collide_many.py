@@ -211,6 +211,20 @@ def test_states_are_those_of_the_scenes(monkeypatch):
         np.testing.assert_array_equal(seen[-1].velocities[k], line.velocities[1:])
 
 
+def test_no_memory_costs_the_sample_that_met_it(monkeypatch):
+    meet = WarmMeetings.meet
+
+    def meet_first(self, starts, velocities):
+        if np.array_equal(starts.strains[0], WARM.line.strains):
+            return meet(self, starts, velocities)
+        raise MemoryError("no memory")
+
+    monkeypatch.setattr(WarmMeetings, "meet", meet_first)
+    first, second = collide_many(WARM, 2, workers=2).samples
+    assert (first.seed, first.tolerance_met, first.reason) == (1, True, None)
+    assert (second.seed, second.restitution, second.reason) == (2, None, "no memory")
+
+
 @pytest.mark.parametrize(
     ("scene", "samples", "message"),
     [
