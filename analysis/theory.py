@@ -84,7 +84,8 @@ def basile_dumont_energies(
 
     NH eq. (7), after Basile and Dumont (2000), whom NH cite, with
     :math:`\omega_j = 2\sin(\pi j/2n)` where the paper prints :math:`\sin(\pi j/n)`. With an
-    interval shortened by :func:`pair_interval` it is NH eq. (16), the low-speed theory.
+    interval shortened by :func:`~chaincor.analysis.pair_theory.pair_interval` it is NH eq. (16),
+    the low-speed theory.
 
     Valid for harmonic bonds, to the extent that intervals and incoming speeds are constant.
 

@@ -28,11 +28,11 @@ WANTED_SHARE = 0.9
 _POTENTIALS = ("lj", "toda", "log", "harmonic", "power")
 
 
-def draw_scenes(count: int = SCENES, seed: int = 4) -> list[Scene]:
+def draw_scenes(seed: int) -> list[Scene]:
     """Return scenes of all potentials, 20 to 200 particles, 0.03 to 1 v*, evenly in logarithms."""
     rng = np.random.default_rng(seed)
     scenes = []
-    for k in range(count):
+    for k in range(SCENES):
         potential = _POTENTIALS[k % len(_POTENTIALS)]
         particles = round(float(20.0 * 10.0 ** rng.uniform(0.0, 1.0)))
         speed = float(0.03 * (1.0 / 0.03) ** rng.uniform())
@@ -85,7 +85,7 @@ def main() -> None:
     rows = study.cheapest["lammps"]
     print("promises:", *(f"{row.error:.0e}" for row in rows))
     worst, every = [], []
-    for scene in draw_scenes(seed=arguments.seed):
+    for scene in draw_scenes(arguments.seed):
         ratios = errors_over_promises(scene, rows)
         worst.append(ratios.max())
         every.extend(ratios)

@@ -5,7 +5,6 @@ from typing import Any
 from chaincor.lammps_inputs.chain_data import initial_state
 from chaincor.lammps_inputs.line import Line
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.lammps_inputs.scene_parts.scene_fields import Wall
 from chaincor.lammps_inputs.units.unit_system import CHAIN_UNITS, UnitSystem
 
 
@@ -57,7 +56,7 @@ def contact_force_off(line: Line) -> list[str]:
     return ["unfix           push", *([] if line.rigid else ["unfix           pull"])]
 
 
-def contact_values(scene: Scene, wall: Wall, units: UnitSystem = CHAIN_UNITS) -> dict[str, Any]:
+def contact_values(scene: Scene, units: UnitSystem) -> dict[str, Any]:
     """
     Return the formulas of a script that depend on the bodies, for the template.
 

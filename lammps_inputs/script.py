@@ -74,7 +74,7 @@ def render_job(
 ) -> str:
     """Render a self-contained input script for ``lmp -in``; without `steps`, of Verlet steps."""
     values = setup_values(plan.numerics, plan.table, ".")
-    values |= contact_values(scene, plan.numerics.wall, wishes.units)
+    values |= contact_values(scene, wishes.units)
     values |= values_in_units(scene, wishes.units)
     values |= _plan_values(scene, plan, steps, wishes.units)
     values |= _end_values(plan.end, times, values, wishes.units.time)

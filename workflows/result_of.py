@@ -81,7 +81,7 @@ def result_of(
         bond_min=bond_min + longer,
         bond_max=bond_max + longer,
         bond_range_source=source,
-        bond_error=_between_steps(scene, (bond_min - 1.0, bond_max - 1.0), outcome, step),
+        bond_error=_between_steps(scene, (bond_min - 1.0, bond_max - 1.0), step),
         energy_drift=(outcome.energy_end - outcome.energy_start) / outcome.energy_start,
         momentum_residual=impulse_residual(scene.line, outcome, v0),
         ending=outcome.ending.kind,
@@ -189,9 +189,7 @@ def _replay(scene: Scene, outcome: Outcome, found: dict[str, Any]) -> Replay:
     return Replay(scene, outcome.scheme, numerics, accuracy)
 
 
-def _between_steps(
-    scene: Scene, strains: tuple[float, float], outcome: Outcome, step: float | None
-) -> float | None:
+def _between_steps(scene: Scene, strains: tuple[float, float], step: float | None) -> float | None:
     r"""
     Return how much farther bonds may have gone between the ends of steps.
 

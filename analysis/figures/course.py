@@ -1,4 +1,4 @@
-"""The course of a collision: where the energy is, how long bonds are, when contacts come."""
+"""The course of a collision: energy, lengths of bonds, times and speeds of contacts."""
 
 from typing import TYPE_CHECKING
 

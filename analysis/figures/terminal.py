@@ -1,4 +1,4 @@
-"""A moment of a collision as text: the chain before its wall, and how fast each part goes."""
+"""Pictures in characters: a chain before its wall with the speed of each part, a histogram."""
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -10,6 +10,7 @@ from chaincor.analysis.figures.style import BLUE, GREY, ORANGE, SKY, rest_positi
 # height of a mark says the same.
 _COLOURS = (BLUE, SKY, GREY, ORANGE, "#F0E442")
 _WALL, _PARTICLE, _SPEED, _REST = "█", "●", "•", "─"
+_HISTOGRAM_COLUMNS, _HISTOGRAM_ROWS = 78, 20
 
 
 def draw_moment(
@@ -64,20 +65,18 @@ def draw_moment(
     return text
 
 
-def draw_histogram(
-    values: ArrayLike, *, label: str, mark: float | None = None, columns: int = 78, rows: int = 20
-) -> str:
+def draw_histogram(values: ArrayLike, *, label: str, mark: float) -> str:
     """
     Draw a histogram in characters, a line for each bin.
 
-    Bins have a width of 1, 2 or 5 times a power of ten, of which about `rows` hold the middle 99 %
-    of the values; the first and the last hold what is beyond. Each line has the lower edge of its
-    bin, a bar that is `columns` long at most with all before it, and the number of values; `mark`
-    is an edge to point at, where one lies in the range.
+    Bins have a width of 1, 2 or 5 times a power of ten, of which about twenty hold the middle 99 %
+    of the values; the first and the last hold what is beyond. Each line, of 78 columns at most, has
+    the lower edge of its bin, a bar and the number of values; `mark` is an edge to point at, where
+    one lies in the range.
     """
     x = np.sort(np.asarray(values, dtype=float))
     low, high = np.quantile(x, (0.005, 0.995))
-    width = _round_width((high - low) / rows)
+    width = _round_width((high - low) / _HISTOGRAM_ROWS)
     first = int(np.floor(low / width))
     count = int(np.floor(high / width)) - first + 1
     bins = np.clip(np.floor(x / width).astype(int) - first, 0, count - 1)
@@ -85,10 +84,10 @@ def draw_histogram(
     digits = max(0, -int(np.floor(np.log10(width) + 1e-9)))
     edges = [f"{(first + k) * width:.{digits}f}" for k in range(count)]
     left, right = max(map(len, edges)), len(str(heights.max()))
-    longest = columns - left - right - 5
+    longest = _HISTOGRAM_COLUMNS - left - right - 5
     lines = [f"{label:>{left}}"]
     for k, (edge, height) in enumerate(zip(edges, heights.tolist(), strict=True)):
-        pointed = mark is not None and k > 0 and round(mark / width) == first + k
+        pointed = k > 0 and round(mark / width) == first + k
         eighths = round(8 * longest * height / heights.max())
         bar = "█" * (eighths // 8) + _EIGHTHS[eighths % 8]
         lines.append(f"{edge:>{left}} {'>' if pointed else '|'} {bar} {height}")

@@ -139,12 +139,10 @@ def _opening(bodies: Bodies, velocities: Array) -> float:
     return speed
 
 
-def crossing_time(bodies: Bodies, stiffness: float = 1.0) -> float:
+def crossing_time(bodies: Bodies) -> float:
     """Return how long sound takes through the slower body, and a bond or two."""
     parts = [bodies.masses[bodies.first :], bodies.masses[: bodies.first]]
-    return max(
-        (len(m) + 1) * float(np.sqrt(np.mean(m) / stiffness)) for m in parts if np.isfinite(m).all()
-    )
+    return max((len(m) + 1) * float(np.sqrt(np.mean(m))) for m in parts if np.isfinite(m).all())
 
 
 def run_once(

@@ -56,9 +56,6 @@ class FirstPiece:
     #: Particles up to the first bond that is so long that it holds nothing (lj: 11).
     particles: int
     velocity: float  #: Mean velocity; negative is towards the wall: a contact is still to come.
-    internal_energy: float  #: Kinetic energy about the mean, and energy of its bonds.
-    distance: float  #: Of particle 1 from the wall.
-    approaching: bool  #: Whether particle 1 itself moves towards the wall.
 
 
 @dataclass(frozen=True)
@@ -241,7 +238,4 @@ def _first_piece(law: AnyLaw, run: _Run) -> FirstPiece:
     energies = law.energy(run.strains, run.lengths)
     broken = energies >= (1.0 - _UNBOUND) * law.dissociation
     size = int(np.argmax(broken)) + 1 if broken.any() else run.velocities.size
-    inside = run.velocities[:size]
-    mean = float(inside.mean())
-    internal = 0.5 * float(np.sum((inside - mean) ** 2)) + float(energies[: size - 1].sum())
-    return FirstPiece(size, mean, internal, run.distance, bool(inside[0] < 0.0))
+    return FirstPiece(size, float(run.velocities[:size].mean()))

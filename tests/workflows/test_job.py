@@ -16,7 +16,7 @@ from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows import scripted as plan
 from chaincor.workflows.accuracy.in_house_runs import eta_of
-from chaincor.workflows.accuracy.scouting import scout
+from chaincor.workflows.accuracy.scouting import scouted_run, scouting_from
 from chaincor.workflows.collision import collide
 from chaincor.workflows.engines.ending import argue_end
 from chaincor.workflows.engines.lammps import engine as lammps
@@ -29,7 +29,7 @@ from tests.lmp import number, run_lmp, unexpected_warnings
 def from_python(scene):
     """Run the same numerics, with the same table, through the engine."""
     numerics = Numerics.from_scene(scene)
-    scouting = scout(scene, flown_on(scene))
+    scouting = scouting_from(scouted_run(scene), scene, flown_on(scene))
     if scouting is not None:
         numerics = replace(numerics, bond_range=scouting.table_range(scene))
     return lammps.run(scene, numerics)
@@ -121,7 +121,7 @@ def test_a_job_with_a_target_runs_slower_chains_on_request(tmp_path):
     write_job(scene, tmp_path / "job")
     done = run_lmp(tmp_path / "job", "-var", "velocity", "0.03")
     slower = scene.replace(velocity=0.03)
-    table = scout(scene, flown_on(scene)).table_range(scene)
+    table = scouting_from(scouted_run(scene), scene, flown_on(scene)).table_range(scene)
     outcome = lammps.run(slower, replace(Numerics.from_scene(slower), bond_range=table))
     # The table of the job is made for bonds that are watched a little longer.
     eta = eta_of(slower, outcome)
@@ -280,7 +280,8 @@ def test_a_job_runs_slower_chains_on_request(fields, wall, tmp_path):
     done = run_lmp(tmp_path, "-var", "velocity", repr(slower.impact_velocity))
     assert done.returncode == 0, done.stdout[-2000:]
     assert "ending = silence alone: no in-house run was made at this velocity" in done.stdout
-    scouting = scout(scene, flown_on(scene))  # the table is that of the job
+    # The table is that of the job.
+    scouting = scouting_from(scouted_run(scene), scene, flown_on(scene))
     numerics = replace(Numerics.from_scene(slower), bond_range=scouting.table_range(scene))
     outcome = lammps.run(slower, numerics)
     eta = restitution(outcome.velocities, slower.impact_velocity)

@@ -92,17 +92,16 @@ def scouting_from(found: Refined, scene: Scene, fly_on: float | None = None) -> 
     return Scouting(outcome, shortest, longest, found.seconds)
 
 
-def scout(scene: Scene, fly_on: float | None = None) -> Scouting | None:
+def scout(scene: Scene) -> Scouting | None:
     """
     Find the bond lengths of a collision that LAMMPS will run.
 
-    None for the in-house engine, which sees its bonds, and where it cannot tell. For `fly_on` see
-    :func:`scouting_from`.
+    None for the in-house engine, which sees its bonds, and where it cannot tell.
     """
     if scene.engine != "lammps":
         return None
     found = scouted_run(scene)
-    return None if found is None else scouting_from(found, scene, fly_on)
+    return None if found is None else scouting_from(found, scene)
 
 
 def scouted_run(scene: Scene) -> Refined | None:

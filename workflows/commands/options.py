@@ -1,4 +1,4 @@
-"""What several commands have: options, the print of a result."""
+"""What several commands share: options, and how they print a result."""
 
 from collections.abc import Callable, Mapping
 from pathlib import Path

@@ -16,7 +16,7 @@ class Replay:
     """What it takes to carry out a run again."""
 
     scene: Scene  #: The collision, with its engine; its outputs are not written again.
-    scheme: str  #: That of the run, as an :class:`Outcome` has it.
+    scheme: str  #: That of the run, as an ``Outcome`` has it.
     numerics: Numerics | None  #: Those of a run with fixed steps.
     accuracy: float | None  #: What a run with adaptive steps aimed at.
 

@@ -166,8 +166,8 @@ def _work(measured: Measurements, study: Study) -> dict[str, Any]:
     }
 
 
-def _dearest(measured: Measurements, count: int = 8) -> list[dict[str, Any]]:
-    """Return the runs that took longest, each with its share of all computing time."""
+def _dearest(measured: Measurements) -> list[dict[str, Any]]:
+    """Return the eight runs that took longest, each with its share of all computing time."""
     runs = _runs(measured.all_points())
     total = sum(seconds for seconds, _, _ in runs) or 1.0
     return [
@@ -179,7 +179,7 @@ def _dearest(measured: Measurements, count: int = 8) -> list[dict[str, Any]]:
             "seconds": seconds,
             "share": seconds / total,
         }
-        for seconds, engine, point in sorted(runs, key=lambda run: -run[0])[:count]
+        for seconds, engine, point in sorted(runs, key=lambda run: -run[0])[:8]
     ]
 
 

@@ -106,15 +106,13 @@ def _scene_told(analysis: CollisionAnalysis) -> Scene | None:
     )
 
 
-def validate_result(
-    scene: Scene, found: LammpsResult, tolerance: float | None = None
-) -> Validation:
+def validate_result(scene: Scene, found: LammpsResult) -> Validation:
     """
     Compare a LAMMPS result of the user's own with the in-house integrator.
 
-    Where the result has no error bar, `tolerance`, by default the scene's or 1e-6, or what the
-    digits of the dump leave, is the difference of eta that is still agreement. Raises InputError
-    where the numbers of particles differ.
+    Where the result has no error bar, the scene's tolerance, 1e-6 without one, or what the digits
+    of the dump leave, is the difference of eta that is still agreement. Raises InputError where the
+    numbers of particles differ.
     """
     if found.particles not in (None, scene.all_particles):
         raise InputError(
@@ -122,7 +120,7 @@ def validate_result(
             f"{scene.all_particles}; expected the scene of that run: give it as SCENE.toml, or by "
             f"--particles {found.particles} and what else it is"
         )
-    asked = tolerance or scene.tolerance or DEFAULT_TOLERANCE
+    asked = scene.tolerance or DEFAULT_TOLERANCE
     judge = judge_for(scene, asked)
     known = found.restitution_error
     error = max(asked, found.data_error) if known is None else known

@@ -3,7 +3,6 @@
 import math
 import pickle
 import string
-import sys
 
 import mpmath
 import numpy as np
@@ -24,7 +23,6 @@ from chaincor.lammps_inputs.bonds.potentials import (
 from chaincor.lammps_inputs.errors import PotentialError
 from tests.waiting import must_end
 
-EPSILON = sys.float_info.epsilon
 MORSE = "D*(1-exp(-a*s))^2"
 NAMED = [
     (MORSE, {"D": 1.0 / 72.0, "a": 6.0}, Morse(6.0)),

@@ -1,14 +1,15 @@
-"""Users' tables: few digits are enough, and what they cannot be is said."""
+"""Users' tables: few digits are enough, faults are named, and loops take SciPy's spline."""
 
 import hashlib
 import pickle
 
 import numpy as np
 import pytest
+from scipy.interpolate import CubicSpline
 
 from chaincor.lammps_inputs.bond_table import tabulate
 from chaincor.lammps_inputs.bonds.potentials import LennardJones
-from chaincor.lammps_inputs.bonds.table_bond import read_bond_table
+from chaincor.lammps_inputs.bonds.table_bond import SplineBond, read_bond_table, spline_force
 from chaincor.lammps_inputs.bonds.table_rows import Rows
 from chaincor.lammps_inputs.errors import TableError
 from chaincor.lammps_inputs.scene import Scene
@@ -207,3 +208,29 @@ def test_noise_is_told_from_what_rows_do_not_resolve(tmp_path):
         found = np.median(Rows(lengths - 1.0, noisy, np.zeros(200)).noise())
         assert 0.5 * noise < found < 1.5 * noise
     assert np.median(Rows(lengths - 1.0, forces, np.zeros(200)).noise()) < 1e-10
+
+
+def bond_through(rows, reach=0.0):
+    # Unevenly far apart, so that no row is found by dividing.
+    strains = np.sort(np.concatenate(([0.0], np.random.default_rng(2).uniform(-0.3, 0.5, rows))))
+    return SplineBond(CubicSpline(strains, -strains + strains**2), "rows", reach)
+
+
+def test_the_kernel_is_the_spline_at_rows_between_them_and_beyond():
+    bond = bond_through(23, reach=0.05)
+    knots = bond.force_spline.x
+    strains = np.concatenate((knots, np.linspace(bond.strain_min, bond.strain_max, 501)))
+    found = [spline_force(float(s), bond.parameters) for s in strains]
+    # Four roundings of numbers below 1.
+    np.testing.assert_allclose(found, bond.force(strains), rtol=1e-14, atol=4e-16)
+
+
+def test_there_is_no_force_beyond_the_reach():
+    bond = bond_through(9)
+    for strain in (bond.strain_min - 1e-9, bond.strain_max + 1e-9, np.nan):
+        assert np.isnan(spline_force(strain, bond.parameters))
+
+
+def test_all_tables_share_compiled_loops():
+    # Compiled once and kept, where each spline would otherwise be stepped by NumPy.
+    assert bond_through(9).force_kernel is bond_through(12).force_kernel is spline_force

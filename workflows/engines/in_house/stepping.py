@@ -1,4 +1,4 @@
-"""The stepping engine: symmetric compositions of Verlet steps with contacts located to rounding."""
+"""The stepping engine: steps of one size by any scheme, with contacts located to rounding."""
 
 import math
 import time

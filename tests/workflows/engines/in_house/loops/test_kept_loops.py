@@ -134,7 +134,7 @@ def test_arguments_of_other_types_are_another_loop(tmp_path, monkeypatch):
 OTHER = """
 import sys
 from pathlib import Path
-from tests.workflows.engines.in_house import test_kept_loops as tests
+from tests.workflows.engines.in_house.loops import test_kept_loops as tests
 compiler = tests.LoopCompiler("a", keep=True)
 kernel = compiler.compile(tests.build(compiler.register(tests.doubled)))
 print("up", flush=True)
