@@ -15,11 +15,14 @@ def join_lines(text: str) -> list[tuple[str, str]]:
     """
     found: list[tuple[str, str]] = []
     raw: list[str] = []
-    command = ""
+    command, quoted = "", False
     for line in text.splitlines():
         raw.append(line)
         command += line.rstrip()
-        if command.count('"""') % 2:
+        # Counted at other lines, too, quotes that never end would take minutes.
+        if '"' in line:
+            quoted = command.count('"""') % 2 == 1
+        if quoted:
             command += "\n"
         elif command.endswith("&"):
             command = command[:-1]
