@@ -3,7 +3,7 @@
 import re
 import shlex
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
 from chaincor.lammps_inputs.commands import commands_of
 from chaincor.lammps_inputs.errors import SceneError
@@ -141,15 +141,17 @@ def _refuse(command: str, reason: str) -> None:
     )
 
 
-def _with_quoted(commands: list[str]) -> Iterator[str]:
-    """Yield commands, and behind an `if` those that it would carry out."""
+def _with_quoted(commands: Iterable[str]) -> Iterator[str]:
+    """Yield commands, and those in them that an `if`, or a `run` now and then, would carry out."""
     for command in commands:
         yield command
-        if command.split()[0] == "if":
+        if "".join(command.split()[:1]).strip("\"'") in ("if", "run"):
             try:
-                yield from shlex.split(command)[2:]
+                words = shlex.split(command)
             except ValueError:
                 _refuse(command, "its quotes are not in pairs")
+            begin = words.index("every") + 2 if "every" in words else len(words)
+            yield from _with_quoted(words[2 if words[0] == "if" else begin :])
 
 
 def _names(kind: str, text: str) -> set[str]:

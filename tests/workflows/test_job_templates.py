@@ -80,6 +80,7 @@ REFUSED = {
     "minimize": ("setup", "minimize 0 0 1 1", "without time"),
     "run": ("setup", "run 1000", "time is the loop's"),
     "later": ("setup", 'if "1 == 1" then "minimize 0 0 1 1"', "without time"),
+    "deeper": ("setup", "if 1 then \"if 1 then 'minimize 0 0 1 1'\"", "without time"),
     "hidden": ("setup", "variable c string minimize\n${c} 0 0 1 1", "must not depend on"),
     "in if": ("setup", 'variable c string "shell ls"\nif "1" then "${c}"', "must not depend on"),
     "continued": ("setup", "mini&\nmize 0 0 1 1", "without time"),
@@ -200,6 +201,9 @@ def test_a_whole_script_of_ones_own_gives_what_the_plain_one_gives(potential, tm
     [
         ("shell ls", "'shell ls'; a job runs LAMMPS alone"),
         ('if "1" then "python f invoke"', "'python f invoke'; a job runs LAMMPS alone"),
+        ("if \"1\" then \"if '1' then 'shell ls'\"", "'shell ls'; a job runs LAMMPS alone"),
+        ('"if" 1 then "shell ls"', "'shell ls'; a job runs LAMMPS alone"),
+        ('run ${n} every ${k} "shell ls"', "'shell ls'; a job runs LAMMPS alone"),
         ("fix f all external pf/array 1", "a job runs LAMMPS alone"),
         ("jump other.in", "a job is one file"),
         ("${command} 1", "must not depend on a variable"),
