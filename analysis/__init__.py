@@ -2,6 +2,7 @@
 Results to physics. Needs no LAMMPS.
 
 Pure functions of arrays: ``restitution``, ``contacts``, ``modes``, ``theory``, ``pair_theory``.
-From files: ``dumps`` (any dump, streamed; ASE and MDAnalysis, from and to), ``job_folder`` (a
-folder, found and analysed). Results: ``results``, ``analysis_files``, ``figures``.
+From files: ``dumps`` (any dump, streamed; ASE and MDAnalysis, from and to), ``job_folder`` (which
+files a job has), ``job_analysis`` (its dump, analysed). Results: ``results``, ``analysis_files``,
+``figures``.
 """
