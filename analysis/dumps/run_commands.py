@@ -17,7 +17,7 @@ _TOLD = (
     *("read_data", "mass", "set", "fix", "timestep"),
 )
 _SETUP = ("units", "bond_style", "bond_coeff", "pair_style", "lattice", "fix")
-_NUMBER = re.compile(r"[-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?")
+_NUMBER = re.compile(r"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?")
 
 
 class Command(NamedTuple):

@@ -113,6 +113,7 @@ def analyze(
     from chaincor.workflows.engines.ending import argue_end
     from chaincor.workflows.job_analysis.description import describe, describe_in_units
     from chaincor.workflows.job_analysis.page import PAGE, write_analysis_page
+    from chaincor.workflows.outputs import refuse_overwriting_inputs
 
     analysis = analyze_folder(
         folder,
@@ -129,6 +130,10 @@ def analyze(
     assert job is not None
     view = _view(job, options)
     units = view.units
+    read = [path for path in (job.dump, job.data, job.scene, *job.scripts, *job.logs) if path]
+    for option_name, path in {"--animation": animation, "--xyz": xyz}.items():
+        if path is not None:
+            refuse_overwriting_inputs(path, read, option_name)
     if animation is not None:
         animate(analysis, animation)
     if xyz is not None:

@@ -14,6 +14,8 @@ from chaincor.analysis.job_analysis import infer_timestep
         (None, "timestep ${h}\n", None),
         (None, "timestep 0.01\nrun 5\ntimestep 0.02\n", None),
         (None, "# timestep 0.01\n", None),
+        # What a script prints may begin like a command.
+        ("timestep ... of all runs\ntimestep 0.0.1\n", "timestep 0.1\n", None),
         ("timestep ${h}\ntimestep 2e-3\n", "timestep ${h}\n", 0.002),
         # Composed steps: their number does not tell the time.
         ("timestep 0.1\ntimestep -0.05\n", "timestep 0.1\n", None),

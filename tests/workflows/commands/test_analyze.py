@@ -175,6 +175,15 @@ def test_a_folder_is_no_file_to_write(job, chaincor):
     assert (status, "that is a folder" in err) == (2, True)
 
 
+@pytest.mark.parametrize("option", ["--xyz", "--animation"])
+def test_what_is_read_is_not_written_over(job, chaincor, option):
+    dump = (job / "dump.lammpstrj").rename(job / "dump.gif")
+    before = dump.read_bytes()
+    status, out, err = chaincor("analyze", job, option, dump)
+    assert (status, out, err.count("\n"), dump.read_bytes()) == (2, "", 1, before)
+    assert "which this command reads" in err
+
+
 @pytest.mark.parametrize(
     ("content", "message"),
     [
