@@ -70,7 +70,7 @@ BAD = [
     ({"bond_file": "some.table"}, "bond_file goes with potential 'table'"),
     ({"engine": "gromacs"}, "engine is 'gromacs'"),
     ({"wall": "soft"}, "wall is 'soft'"),
-    ({"scheme": "order10"}, "scheme is 'order10'"),
+    ({"scheme": "order3"}, "scheme is 'order3'"),
     ({"table": "bicubic"}, "table is 'bicubic'"),
     ({"table_points": 2}, "table_points is 2"),
     ({"tolerance": 0.0}, "tolerance is 0.0"),

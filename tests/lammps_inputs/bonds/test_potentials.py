@@ -207,7 +207,6 @@ def test_lj_dissociates_at_its_depth():
     assert LennardJones().energy(1e6) == pytest.approx(LennardJones.dissociation, rel=1e-12)
     assert Morse(5.0).energy(1e6) == Morse(5.0).dissociation == 0.02
     others = [bond for bond in BONDS if bond.name not in ("lj", "morse")]
-    assert len(others) == 8
     assert all(math.isinf(bond.dissociation) for bond in others)
 
 

@@ -6,6 +6,7 @@ import pytest
 from chaincor.lammps_inputs.bonds.user_bond import UserBond
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
+from chaincor.lammps_inputs.schemes import DEFAULT_TIMESTEPS
 from chaincor.workflows.engines import end_watch
 from chaincor.workflows.engines.compositions import COMPOSITIONS
 from chaincor.workflows.engines.in_house import bookkeeping, stepping
@@ -83,7 +84,7 @@ def test_order_of_convergence(scheme, steps):
 @pytest.mark.parametrize("potential", ["lj", "toda", "log"])
 def test_time_reversal(scheme, potential):
     scene = Scene(potential=potential, particles=30, speed=0.5)
-    step = {"verlet": 0.0125, "order4": 0.05, "order6": 0.1, "order8": 0.1, "srkn14": 0.1}[scheme]
+    step = min(DEFAULT_TIMESTEPS.get(scheme, 0.1), 0.1)
     stepper = Stepper.of(scene.line, scene.bond, scheme, step)
     chain = Motion.at_start(scene, stepper.scheme)
     chain.ledger.argue_after = np.inf
