@@ -98,8 +98,9 @@ class Store:
 
         That is where it is not there, not exact enough, or lacks the arrays that are wanted.
         """
-        row = self.find(scene, arrays=arrays)
-        return row if row is not None and row.answers(scene, arrays=arrays) else None
+        (standing,) = self.standings([scene])
+        enough = standing is not None and standing.answers(scene, arrays=arrays)
+        return self.find(scene, arrays=arrays) if enough else None
 
     def find(self, scene: Scene, *, arrays: bool = False) -> Row | None:
         """Return the row of a scene, however exact, even if it failed; None where there is none."""
