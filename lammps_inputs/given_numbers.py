@@ -1,4 +1,4 @@
-"""Numbers that callers in Python hand over, refused in one line where they make no sense."""
+"""Numbers that are handed over: in words, or by callers in Python, refused if senseless."""
 
 import math
 import operator
@@ -28,6 +28,14 @@ def positive_number_given(name: str, value: Any) -> float:
     if not 0.0 < number < math.inf:
         raise InputError(f"{name} is {shown(value)}; expected a positive finite number")
     return number
+
+
+def number_in(word: str) -> float | None:
+    """Return the number that a word is; None where it is none."""
+    try:
+        return float(word)
+    except ValueError:
+        return None
 
 
 def shown(value: Any) -> str:

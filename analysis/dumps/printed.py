@@ -5,6 +5,8 @@ import re
 from collections.abc import Iterable
 from pathlib import Path
 
+from chaincor.lammps_inputs.given_numbers import number_in
+
 _NUMBER = r"([-+.\deE]+|null|[-+]?(?:nan|inf))"
 # What LAMMPS, or a job, says when it stops without a result.
 _STOPPED = re.compile(
@@ -30,7 +32,7 @@ def printed_values(log: str, name: str) -> list[float | None]:
     ``null``, which scripts print for what they do not know, is nan; what is no number is None.
     """
     said = re.findall(rf"^\s*{re.escape(name)} = {_NUMBER}\s*$", log, re.MULTILINE)
-    return [math.nan if word == "null" else _number(word) for word in said]
+    return [math.nan if word == "null" else number_in(word) for word in said]
 
 
 def printed_numbers(log: str, names: Iterable[str]) -> dict[str, float]:
@@ -74,10 +76,3 @@ def printed_error(
             f"{eta:.9g}, and the dump says {restitution:.9g}; they are of different runs"
         )
     return None, other
-
-
-def _number(word: str) -> float | None:
-    try:
-        return float(word)
-    except ValueError:
-        return None

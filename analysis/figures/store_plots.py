@@ -10,6 +10,7 @@ from chaincor.analysis.distribution import Distribution
 from chaincor.analysis.figures.style import choose_axes, legend_above, look
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.errors import InputError
+from chaincor.lammps_inputs.given_numbers import number_in
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -197,7 +198,5 @@ def _edges_between(places: Array) -> Array:
 def _natural(item: tuple[str, object]) -> tuple[str, float]:
     """Sort labels like ``particles = 10`` by their number."""
     name, _, value = item[0].rpartition(" = ")
-    try:
-        return name, float(value)
-    except ValueError:
-        return item[0], 0.0
+    number = number_in(value)
+    return (item[0], 0.0) if number is None else (name, number)

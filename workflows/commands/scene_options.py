@@ -10,6 +10,7 @@ import click
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.bonds.potentials import BOND_KEYS, POTENTIAL_NAMES
 from chaincor.lammps_inputs.errors import meant, mistakes_in
+from chaincor.lammps_inputs.given_numbers import number_in
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.scene_parts.scene_file import read_scene_fields
 from chaincor.workflows.commands.options import option
@@ -72,10 +73,7 @@ class NamedNumbers(click.ParamType):
         numbers: dict[str, float] = {}
         for part in value.split(","):
             name, equals, number = (word.strip() for word in part.partition("="))
-            try:
-                given = float(number)
-            except ValueError:
-                given = None
+            given = number_in(number)
             if not equals or given is None or name in numbers:
                 self.fail(
                     f"{value[:60]!a} does not give each name one number; expected NAME=NUMBER, "

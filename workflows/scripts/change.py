@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from chaincor.lammps_inputs.given_numbers import number_in
 from chaincor.workflows.scripts.step_counts import count_positions, plain_style
 
 _TABLES = ("pair_style", "bond_style", "angle_style")
@@ -56,7 +57,7 @@ class Change:
         if "skin" in settings and words[0] == "neighbor" and len(words) > 1:
             words[1] = settings["skin"]
         if "cutoff" in settings and words[0] == "pair_style" and "hybrid" not in words[1]:
-            at = next((k for k, word in enumerate(words[2:], 2) if _is_number(word)), None)
+            at = next((k for k in range(2, len(words)) if number_in(words[k]) is not None), None)
             if at is not None:
                 words[at] = settings["cutoff"]
         if "rows" in settings and words[0] in _TABLES and "table" in words[:-2]:
@@ -115,11 +116,3 @@ def _scale(words: list[str], finer: float) -> list[str]:
         words[at] = f"${{{count}x}}"
         first = first or count
     return lines
-
-
-def _is_number(word: str) -> bool:
-    try:
-        float(word)
-    except ValueError:
-        return False
-    return True

@@ -16,6 +16,7 @@ from chaincor.analysis.dumps.printed import end_of
 from chaincor.analysis.ladders.series import standard_error
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.errors import InputError
+from chaincor.lammps_inputs.given_numbers import number_in
 from chaincor.workflows.errors import RunError
 
 # What is asked for without a word.
@@ -230,13 +231,12 @@ def find_observable(pattern: str, output: Path) -> Observed:
 def read_observed(pattern: str, text: str | None) -> Observed:
     """Turn matched text into a number and the unit of its last digit."""
     shown = (text or "").strip(" \t,;()[]\"'")
-    try:
-        value = float(shown)
-    except ValueError:
+    value = number_in(shown)
+    if value is None:
         raise RunError(
             f"{pattern!r} matches {(text or '')[:60]!r}, which is no number; expected the "
             "brackets around the number alone"
-        ) from None
+        )
     if not math.isfinite(value):
         raise RunError(f"the script prints {text!r} for {pattern!r}; expected a finite number")
     mantissa, _, exponent = shown.lower().partition("e")

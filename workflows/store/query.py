@@ -5,6 +5,7 @@ import re
 from collections.abc import Sequence
 from typing import Any
 
+from chaincor.lammps_inputs.given_numbers import number_in
 from chaincor.workflows.errors import StoreError
 from chaincor.workflows.store.results_store import Store
 from chaincor.workflows.store.schema import (
@@ -106,11 +107,8 @@ def _number(text: str, name: str, value: str) -> float:
     """Return what a column of numbers is compared with: for SQLite a word is above all numbers."""
     if name in FLAG_COLUMNS and value.lower() in ("true", "false"):
         return float(value.lower() == "true")
-    try:
-        number = float(value)
-    except ValueError:
-        number = math.nan
-    if math.isnan(number):
+    number = number_in(value)
+    if number is None or math.isnan(number):
         raise StoreError(
             f"the condition '{text}' compares column '{name}' with '{value}'; expected a number, "
             "as in speed<0.5"
