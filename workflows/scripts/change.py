@@ -96,14 +96,9 @@ def _seed(words: list[str], added: int, forces_alone: bool) -> list[str]:
 
 def _scale(words: list[str], finer: float) -> list[str]:
     """Let numbers of steps in a command be so many times larger; returns lines before it."""
-    positions = count_positions(words)
-    if words[0] == "neigh_modify":
-        positions = tuple(
-            k + 1 for k in range(1, len(words) - 1, 2) if words[k] in ("every", "delay")
-        )
     lines: list[str] = []
     first = ""
-    for at in positions:
+    for at in count_positions(words):
         count = f"chaincor_c{at}"
         lines.append(f"variable {count} string {words[at]}")
         least = "0" if words[at - 1] == "delay" else "1"

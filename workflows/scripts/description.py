@@ -35,8 +35,8 @@ def describe_script_study(study: ScriptStudy) -> str:
         lines += ["", *_describe_ladder(study, each)]
     for other in study.comparisons:
         lines += ["", *_describe_comparison(other)]
-    lines += ["", *notes(study)] if notes(study) else []
-    return "\n".join(lines)
+    said = notes(study)
+    return "\n".join([*lines, "", *said] if said else lines)
 
 
 def _describe_ladder(study: ScriptStudy, each: ScriptLadder) -> list[str]:

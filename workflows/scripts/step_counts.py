@@ -57,6 +57,8 @@ class StepCount:
 
 def count_positions(words: list[str]) -> tuple[int, ...]:
     """Return which words of a command are numbers of steps; none where it counts none."""
+    if words[0] == "neigh_modify":
+        return tuple(k + 1 for k in range(1, len(words) - 1, 2) if words[k] in ("every", "delay"))
     if len(words) < 4 or words[0] != "fix":
         return ()
     found = _FIXES.get(plain_style(words[3]), ())
