@@ -39,6 +39,18 @@ class Job:
     scripts: tuple[Path, ...] = ()
     logs: tuple[Path, ...] = ()  #: See ``scripts``.
 
+    @property
+    def files(self) -> list[tuple[str, Path]]:
+        """What is read of it: each file, and what that is."""
+        found = {
+            "dump": (self.dump,),
+            "data file": (self.data,),
+            "scene": (self.scene,),
+            "script": self.scripts,
+            "log": self.logs,
+        }
+        return [(kind, path) for kind, paths in found.items() for path in paths if path is not None]
+
     @cached_property
     def told_scene(self) -> Scene | None:
         """What its scene says; None where it has none. SceneError if that is none."""

@@ -130,7 +130,7 @@ def analyze(
     assert job is not None
     view = _view(job, options)
     units = view.units
-    read = [path for path in (job.dump, job.data, job.scene, *job.scripts, *job.logs) if path]
+    read = [path for _, path in job.files]
     for option_name, path in {"--animation": animation, "--xyz": xyz}.items():
         if path is not None:
             refuse_overwriting_inputs(path, read, option_name)

@@ -2,9 +2,7 @@
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
-from chaincor.analysis.job_folder import Job
 from chaincor.analysis.results import CollisionAnalysis
 from chaincor.analysis.showing.numbers import known_digits
 from chaincor.lammps_inputs.units.unit_system import CHAIN_UNITS, UnitSystem
@@ -106,7 +104,7 @@ def write_analysis_page(
         "figures": drawn_figures(folder, FIGURES, analysis.heading),
         "settings": settings | {"processor of the analysis": processor()},
         "versions": versions(),
-        "read": _files_read(job),
+        "read": [listed_file(path, kind) for kind, path in job.files],
         "written": files_written(folder, _HOLDS),
         "beside": [listed_file(path, what) | {"name": str(path)} for path, what in beside.items()],
     }
@@ -115,19 +113,3 @@ def write_analysis_page(
 
 # Words that stand beside the numbers and name none of them.
 _BESIDE = ("v*", "frames", "format and reading", "anharmonic remainder")
-
-
-def _files_read(job: Job) -> list[dict[str, Any]]:
-    found = {
-        "dump": (job.dump,),
-        "data file": (job.data,),
-        "scene": (job.scene,),
-        "script": job.scripts,
-        "log": job.logs,
-    }
-    return [
-        listed_file(path, kind)
-        for kind, paths in found.items()
-        for path in paths
-        if path is not None
-    ]
