@@ -19,6 +19,7 @@ from chaincor.workflows.tradeoff.oracles import (
     restitution_without_rounding,
     wider_floats,
 )
+from chaincor.workflows.tradeoff.settings import PHASE_WIDTH
 from chaincor.workflows.tradeoff.truth import Truth
 
 # Seconds per force call of bond_style lepton, and per step in NumPy: for planning.
@@ -98,7 +99,7 @@ def measure_budget(
         errors = [total]
         walls = [eta_of(scene, full) - eta_of(scene, located)]
         for phase in range(1, phases):
-            step = numerics.timestep * (1.0 - 0.02 * phase / phases)
+            step = numerics.timestep * (1.0 - PHASE_WIDTH * phase / phases)
             stock = eta_of(scene, lammps.run(scene, replace(numerics, timestep=step)))
             walls.append(stock - eta_of(scene, lammps.run(scene, replace(event, timestep=step))))
             errors.append(stock - truth.restitution)

@@ -27,7 +27,7 @@ _LINEAR_FORCE_ERROR = 1e-7
 STOCK_TIMESTEP = 0.005
 STOCK_PHASES = 8
 # Nearby steps stand for different phases of the contacts within a step.
-_PHASE_WIDTH = 0.02
+PHASE_WIDTH = 0.02
 # A ladder ends where the error has been this many times the floor's or less.
 _FLOOR_SHARE = 3.0
 # No single run of the first pass may take more than this part of the time.
@@ -82,7 +82,7 @@ class Setting:
         return Numerics(
             wall=series.wall,
             scheme=series.scheme,
-            timestep=self.timestep * (1.0 - _PHASE_WIDTH * phase),
+            timestep=self.timestep * (1.0 - PHASE_WIDTH * phase),
             table=series.table or "spline",
             bond_range=bond_range,
             force_error=_LINEAR_FORCE_ERROR * scene.impact_velocity if linear else None,
