@@ -51,14 +51,12 @@ def moments(scene: Scene, outcome: Outcome, columns: int) -> Iterator[Text]:
     x = u + rest_positions(u.shape[1], frames.targets)
     lowest = float(np.min(x)) if frames.targets else 0.0
     longest = max(lowest + 1.0, float(np.max(x)))
-    shown = min(len(frames.times), int(_SECONDS * _PER_SECOND))
+    line, shown = scene.line, min(len(frames.times), int(_SECONDS * _PER_SECOND))
     for k in np.linspace(0, len(frames.times) - 1, shown).astype(int):
         velocities = v[k]
         moment = frames.times[k]
         contacts = int(np.searchsorted(outcome.contact_times, moment, side="right"))
-        line = scene.line
-        mean = velocities.mean() if line.plain else line.separation(_with_wall(line, velocities))
-        translation = (mean / scene.impact_velocity) ** 2
+        translation = (line.separation(_with_wall(line, velocities)) / scene.impact_velocity) ** 2
         heading = (
             f"t = {moment:6.1f}   contacts {contacts:3d}   "
             f"translation {100.0 * translation:5.1f} % of the energy\n"
