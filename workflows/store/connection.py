@@ -33,10 +33,7 @@ def connect(path: Path, *, read_only: bool = False) -> sqlite3.Connection:
     mode = "ro" if read_only else "rwc"
     with named_errors(path):
         connection = sqlite3.connect(
-            f"file:{quote(str(path.absolute()))}?mode={mode}",
-            uri=True,
-            timeout=LOCK_SECONDS,
-            isolation_level=None,
+            address(path, mode), uri=True, timeout=LOCK_SECONDS, isolation_level=None
         )
         try:
             # Between two reads another process may make the store.
@@ -48,6 +45,11 @@ def connect(path: Path, *, read_only: bool = False) -> sqlite3.Connection:
             connection.close()
             raise
     return connection
+
+
+def address(path: Path, mode: str) -> str:
+    """Return what SQLite opens a file by: ``ro`` to read it only, ``rwc`` to write or make it."""
+    return f"file:{quote(str(path.absolute()))}?mode={mode}"
 
 
 def _version(connection: sqlite3.Connection, path: Path) -> int:

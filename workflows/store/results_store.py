@@ -1,14 +1,16 @@
 """A results store: one SQLite file, one row a collision."""
 
 import datetime
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+import json
+from collections.abc import Generator, Iterable, Sequence
+from contextlib import closing
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, Self
 
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.errors import StoreError
-from chaincor.workflows.store.connection import connect, named_errors, transaction
+from chaincor.workflows.store.connection import address, connect, named_errors, transaction
 from chaincor.workflows.store.row import (
     Row,
     array_from_bytes,
@@ -19,21 +21,33 @@ from chaincor.workflows.store.row import (
 from chaincor.workflows.store.schema import FAILURE_COLUMNS, SCHEMA_VERSION
 
 _HAS_ARRAYS = (
-    "EXISTS (SELECT 1 FROM arrays WHERE arrays.collision_sha256 = collisions.collision_sha256) "
-    "AS has_arrays"
+    "EXISTS (SELECT 1 FROM {0}.arrays AS kept "
+    "WHERE kept.collision_sha256 = collisions.collision_sha256) AS has_arrays"
 )
 # What decides whether a collision has to be run, and which of two rows stays.
 _STANDINGS = f"""
     SELECT collision_sha256, restitution, restitution_error, tolerance, failure_tolerance,
-    failure_stands, tries, finished, {_HAS_ARRAYS} FROM collisions
+    failure_stands, tries, finished, {_HAS_ARRAYS} FROM {{0}}.collisions
 """
 # Keys of one question to the database; older versions take 999 values.
 _MOST_KEYS = 500
-_ROWS = f"""
-    SELECT collisions.*, environments.versions, {_HAS_ARRAYS}
+_ROW = f"""
+    SELECT collisions.*, environments.versions, {_HAS_ARRAYS.format("main")}
     FROM collisions LEFT JOIN environments ON environment = environments.id
+    WHERE collision_sha256 = ?
 """
 _ARRAYS = "SELECT name, npy FROM arrays WHERE collision_sha256 = ?"
+# Of this store, `main`, and of one to be merged, `source`: where both have a row, in one order.
+_BOTH = """
+    WHERE collision_sha256 IN (SELECT collision_sha256 FROM {0}.collisions)
+    ORDER BY collision_sha256
+"""
+# What is taken of the other: all but what loses to a row that is there.
+_TAKEN = "WHERE collision_sha256 NOT IN (SELECT value FROM json_each(:staying))"
+_ENVIRONMENT = """
+    (SELECT ours.id FROM main.environments AS ours JOIN source.environments AS theirs
+    USING (versions) WHERE theirs.id = environment)
+"""
 
 
 class Store:
@@ -105,7 +119,7 @@ class Store:
     def find(self, scene: Scene, *, arrays: bool = False) -> Row | None:
         """Return the row of a scene, however exact, even if it failed; None where there is none."""
         key = row_key(scene)
-        found = next(self._rows(f"{_ROWS} WHERE collision_sha256 = ?", (key,)), None)
+        found = next(self._rows(_ROW, (key,)), None)
         if found is None:
             return None
         try:
@@ -118,7 +132,7 @@ class Store:
         kept = self.select(_ARRAYS, (key,))[1] if arrays else []
         return Row(found.columns, {name: array_from_bytes(npy) for name, npy in kept})
 
-    def _rows(self, query: str, parameters: Sequence[Any] = ()) -> Iterator[Row]:
+    def _rows(self, query: str, parameters: Sequence[Any] = ()) -> Generator[Row, None, None]:
         with named_errors(self.path):
             cursor = self.connection.execute(query, parameters)
             names = [column[0] for column in cursor.description]
@@ -133,7 +147,8 @@ class Store:
         found: dict[str, Row] = {}
         for begin in range(0, len(keys), _MOST_KEYS):
             part = keys[begin : begin + _MOST_KEYS]
-            query = f"{_STANDINGS} WHERE collision_sha256 IN ({', '.join('?' * len(part))})"
+            places = ", ".join("?" * len(part))
+            query = f"{_STANDINGS.format('main')} WHERE collision_sha256 IN ({places})"
             found |= {row.columns["collision_sha256"]: row for row in self._rows(query, part)}
         return [found.get(key) for key in keys]
 
@@ -172,16 +187,21 @@ class Store:
             return
         had_arrays = old is not None and old.columns["has_arrays"]
         # Arrays that were kept must stay those of the row's result.
-        columns["has_arrays"] = arrays or had_arrays
+        keep_arrays = arrays or had_arrays
         columns |= _NO_FAILURE
-        kept_arrays = row.arrays if columns["has_arrays"] else {}
-        self._put(
-            old,
-            Row(columns),
-            {name: array_to_bytes(array) for name, array in kept_arrays.items()},
-            changing=_NO_FAILURE | {"tries": tries},
-            renew=replace or (arrays and not had_arrays),
-        )
+        if old is not None:
+            new = Row(columns | {"has_arrays": keep_arrays})
+            if not old.yields_to(new, renew=replace or (arrays and not had_arrays)):
+                if tightened := old.tightened_by(new):
+                    self._update(key, tightened | _NO_FAILURE | {"tries": tries})
+                return
+            columns |= new.tightened_by(old)
+            self.connection.execute("DELETE FROM arrays WHERE collision_sha256 = ?", (key,))
+        columns["environment"] = self._environment(columns.pop("versions"))
+        self._upsert(columns)
+        if keep_arrays:
+            written = [(key, name, array_to_bytes(array)) for name, array in row.arrays.items()]
+            self.connection.executemany("INSERT INTO arrays VALUES (?, ?, ?)", written)
 
     def merge(self, other: "Store") -> None:
         """
@@ -190,39 +210,42 @@ class Store:
         Where both have a row, what stays is decided by
         :meth:`~chaincor.workflows.store.row.Row.yields_to`.
         """
-        with named_errors(self.path), transaction(self.connection):
-            for row in other._rows(_ROWS):
-                key = row.columns["collision_sha256"]
-                (old,) = self._standings([key])
-                arrays = other.select(_ARRAYS, (key,))[1] if row.columns["has_arrays"] else []
-                self._put(old, row, dict(arrays), changing={})
+        with named_errors(self.path):
+            self.connection.execute("ATTACH ? AS source", (address(other.path, "ro"),))
+            try:
+                with transaction(self.connection):
+                    self._merge_source()
+            finally:
+                self.connection.execute("DETACH source")
 
-    def _put(
-        self,
-        old: Row | None,
-        new: Row,
-        arrays: Mapping[str, bytes],
-        *,
-        changing: dict[str, Any],
-        renew: bool = False,
-    ) -> None:
-        """Write the better of two rows; `changing` is what the old one, if it stays, has anew."""
-        columns = {**new.columns}
-        key = columns["collision_sha256"]
-        if old is not None:
-            if not old.yields_to(new, renew=renew):
-                if tightened := old.tightened_by(new):
-                    self._update(key, tightened | changing)
-                return
-            columns |= new.tightened_by(old)
-            self.connection.execute("DELETE FROM arrays WHERE collision_sha256 = ?", (key,))
-        del columns["has_arrays"]
-        versions = columns.pop("versions")
-        columns["environment"] = None if versions is None else self._environment(versions)
-        self._upsert(columns)
-        if arrays:
-            rows = [(key, name, npy) for name, npy in arrays.items()]
-            self.connection.executemany("INSERT INTO arrays VALUES (?, ?, ?)", rows)
+    def _merge_source(self) -> None:
+        # Row by row in Python, what is copied as it stands would take five times as long.
+        staying: list[str] = []
+        changes: dict[str, dict[str, Any]] = {}
+        with (
+            closing(self._rows(_STANDINGS.format("main") + _BOTH.format("source"))) as ours,
+            closing(self._rows(_STANDINGS.format("source") + _BOTH.format("main"))) as theirs,
+        ):
+            for old, new in zip(ours, theirs, strict=True):
+                key, taken = old.columns["collision_sha256"], old.yields_to(new)
+                if not taken:
+                    staying.append(key)
+                if tightened := new.tightened_by(old) if taken else old.tightened_by(new):
+                    changes[key] = tightened
+        names = [row[1] for row in self.connection.execute("PRAGMA main.table_info(collisions)")]
+        values = ", ".join(_ENVIRONMENT if name == "environment" else f'"{name}"' for name in names)
+        for statement in (
+            "INSERT OR IGNORE INTO environments (versions) "
+            "SELECT versions FROM source.environments "
+            f"WHERE id IN (SELECT environment FROM source.collisions {_TAKEN})",
+            "DELETE FROM arrays WHERE collision_sha256 IN "
+            f"(SELECT collision_sha256 FROM source.collisions {_TAKEN})",
+            _upsertion(tuple(names), f"SELECT {values} FROM source.collisions {_TAKEN}"),
+            f"INSERT INTO arrays SELECT * FROM source.arrays {_TAKEN}",
+        ):
+            self.connection.execute(statement, {"staying": json.dumps(staying)})
+        for key, changed in changes.items():
+            self._update(key, changed)
 
     def _environment(self, versions: str) -> int:
         query = "SELECT id FROM environments WHERE versions = ?"
@@ -269,11 +292,11 @@ _NO_FAILURE: dict[str, Any] = dict.fromkeys(FAILURE_COLUMNS)
 
 
 @lru_cache(maxsize=16)
-def _upsertion(columns: tuple[str, ...]) -> str:
+def _upsertion(columns: tuple[str, ...], rows: str = "") -> str:
     names = ", ".join(f'"{name}"' for name in columns)
     values = ", ".join(f":{name}" for name in columns)
     updates = ", ".join(f'"{name}" = excluded."{name}"' for name in columns)
     return (
-        f"INSERT INTO collisions ({names}) VALUES ({values}) "
+        f"INSERT INTO collisions ({names}) {rows or f'VALUES ({values})'} "
         f"ON CONFLICT (collision_sha256) DO UPDATE SET {updates}"
     )
