@@ -7,6 +7,8 @@ from functools import cache
 from importlib.resources import files
 from typing import NamedTuple
 
+from chaincor.lammps_inputs.commands import join_lines
+
 # For a slide.
 _WIDTH = 72
 _SENTENCE_ENDS = re.compile(r"(?<=[.!?])\s")
@@ -29,28 +31,21 @@ def explain_script(script: str, others_own: bool = False, brief: bool = False) -
     """
     lines: list[str] = [*_comment(_texts()["plain_heading" if brief else "heading"]), ""]
     explained: set[Explanation] = set()
-    continued = quoted = False
-    for line in script.splitlines():
-        command = line.strip()
-        if command and not command.startswith("#") and not continued and not quoted:
-            try:
-                found: Explanation | None = explanation_of(command)
-            except KeyError:
-                if not others_own:
-                    raise
-                found = None
-            if found is not None and found not in explained:
-                explained.add(found)
-                if brief and lines[-1].startswith("#"):
-                    lines.append(line)
-                    continue
+    for raw, command in join_lines(script):
+        try:
+            found = explanation_of(raw.strip()) if command else None
+        except KeyError:
+            if not others_own:
+                raise
+            found = None
+        if found is not None and found not in explained:
+            explained.add(found)
+            if not (brief and lines[-1].startswith("#")):
                 if lines[-1] and not lines[-1].startswith("# ----"):
                     lines.append("")
                 text = _SENTENCE_ENDS.split(found.text)[0] if brief else found.text
                 lines += _comment(f"{text} [{found.page}]")
-        continued = command.endswith("&")
-        quoted ^= command.count('"""') == 1
-        lines.append(line)
+        lines += raw.split("\n")
     return "\n".join(lines) + "\n"
 
 
