@@ -1,11 +1,11 @@
 """Commands that a job cannot live with: refused by name, or warned about."""
 
 import re
-import shlex
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
+from typing import NoReturn
 
-from chaincor.lammps_inputs.commands import commands_of
+from chaincor.lammps_inputs.commands import commands_of, words_of
 from chaincor.lammps_inputs.errors import SceneError
 
 # By the first word of a command, why not.
@@ -38,6 +38,7 @@ _REFUSED = {
 _PROGRAMS = {
     **dict.fromkeys(("shell", "python", "plugin"), "a job runs LAMMPS alone"),
     "include": "a job is complete",
+    "partition": "a job has one",
 }
 # By the style of a fix, as regular expressions.
 _REFUSED_FIXES = [
@@ -79,8 +80,8 @@ def check_commands(text: str, plain: str, *, composed: bool, other_forces: bool)
         else:
             theirs.append(command)
     names = {kind: _names(kind, plain) for kind in _WITH_NAMES}
-    for part in _with_quoted(theirs):
-        _check(part, names, composed, other_forces)
+    for part, words in _with_quoted(theirs):
+        _check(part, words, names, composed, other_forces)
 
 
 def check_whole(text: str) -> None:
@@ -91,16 +92,18 @@ def check_whole(text: str) -> None:
             "the template extends nothing and has no command run; expected "
             '{% extends "job.in.j2" %} as its first line, or a whole script'
         )
-    for part in _with_quoted(commands):
-        _first_word(part, _PROGRAMS, _REFUSED_FIXES[-1:])
+    for part, words in _with_quoted(commands):
+        _first_word(part, words, _PROGRAMS, _REFUSED_FIXES[-1:])
 
 
 def _first_word(
-    command: str, refused: dict[str, str], refused_fixes: Sequence[tuple[str, str]]
+    command: str,
+    words: list[str],
+    refused: dict[str, str],
+    refused_fixes: Sequence[tuple[str, str]],
 ) -> str:
     """Return the first word of a command; refuse it where it, or the style of its fix, may not."""
-    words = command.split()
-    first = words[0].strip("\"'") if words else ""
+    first = "".join(" ".join(words).split()[:1])
     if "$" in first:
         _refuse(command, "which command it is must not depend on a variable")
     if first in refused:
@@ -114,8 +117,14 @@ def _first_word(
     return first
 
 
-def _check(command: str, names: dict[str, set[str]], composed: bool, other_forces: bool) -> None:
-    first, words = _first_word(command, _REFUSED | _PROGRAMS, _REFUSED_FIXES), command.split()
+def _check(
+    command: str,
+    words: list[str],
+    names: dict[str, set[str]],
+    composed: bool,
+    other_forces: bool,
+) -> None:
+    first = _first_word(command, words, _REFUSED | _PROGRAMS, _REFUSED_FIXES)
     kind = {"unfix": "fix"}.get(first, first)
     if kind in _WITH_NAMES and len(words) > 1 and words[1] in names[kind]:
         _refuse(command, f"{words[1]} is a name that the job itself uses")
@@ -135,23 +144,30 @@ def _check(command: str, names: dict[str, set[str]], composed: bool, other_force
             )
 
 
-def _refuse(command: str, reason: str) -> None:
+def _refuse(command: str, reason: str) -> NoReturn:
     raise SceneError(
         f"the template has the command {command[:60]!a}; {reason}: expected a job without it"
     )
 
 
-def _with_quoted(commands: Iterable[str]) -> Iterator[str]:
-    """Yield commands, and those in them that an `if`, or a `run` now and then, would carry out."""
+def _with_quoted(commands: Iterable[str]) -> Iterator[tuple[str, list[str]]]:
+    """
+    Yield commands and their words, with what an `if`, or a `run` now and then, would carry out.
+
+    Words are LAMMPS's own: what were one to us and two to it would be carried out unseen.
+    """
     for command in commands:
-        yield command
-        if "".join(command.split()[:1]).strip("\"'") in ("if", "run"):
-            try:
-                words = shlex.split(command)
-            except ValueError:
-                _refuse(command, "its quotes are not in pairs")
-            begin = words.index("every") + 2 if "every" in words else len(words)
-            yield from _with_quoted(words[2 if words[0] == "if" else begin :])
+        if not (command.isascii() and command.isprintable()):
+            _refuse(command, "LAMMPS takes some of its characters for quotes, spaces or an end")
+        try:
+            words = words_of(command)
+        except ValueError:
+            _refuse(command, "its quotes are not in pairs")
+        yield command, words
+        if words[:1] == ["if"]:
+            yield from _with_quoted(words[2:])
+        elif words[:1] == ["run"] and "every" in words:
+            yield from _with_quoted(words[words.index("every") + 2 :])
 
 
 def _names(kind: str, text: str) -> set[str]:
