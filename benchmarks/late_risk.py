@@ -45,8 +45,7 @@ def trials_of(scene: Scene) -> list[Trial]:
     bond, n = scene.bond, scene.particles
     stepper = Stepper.of(scene.line, bond, "verlet", STEP)
     moving = Motion.at_start(scene, stepper.scheme)
-    for name in ("argue_after", "argue_first", "patience"):
-        moving.ledger[name] = math.inf
+    bookkeeping.never_argue(moving.ledger)
     crossing, quiet = n / math.sqrt(bond.stiffness), quiet_time(n, bond.stiffness)
     found: list[Trial] = []
     asked: Trial | None = None

@@ -21,6 +21,7 @@ from chaincor.lammps_inputs.bonds.potentials import Harmonic, LennardJones, Loga
 from chaincor.lammps_inputs.line import Line
 from chaincor.workflows.engines.end_watch import EndWatch
 from chaincor.workflows.engines.ending import Ending
+from chaincor.workflows.engines.in_house import bookkeeping
 from chaincor.workflows.engines.in_house.moving import Motion, Stepper
 
 _BONDS = {"lj": LennardJones(), "harmonic": Harmonic(), "log": Logarithmic()}
@@ -58,7 +59,7 @@ def find_proof(law: str, line: Line) -> Line | None:
     state = line.strains, line.velocities
     moving = Motion.in_state(line, bond, stepper.scheme, *state, 0.1)
     ledger = moving.ledger
-    ledger.argue_first = ledger.patience = np.inf
+    bookkeeping.never_argue(ledger)
     particles = max(line.first, len(line.chain_masses))
     stiffness = 1.0 / line.mean_mass
     for _ in range(_LOOKS):

@@ -116,7 +116,7 @@ class _Flight:
         self._stepper = Stepper.of(line, bond, "order8", step)
         state = np.append(0.0, strains), np.append(0.0, velocities)
         self._chain = Motion.in_state(line, bond, self._stepper.scheme, *state, speed)
-        self._chain.ledger.argue_first = self._chain.ledger.patience = math.inf
+        bookkeeping.never_argue(self._chain.ledger)
         self._hits_wall = False
 
     def _reach(self, time: float) -> bool:

@@ -121,8 +121,7 @@ def trace(scene: Scene, step: float, contacts: int, duration: float) -> Trace:
         meeting = Substeps(np.zeros(1), np.full(1, mark), drifts, kicks)
         stretches.append(Stretch(line.strains.copy(), line.velocities.copy(), meeting))
         met = 1
-    for name in ("argue_after", "argue_first", "patience"):
-        moving.ledger[name] = math.inf
+    bookkeeping.never_argue(moving.ledger)
     gone = 0.0
     while met < wanted:
         check_time()

@@ -21,7 +21,6 @@ from chaincor.workflows.engines.in_house.compile import (
     scalar_force,
 )
 from chaincor.workflows.engines.in_house.finish import (
-    PATIENCE,
     End,
     LastContact,
     allowed_strains,
@@ -164,8 +163,7 @@ class _Flight:
         stiffness = scene.bond.stiffness
         self.ledger = ledger = np.zeros(1, adaptive.LEDGER)[0]
         ledger.momentum = -particles * speed
-        ledger.patience = PATIENCE
-        ledger.argue_first = PATIENCE * math.pi / math.sqrt(2.0 * stiffness)
+        bookkeeping.argue_when_silent(ledger, stiffness)
         ledger.longest = longest_collision(particles, stiffness, 0.0)
         ledger.frame_interval = math.inf if frame_interval is None else frame_interval
         ledger.next_frame = math.inf if frame_interval is None else 0.0

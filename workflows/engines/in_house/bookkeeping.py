@@ -1,5 +1,6 @@
 """What a run keeps count of, and what the end of a contact and of a step change in it."""
 
+import math
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,8 @@ from chaincor.workflows.engines.in_house.contact_search import SEARCH_FIELDS
 # contacts in one step than make sense, a strain that is not allowed.
 DONE, ARGUE, FULL, CROWDED, OUTSIDE = range(5)
 
+# The end is looked for when particle 1 has been away for so many mean intervals between contacts.
+PATIENCE = 2.0
 # Room for the contacts of one step.
 SPARE_CONTACTS = 64
 # A contact within a step is likely where the parabola that the gap follows at first ends lower
@@ -60,6 +63,22 @@ LEDGER: Any = np.dtype(
         ],
     )
 )
+
+
+def argue_when_silent(ledger: Any, stiffness: float) -> None:
+    """
+    Let loops come back for the end after `PATIENCE` mean intervals without a contact.
+
+    `stiffness` is U''(1) over the least mass: it tells the interval while there is one contact.
+    """
+    ledger["patience"] = PATIENCE
+    ledger["argue_first"] = PATIENCE * math.pi / math.sqrt(2.0 * stiffness)
+    ledger["argue_after"] = math.inf
+
+
+def never_argue(ledger: Any) -> None:
+    """Let loops not come back for the end, however long there is no contact."""
+    ledger["argue_after"] = ledger["argue_first"] = ledger["patience"] = math.inf
 
 
 def is_likely(ledger: Any, start: tuple[float, float, float], ahead: float) -> bool:

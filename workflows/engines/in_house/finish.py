@@ -21,8 +21,6 @@ from chaincor.workflows.errors import (
     UnfinishedCollisionError,
 )
 
-# The end is looked for when particle 1 has been away for so many mean intervals between contacts.
-PATIENCE = 2.0
 # A run that is compared with another goes on for so long after the other's last contact, in units
 # of the time that sound takes over a bond: longer than contacts follow one another, and than times
 # differ by.

@@ -231,8 +231,7 @@ class LookAhead:
             moving = self._first().copy(room=whole.arrays.contacts.shape[1])
             contacts = int(whole.ledger["contacts"])
         stepper = self._stepper.of_size(share * self._stepper.step)
-        moving.ledger["argue_after"] = moving.ledger["argue_first"] = math.inf
-        moving.ledger["patience"] = math.inf
+        bookkeeping.never_argue(moving.ledger)
         moving.advance(stepper, math.ceil(since / stepper.step))
         if moving.ledger["contacts"] != contacts:
             return 2.0 * self._scene.line.contact_mass * float(moving.contact_speeds[-1])
@@ -275,7 +274,7 @@ def follow(
     strains[line.gap] = max(float(strains[line.gap]), 0.0)
     moving = Motion.in_state(line, bond, stepper.scheme, strains, velocities, scene.impact_velocity)
     ledger = moving.ledger
-    ledger["patience"] = ledger["argue_first"] = math.inf
+    bookkeeping.never_argue(ledger)
     ledger["last_contact"] = last_contact - now
     ledger["strain_min"] = shortest - 1.0
     look_ahead = LookAhead(scene, moving, stepper, moving.copy().copy, start=now)

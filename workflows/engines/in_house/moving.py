@@ -12,7 +12,7 @@ from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.end_watch import Body, bodies_of
 from chaincor.workflows.engines.in_house import bookkeeping, events, motion
 from chaincor.workflows.engines.in_house.blocks import running
-from chaincor.workflows.engines.in_house.finish import PATIENCE, allowed_strains
+from chaincor.workflows.engines.in_house.finish import allowed_strains
 from chaincor.workflows.engines.in_house.kernels import Kernels, kernels_for
 from chaincor.workflows.engines.in_house.line_kinds import Kind, LineParameters
 from chaincor.workflows.engines.in_house.loops.processes import cores
@@ -159,9 +159,7 @@ class Motion:
         ledger["impact_velocity"] = speed
         ledger["contact_mass"] = line.contact_mass
         ledger["soft"] = line.soft
-        ledger["patience"] = PATIENCE
-        ledger["argue_first"] = PATIENCE * math.pi / math.sqrt(2.0 * bond.stiffness / line.lightest)
-        ledger["argue_after"] = math.inf
+        bookkeeping.argue_when_silent(ledger, bond.stiffness / line.lightest)
         ledger["shortest_share"] = 1.0 if line.smooth else events.SHORTEST_SHARE
         ledger["grading"] = events.GRADING
         ledger["strain_floor"], ledger["strain_ceiling"] = allowed_strains(bond)

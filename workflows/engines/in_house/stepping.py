@@ -141,7 +141,7 @@ class _Collision:
         scene, ledger = self.scene, self.moving.ledger
         watch = EndWatch(scene.span, scene.bond, scene.slow_stiffness)
         if known is not None:
-            ledger["argue_after"] = ledger["argue_first"] = ledger["patience"] = math.inf
+            bookkeeping.never_argue(ledger)
         while True:
             goal, last_step = self._goal(watch, known)
             status = self.moving.advance(self.stepper, goal) if left is None else left

@@ -171,8 +171,7 @@ class Batch:
     def _compare(self, group: Chains, lasts: Array) -> ManyRuns:
         started = time.perf_counter()
         ledgers, margin = group.rows.ledgers, KNOWN_MARGIN / self._stiffness**0.5
-        for name in ("argue_after", "argue_first", "patience"):
-            ledgers[name] = np.inf
+        bookkeeping.never_argue(ledgers)
         while np.any(group.rows.statuses == MOVING):
             met = ledgers["contacts"] > 0
             untils = np.where(met, ledgers["first_contact"] + lasts, group.times()) + margin
