@@ -35,7 +35,7 @@ from benchmarks.peers.c_loops import compare_loops, compile_c, compile_ours
 from benchmarks.peers.integrators import Dop853Chain, HeyokaChain, coarsest, lj_products, timed
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.engines.in_house import stepping
+from chaincor.workflows.engines.in_house import bookkeeping, stepping
 from chaincor.workflows.engines.in_house.moving import Motion, Stepper
 from chaincor.workflows.engines.outcome import Outcome
 
@@ -68,7 +68,7 @@ def seconds_to_last_contact(scene: Scene, step: float, scheme: str, last: float)
     """Return the time the stepping engine takes up to a time, without arguing the end."""
     stepper = Stepper.of(scene.line, scene.bond, scheme, step)
     chain = Motion.at_start(scene, stepper.scheme)
-    chain.ledger.patience = chain.ledger.argue_after = np.inf
+    bookkeeping.never_argue(chain.ledger)
     return timed(lambda: chain.advance(stepper, math.ceil(last / step)))
 
 
