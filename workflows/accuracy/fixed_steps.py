@@ -107,8 +107,7 @@ def _meet_with_scheme(
         whole = run_in_house(scene, scheme, step)
         error = max(error, abs(eta_of(scene, whole) - eta_of(scene, fine)))
         fine = with_doubts(whole, (fine, proof))
-    quiet = quiet_time(scene.span, scene.slow_stiffness)
-    silent = np.max(np.diff(fine.contact_times), initial=0.0) > quiet
+    silent = fine.longest_silence > quiet_time(scene.span, scene.slow_stiffness)
     # Light particles between heavy ones, bodies and warm chains were looked at before, at a step
     # that is long for those that need many tries. What comes after a long silence of a chain that
     # broke amplifies rounding, too; where a step makes or takes a contact, roundings may as well,

@@ -230,7 +230,7 @@ class WarmMeetings:
         try:
             fine = run_in_house(scene, scheme, step)
             kind = fine.ending.kind
-            silent = float(np.max(np.diff(fine.contact_times), initial=0.0)) > self._quiet
+            silent = fine.longest_silence > self._quiet
             if kind == "open" or (silent and kind != "proved"):
                 return None, math.inf, True
             coarse = [run_in_house(scene, scheme, times * step, fine) for times in COARSER]

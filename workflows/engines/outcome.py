@@ -118,3 +118,8 @@ class Outcome:
     numerics: Numerics | None = None  #: All settings of a run by LAMMPS.
     #: What only one engine knows, such as the certificate of a bond table.
     details: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def longest_silence(self) -> float:
+        """The longest time between two contacts; 0 where there is but one."""
+        return float(np.max(np.diff(self.contact_times), initial=0.0))
