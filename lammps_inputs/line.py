@@ -153,6 +153,12 @@ class Line:
         energy = 0.5 * self.contact_mass * speed**2
         return float((power * energy / self.contact_stiffness) ** (1.0 / power))
 
+    @property
+    def contact_rate(self) -> float:
+        """K q d^(q - 1)/mu of soft bodies, d the overlap of two particles that meet at 2 v0."""
+        q, v0 = self.contact_exponent, float(np.max(np.abs(self.velocities)))
+        return q * self.contact_stiffness * self.overlap(2.0 * v0) ** (q - 1.0) / self.contact_mass
+
     def energy(self, bond: Potential, strains: Array, velocities: Array) -> float:
         """
         Return the energy of both bodies along x: of motion, of the bonds, and of the overlap.

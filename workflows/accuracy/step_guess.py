@@ -62,7 +62,7 @@ def sharpness(scene: Scene) -> float:
                 curvature = float(bond.curvature(shortest))
         sharpest = max(1.0, curvature / bond.stiffness)
     if line.soft:
-        sharpest = max(sharpest, _contact_rate(scene, line))
+        sharpest = max(sharpest, line.contact_rate / scene.fast_stiffness)
     return math.sqrt(sharpest)
 
 
@@ -104,16 +104,9 @@ def _compressed_by(bond: Potential, energies: list[float]) -> list[tuple[float, 
 
 def contact_is_sharpest(scene: Scene) -> bool:
     """Return whether it is the contact of soft bodies that swings fastest, not a bond."""
-    line = scene.line
-    return line.soft and sharpness(scene) <= math.sqrt(_contact_rate(scene, line))
-
-
-def _contact_rate(scene: Scene, line: Line) -> float:
-    """Return the square of how much faster a soft contact swings than bonds at rest."""
-    q, v0 = line.contact_exponent, float(np.max(np.abs(line.velocities)))
-    # Two particles that meet at 2 v0.
-    contact = q * line.contact_stiffness * line.overlap(2.0 * v0) ** (q - 1.0) / line.contact_mass
-    return contact / scene.fast_stiffness
+    if not scene.line.soft:
+        return False
+    return sharpness(scene) <= math.sqrt(scene.line.contact_rate / scene.fast_stiffness)
 
 
 def is_smooth(scene: Scene) -> bool:

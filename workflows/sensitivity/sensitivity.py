@@ -184,10 +184,7 @@ def first_step(scene: Scene, shortest: float) -> float:
     line, bond = scene.line, scene.bond
     sharpest = scene.fast_stiffness * max(1.0, float(bond.curvature(shortest)) / bond.stiffness)
     if line.soft:
-        overlap = line.overlap(2.0 * float(np.max(np.abs(line.velocities))))
-        q = line.contact_exponent
-        stiffest = q * line.contact_stiffness * overlap ** (q - 1.0) / line.contact_mass
-        sharpest = max(sharpest, stiffest)
+        sharpest = max(sharpest, line.contact_rate)
     return _USUAL_STEP / math.sqrt(sharpest)
 
 
