@@ -93,8 +93,8 @@ def _compiled(function: Callable, keep: bool, curvature: Callable | None) -> Loo
     bend = register(curvature or differences_of(force))
     named = read_parameters(Source(force, register, _KIND)).named
     return Loops(
-        compiled(_build_follow(force, bend, named, register)),
-        compiled(_build_pull(force, bend, named, register)),
+        compiled(_build_follow(force, named, register)),
+        compiled(_build_pull(bend, named, register)),
         compiled(_build_impulse(force, named)),
         (),
     )
@@ -116,40 +116,21 @@ def contact_curvature(gap: float, stiffness: float, exponent: float) -> float:
     return stiffness * exponent * (-gap) ** (exponent - 1.0) if gap < 0.0 else 0.0
 
 
-def _build_parts(
-    force: Callable, bend: Callable, register: Callable
-) -> tuple[Callable, Callable, Callable]:
-    """Return what stages are made of: loops with few arrays each, or there would be no vectors."""
-    press, press_bend = register(contact_force), register(contact_curvature)
+# Both loops are made of loops with few arrays each, or there would be no vectors. These take all
+# bonds alike, then the gap among them: a question at each would cost more than its force.
+def _build_follow(force: Callable, named: Callable, register: Callable) -> Callable:
+    press, kick_by = register(contact_force), register(kicked)
 
     @register
     def stretch(strain: Array, velocity: Array, time: float) -> None:
         for i in range(strain.shape[0]):
             strain[i] += time * (velocity[i + 1] - velocity[i])
 
-    # All bonds alike, then the gap among them: a question at each would cost more than its force.
     @register
     def forces_at(at: Array, forces: Array, line: LineParameters) -> None:
         for i in range(at.shape[0]):
             forces[i] = force(at[i], line.bond)
         forces[line.gap] = press(at[line.gap], line.stiffness, line.exponent)
-
-    @register
-    def soften(at: Array, change: Array, forces: Array, line: LineParameters) -> None:
-        # Subtracts U'' times a change.
-        gap = line.gap
-        softer = press_bend(at[gap], line.stiffness, line.exponent) * change[gap]
-        softer = forces[gap] - softer
-        for i in range(at.shape[0]):
-            forces[i] -= bend(at[i], line.bond) * change[i]
-        forces[gap] = softer
-
-    return stretch, forces_at, soften
-
-
-def _build_follow(force: Callable, bend: Callable, named: Callable, register: Callable) -> Callable:
-    stretch, forces_at, _ = _build_parts(force, bend, register)
-    kick_by = register(kicked)
 
     def follow(
         strain: Array, velocity: Array, substeps: tuple, tape: tuple, parameters: tuple
@@ -191,8 +172,18 @@ def kicked(velocity: Array, forces: Array, inverse: Array, kick: float) -> None:
     velocity[bonds] += kick * inverse[bonds] * forces[bonds - 1]
 
 
-def _build_pull(force: Callable, bend: Callable, named: Callable, register: Callable) -> Callable:
-    _, _, soften = _build_parts(force, bend, register)
+def _build_pull(bend: Callable, named: Callable, register: Callable) -> Callable:
+    press_bend = register(contact_curvature)
+
+    @register
+    def soften(at: Array, change: Array, forces: Array, line: LineParameters) -> None:
+        # Subtracts U'' times a change.
+        gap = line.gap
+        softer = press_bend(at[gap], line.stiffness, line.exponent) * change[gap]
+        softer = forces[gap] - softer
+        for i in range(at.shape[0]):
+            forces[i] -= bend(at[i], line.bond) * change[i]
+        forces[gap] = softer
 
     @register
     def stretch_back(strain: Array, velocity: Array, time: float) -> None:
