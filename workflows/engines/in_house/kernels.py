@@ -68,7 +68,8 @@ def _kernels_for(bond: Potential, build_step: Callable, kind: Kind) -> Kernels:
 @lru_cache(maxsize=3 * KEPT)
 def _compile(function: Callable, keep: bool, kind: Kind, build: Callable, *of: Any) -> Callable:
     # Per function, not per bond: toda bonds of any steepness share their loops.
-    name = "" if kind == PLAIN else f".{kind.contact}"
+    # All of a kind is in the name: two of one name would write over each other's loops on disk.
+    name = "" if kind == PLAIN else "".join(f".{trait}" for trait in kind)
     compiler = LoopCompiler.for_force(function, keep, name)
     force = compiler.register(function)
     source = Source(force, compiler.register, kind)

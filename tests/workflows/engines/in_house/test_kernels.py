@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from chaincor.lammps_inputs.bonds.potentials import Harmonic, LennardJones, Logarithmic, Power, Toda
+from chaincor.workflows.engines.in_house import kernels
 from chaincor.workflows.engines.in_house.compile import LoopCompiler, scalar_force
 from chaincor.workflows.engines.in_house.contact_search import (
     SEARCH_FIELDS,
@@ -15,7 +16,8 @@ from chaincor.workflows.engines.in_house.contact_search import (
     count_sign_changes,
     fit_path,
 )
-from chaincor.workflows.engines.in_house.line_kinds import Source
+from chaincor.workflows.engines.in_house.line_kinds import Kind, Source
+from chaincor.workflows.engines.in_house.motion import build_coarse_steps
 from chaincor.workflows.engines.in_house.stages import State, array_stages, looped_stages
 from chaincor.workflows.engines.schemes import STEP_SCHEMES, Rule
 
@@ -52,6 +54,13 @@ def test_compiled_stage_is_the_stage_in_numpy(bond):
     # Multiply-adds that round once instead of twice: a few epsilon of 0.1.
     assert np.allclose(loops.strain, arrays.strain, rtol=0.0, atol=1e-16)
     assert np.allclose(loops.velocity, arrays.velocity, rtol=0.0, atol=2e-15)
+
+
+def test_each_kind_of_line_keeps_its_loops_under_its_own_name():
+    force = kernel_of(LennardJones()).function
+    kinds = [Kind(contact, unit) for contact in ("wall", "two") for unit in (True, False)]
+    loops = [kernels._compile(force, True, kind, build_coarse_steps) for kind in kinds]
+    assert len({loop._function.__qualname__ for loop in loops}) == len(kinds)
 
 
 @pytest.mark.parametrize("bonds", [9, 5])
