@@ -30,17 +30,17 @@ function, arguments = pickle.load(sys.stdin.buffer)
 function(*arguments)
 """
 # It started first and has less to do: if it is late by so many seconds, something holds it up.
-_HELPER_PATIENCE = 10.0
+_HELPER_TIMEOUT = 10.0
 
 # Set while a loop is compiled: what shows how long a run takes says so.
 COMPILING = threading.Event()
 
 _START: ContextVar[Callable[[], None] | None] = ContextVar("_START", default=None)
 
-# Three times the slowest loop on a machine with four processes on a core; after that the other is
-# taken to be stopped.
-_PATIENCE = 120.0
-_LOOK_AGAIN = 0.05
+# Seconds after which the other process that compiles a loop is taken to be stopped: three times the
+# slowest loop on a machine with four processes on a core.
+_LOCK_TIMEOUT = 120.0
+_LOCK_INTERVAL = 0.05
 
 
 def cores() -> int:
@@ -87,12 +87,12 @@ def one_process(folder: Path, name: str) -> Iterator[None]:
 
 
 def _wait(fcntl: Any, file: Any, place: int) -> None:
-    give_up = time.monotonic() + _PATIENCE
+    give_up = time.monotonic() + _LOCK_TIMEOUT
     while time.monotonic() < give_up:
         try:
             fcntl.lockf(file, fcntl.LOCK_EX | fcntl.LOCK_NB, 1, place)
         except (BlockingIOError, PermissionError):
-            time.sleep(_LOOK_AGAIN)
+            time.sleep(_LOCK_INTERVAL)
         else:
             return
 
@@ -118,7 +118,7 @@ def meanwhile(function: Callable, *arguments: Any) -> Iterator[None]:
         with a_loop_is_compiled() if helpers else nullcontext():
             for helper in helpers:
                 with suppress(subprocess.TimeoutExpired):
-                    helper.wait(_HELPER_PATIENCE)
+                    helper.wait(_HELPER_TIMEOUT)
     finally:
         _START.reset(token)
         for helper in helpers:

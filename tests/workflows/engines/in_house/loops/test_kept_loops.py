@@ -176,7 +176,7 @@ def test_who_holds_a_name_for_too_long_is_waited_for_no_more(tmp_path, monkeypat
         raise BlockingIOError
 
     monkeypatch.setattr(fcntl, "lockf", taken)
-    monkeypatch.setattr(processes, "_PATIENCE", 0.1)
+    monkeypatch.setattr(processes, "_LOCK_TIMEOUT", 0.1)
     with processes.one_process(tmp_path / "new", "a loop"):
         pass
     assert len(asked) >= 2

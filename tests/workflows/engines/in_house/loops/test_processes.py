@@ -46,7 +46,7 @@ def two_cores(tmp_path, monkeypatch):
 
 @pytest.mark.slow
 def test_what_another_process_compiled_meanwhile_is_loaded(tmp_path, monkeypatch):
-    monkeypatch.setattr(processes, "_HELPER_PATIENCE", 600.0)  # however busy the machine is
+    monkeypatch.setattr(processes, "_HELPER_TIMEOUT", 600.0)  # however busy the machine is
     marker = tmp_path / "marker"
     with processes.meanwhile(run_squares, marker):
         here = loop(add)
@@ -94,7 +94,7 @@ def test_nor_on_a_single_core(tmp_path, monkeypatch):
 @pytest.mark.parametrize("late", [False, True])
 def test_nothing_depends_on_whether_it_succeeds(tmp_path, monkeypatch, late):
     if late:
-        monkeypatch.setattr(processes, "_HELPER_PATIENCE", 0.0)
+        monkeypatch.setattr(processes, "_HELPER_TIMEOUT", 0.0)
     with processes.meanwhile(*((run_squares, tmp_path / "marker") if late else (fail,))):
         assert loop(add)(np.ones(3)) == 3.0
     with processes.meanwhile(lambda: None):  # which no other process can be told
