@@ -24,7 +24,6 @@ from chaincor.workflows.accuracy.step_guess import (
     sharpness,
 )
 from chaincor.workflows.durations import format_duration
-from chaincor.workflows.engines.compositions import COMPOSITIONS
 from chaincor.workflows.engines.in_house.modal import serves
 from chaincor.workflows.engines.piece_bounds import breaking_energy
 from chaincor.workflows.engines.rounding import rounding_error
@@ -131,7 +130,7 @@ def _given_seconds(scene: Scene, duration: float) -> float:
     works = 1.0 + (sum(1.0 / k for k in PROOF_STEPS) if scene.error else 0.0)
     if scene.engine == "lammps":
         return _LAMMPS_SECONDS + works * cost_model().integration(scene, numerics, duration)
-    stages = COMPOSITIONS[numerics.scheme].stages * duration / numerics.timestep
+    stages = STEP_SCHEMES[numerics.scheme].evaluations * duration / numerics.timestep
     return _IN_HOUSE_SECONDS + works * stages * _in_house_stage(scene)
 
 

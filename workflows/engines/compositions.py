@@ -43,11 +43,6 @@ class Composition:
     order: int  #: Order of the error of one run against H.
     weights: tuple[float, ...]  #: w_k, in the order in which the steps are taken; they sum to 1.
 
-    @property
-    def stages(self) -> int:
-        """Number of Verlet steps, which is that of force evaluations."""
-        return len(self.weights)
-
 
 def _compose(name: Scheme) -> Composition:
     half = _HALVES[name]

@@ -16,7 +16,7 @@ each = pytest.mark.parametrize("scheme", COMPOSITIONS.values(), ids=COMPOSITIONS
 def test_palindromes_of_weight_one(scheme):
     assert scheme.weights == scheme.weights[::-1]
     # The centre is 1 minus the rest; adding the terms in another order costs a unit per term.
-    assert math.fsum(scheme.weights) == pytest.approx(1.0, abs=scheme.stages * 2.3e-16)
+    assert math.fsum(scheme.weights) == pytest.approx(1.0, abs=len(scheme.weights) * 2.3e-16)
 
 
 @each
