@@ -187,13 +187,12 @@ def claim(
     """
     Make a claim of the function that finds its number.
 
-    Its docstring is what the paper says, and its name the key, where these are not given.
+    Where they are not given, what the paper says is the brief, and the key the function's name.
     """
 
     def made(find: Callable[[Measurements], Finding]) -> Claim:
-        said = text or " ".join((find.__doc__ or "").split())
         name = key or find.__name__.strip("_").replace("_", " ")
-        return Claim(name, where, said, margin, brief, find, **more)
+        return Claim(name, where, text or brief, margin, brief, find, **more)
 
     return made
 

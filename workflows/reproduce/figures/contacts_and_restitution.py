@@ -83,23 +83,32 @@ def _hard_spheres_run(measured: Measurements) -> tuple[Fraction, Fraction, str]:
     )
 
 
-@claim("section III", exact(1.0), "hard spheres lose nothing")
+@claim("section III", exact(1.0), "hard spheres lose nothing", text="hard spheres: η = 1 exactly")
 def _hard_spheres(measured: Measurements) -> Finding:
-    """hard spheres: η = 1 exactly"""
     eta, _, text = _hard_spheres_run(measured)
     return Finding(float(eta), 0.0, text)
 
 
-@claim("section III", exact(1.0), "hard spheres have n contacts", key="hard-sphere contacts")
+@claim(
+    "section III",
+    exact(1.0),
+    "hard spheres have n contacts",
+    text="hard spheres: n contacts (as f/n)",
+    key="hard-sphere contacts",
+)
 def _hard_sphere_contacts(measured: Measurements) -> Finding:
-    """hard spheres: n contacts (as f/n)"""
     _, share, text = _hard_spheres_run(measured)
     return Finding(float(share), 0.0, text)
 
 
-@claim("figure 7", TREND, "f(n)/n and η both rise at v*", figure=_KEY)
+@claim(
+    "figure 7",
+    TREND,
+    "f(n)/n and η both rise at v*",
+    text="both f(n)/n and η increase at v₀/v* ≈ 1",
+    figure=_KEY,
+)
 def _rise_of_both(measured: Measurements) -> Finding:
-    """both f(n)/n and η increase at v₀/v* ≈ 1"""
     points = measured.select("curves", "lj")
     below = [p for p in points if p.speed <= _AROUND_SCALE[0]]
     above = [p for p in points if p.speed >= _AROUND_SCALE[1]]
@@ -129,7 +138,6 @@ def _rise_of_both(measured: Measurements) -> Finding:
 
 @claim("section III, figure 7", words(1.0, *_RISE), "f(n)/n → 1 at high speed", figure=_KEY)
 def _contacts_at_high_speed(measured: Measurements) -> Finding:
-    """f(n)/n → 1 at high speed"""
     fastest, text = _fastest(measured)
     return Finding(min(p.contacts_per_particle for p in fastest), 0.0, text, fastest)
 
@@ -142,7 +150,6 @@ def _contacts_at_high_speed(measured: Measurements) -> Finding:
     figure="restitution_curves",
 )
 def _high_speed_limit(measured: Measurements) -> Finding:
-    """η → 1 at high speed"""
     fastest, text = _fastest(measured)
     error = max(p.error for p in fastest)
     return Finding(min(p.restitution for p in fastest), error, text, fastest)

@@ -37,9 +37,13 @@ def _by_lammps(measured: Measurements) -> tuple[list[Point], str]:
 
 
 # The scale is what such a chain of 100 loses.
-@claim("section II", exact(0.0, 0.03), "harmonic η does not depend on v₀")
+@claim(
+    "section II",
+    exact(0.0, 0.03),
+    "harmonic η does not depend on v₀",
+    text="η of a harmonic chain does not depend on v₀: differences are 0",
+)
 def _independence_of_v0(measured: Measurements) -> Finding:
-    """η of a harmonic chain does not depend on v₀: differences are 0"""
     ours, where = _by_lammps(measured)
     return Finding(
         float(np.ptp(column(ours, "restitution"))),
@@ -81,18 +85,26 @@ def same_at_all_velocities(
 
 
 # The scale is t_c/τ.
-@same_at_all_velocities("section II", exact(0.0, 2.0), "its contact time does not either", "t_c/τ")
+@same_at_all_velocities(
+    "section II",
+    exact(0.0, 2.0),
+    "its contact time does not either",
+    "t_c/τ",
+    text="nor does t_c: differences of t_c/τ are 0",
+)
 def _independence_of_contact_time(point: Point, answer: Answer) -> Array:
-    """nor does t_c: differences of t_c/τ are 0"""
     return np.array([answer.result["last_contact_time"] / (point.particles - 1.0)])
 
 
 # The scale is the largest E_j/E of such a chain of 100.
 @same_at_all_velocities(
-    "section II", exact(0.0, 0.001), "nor its shares of the modes", "E_j/E of any mode"
+    "section II",
+    exact(0.0, 0.001),
+    "nor its shares of the modes",
+    "E_j/E of any mode",
+    text="nor does E_j/E of any mode: differences are 0",
 )
 def _independence_of_modes(point: Point, answer: Answer) -> Array:
-    """nor does E_j/E of any mode: differences are 0"""
     return answer.arrays["mode_energies"][1:] / point.energy
 
 
@@ -135,18 +147,26 @@ def number_of_paper_chain(
 _CONSTANT = words(0.0, 1.0, "their mean")
 
 
-@number_of_paper_chain("section II, before eq. (7)", _CONSTANT, "constant intervals")
+@number_of_paper_chain(
+    "section II, before eq. (7)",
+    _CONSTANT,
+    "constant intervals",
+    text="Δt constant in good approximation: deviation 0",
+)
 def _constant_intervals(point: Point, intervals: Array, _speeds: Array) -> tuple[float, str]:
-    """Δt constant in good approximation: deviation 0"""
     return float(np.std(intervals) / np.mean(intervals)), (
         f"standard deviation over mean of {intervals.size} intervals, {point.origin}; ± what the "
         f"engines differ by; the last is {intervals[-1]:.2f}"
     )
 
 
-@number_of_paper_chain("section II, before eq. (7)", _CONSTANT, "constant incoming speeds")
+@number_of_paper_chain(
+    "section II, before eq. (7)",
+    _CONSTANT,
+    "constant incoming speeds",
+    text="v constant in good approximation: deviation 0",
+)
 def _constant_speeds(point: Point, _intervals: Array, speeds: Array) -> tuple[float, str]:
-    """v constant in good approximation: deviation 0"""
     return float(np.std(speeds) / np.mean(speeds)), (
         f"standard deviation over mean of {speeds.size} incoming speeds, {point.origin}; ± what "
         f"the engines differ by; the last is {speeds[-1]:.2f} v₀"
@@ -165,9 +185,13 @@ def _chain_of_two(measured: Measurements) -> tuple[Point, float, float]:
     return chain, interval, 1e-9 + max(abs(each - interval) for each in both)
 
 
-@claim("eq. (8)", digits("2.22"), "Δt = 2.22/ω of the chain of two")
+@claim(
+    "eq. (8)",
+    digits("2.22"),
+    "Δt = 2.22/ω of the chain of two",
+    text="estimate from n = 2: Δt = π/(√2 ω) = 2.22/ω",
+)
 def _interval_of_two(measured: Measurements) -> Finding:
-    """estimate from n = 2: Δt = π/(√2 ω) = 2.22/ω"""
     chain, interval, error = _chain_of_two(measured)
     return Finding(
         interval,
@@ -178,19 +202,21 @@ def _interval_of_two(measured: Measurements) -> Finding:
 
 
 @number_of_paper_chain(
-    "eq. (8)", digits("2.31"), "Δt = 2.31/ω", correction="the mean interval is {value:.3f}"
+    "eq. (8)",
+    digits("2.31"),
+    "Δt = 2.31/ω",
+    text="Δt = 2.31/ω at n = 500",
+    correction="the mean interval is {value:.3f}",
 )
 def _interval(point: Point, intervals: Array, _speeds: Array) -> tuple[float, str]:
-    """Δt = 2.31/ω at n = 500"""
     return float(np.mean(intervals)), (
         f"mean over {intervals.size} intervals, {point.origin}; ± what the engines differ by; "
         f"median {np.median(intervals):.4f}"
     )
 
 
-@claim("eq. (9)", digits("0.90"), "(2√2/π) n is 0.90 n")
+@claim("eq. (9)", digits("0.90"), "(2√2/π) n is 0.90 n", text="formula (2√2/π) n = 0.90 n for f(n)")
 def _contacts_of_two(measured: Measurements) -> Finding:
-    """formula (2√2/π) n = 0.90 n for f(n)"""
     chain, interval, error = _chain_of_two(measured)
     share = 2.0 / interval
     return Finding(
@@ -206,19 +232,20 @@ def _contacts_of_two(measured: Measurements) -> Finding:
     "eq. (9)",
     digits("0.867"),
     "f(n)/n = 0.867",
+    text="f(n)/n = 0.867 at n = 500",
     correction="there are a few more contacts: {value:.3f}",
 )
 def _contacts_per_particle(point: Point, _intervals: Array, speeds: Array) -> tuple[float, str]:
-    """f(n)/n = 0.867 at n = 500"""
     return speeds.size / PAPER_CHAIN, (
         f"{speeds.size} contacts, {point.origin}; the paper's 0.867 would be "
         f"{0.867 * PAPER_CHAIN:.1f} contacts, which is no whole number"
     )
 
 
-@claim("eq. (10)", digits("1.11"), "(π/2√2) v₀ is 1.11 v₀")
+@claim(
+    "eq. (10)", digits("1.11"), "(π/2√2) v₀ is 1.11 v₀", text="formula (π/2√2) v₀ = 1.11 v₀ for v"
+)
 def _speed_of_two(measured: Measurements) -> Finding:
-    """formula (π/2√2) v₀ = 1.11 v₀ for v"""
     chain, interval, error = _chain_of_two(measured)
     return Finding(
         1.0 / (2.0 / interval),
@@ -230,9 +257,8 @@ def _speed_of_two(measured: Measurements) -> Finding:
     )
 
 
-@number_of_paper_chain("eq. (10)", digits("1.15"), "v = 1.15 v₀")
+@number_of_paper_chain("eq. (10)", digits("1.15"), "v = 1.15 v₀", text="v = 1.15 v₀ at n = 500")
 def _incoming_speed(point: Point, _intervals: Array, speeds: Array) -> tuple[float, str]:
-    """v = 1.15 v₀ at n = 500"""
     # By momentum alone: what comes and goes is n v0 (1 + e), a contact gives 2 v.
     momentum = (1.0 + point.restitution**0.5) / (2.0 * speeds.size / PAPER_CHAIN)
     return float(np.mean(speeds)), (
@@ -241,10 +267,14 @@ def _incoming_speed(point: Point, _intervals: Array, speeds: Array) -> tuple[flo
     )
 
 
-@claim("section II, after eq. (11)", exact(1.0), "η = 1 at leading order")
+@claim(
+    "section II, after eq. (11)",
+    exact(1.0),
+    "η = 1 at leading order",
+    text="leading order of eq. (11) in eq. (7): η = 1",
+)
 def _leading_order(measured: Measurements) -> Finding:
     # With omega_j = pi j/n in eq. (7), f dt = 2n turns each mode by whole periods.
-    """leading order of eq. (11) in eq. (7): η = 1"""
     n = PAPER_CHAIN
     linear = np.pi * np.arange(n) / n
     left = 2.0 / n * np.sum(basile_dumont_energies(n, frequencies=linear))

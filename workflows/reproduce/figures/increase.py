@@ -46,7 +46,6 @@ def _contact_time(order: int) -> Claim:
         "before eq. (20)",
         words(order - 2.0),
         f"contact time shortens as v₀^(r−2), r = {order}",
-        text=f"contact time shortens as v₀^(r−2), r = {order}",
         key=f"contact time r = {order}",
     )
     def power(measured: Measurements) -> Finding:

@@ -58,16 +58,15 @@ def _last_parts(measured: Measurements) -> dict[float, tuple[PowerLaw, list[Poin
     "section III, figure 5",
     words(-2.0 / 3.0),
     "1 − η of slow chains vanishes in the limit",
+    text='"in very low-velocity collision, as expected from the result for model A, … 1 − η will '
+    "approach to zero\" in the thermodynamic limit: read as at a fixed v₀, with model A's exponent "
+    "−2/3",
     key="long chains, slow",
     correction="at a fixed v₀ the exponent of the longest chains is {value:.2f}; if v₀ → 0 "
     "too, 1 − η does vanish",
     figure=_KEY,
 )
 def _long_chains_slow(measured: Measurements) -> Finding:
-    """
-    "in very low-velocity collision, as expected from the result for model A, … 1 − η will approach
-    to zero" in the thermodynamic limit: read as at a fixed v₀, with model A's exponent −2/3
-    """
     found = _exponent(measured, _SLOW)
     alone = [p.particles for p in found.points if p.agrees is None]
     before = [
@@ -92,11 +91,11 @@ def _long_chains_slow(measured: Measurements) -> Finding:
     "section III, figure 5",
     words(0.0, 2.0 / 3.0, "2/3, the power that it is told from"),
     "dissipation of fast chains does not vanish in the limit",
+    text="near v* 1 − η stays constant in the limit (at 0.78 v*: exponent 0)",
     key="long chains, fast",
     figure=_KEY,
 )
 def _long_chains_fast(measured: Measurements) -> Finding:
-    """near v* 1 − η stays constant in the limit (at 0.78 v*: exponent 0)"""
     return _exponent(measured, PAPER_SIZE_SPEEDS[0])
 
 

@@ -20,9 +20,13 @@ _TOLERANCE = 1e-10
 _BOND = LennardJones()
 
 
-@number_of_paper_chain("section III", words(2.0 * 2.0**0.5), "the wall's frequency")
+@number_of_paper_chain(
+    "section III",
+    words(2.0 * 2.0**0.5),
+    "the wall's frequency",
+    text="wall's frequency 2π/Δt ≃ 2√2 ω, above all modes",
+)
 def _external_frequency(point: Point, intervals: Array, _speeds: Array) -> tuple[float, str]:
-    """wall's frequency 2π/Δt ≃ 2√2 ω, above all modes"""
     highest = 2.0 * np.sin(0.5 * np.pi * (point.particles - 1) / point.particles)
     return float(2.0 * np.pi / np.mean(intervals)), (
         f"2π over the mean interval, {point.origin}; ± what the engines differ by; the highest "
@@ -54,9 +58,15 @@ def _exact(velocity: float, speed: float) -> float:
     return float((1.0 - pair_interval(_BOND, velocity) / PAIR_INTERVAL) / speed)
 
 
-@claim("eq. (15)", digits("0.808"), "α = 0.808", correction="α = {value:.4f}", figure="pair")
+@claim(
+    "eq. (15)",
+    digits("0.808"),
+    "α = 0.808",
+    text="n = 2, lj: α = 0.808",
+    correction="α = {value:.4f}",
+    figure="pair",
+)
 def _alpha(measured: Measurements) -> Finding:
-    """n = 2, lj: α = 0.808"""
     slow = [p for p in measured.select("pair", "lj") if p.speed <= 0.1]
     if len(slow) < 4:
         raise NoNumber("fewer than four speeds")

@@ -54,11 +54,11 @@ def minima(measured: Measurements) -> dict[str, Minimum]:
     "section III",
     words(0.0, 0.0275, "0.0275, what the harmonic chain loses"),
     "slow chains are harmonic",
+    text="η → η of the harmonic chain as v₀ → 0: difference 0 in the limit",
     key="low-speed limit",
     figure=_KEY,
 )
 def _low_speed_limit(measured: Measurements) -> Finding:
-    """η → η of the harmonic chain as v₀ → 0: difference 0 in the limit"""
     harmonic = measured.select("harmonic_velocities", "harmonic", 1)[0]
     used = [
         measured.select("curves", name, _SLOWEST, f"fewer than {_SLOWEST} speeds")[:_SLOWEST]
@@ -89,11 +89,11 @@ def _limit(harmonic: Point, points: list[Point]) -> tuple[float, float]:
     "sections III and IV",
     words(1.0),
     "the minimum of η at v*",
+    text="minimum of η near v₀/v* = 1 (the abstract: at a certain velocity)",
     correction="it is at {value:.2f} v* on average",
     figure=_KEY,
 )
 def _place_of_the_minimum(measured: Measurements) -> Finding:
-    """minimum of η near v₀/v* = 1 (the abstract: at a certain velocity)"""
     every, lows = curves(measured), minima(measured)
     places = [low.place for low in lows.values()]
     described = []
@@ -115,11 +115,11 @@ def _place_of_the_minimum(measured: Measurements) -> Finding:
     "section III, figure 4; section IV",
     words(0.0, *FALL),
     "one curve η(v₀/v*) for all three bonds",
+    text="η of lj, toda and log lies on almost the same curve: differences are 0",
     correction="they are up to {value:.3f} apart: log leaves the curve of the others",
     figure=_KEY,
 )
 def _one_curve(measured: Measurements) -> Finding:
-    """η of lj, toda and log lies on almost the same curve: differences are 0"""
     every = curves(measured)
     gaps, slow = [], {}
     for first, second in combinations(every, 2):

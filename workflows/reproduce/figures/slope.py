@@ -50,7 +50,6 @@ def _theory() -> float:
     correction="it is {value:.2f} with the paper's own α",
 )
 def _printed_constant(measured: Measurements) -> Finding:
-    """C = 32α/π² = 2.61"""
     return Finding(32.0 * _PAPER_ALPHA / np.pi**2, 0.0, f"32α/π² with α = {_PAPER_ALPHA}")
 
 
@@ -58,10 +57,10 @@ def _printed_constant(measured: Measurements) -> Finding:
     "eq. (18)",
     digits("2.61"),
     "how C = 2.61 is derived",
+    text="C = 2.61 follows from eqs. (7)–(10) and (15)",
     correction="with the factor v²/v₀² = π²/8 that was dropped, C = 4α = {value:.2f}",
 )
 def _theoretical_slope(measured: Measurements) -> Finding:
-    """C = 2.61 follows from eqs. (7)–(10) and (15)"""
     return Finding(
         _theory(),
         0.0,
@@ -92,12 +91,12 @@ def _all_slopes(found: dict[int, Increase]) -> list[float]:
     "section III",
     digits("0.66"),
     "C = 0.66 of the simulation",
+    text="simulation: C = 0.66",
     correction="{value:.2f} at n = 100",
     unsaid="over which range of speeds, nor for which length",
     figure=_KEY,
 )
 def _simulated_slope(measured: Measurements) -> Finding:
-    """simulation: C = 0.66"""
     found = _increases(measured)
     known, shortest = _all_slopes(found), found[min(found)]
     fit, used = shortest.slope(*FIT_RANGE), shortest.within(*FIT_RANGE)
@@ -132,9 +131,14 @@ def _not_in_accord(measured: Measurements) -> Finding:
     )
 
 
-@claim("after eq. (18)", words(1.0), "dissipation of lj chains grows as v₀", figure=_KEY)
+@claim(
+    "after eq. (18)",
+    words(1.0),
+    "dissipation of lj chains grows as v₀",
+    text="1 − η ∝ v^p, p = 1, agrees with simulation at low speed (lj)",
+    figure=_KEY,
+)
 def _power_lj(measured: Measurements) -> Finding:
-    """1 − η ∝ v^p, p = 1, agrees with simulation at low speed (lj)"""
     found = _increases(measured)
     if not found:
         raise NoNumber("no points")

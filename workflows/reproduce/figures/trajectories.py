@@ -37,9 +37,14 @@ def study(plan: Plan) -> Study:
     return Study("order", "fast harmonic chains, for the order of particles", (), scenes)
 
 
-@claim("section II", words(2.0), "contact time 2τ", figure=_KEY)
+@claim(
+    "section II",
+    words(2.0),
+    "contact time 2τ",
+    text="contact time t_c is almost 2τ for large n",
+    figure=_KEY,
+)
 def _contact_time(measured: Measurements) -> Finding:
-    """contact time t_c is almost 2τ for large n"""
     points = measured.select("harmonic_sizes", "harmonic")
     long = [p for p in points if p.particles >= 100]
     if not long:
@@ -62,9 +67,13 @@ def _followed(particles: int) -> Outcome:
     return lammps.run(scene, _NUMERICS, _FRAME_INTERVAL)
 
 
-@claim("section II", TREND, "harmonic chains keep the order of their particles")
+@claim(
+    "section II",
+    TREND,
+    "harmonic chains keep the order of their particles",
+    text="the order of the particles is always kept",
+)
 def _order_of_particles(measured: Measurements) -> Finding:
-    """the order of the particles is always kept"""
     points = measured.select("order", "harmonic", 1)
     crossed = {p.scene.impact_velocity: bool(p.answer.result["crossed"]) for p in points}
     kept = [v for v, is_crossed in crossed.items() if not is_crossed]
@@ -93,9 +102,14 @@ def _similar_orbits(point: Point, answer: Answer) -> Array:
     return answer.arrays["displacements"] / point.scene.impact_velocity
 
 
-@claim("section II", TREND, "particle 1 has the largest amplitude", figure=_KEY)
+@claim(
+    "section II",
+    TREND,
+    "particle 1 has the largest amplitude",
+    text="of the vibration under pressure, particle 1 has the largest amplitude",
+    figure=_KEY,
+)
 def _largest_amplitude(measured: Measurements) -> Finding:
-    """of the vibration under pressure, particle 1 has the largest amplitude"""
     n = 20
     frames = _followed(n).frames
     assert frames is not None
@@ -112,9 +126,14 @@ def _largest_amplitude(measured: Measurements) -> Finding:
     )
 
 
-@claim("eqs. (7)–(10)", words(0.0, 1.0, "1, all energy of vibration"), "the spectrum of eq. (7)")
+@claim(
+    "eqs. (7)–(10)",
+    words(0.0, 1.0, "1, all energy of vibration"),
+    "the spectrum of eq. (7)",
+    text="the energies E_j of the modes are eq. (7) with Δt, f and v of eqs. (8)–(10): "
+    "difference 0",
+)
 def _spectrum(measured: Measurements) -> Finding:
-    """the energies E_j of the modes are eq. (7) with Δt, f and v of eqs. (8)–(10): difference 0"""
     point = paper_chain(measured)
     if "mode_energies" not in point.answer.arrays:
         raise NoNumber("no energies of modes")
