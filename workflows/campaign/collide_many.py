@@ -2,7 +2,7 @@
 
 import math
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from typing import Any
@@ -98,23 +98,25 @@ def collide_many(
     found: list[Sample | None] = [None] * count
     alone: dict[int, Scene] = {}
 
-    def scene_at(place: int) -> Scene:
-        (group,) = (each for each in groups if place in each.places)
-        return group[group.places.index(place)]
-
-    def take(done: Sequence[tuple[int, Any]]) -> None:
+    def taken_from(scene_at: Callable[[int], Scene]) -> Take:
         """Put samples in the order of the scenes; a failure is a sample that says why."""
-        for place, each in done:
-            found[place] = each if isinstance(each, Sample) else Sample.of(scene_at(place), each)
+
+        def take(done: Sequence[tuple[int, Any]]) -> None:
+            for place, each in done:
+                known = isinstance(each, Sample)
+                found[place] = each if known else Sample.of(scene_at(place), each)
+
+        return take
 
     with progress_bar(progress, count, seconds) as advance:
         for group in groups:
             if is_warm(group.scene):
-                alone |= _meet_together(group, take, workers, advance)
+                alone |= _meet_together(group, taken_from(group.scene_at), workers, advance)
             else:
                 alone |= zip(group.places, group, strict=True)
         tasks = tasks_of([*alone.values()], TASKS_PER_WORKER * workers, places=[*alone])
         with workers_for(tasks, min(workers, len(tasks))) as (executor, in_flight):
+            take = taken_from(alone.__getitem__)
             carry_out(tasks, collide_scenes, executor, take, in_flight=in_flight, advance=advance)
     return Ensemble(
         samples=tuple(sample for sample in found if sample is not None),

@@ -14,7 +14,7 @@ from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from multiprocessing.connection import Connection, wait
 from typing import Any
 
-from chaincor.lammps_inputs.errors import ChaincorError
+from chaincor.lammps_inputs.errors import ChaincorError, one_line
 from chaincor.workflows.errors import SweepError, WorkerDiedError, WorkerStartError
 
 _spawn = multiprocessing.get_context("spawn")
@@ -196,6 +196,6 @@ def sent(what: str, to: str, error: type[ChaincorError]) -> Iterator[None]:
         yield
     except (pickle.PicklingError, AttributeError, TypeError) as reason:
         raise error(
-            f"{what} cannot be sent to {to} ({' '.join(str(reason).split())}); expected bonds "
+            f"{what} cannot be sent to {to} ({one_line(reason)}); expected bonds "
             "whose functions are defined at the top level of a module"
         ) from None

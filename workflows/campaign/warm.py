@@ -51,6 +51,10 @@ class Group(Sequence[Scene]):
             return self.scene.replace(seed=self.seeds[k])
         return self.scene.without("speed").replace(seed=self.seeds[k], velocity=velocity)
 
+    def scene_at(self, place: int) -> Scene:
+        """Return the scene that stands at a place among all that are asked for."""
+        return self[self.places.index(place)]
+
     @cached_property
     def expected(self) -> float:
         """Seconds that one takes, about."""
