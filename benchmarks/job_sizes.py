@@ -8,7 +8,6 @@ stand the error that it prints, and how far it is from the in-house engine's at 
 """
 
 import argparse
-import os
 import re
 import shutil
 import tempfile
@@ -20,7 +19,7 @@ from chaincor import Scene, collide, write_job
 from chaincor.lammps_inputs.errors import SceneError
 from chaincor.lammps_inputs.own_templates.rules import commands_of
 from chaincor.lammps_inputs.units.unit_system import UnitSystem
-from chaincor.workflows.engines.lammps.library import find_lmp_command, find_mpi_library
+from chaincor.workflows.engines.lammps.library import find_lmp_command
 
 SCENES: dict[str, tuple[Scene, dict[str, Any]]] = {
     "default": (Scene(), {}),
@@ -38,10 +37,10 @@ SIZES: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
 }
 
 
-def run(folder: Path, environment: dict[str, str], truth: float) -> str:
+def run(folder: Path, truth: float) -> str:
     """Run a job; return its number, its error and how far it is off, as cells of a table."""
     lmp = find_lmp_command() or "lmp"
-    text, _ = processor_time([lmp, "-in", "in.chain"], folder, environment)
+    text, _ = processor_time([lmp, "-in", "in.chain"], folder)
     found = dict(re.findall(r"^(restitution|restitution_error) = (\S+)$", text, re.MULTILINE))
     eta, error = float(found["restitution"]), found.get("restitution_error", "-")
     return f"{eta:.9f} | {error} | {abs(eta - truth):.1e}"
@@ -53,9 +52,6 @@ def main() -> None:
     parser.add_argument("scenes", nargs="*", default=list(SCENES), metavar="SCENE")
     parser.add_argument("--no-run", action="store_true")
     given = parser.parse_args()
-    library, environment = find_mpi_library(), dict(os.environ)
-    if library is not None:
-        environment["LD_LIBRARY_PATH"] = str(library.parent)
     print("| scene | size | commands | lines | restitution | error told | off |")
     print("|---|---|---|---|---|---|---|")
     for name in given.scenes:
@@ -68,7 +64,7 @@ def main() -> None:
             try:
                 write_job(scene.replace(**numerics), folder, **wishes, **more)
                 text = (folder / "in.chain").read_text()
-                cells = "- | - | -" if given.no_run else run(folder, environment, truth)
+                cells = "- | - | -" if given.no_run else run(folder, truth)
                 counted = f"{len(commands_of(text))} | {len(text.splitlines())}"
                 print(f"| {name} | {size} | {counted} | {cells} |", flush=True)
             except SceneError as error:

@@ -9,10 +9,8 @@ the printed error of which a bar may be missed. Costs are processor times, of ``
 """
 
 import argparse
-import os
 import re
 import resource
-import shutil
 import subprocess
 import sys
 import tempfile
@@ -22,7 +20,7 @@ from typing import Any
 import numpy as np
 
 from chaincor import Scene, collide
-from chaincor.workflows.engines.lammps.library import find_mpi_library
+from chaincor.workflows.engines.lammps.library import find_lmp_command, lmp_environment
 from chaincor.workflows.job import write_job
 
 
@@ -49,11 +47,11 @@ def random_scene(random: np.random.Generator) -> dict[str, Any]:
     return fields
 
 
-def processor_time(command: list[str], folder: Path, environment: dict[str, str]) -> Any:
+def processor_time(command: list[str], folder: Path) -> Any:
     """Run a command; return what it prints and its processor time."""
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     done = subprocess.run(
-        command, cwd=folder, env=environment, capture_output=True, text=True, check=False
+        command, cwd=folder, env=lmp_environment(), capture_output=True, text=True, check=False
     )
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
     seconds = after.ru_utime - before.ru_utime + after.ru_stime - before.ru_stime
@@ -69,12 +67,7 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--tolerance", type=float, default=1e-8)
     given = parser.parse_args()
-    environment = dict(os.environ)
-    library = find_mpi_library()
-    if library is not None:
-        environment["LD_LIBRARY_PATH"] = str(library.parent)
-    beside = Path(sys.executable).parent
-    lmp = shutil.which("lmp", path=str(beside)) or "lmp"
+    lmp = find_lmp_command() or "lmp"
     random = np.random.default_rng(given.seed)
     worst_error, ratios, met = 0.0, [], 0
     for k in range(given.scenes):
@@ -84,10 +77,10 @@ def main() -> None:
         with tempfile.TemporaryDirectory() as name:
             folder = Path(name)
             write_job(scene, folder / "job")
-            text, cost = processor_time([lmp, "-in", "in.chain"], folder / "job", environment)
+            text, cost = processor_time([lmp, "-in", "in.chain"], folder / "job")
             (folder / "scene.toml").write_text(scene.to_toml())
             run = [sys.executable, "-m", "chaincor", "run", "scene.toml"]
-            _, run_cost = processor_time(run, folder, environment)
+            _, run_cost = processor_time(run, folder)
         eta, error = (
             float(re.findall(rf"^{key} = (\S+)$", text, re.MULTILINE)[-1])
             for key in ("restitution", "restitution_error")

@@ -1,20 +1,13 @@
 """LAMMPS as users run it: by its command, in the folder of a job, with nothing else."""
 
-import os
 import re
 import subprocess
 from pathlib import Path
 
-from chaincor.workflows.engines.lammps.library import find_lmp_command, find_mpi_library
+from chaincor.workflows.engines.lammps.library import find_lmp_command, lmp_environment
 from tests.waiting import HANGS
 
 LMP = find_lmp_command()
-
-
-def lmp_environment() -> dict[str, str]:
-    """Return the environment in which the command finds its MPI library."""
-    library = find_mpi_library()
-    return os.environ | ({} if library is None else {"LD_LIBRARY_PATH": str(library.parent)})
 
 
 def run_lmp(folder: Path, *options: str, starter: tuple = ()) -> subprocess.CompletedProcess[str]:

@@ -14,7 +14,6 @@ import argparse
 import csv
 import json
 import math
-import os
 import re
 import subprocess
 import sys
@@ -29,7 +28,7 @@ from chaincor.analysis.step_error import EVENT_RESERVE, REFLECT_RESERVE
 from chaincor.lammps_inputs.errors import ChaincorError
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.collision import collide
-from chaincor.workflows.engines.lammps.library import find_mpi_library
+from chaincor.workflows.engines.lammps.library import find_lmp_command, lmp_environment
 
 _POTENTIALS = ("harmonic", "lj", "toda", "log")
 _TRUTH = 1e-10
@@ -121,12 +120,8 @@ def _run(scene: Scene, folder: Path) -> float:
     path = folder / "scene.toml"
     path.write_text(scene.to_toml())
     _chaincor("inputs", path, "--frames", "--force", "-o", folder)
-    library = find_mpi_library()
-    environment = dict(os.environ)
-    if library is not None:
-        environment["LD_LIBRARY_PATH"] = str(Path(library).parent)
-    lmp = Path(sys.executable).parent / "lmp"
-    command = [str(lmp), "-in", "in.chain"]
+    command = [find_lmp_command() or "lmp", "-in", "in.chain"]
+    environment = lmp_environment()
     done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True)
     found = re.search(r"^restitution = (\S+)", done.stdout, re.MULTILINE)
     if found is None:

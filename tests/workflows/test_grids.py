@@ -8,11 +8,12 @@ import pytest
 
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.engines.lammps.library import lmp_environment
 from chaincor.workflows.grids.collect import collect_grid
 from chaincor.workflows.grids.grid import folder_name, submit_script, write_grid
 from chaincor.workflows.store.export import to_pandas
 from chaincor.workflows.store.results_store import Store
-from tests.lmp import LMP, lmp_environment
+from tests.lmp import LMP
 
 # Kills LAMMPS, once, in the jobs whose names are in KILL, when it has written a restart file: there
 # it sleeps until it is killed with its sleep, so that it is not quicker than the blow.

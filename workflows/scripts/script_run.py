@@ -12,7 +12,7 @@ from pathlib import Path
 
 from chaincor.analysis.dumps.printed import end_of
 from chaincor.lammps_inputs.errors import InputError
-from chaincor.workflows.engines.lammps.library import find_mpi_library
+from chaincor.workflows.engines.lammps.library import lmp_environment
 from chaincor.workflows.errors import RunError
 from chaincor.workflows.scripts.change import Change
 from chaincor.workflows.scripts.quantities import (
@@ -171,18 +171,13 @@ def _execute(
     command: list[str], folder: Path, screen: Path, timeout: float
 ) -> tuple[int | None, float]:
     """Return exit status, None after a timeout, and processor seconds of one process."""
-    environment = {"OMP_NUM_THREADS": "1"} | dict(os.environ)
-    library = find_mpi_library()
-    if library is not None:
-        paths = [str(library.parent), environment.get("LD_LIBRARY_PATH", "")]
-        environment["LD_LIBRARY_PATH"] = os.pathsep.join(filter(None, paths))
     ends = time.monotonic() + timeout
     with screen.open("wb") as out:
         try:
             process = subprocess.Popen(
                 command,
                 cwd=folder,
-                env=environment,
+                env={"OMP_NUM_THREADS": "1"} | lmp_environment(),
                 stdin=subprocess.DEVNULL,
                 stdout=out,
                 stderr=subprocess.STDOUT,

@@ -4,6 +4,7 @@ import ctypes
 import importlib
 import importlib.metadata
 import importlib.util
+import os
 import re
 import shutil
 import sys
@@ -54,6 +55,15 @@ def _files_of(package: str) -> list[importlib.metadata.PackagePath]:
 def find_lmp_command() -> str | None:
     """Return the ``lmp`` command of this environment, or else of the PATH; None without one."""
     return shutil.which("lmp", path=str(Path(sys.executable).parent)) or shutil.which("lmp")
+
+
+def lmp_environment() -> dict[str, str]:
+    """Return the environment in which the ``lmp`` command finds its MPI library."""
+    library, variable = find_mpi_library(), "LD_LIBRARY_PATH"
+    if library is None:
+        return dict(os.environ)
+    folders = [str(library.parent), os.environ.get(variable, "")]
+    return os.environ | {variable: os.pathsep.join(filter(None, folders))}
 
 
 @cache
