@@ -132,6 +132,11 @@ class Scene(SceneFields):
             return 0.0
         return 3.0 * line.overlap(self.impact_velocity) / self.impact_velocity
 
+    @cached_property
+    def start_energy(self) -> float:
+        """All energy with which the bodies come: of motion, and of strained bonds."""
+        return self.line.energy(self.bond, self.line.strains, self.line.velocities)
+
     @property
     def span(self) -> int:
         """Particles of the longer body, which sound has to cross."""

@@ -67,12 +67,10 @@ def heat_of(scene: Scene) -> float:
     A chain that vibrates rounds velocities that are larger than its own by the root of this, and
     may come back faster than it came. 1 for a cold chain.
     """
-    line = scene.line
-    if line.cold:
+    if scene.line.cold:
         return 1.0
-    energy = line.energy(scene.bond, line.strains, line.velocities)
-    chain = float(line.chain_masses.sum())
-    return max(energy / (0.5 * chain * scene.impact_velocity**2), 1.0)
+    chain = float(scene.line.chain_masses.sum())
+    return max(scene.start_energy / (0.5 * chain * scene.impact_velocity**2), 1.0)
 
 
 def rounding_of(outcome: Outcome, scene: Scene) -> float:

@@ -132,8 +132,7 @@ def _energies(scene: Scene, last: LastContact) -> tuple[float, float]:
         strains, velocities = last.strains, last.velocities
         if line.at_wall:
             strains, velocities = np.append(0.0, strains), np.append(0.0, velocities)
-        start = line.energy(bond, line.strains, line.velocities)
-        return start, line.energy(bond, strains, velocities)
+        return scene.start_energy, line.energy(bond, strains, velocities)
 
 
 def kinetic_energy(velocities: Array) -> float:

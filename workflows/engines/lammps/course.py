@@ -275,7 +275,7 @@ class ChainCollision:
             duration=max(self.flight.time, self.ended_at),
             bond_min=self.shortest,
             bond_max=self.longest,
-            energy_start=line.energy(bond, line.strains, line.velocities),
+            energy_start=self.scene.start_energy,
             energy_end=line.energy(
                 bond, np.diff(self._along(displacements)), self._along(velocities)
             ),

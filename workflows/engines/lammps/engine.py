@@ -216,10 +216,9 @@ def _unsure_end(table: BondTable, numerics: Numerics) -> float:
 
 def _is_impossible(scene: Scene, length: float) -> bool:
     """Return whether a bond holds, or would need, more energy than the chain came with."""
-    line = scene.line
-    energy = line.energy(scene.bond, line.strains, line.velocities)
+    energy = scene.start_energy
     # All energy in one bond, or in two particles that part for as long as may be.
-    speed = 2.0 * (energy / line.lightest) ** 0.5
+    speed = 2.0 * (energy / scene.line.lightest) ** 0.5
     longest = 1.0 + speed * longest_collision(scene.span, scene.slow_stiffness, np.inf)
     if length > longest:
         return True
