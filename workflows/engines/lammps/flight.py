@@ -6,6 +6,7 @@ from abc import ABC, abstractmethod
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.in_house.contact_search import (
+    PathPoint,
     count_sign_changes,
     first_root,
     fit_path,
@@ -22,7 +23,7 @@ _BLIND_SHARE = 0.9
 _RESOLUTION = 1e-3
 
 
-def first_crossing(start: list[float], end: list[float], step: float) -> float | None:
+def first_crossing(start: PathPoint, end: PathPoint, step: float) -> float | None:
     """
     Return when x(t) first reaches zero within a step, or None where it does not.
 
@@ -33,23 +34,22 @@ def first_crossing(start: list[float], end: list[float], step: float) -> float |
         raise LostAtomsError(
             f"particle 1 is at {end[0]}; expected a finite number: use a smaller timestep"
         )
-    before, after = (start[0], start[1], start[2]), (end[0], end[1], end[2])
-    if count_sign_changes(before, after, step) == 0:
+    if count_sign_changes(start, end, step) == 0:
         return None
-    part = first_root(fit_path(before, after, step), 1.0)
+    part = first_root(fit_path(start, end, step), 1.0)
     return None if part < 0.0 else float(part * step)
 
 
-def foretold_crossing(start: list[float], end: list[float], step: float) -> float | None:
+def foretold_crossing(start: PathPoint, end: PathPoint, step: float) -> float | None:
     """
     Return when particle 1 will reach the wall in the step after one just done, if it clearly will.
 
     The quintic of the step done is continued into the next one.
     """
-    x, v, a = end
+    x, v, _ = end
     if v >= 0.0 or x + 2.0 * v * step > 0.0:
         return None
-    path = fit_path((start[0], start[1], start[2]), (x, v, a), step)
+    path = fit_path(start, end, step)
     if sum(c * 2.0**k for k, c in enumerate(path)) > 0.02 * v * step:
         return None  # it may just not get there
     part = first_root(path, 2.0)
@@ -96,7 +96,7 @@ class VerletFlight(Flight):
         # does not foretell, would otherwise spoil long windows again and again.
         self._share = 1.0
 
-    def _dips(self, now: list[float]) -> bool:
+    def _dips(self, now: PathPoint) -> bool:
         """Return whether particle 1 reaches the wall and turns within the next step."""
         x, v, a = now
         return v < 0.0 < v + self.chain.timestep * a and v * v > 2.0 * x * a
@@ -126,7 +126,7 @@ class VerletFlight(Flight):
             self.time = start + taken * h
         return None
 
-    def _run_blind(self, now: list[float], most: int) -> int:
+    def _run_blind(self, now: PathPoint, most: int) -> int:
         """Take steps without asking, as far as is safe; return how many were taken, or 0."""
         chain = self.chain
         safe = min(self._longest, _BLIND_SHARE * self._time_to_guard(now))
@@ -143,7 +143,7 @@ class VerletFlight(Flight):
         chain.restore(state)
         return 0
 
-    def _time_to_guard(self, now: list[float]) -> float:
+    def _time_to_guard(self, now: PathPoint) -> float:
         """Return when particle 1 comes to LAMMPS's guard, were its acceleration to last."""
         x, v, a = now
         x -= self.chain.guard_position
@@ -154,7 +154,7 @@ class VerletFlight(Flight):
         x += h * (v + 0.5 * h * a)
         return h + time_to_zero(x, v + h * a, a) if v > 0.0 and x > 0.0 else 0.0
 
-    def _hit(self, now: list[float]) -> Contact | None:
+    def _hit(self, now: PathPoint) -> Contact | None:
         """Cut the step at the wall; None where its last kick turned particle 1 already."""
         s = time_to_zero(*now)
         if s > 0.0:
@@ -162,7 +162,7 @@ class VerletFlight(Flight):
         self.time += s
         return self.meeting.arrive(self.time)
 
-    def _reflect(self, now: list[float]) -> Contact:
+    def _reflect(self, now: PathPoint) -> Contact:
         chain, h = self.chain, self.chain.timestep
         x, v, a = now
         # The fix reverses the velocity of the drift, that of the half step.
@@ -191,7 +191,7 @@ class ComposedFlight(Flight):
     def advance(self, limit: float) -> Contact | None:
         """Step, and look ahead and back over each step for a contact."""
         chain = self.chain
-        earlier: list[float] | None = None
+        earlier: PathPoint | None = None
         now, step = self.meeting.state(), chain.timestep
         while self.time < limit:
             if now[0] == 0.0 and now[1] < 0.0:
@@ -228,13 +228,13 @@ class ComposedFlight(Flight):
             self.time += step
         return None
 
-    def _go_to_wall(self, now: list[float], guess: float) -> float | None:
+    def _go_to_wall(self, now: PathPoint, guess: float) -> float | None:
         """Return the time to the first contact, having gone there; None where none is found."""
         state = self.chain.snapshot()
         taken = self._step_to_wall(guess)
         if taken is not None:
             # The way there must have been in front of the wall.
-            first = first_crossing(now, [0.0, *self.meeting.state()[1:]], taken)
+            first = first_crossing(now, (0.0, *self.meeting.state()[1:]), taken)
             if first is not None and first < (1.0 - 2.0 * _RESOLUTION) * taken:
                 self.chain.restore(state)
                 return self._step_to_wall(first)

@@ -10,6 +10,7 @@ from chaincor.lammps_inputs.chain_data import initial_state
 from chaincor.lammps_inputs.contact_script import contact_force, contact_force_off, contact_force_on
 from chaincor.lammps_inputs.line import Line
 from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.engines.in_house.contact_search import PathPoint
 
 if TYPE_CHECKING:
     from chaincor.workflows.engines.lammps.instance import LammpsChain
@@ -49,7 +50,7 @@ class Meeting:
         self._place = None if line.rigid else len(line.chain_masses)
         self._target_mass = float(line.masses[line.gap])
 
-    def state(self) -> list[float]:
+    def state(self) -> PathPoint:
         """Return the distance to the next event, its rate of change, and that of the rate."""
         x, v, f = self.chain.x, self.chain.v, self.chain.f
         gap, opening, acceleration = float(x[0]), float(v[0]), float(f[0]) / self._mass
@@ -57,7 +58,7 @@ class Meeting:
             gap -= float(x[self._place])
             opening -= float(v[self._place])
             acceleration -= float(f[self._place]) / self._target_mass
-        return [gap, opening, acceleration]
+        return gap, opening, acceleration
 
     def arrive(self, time: float) -> Contact | None:
         """
@@ -77,7 +78,7 @@ class Meeting:
             v[self._place] -= impulse / self._target_mass
         return Contact(time, speed, impulse, time)
 
-    def step(self, time: float, state: list[float]) -> float:
+    def step(self, time: float, state: PathPoint) -> float:
         """Return how long the next composed step may be, from a state at a time."""
         return self.chain.timestep
 
@@ -111,12 +112,13 @@ class SoftMeeting(Meeting):
         self._began = (0.0, 0.0, 0.0)
         chain.commands("\n".join(contact_force(scene.line)))
 
-    def state(self) -> list[float]:
+    def state(self) -> PathPoint:
         """Return the distance of the bodies and its rates; while they touch, their overlap's."""
-        gap = super().state()
-        return [-each for each in gap] if self.touching else gap
+        gap, opening, acceleration = super().state()
+        sign = -1.0 if self.touching else 1.0
+        return sign * gap, sign * opening, sign * acceleration
 
-    def step(self, time: float, state: list[float]) -> float:
+    def step(self, time: float, state: PathPoint) -> float:
         """Return the step H, or less where soft bodies have just touched or are about to part."""
         step = self.chain.timestep
         if not self.touching or self._graded is None:
