@@ -73,13 +73,16 @@ def check_commands(text: str, plain: str, *, composed: bool, other_forces: bool)
     the reason.
     """
     ours = Counter(commands_of(plain))
+    names: dict[str, set[str]] = {kind: set() for kind in _WITH_NAMES}
+    for kind, *rest in map(str.split, ours):
+        if kind in names:
+            names[kind].update(rest[:1])
     theirs = []
     for command in commands_of(text):
         if ours[command]:
             ours[command] -= 1
         else:
             theirs.append(command)
-    names = {kind: _names(kind, plain) for kind in _WITH_NAMES}
     for part, words in _with_quoted(theirs):
         _check(part, words, names, composed, other_forces)
 
@@ -168,8 +171,3 @@ def _with_quoted(commands: Iterable[str]) -> Iterator[tuple[str, list[str]]]:
             yield from _with_quoted(words[2:])
         elif words[:1] == ["run"] and "every" in words:
             yield from _with_quoted(words[words.index("every") + 2 :])
-
-
-def _names(kind: str, text: str) -> set[str]:
-    found = [command.split() for command in commands_of(text)]
-    return {words[1] for words in found if words[0] == kind and len(words) > 1}
