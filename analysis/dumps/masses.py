@@ -63,20 +63,21 @@ def masses_of_bodies(
             "column 'mass' of the dump, or in the data file: drop --masses"
         )
     found, why = _by_id(frame, layout.all_particles, declared)
-    if given is None and found is None and scene is not None:
-        line = scene.line
-        bodies = [line.chain_masses, line.target_masses][: 1 + bool(layout.targets)]
-        # A scene of particles that are alike is not that of types that differ.
-        if not (why and are_equal(np.concatenate(bodies))):
-            return bodies, True
     if given is None:
-        if found is None and why:
+        if found is not None:
+            return layout.by_body(found), True
+        if scene is not None:
+            line = scene.line
+            bodies = [line.chain_masses, line.target_masses][: 1 + bool(layout.targets)]
+            # A scene of particles that are alike is not that of types that differ.
+            if not (why and are_equal(np.concatenate(bodies))):
+                return bodies, True
+        if why:
             raise InputError(
                 f"the masses of the particles are not known: {why}; give them from the wall "
                 "outwards (--masses 1,2 or --masses FILE), or dump a column 'mass'"
             )
-        known = np.ones(layout.all_particles) if found is None else found
-        return layout.by_body(known), found is not None
+        return layout.by_body(np.ones(layout.all_particles)), False
     masses = _repeated(given, layout.particles)
     if found is not None:
         (found,) = layout.by_body(found)
