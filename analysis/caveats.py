@@ -3,7 +3,7 @@
 import numpy as np
 
 from chaincor.analysis.collision_frames import CollisionFrames
-from chaincor.analysis.dumps.chain_frames import DISPLACEMENT_COLUMN
+from chaincor.analysis.dumps.chain_frames import DISPLACEMENT_COLUMN, SCALED_COLUMNS
 from chaincor.analysis.dumps.contact_detection import DetectedContacts
 from chaincor.analysis.followed import Followed
 from chaincor.analysis.modes import indistinct_modes
@@ -114,7 +114,7 @@ def _precision_caveats(reading: CollisionFrames) -> list[str]:
     column = reading.layout.displacement_column
     if column != DISPLACEMENT_COLUMN:
         resolution = float(np.max(first.resolution(column, digits)))
-        if column in ("xs", "xsu"):
+        if column in SCALED_COLUMNS:
             resolution *= float(first.bounds[0, 1] - first.bounds[0, 0])
         caveats.append(
             f"displacements are taken from column {column}, good to {resolution:.0e} of a bond "

@@ -19,9 +19,9 @@ BODY_COLUMN = "mol"
 _LARGEST = 1e150
 # Unwrapped ones first: in a periodic box the others jump.
 _POSITION_COLUMNS = ("xu", "x", "xsu", "xs")
-_SCALED = ("xs", "xsu")
+SCALED_COLUMNS = ("xs", "xsu")
 _WRAPPED = ("x", "xs")
-_IMAGE_COLUMN = "ix"
+IMAGE_COLUMN = "ix"
 # A displacement that is not x - (i - 1) is off by far more than this and rounding.
 _SAME_DISPLACEMENT = 1e-6
 
@@ -175,20 +175,20 @@ def _positions(frame: DumpFrame, name: str) -> Array:
     """Return x in units of length, by images and box bounds of this very frame."""
     values = frame.column(name)
     low, high = frame.bounds[0]
-    if name in _SCALED:
+    if name in SCALED_COLUMNS:
         if frame.tilted:
             raise InputError(
                 f"the dump has scaled positions ({name}) in a tilted box; expected 'x' or 'xu'"
             )
         values = low + values * (high - low)
-    if name in _WRAPPED and _IMAGE_COLUMN in frame.columns and frame.periodic_x:
-        values = values + frame.column(_IMAGE_COLUMN) * (high - low)
+    if name in _WRAPPED and IMAGE_COLUMN in frame.columns and frame.periodic_x:
+        values = values + frame.column(IMAGE_COLUMN) * (high - low)
     return values
 
 
 def _refuse_wrapped(frame: DumpFrame, name: str, x: Array) -> None:
     """Refuse a chain that leaves a periodic box at one end and comes in at the other."""
-    if name not in _WRAPPED or not frame.periodic_x or _IMAGE_COLUMN in frame.columns:
+    if name not in _WRAPPED or not frame.periodic_x or IMAGE_COLUMN in frame.columns:
         return
     length = float(frame.bounds[0, 1] - frame.bounds[0, 0])
     if x.size > 1 and np.max(np.abs(np.diff(x))) > 0.5 * length:
@@ -202,7 +202,7 @@ def _refuse_other_displacements(frame: DumpFrame, x: Array, name: str) -> None:
     u = frame.column(DISPLACEMENT_COLUMN)
     digits = frame.significant_digits()
     slack = _SAME_DISPLACEMENT + frame.resolution(DISPLACEMENT_COLUMN, digits)
-    scale = float(frame.bounds[0, 1] - frame.bounds[0, 0]) if name in _SCALED else 1.0
+    scale = float(frame.bounds[0, 1] - frame.bounds[0, 0]) if name in SCALED_COLUMNS else 1.0
     slack = slack + scale * frame.resolution(name, digits)
     off = np.abs(x - np.arange(x.size) - u)
     if np.any(off > slack):

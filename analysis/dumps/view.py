@@ -5,13 +5,19 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from chaincor.analysis.dumps.chain_frames import (
+    DISPLACEMENT_COLUMN,
+    IMAGE_COLUMN,
+    SCALED_COLUMNS,
+    TIME_COLUMN,
+)
 from chaincor.analysis.dumps.frame import DumpFrame, Frames
+from chaincor.analysis.dumps.masses import MASS_COLUMN
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.units.unit_system import CHAIN_UNITS, UnitSystem
 
-_PLACES, _SCALED, _SPEEDS = ("x", "xu"), ("xs", "xsu"), ("vx", "vy", "vz")
-_DISPLACEMENT, _TIME, _MASS, _IMAGE = "v_displacement", "v_time", "mass", "ix"
+_PLACES, _SPEEDS = ("x", "xu"), ("vx", "vy", "vz")
 # Digits from which on a format keeps numbers exactly.
 _EXACT_DIGITS = 16
 
@@ -43,10 +49,10 @@ class DumpView:
         Raises InputError if it has displacements, which are counted from a wall at 0, and the wall
         is elsewhere.
         """
-        if (self.upwards or self.wall != 0.0) and _DISPLACEMENT in frame.columns:
+        if (self.upwards or self.wall != 0.0) and DISPLACEMENT_COLUMN in frame.columns:
             raise InputError(
-                f"the dump has {_DISPLACEMENT}, displacements of a chain that comes along -x to a "
-                "wall at x = 0; expected no other wall or direction: drop them"
+                f"the dump has {DISPLACEMENT_COLUMN}, displacements of a chain that comes along -x "
+                "to a wall at x = 0; expected no other wall or direction: drop them"
             )
 
         def column(index: int) -> Array:
@@ -70,14 +76,15 @@ class DumpView:
         units, sign = self.units, -1.0 if self.upwards else 1.0
         if name in _PLACES:
             return self._place(values)
-        if name in _SCALED and self.upwards:
+        if name in SCALED_COLUMNS and self.upwards:
             return 1.0 - values
         if name in _SPEEDS:
             return (sign if name == "vx" else 1.0) * values / units.speed
-        if name == _IMAGE:
+        if name == IMAGE_COLUMN:
             return sign * values
-        scale = {_DISPLACEMENT: units.length, _TIME: units.time, _MASS: units.mass}.get(name, 1.0)
-        return values / scale
+        scales = {DISPLACEMENT_COLUMN: units.length, TIME_COLUMN: units.time}
+        scales[MASS_COLUMN] = units.mass
+        return values / scales.get(name, 1.0)
 
     def _resolution(self, frame: DumpFrame) -> float:
         """Return what the shift of the wall leaves unseen: digits were printed of the unshifted."""
