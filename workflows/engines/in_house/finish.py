@@ -59,8 +59,9 @@ class End(NamedTuple):
 
 
 def displacements_from(position: float, strains: Array) -> Array:
-    """Return u_i = x_i - (i - 1), of shape (n,), of u_1 and the strains of n - 1 bonds."""
-    return np.cumsum(np.concatenate(([position], strains)))
+    """Return u_i = x_i - (i - 1), of shape (..., n), of u_1 and the strains of n - 1 bonds."""
+    first = np.full((*strains.shape[:-1], 1), position)
+    return np.cumsum(np.concatenate((first, strains), axis=-1), axis=-1)
 
 
 def finish(

@@ -19,6 +19,7 @@ from chaincor.workflows.engines.in_house.batch.lanes import (
     ChainRows,
     Lanes,
 )
+from chaincor.workflows.engines.in_house.finish import displacements_from
 from chaincor.workflows.engines.in_house.moving import Motion, Stepper
 from chaincor.workflows.engines.in_house.stages import State
 from chaincor.workflows.engines.outcome import MOST_ENERGY_GROWTH
@@ -88,8 +89,7 @@ class ManyRuns(Rows):
     @property
     def displacements(self) -> Array:
         """The same as ``strains``, u_i = x_i - (i - 1), of shape (runs, n)."""
-        zeros = np.zeros((len(self.strains), 1))
-        return np.cumsum(np.concatenate((zeros, self.strains), axis=1), axis=1)
+        return displacements_from(0.0, self.strains)
 
     @property
     def listed(self) -> NDArray[np.bool_]:
@@ -195,8 +195,7 @@ class Chains:
     def arrival(self) -> Array:
         """Return when the mean displacements would be at the wall."""
         ledgers, strains = self.rows.ledgers, self.rows.strains
-        zeros = np.zeros((len(strains), 1))
-        along = np.cumsum(np.concatenate((zeros, strains), axis=1), axis=1)
+        along = displacements_from(0.0, strains)
         distance = ledgers["position"] + each_sum(along * self._shares)
         return np.asarray(np.maximum(distance, 0.0) / ledgers["impact_velocity"])
 
