@@ -124,12 +124,13 @@ def test_a_farther_start_changes_no_distribution():
     def speeds(seeds, gap_of):
         found = []
         for seed in seeds:
-            line = scene.replace(seed=seed).line
+            drawn = scene.replace(seed=seed)
+            line = drawn.line
             strains = line.strains.copy()
             strains[line.gap] = gap_of(strains[line.gap])
             line = replace(line, strains=strains)
-            scene.__dict__["line"] = line  # where it is kept
-            found.append(relative_velocity(line, modal.run(scene)))
+            drawn.__dict__["line"] = line  # where it is kept
+            found.append(relative_velocity(line, modal.run(drawn)))
         return found
 
     count = 500
