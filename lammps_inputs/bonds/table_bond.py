@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from chaincor.lammps_inputs.arrays import Array
+from chaincor.lammps_inputs.bonds.named_bond import LARGEST, SMALLEST
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.bonds.table_checks import (
     Section,
@@ -117,22 +118,35 @@ def read_bond_table(path: Path) -> Potential:
 def _bond_of(text: str, path: str) -> Potential:
     section = _only_section(text, path)
     lengths, _, forces = section.data.T
-    finite = np.all(np.isfinite(section.data))
-    if len(lengths) < LEAST_ROWS or not finite or np.any(np.diff(lengths) <= 0):
+    if len(lengths) < LEAST_ROWS:
         raise TableError(
             f"bond table {path!r} has {len(lengths)} usable rows; expected at least {LEAST_ROWS} "
-            "rows 'index length energy force' of finite numbers with increasing length"
+            "rows 'index length energy force'"
+        )
+    finite = np.all(np.isfinite(section.data), axis=1)
+    rising = np.diff(lengths, prepend=-np.inf) > 0.0
+    wrong = np.flatnonzero(~(finite & rising))
+    if len(wrong):
+        row = " ".join(f"{number:.9g}" for number in section.data[wrong[0]])
+        raise TableError(
+            f"bond table {path!r} has '{row}' in row {wrong[0] + 1}; expected length, energy and "
+            "force: finite numbers, with increasing length"
         )
     if not lengths[0] < 1.0 < lengths[-1]:
         raise TableError(
             f"bond table {path!r} spans lengths {lengths[0]:g} to {lengths[-1]:g}; expected "
             "the natural length 1 inside: scale lengths so that it is"
         )
-    force = _smooth(lengths - 1.0, forces)
+    force, largest = _smooth(lengths - 1.0, forces), float(np.max(np.abs(forces)))
     if force is None:
         raise TableError(
-            f"bond table {path!r} has forces up to {np.max(np.abs(forces)):.3g}, which no "
+            f"bond table {path!r} has forces up to {largest:.3g}, which no "
             "smooth curve follows; expected forces in units of stiffness times bond length"
+        )
+    if 0.0 < largest < SMALLEST or largest > LARGEST:
+        raise TableError(
+            f"bond table {path!r} has forces up to {largest:.3g}; expected {SMALLEST:g} to "
+            f"{LARGEST:g}, whose squares are numbers: give other units"
         )
     rows = Rows.of(force, forces, section.least_digits)
     said = section.header.get("N", [len(lengths)])[0]

@@ -57,6 +57,8 @@ def read_masses(value: Any) -> Any:
         raise ValueError(
             f"expected {_MASSES}; as a file it cannot be read: {why_unreadable(error)}"
         ) from None
+    if not words:
+        raise ValueError(f"the file is empty; expected {_MASSES}")
     try:
         return [float(word) for word in words]
     except ValueError:

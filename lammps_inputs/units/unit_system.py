@@ -76,7 +76,14 @@ class UnitSystem:
             fields = tomllib.loads(read_small_file(path))
         except (OSError, ValueError) as error:  # what is no TOML, or no UTF-8, is a ValueError
             raise SceneError(f"{str(path)!a} cannot be read: {error}; expected TOML") from None
-        return cls.from_fields(fields["units"]) if "units" in fields else cls()
+        if "units" in fields:
+            return cls.from_fields(fields["units"])
+        if path.name == UNITS_FILE:
+            raise SceneError(
+                f"{str(path)!a} has no table [units]; expected one with length, mass, stiffness "
+                "and style"
+            )
+        return cls()
 
     @property
     def force_to_acceleration(self) -> float:

@@ -140,7 +140,11 @@ GOOD = [f"{k} {0.8 + 0.1 * k} 0.0 {0.2 - 0.1 * k}" for k in range(5)]
         ([*GOOD, "9 nan 0.0 0.1"], "finite numbers"),
         ([*GOOD, "9 1.5 abc 0.1"], "has the row '9 1.5 abc 0.1'"),
         ([f"{k} {2 + 0.1 * k} 0.0 0.0" for k in range(5)], "the natural length 1 inside"),
+        ([*GOOD, "9 1.1 0.0 0.1"], "has '1.1 0 0.1' in row 6; expected"),
+        ([*GOOD, "9 nan 0.0 0.1"], "has 'nan 0 0.1' in row 6; expected"),
         ([*GOOD, "9 1.5 0.0 1e308"], "no smooth curve follows"),
+        ([f"{row}e+120" for row in GOOD], "forces up to 2e.119; expected 1e-100 to 1e.100"),
+        ([f"{row}e-120" for row in GOOD], "forces up to 2e-121; expected 1e-100 to 1e.100"),
     ],
 )
 def test_a_malformed_table_is_one_line(tmp_path, rows, line):

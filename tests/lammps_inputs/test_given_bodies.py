@@ -236,10 +236,12 @@ def test_a_list_and_what_it_repeats_are_one_scene(masses, particles):
         ("/dev/zero", "cannot be read: it is no plain file"),
         ("1,x,3", "masses is '1,x,3': expected numbers with commas"),
         ("words.txt", "masses is 'words.txt': the file holds 'two'; expected numbers"),
+        ("empty.txt", "masses is 'empty.txt': the file is empty; expected numbers"),
     ],
 )
 def test_masses_of_a_file_say_what_is_wrong_with_it(given, words, folder):
     (folder / "words.txt").write_text("1, two 3\n")
+    (folder / "empty.txt").write_text(" \n")
     with pytest.raises(SceneError, match=words):
         Scene(masses=given, **FOUR)
 

@@ -196,6 +196,14 @@ def test_a_table_of_units_is_checked(table, line):
     assert line in str(refused.value)
 
 
+def test_a_file_of_units_without_their_table_is_refused(tmp_path):
+    """Without the word [units] their keys would be passed over, and the units be the chain's."""
+    path = tmp_path / "units.toml"
+    path.write_text('length = 3.822\nmass = 39.948\nstiffness = 0.0511\nstyle = "metal"\n')
+    with pytest.raises(SceneError, match=r"has no table \[units\]; expected one with length"):
+        UnitSystem.from_file(path)
+
+
 def test_units_come_from_the_scene_file(chaincor, tmp_path):
     scene = tmp_path / "argon.toml"
     scene.write_text("particles = 4\nscheme = 'order4'\n" + ARGON.to_toml())

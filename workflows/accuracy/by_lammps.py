@@ -5,6 +5,8 @@ import time
 from collections.abc import Sequence
 from dataclasses import replace
 
+import numpy as np
+
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.scene_parts.given_bodies import DEFAULT_CONTACT_STIFFNESS
@@ -203,7 +205,9 @@ def _too_sharp(scene: Scene, sharp: float) -> str:
             f"contact would swing {sharp:.2g} times faster than bonds at rest; {expected}: give a "
             "smaller one, or use engine 'reference', or contact 'hard'"
         )
-    shortest = 1.0 + scene.bond.compressed_strain(scene.impact_velocity**2)
+    line = scene.line
+    at_first = float(np.min(np.delete(line.strains, line.gap), initial=0.0))
+    shortest = 1.0 + min(at_first, scene.bond.compressed_strain(scene.impact_velocity**2))
     return (
         f"bonds would be compressed to about {shortest:.2g} of their length, where they swing "
         f"{sharp:.2g} times faster than at rest; {expected}: lower the speed, or use engine "

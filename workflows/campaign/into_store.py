@@ -59,7 +59,7 @@ class IntoStore:
         self._store, self._arrays, self._recompute = store, arrays, recompute
         self.todo: list[Scene] = []  #: Collisions to compute, each once.
         self.tally = Tally()  #: What came of them so far.
-        wanted = _tightest(scenes)
+        wanted = tightest(scenes)
         for scene, standing in zip(wanted, store.standings(wanted), strict=True):
             if standing is not None and not recompute:
                 if standing.answers(scene, arrays=arrays):
@@ -165,7 +165,7 @@ def _as_exactly(scene: Scene, standing: Row) -> Scene:
     return scene.replace(tolerance=known)
 
 
-def _tightest(scenes: Iterable[Scene]) -> list[Scene]:
+def tightest(scenes: Iterable[Scene]) -> list[Scene]:
     """Return each collision once, as exactly as it is asked for anywhere."""
     chosen: dict[str, Scene] = {}
     for scene in scenes:

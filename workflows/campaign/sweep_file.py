@@ -175,12 +175,12 @@ def _range_values(name: str, axis: dict[str, Any]) -> list[float] | list[int]:
         step = float(axis["step"])
         count = (last - first) / step * (1.0 + 1e-12) + 1.0 if step else 0.0
         if not 1.0 <= count <= _MOST_POINTS:
-            raise wrong("a step towards to")
+            raise wrong(f"a step towards to, and at most {_MOST_POINTS} points")
         values = first + step * np.arange(math.floor(count))
     else:
         points = axis["points"]
         if not isinstance(points, int) or not 1 <= points <= _MOST_POINTS:
-            raise wrong("a whole number of points")
+            raise wrong(f"a whole number of points, 1 to {_MOST_POINTS}")
         if spacing == "log" and not (first > 0 and last > 0):
             raise wrong("it above zero where spacing is log")
         space = np.geomspace if spacing == "log" else np.linspace

@@ -75,7 +75,7 @@ def sweep(
     speed = { from = 0.1, to = 1.0, points = 10 }
     """  # noqa: D301
     from chaincor.workflows.campaign.cluster import DaskCluster
-    from chaincor.workflows.campaign.into_store import IntoStore
+    from chaincor.workflows.campaign.into_store import IntoStore, tightest
     from chaincor.workflows.campaign.points import shard as part_of
     from chaincor.workflows.campaign.sweep_file import read_sweep
     from chaincor.workflows.campaign.work import Forecast
@@ -91,7 +91,7 @@ def sweep(
     cores = workers_given(workers)
     if dry_run:
         with Store(path, read_only=True) if path.exists() else contextlib.nullcontext() as store:
-            todo = scenes if store is None else IntoStore(store, scenes, **wishes).todo
+            todo = tightest(scenes) if store is None else IntoStore(store, scenes, **wishes).todo
         cost = Forecast.of(todo, arrays=wishes["arrays"])
         points = [
             scene.model_dump(mode="json", include=scene.model_fields_set, exclude_none=True)

@@ -97,7 +97,8 @@ def _describe_comparison(each: Comparison) -> list[str]:
     if each.growth is not None:
         lines.append(f"{'growth':<12} {each.growth:.3g} by time: e-fold in {1 / each.growth:.3g}")
     for name, (value, difference, error) in each.numbers.items():
-        agrees = {True: "agrees", False: "differs", None: "not a mean"}[each.agrees(name)]
+        untold = "not a mean" if math.isnan(error) else "cannot tell: the run is too short"
+        agrees = {True: "agrees", False: "differs", None: untold}[each.agrees(name)]
         bar = f" +- {error:.1e}" if math.isfinite(error) else ""
         lines.append(f"{name:<20} {value:.10g}, difference {difference:.2g}{bar}: {agrees}")
     return lines

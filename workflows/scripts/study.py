@@ -252,6 +252,8 @@ def _with_step(runner: Runner, varied: Varied) -> Varied:
     if own is None:
         said = run.failure or "it has no run, so that no step can be varied"
         raise runner.error("as it stands", said)
+    if own <= 0.0:
+        raise runner.error("as it stands", f"its timestep is {own:g}; expected one above 0")
     if ladder is None:
         ladder = ladder_around(own)
         for _ in range(_HALVINGS):

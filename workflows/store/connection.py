@@ -28,6 +28,8 @@ def connect(path: Path, *, read_only: bool = False) -> sqlite3.Connection:
     """
     if read_only and not path.exists():
         raise StoreError(f"there is no results store {path}; expected one made by `chaincor sweep`")
+    if path.exists() and not path.is_file():
+        raise StoreError(f"the results store {path} is no file; expected one, or a new name")
     if not path.parent.is_dir():
         raise StoreError(f"the folder of the results store {path} does not exist; make it first")
     mode = "ro" if read_only else "rwc"

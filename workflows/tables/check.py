@@ -190,8 +190,9 @@ def _chosen(sections: list[Section], keyword: str | None, path: Path) -> Section
         return sections[0]
     found = [each for each in sections if each.keyword == keyword]
     if not found:
+        named = ", ".join(name or "one without a keyword" for name in names)
         raise InputError(
-            f"{str(path)!r} has the sections {', '.join(names)}, and "
+            f"{str(path)!r} has the sections {named}, and "
             f"{'none was chosen' if keyword is None else f'none is {keyword!r}'}; expected "
             "--keyword with one of them"
         )

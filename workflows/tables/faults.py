@@ -7,6 +7,7 @@ from typing import Any, Literal
 import numpy as np
 
 from chaincor.lammps_inputs.arrays import Array
+from chaincor.lammps_inputs.bonds.named_bond import LARGEST
 from chaincor.lammps_inputs.bonds.table_checks import (
     Section,
     fault_of_energies,
@@ -62,10 +63,10 @@ def faults_of_header(section: Section, kind: Kind) -> list[str]:
 
 def fault_of_numbers(data: Array, kind: Kind) -> str | None:
     """Say why rows are no table at all; None where they are one."""
-    wrong = np.flatnonzero(~np.all(np.isfinite(data), axis=1))
+    wrong = np.flatnonzero(~np.all(np.abs(data) <= LARGEST, axis=1))
     if len(wrong):
         said = " ".join(f"{number:g}" for number in data[wrong[0]])
-        return f"row {wrong[0] + 1} says '{said}'; expected finite numbers"
+        return f"row {wrong[0] + 1} says '{said}'; expected finite numbers, of {LARGEST:g} at most"
     if len(data) < LEAST_ROWS:
         return f"it has {len(data)} rows; expected {LEAST_ROWS} at least"
     falling = np.flatnonzero(np.diff(data[:, 0]) <= 0.0)

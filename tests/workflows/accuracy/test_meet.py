@@ -15,7 +15,7 @@ from chaincor.workflows.engines.in_house import stepping
 from chaincor.workflows.engines.rounding import amplified_rounding
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
 from chaincor.workflows.error_bar import ErrorBar
-from chaincor.workflows.errors import CrossingError
+from chaincor.workflows.errors import CrossingError, RunError
 from chaincor.workflows.measured import measured
 from tests.reference_cases import CASES, case_name, case_scene
 
@@ -218,4 +218,10 @@ def test_a_chain_that_is_thrown_back_faster_than_it_came_is_refused_by_name():
     # The first step that is tried is so long that momenta overflow before any strain tells.
     scene = Scene(potential="toda", toda_b=1.0, particles=10, speed=100.0, engine="reference")
     with pytest.raises(CrossingError, match="two particles meet"):
+        collide(scene)
+
+
+def test_bonds_that_come_too_sharp_for_lammps_are_named_with_their_own_length():
+    scene = Scene(particles=3, compression=0.9)
+    with pytest.raises(RunError, match=r"compressed to about 0\.1 of their length"):
         collide(scene)

@@ -198,6 +198,11 @@ def test_dry_run_computes_and_writes_nothing(chaincor, sweep_file, tmp_path):
     assert len(forecast["points"]) == forecast["to_compute"]["points"] == 6
 
 
+def test_a_forecast_counts_each_collision_once(chaincor, sweep_file):
+    path = sweep_file("[scene]\nparticles = 2\n[axes]\nspeed = [0.1, 0.2, 0.1]\n")
+    assert "\nto compute   2, into" in chaincor("sweep", path, "--dry-run")[1]
+
+
 @pytest.mark.slow
 def test_a_sweep_from_file_to_plots(chaincor, sweep_file, tmp_path):
     path, store = sweep_file(), tmp_path / "out.sqlite"

@@ -9,8 +9,8 @@ from chaincor import timestep_study
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.workflows.engines.lammps.library import find_lmp_command
 from chaincor.workflows.scripts.change import Change
-from chaincor.workflows.scripts.description import describe_script_study
-from chaincor.workflows.scripts.parting import PARTED, judge_distances
+from chaincor.workflows.scripts.description import _describe_comparison, describe_script_study
+from chaincor.workflows.scripts.parting import PARTED, Comparison, judge_distances
 from chaincor.workflows.scripts.quantities import Asked
 from chaincor.workflows.scripts.script_run import Runner
 from chaincor.workflows.scripts.varied import read_ranks
@@ -110,6 +110,14 @@ def test_verdicts_on_distances():
     assert parted == pytest.approx(6.95)
     assert growth == pytest.approx(4.0, rel=1e-6)
     assert judge_distances(times, np.full(201, 0.3))[0] == "at once"
+
+
+def test_a_mean_whose_error_is_not_known_is_called_one():
+    numbers = {"temp:mean": (0.1, 1e-16, math.inf), "pe:drift": (0.2, 1e-16, math.nan)}
+    parted = Comparison("last digit", "together", None, None, np.zeros(1), np.zeros(1), numbers)
+    mean, drift = _describe_comparison(parted)[-2:]
+    assert mean.endswith("difference 1e-16: cannot tell: the run is too short")
+    assert drift.endswith("difference 1e-16: not a mean")
 
 
 def test_ranks_are_numbers():

@@ -12,7 +12,7 @@ from chaincor.workflows.scripts.change import Change
 from chaincor.workflows.scripts.description import describe_script_study, notes
 from chaincor.workflows.scripts.quantities import Asked, Quantity, Samples, read_quantity
 from chaincor.workflows.scripts.rewriting import rewrite
-from chaincor.workflows.scripts.script_run import Runner, list_files
+from chaincor.workflows.scripts.script_run import Runner, ScriptRunError, list_files
 from chaincor.workflows.scripts.script_text import ScriptText
 from chaincor.workflows.scripts.step_counts import find_step_counts
 from chaincor.workflows.scripts.study_files import script_study_to_dict
@@ -390,6 +390,15 @@ def test_what_cannot_be_studied_is_refused(tmp_path):
         path.write_text(text)
         with pytest.raises(InputError, match=said):
             timestep_study(path, **options)
+
+
+@pytest.mark.parametrize("step", ["0", "-0.02"])
+@pytest.mark.parametrize("vary", [None, "timestep=0.1:0.01:4"])
+def test_a_step_that_is_not_above_0_is_refused(tmp_path, step, vary):
+    path = tmp_path / "in.x"
+    path.write_text(f"{SPRING}timestep {step}\nrun 20\n")
+    with pytest.raises(ScriptRunError, match=f"its timestep is {step}; expected one above 0"):
+        timestep_study(path, ["pe:last"], vary=vary)
 
 
 def test_scripts_need_no_scene_and_no_compiler():

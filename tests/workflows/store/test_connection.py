@@ -79,6 +79,10 @@ def test_missing_files_and_folders_are_named(tmp_path):
         Store(tmp_path / "none.sqlite", read_only=True)
     with pytest.raises(StoreError, match="folder"):
         Store(tmp_path / "none" / "none.sqlite")
+    for read_only in (True, False):
+        for path in (tmp_path, "/dev/null"):
+            with pytest.raises(StoreError, match="is no file"):
+                Store(path, read_only=read_only)
 
 
 def test_a_read_only_store_can_be_read_and_refuses_writes(tmp_path, make_attempt):

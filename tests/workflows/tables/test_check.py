@@ -177,6 +177,8 @@ def test_a_file_without_a_header_or_rows(tmp_path):
     path = tmp_path / "t.table"
     path.write_text("1 0.9 1 2\n2 1.0 0 1\n3 1.1 0 0\n4 1.2 1 -1\n5 1.3 2 -2\n")
     assert "no line 'N rows'" in check_table(path).faults[0]
+    with pytest.raises(InputError, match="has the sections one without a keyword, and none is 'B'"):
+        check_table(path, "B")
     path.write_text("nothing at all\n")
     assert not check_table(path).is_good
 
@@ -216,6 +218,13 @@ def test_what_linear_and_lookup_err_by(tmp_path, style):
     again = check_table(write(tmp_path / "more.table", rows=wanted), style=style)
     # Of what LAMMPS makes of the rows: the file must hold as many, or tell its force otherwise.
     assert again.style_error <= 1.05e-3
+
+
+def test_forces_beyond_what_can_be_squared_are_a_fault(tmp_path):
+    path = write(tmp_path / "t.table", spoil=lambda data, header: data * [1.0, 1e300, 1e300])
+    (fault,) = check_table(path).faults
+    assert fault.startswith("row 1 says '0.6 ")
+    assert fault.endswith("expected finite numbers, of 1e+100 at most")
 
 
 def test_sections_are_chosen_by_keyword(tmp_path):
