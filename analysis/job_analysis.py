@@ -81,10 +81,12 @@ def analyze_job(
     >>> analyze_job(find_job(".")).contacts
     9
     """
-    view = view or job.view
-    units, scene = view.units, job.told_scene
+    if view is not None:
+        job = replace(job, seen=view)
+    view, scene = job.view, job.told_scene
+    units = view.units
     _refuse_other_units(job, units.style)
-    dump = job.frames(view)
+    dump = job.frames()
     first = dump.first()
     layout = ChainLayout.from_frame(first, target_particles_of(job, first, target_particles))
     known = Known(

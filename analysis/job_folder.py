@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from chaincor.analysis.dumps.frame import Frames
-from chaincor.analysis.dumps.masses import DeclaredMasses, declared_masses
+from chaincor.analysis.dumps.masses import DeclaredMasses, declared_masses, read_sections
 from chaincor.analysis.dumps.other_trajectories import is_other_trajectory, open_trajectory
 from chaincor.analysis.dumps.run_commands import RunCommands
 from chaincor.analysis.dumps.view import DumpView, ViewedDump
@@ -21,7 +21,6 @@ from chaincor.lammps_inputs.units.unit_system import UNITS_FILE, UnitSystem
 
 _HEAD = 4096
 _ATOM_COUNT = re.compile(rb"^\s*(\d+)\s+atoms\s*$", re.MULTILINE)
-_BOND_COUNT = re.compile(rb"^\s*(\d+)\s+bonds\s*$", re.MULTILINE)
 _DATA_SECTION = re.compile(rb"^\s*(Atoms|Masses)\b", re.MULTILINE)
 _SCRIPT_COMMAND = re.compile(rb"^\s*(units|atom_style|read_data|run)\s", re.MULTILINE)
 # Also within a command such as ``if``.
@@ -38,6 +37,7 @@ class Job:
     #: Input scripts and LAMMPS logs.
     scripts: tuple[Path, ...] = ()
     logs: tuple[Path, ...] = ()  #: See ``scripts``.
+    seen: DumpView | None = None  #: How to see its dump, where a user said so.
 
     @property
     def files(self) -> list[tuple[str, Path]]:
@@ -73,8 +73,10 @@ class Job:
 
         Units are those of ``units.toml``; without one, and without a scene, those in which its
         springs and masses are 1. The wall is that of ``fix wall/reflect``; of two, the chain flies
-        to one.
+        to one. What a user said comes before all of it.
         """
+        if self.seen is not None:
+            return self.seen
         path, setup = self.dump.parent / UNITS_FILE, self.commands.setup
         units = UnitSystem()
         if path.exists():
@@ -103,10 +105,16 @@ class Job:
         scene = self.told_scene
         return None if scene is None else SCHEME_ORDERS[scene.scheme or "verlet"]
 
-    def frames(self, view: DumpView) -> Frames:
+    @property
+    def step(self) -> float | None:
+        """The step that it was set up with, in the chain's units; None where nothing tells it."""
+        step = self.commands.first_timestep
+        return None if step is None else step / self.view.units.time
+
+    def frames(self) -> Frames:
         """Open its dump, in the chain's units; exactly as it is where it is in them."""
         source = open_trajectory(self.dump)
-        return source if view == DumpView() else ViewedDump(source, view)
+        return source if self.view == DumpView() else ViewedDump(source, self.view)
 
 
 def find_job(folder: Path | str, *, data: Path | None = None, dump: Path | None = None) -> Job:
@@ -236,11 +244,11 @@ def _files_by_kind(folder: Path) -> dict[str, list[Path]]:
 
 def count_atoms_and_bonds(path: Path) -> tuple[int, int]:
     """Return what a data file declares, 0 bonds by default; InputError if it is none."""
-    head = _read_head(path)
-    atoms, bonds = (count.search(head) for count in (_ATOM_COUNT, _BOND_COUNT))
-    if atoms is None:
+    _, header = read_sections(path)[""]
+    counts = {row[1]: int(row[0]) for row in header if len(row) == 2 and row[0].isdigit()}
+    if "atoms" not in counts:
         raise InputError(f"{path} is not a LAMMPS data file: no line 'N atoms' in its header")
-    return int(atoms[1]), 0 if bonds is None else int(bonds[1])
+    return counts["atoms"], counts.get("bonds", 0)
 
 
 def _read_head(path: Path) -> bytes:

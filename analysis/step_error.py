@@ -22,6 +22,7 @@ Progress = Callable[[int], None] | None
 # benchmarks/bars/analyzed.py, which also counts the truths inside the bars.
 EVENT_RESERVE = 4.0
 REFLECT_RESERVE = 8.0
+_SAME_STEP = 1e-9
 # Scene keys that two runs of one collision may differ in.
 _NUMERICS = ("timestep", "tolerance", "error")
 
@@ -94,17 +95,19 @@ def estimate_error(runs: Sequence[CollisionAnalysis]) -> CollisionAnalysis:
     steps, their order or the bond are not known, contacts are not the same, or a dump ends too
     early; a caveat says why.
     """
-    every = [_step(run) for run in runs]
+    every = [_job_of(run).step for run in runs]
     steps = sorted({step for step in every if step is not None})
+    # In different units the same step is rounded differently.
+    steps = [h for k, h in enumerate(steps) if not k or h > (1.0 + _SAME_STEP) * steps[k - 1]]
     alone = len(runs) == 1 or None in every or len(steps) < 2
-    fine = runs[0] if alone else next(run for run in runs if _step(run) == steps[0])
+    fine = runs[0] if alone else runs[every.index(steps[0])]
     error, says = printed_error(_job_of(fine).logs, fine.restitution, fine.data_error)
     notes = [] if says is None else [says]
     why = None
     if error is None and alone:
         why = _why_alone(runs, steps)
     elif error is None:
-        coarse = next(run for run in runs if _step(run) == steps[1])
+        coarse = runs[every.index(steps[1])]
         why = _why_incomparable(fine, coarse)
         error = _bar(fine, coarse) if why is None else None
     if why is not None:
@@ -119,11 +122,6 @@ def estimate_error(runs: Sequence[CollisionAnalysis]) -> CollisionAnalysis:
 def _job_of(run: CollisionAnalysis) -> Job:
     assert run.job is not None
     return run.job
-
-
-def _step(run: CollisionAnalysis) -> float | None:
-    """Return the step of a run; None where neither log nor script tells it."""
-    return _job_of(run).commands.first_timestep
 
 
 def _difference(a: CollisionAnalysis, b: CollisionAnalysis) -> str | None:
@@ -150,7 +148,7 @@ def _difference(a: CollisionAnalysis, b: CollisionAnalysis) -> str | None:
 
 
 def _bar(fine: CollisionAnalysis, coarse: CollisionAnalysis) -> float:
-    order, step, coarse_step = _job_of(fine).order, _step(fine), _step(coarse)
+    order, step, coarse_step = _job_of(fine).order, _job_of(fine).step, _job_of(coarse).step
     difference = abs(fine.restitution - coarse.restitution)
     digits = fine.data_error + coarse.data_error
     drift, coarse_drift = fine.energy_drift, coarse.energy_drift
@@ -202,8 +200,8 @@ def _why_incomparable(a: CollisionAnalysis, b: CollisionAnalysis) -> str | None:
         return "the jobs do not tell with which wall and scheme they ran"
     if a.contacts is None or a.contacts != b.contacts:
         return (
-            f"the runs at steps {_step(a):g} and {_step(b):g} do not show the same number of "
-            "contacts"
+            f"the runs at steps {_job_of(a).step:g} and {_job_of(b).step:g} do not show the same "
+            "number of contacts"
         )
     if not (a.finished and b.finished):
         return "the collision is not over in the last frame"

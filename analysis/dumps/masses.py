@@ -1,6 +1,7 @@
 """Masses of the particles, from the wall outwards: from the dump, the job's files, or given."""
 
 import gzip
+import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -151,7 +152,7 @@ def declared_masses(data: Path | None, commands: RunCommands = NO_COMMANDS) -> D
 
     Raises InputError if the section cannot be read.
     """
-    sections = {} if data is None else _read_sections(data, ("Masses", "Atoms"))
+    sections = {} if data is None else read_sections(data)
     in_data = _masses_section(sections.get("Masses", ("", []))[1], data)
     files, expanded = commands.named("mass", "set", "read_data", "atom_style")
     read = [_masses_after(each, in_data, path.name, expanded) for path, each in files.items()]
@@ -206,15 +207,19 @@ def _sets_masses(words: list[str]) -> bool:
     return any(word == "mass" or word.startswith("type") for word in words[3:])
 
 
-def _read_sections(path: Path, wanted: Sequence[str]) -> dict[str, tuple[str, list[list[str]]]]:
-    """Return hint and rows of some sections."""
+def read_sections(path: Path) -> dict[str, tuple[str, list[list[str]]]]:
+    """
+    Return hint and rows of the sections of a data file, plain or gzipped; the header has no name.
+
+    Raises InputError if the file cannot be read.
+    """
     try:
         raw = path.read_bytes()
         text = (gzip.decompress(raw) if raw.startswith(b"\x1f\x8b") else raw).decode("utf-8")
-    except (OSError, EOFError, UnicodeDecodeError) as error:
+    except (OSError, EOFError, zlib.error, UnicodeDecodeError) as error:
         raise InputError(f"cannot read {path}: {error}; expected a LAMMPS data file") from None
-    sections: dict[str, tuple[str, list[list[str]]]] = {}
     rows: list[list[str]] = []
+    sections = {"": ("", rows)}
     for line in text.splitlines()[1:]:
         body, _, comment = line.partition("#")
         words = body.split()
@@ -223,7 +228,7 @@ def _read_sections(path: Path, wanted: Sequence[str]) -> dict[str, tuple[str, li
             sections[" ".join(words)] = (comment.strip(), rows)
         elif words:
             rows.append(words)
-    return {name: found for name, found in sections.items() if name in wanted}
+    return sections
 
 
 def _masses_section(rows: list[list[str]], path: Path | None) -> dict[int, float]:

@@ -1,3 +1,4 @@
+import gzip
 import shutil
 
 import numpy as np
@@ -31,6 +32,17 @@ def test_files_are_found_by_what_they_are(job_folder):
     assert [path.name for path in job.scripts] == ["in.mine"]
     assert [path.name for path in job.logs] == ["log.lammps"]
     assert count_atoms_and_bonds(job.data) == (20, 19)
+
+
+def test_a_gzipped_data_file_is_that_of_the_job_as_well(job_folder):
+    packed = job_folder / "my.data.gz"
+    packed.write_bytes(gzip.compress((job_folder / "my.data").read_bytes()))
+    (job_folder / "my.data").unlink()
+    assert count_atoms_and_bonds(packed) == (20, 19)
+    assert analyze_job(find_job(job_folder, data=packed), bond=Harmonic()).contacts == 17
+    packed.write_bytes(packed.read_bytes()[:30] + b"damaged")
+    with pytest.raises(InputError, match="expected a LAMMPS data file"):
+        count_atoms_and_bonds(packed)
 
 
 def test_a_job_is_analysed_with_what_its_files_know(job_folder):

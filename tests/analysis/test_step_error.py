@@ -12,6 +12,7 @@ from chaincor.analysis.dumps.printed import printed_numbers
 from chaincor.analysis.step_error import analyze_folder
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.scene import Scene
+from chaincor.lammps_inputs.units.unit_system import CHAIN_UNITS, UnitSystem
 from chaincor.workflows.engines.ending import argue_end
 from chaincor.workflows.job import write_job
 from chaincor.workflows.job_analysis.analyze import analyze
@@ -27,8 +28,8 @@ COMPOSED = Scene(
 )
 
 
-def run_job(scene, folder):
-    write_job(scene, folder, dump=True)
+def run_job(scene, folder, units=CHAIN_UNITS):
+    write_job(scene, folder, dump=True, units=units)
     assert run_lmp(folder).returncode == 0
     return folder
 
@@ -69,6 +70,25 @@ def test_a_job_with_another_step_below_it(tmp_path, truth):
     found = analyze_folder(job, end_argument=argue_end)
     assert found.job.dump.parent == job / "half"
     assert abs(found.restitution - truth) <= found.restitution_error
+
+
+def test_steps_are_compared_in_the_units_of_the_chain(tmp_path, truth):
+    """Of two runs in different units the numbers of the steps say nothing."""
+    metal = UnitSystem(3.8, 40.0, 0.05, "metal")  # a time unit of the chain is 0.29 ps
+    alike, metals, reduced = tmp_path / "alike", tmp_path / "metals", tmp_path / "reduced"
+    run_job(SCENE, alike / "a")
+    run_job(SCENE, alike / "b", metal)
+    assert "all runs have the step 0.02" in analyze_folder(alike).caveats[-1]
+    for folder, units in ((metals, metal), (reduced, CHAIN_UNITS)):
+        run_job(SCENE, folder / "a")
+        run_job(SCENE.replace(timestep=0.01), folder / "b", units)
+    found = analyze_folder(metals)
+    assert found.job.dump.parent == metals / "b"
+    assert abs(found.restitution - truth) <= found.restitution_error
+    # Lengths of 3.8 are rounded otherwise, which changes eta by some 1e-15.
+    assert found.restitution_error == pytest.approx(
+        analyze_folder(reduced).restitution_error, rel=1e-6
+    )
 
 
 def test_what_the_run_itself_has_printed_is_its_error(tmp_path, truth):

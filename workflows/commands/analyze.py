@@ -128,8 +128,7 @@ def analyze(
     )
     job = analysis.job
     assert job is not None
-    view = _view(job, options)
-    units = view.units
+    units = job.view.units
     read = [path for _, path in job.files]
     for option_name, path in {"--animation": animation, "--xyz": xyz}.items():
         if path is not None:
@@ -138,7 +137,7 @@ def analyze(
         animate(analysis, animation)
     if xyz is not None:
         both = [body.masses for body in analysis.bodies.values()]
-        write_extended_xyz(job.frames(view), xyz, analysis.timestep or 1.0, *both)
+        write_extended_xyz(job.frames(), xyz, analysis.timestep or 1.0, *both)
     if output is not None:
         more = {animation: "moving picture", xyz: "the motion, for viewers of atoms"}
         beside = {path: what for path, what in more.items() if path is not None}

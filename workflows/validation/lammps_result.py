@@ -78,7 +78,6 @@ def read_lammps_result(path: Path | str) -> LammpsResult:
     analysis = analyze_folder(folder, dump=dump, end_argument=argue_end)
     job = analysis.job
     assert job is not None
-    timestep = job.commands.first_timestep
     return LammpsResult(
         str(path),
         scene or _scene_told(analysis),
@@ -88,7 +87,7 @@ def read_lammps_result(path: Path | str) -> LammpsResult:
         analysis.data_error,
         analysis.particles + analysis.target_particles,
         job.commands.stock_wall,
-        None if timestep is None else timestep / job.view.units.time,
+        job.step,
     )
 
 
