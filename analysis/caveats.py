@@ -15,8 +15,6 @@ _ALL_DIGITS = 1e-14
 _LARGE_DRIFT = 1e-6
 _LARGE_MISS = 1e-6
 _UNUSUAL_BOND = 1e-3
-# Sums of energies of many particles; nothing for a bound of 1 itself, which is exact.
-_ROUNDINGS = 1e-13
 
 
 def collect_caveats(
@@ -57,50 +55,6 @@ def collect_caveats(
     if drifts is not None:
         caveats += _drift_caveats(drifts[0], drifts[1] - drifts[0])
     return caveats
-
-
-def find_contradictions(
-    restitution: float,
-    data_error: float,
-    detection: DetectedContacts,
-    bound: float | None = 1.0,
-) -> tuple[str, ...]:
-    """
-    Say what no chain and no wall can have done; while there is any, no number is to be trusted.
-
-    `data_error` is the error of eta due to format and reading, `bound` the largest eta that the
-    energy in the first frame allows: above 1 for a chain that came vibrating, None where it is not
-    known.
-    """
-    found = []
-    suspects = (
-        "forces other than those of wall and bonds, other masses than those of the run (--masses), "
-        "or a step too large"
-    )
-    if bound is not None and restitution > bound * (1.0 + _ROUNDINGS) + data_error:
-        allowed = "1" if bound == 1.0 else f"{bound:.6g}, which takes all energy it came with,"
-        found.append(
-            f"restitution is above {allowed} by {restitution - bound:.1e}: the chain cannot gain "
-            f"energy from a wall at rest, which points to {suspects}"
-        )
-    if detection.largest_fall > 0.0:
-        found.append(
-            f"the momentum falls by {detection.largest_fall:.1e} of that at impact, which no wall "
-            f"explains: it only pushes away; that points to {suspects}"
-        )
-    if detection.unexplained:
-        found.append(
-            f"the momentum rises {detection.unexplained} times while particle 1 is out of reach "
-            f"of a wall at x = 0: that points to {suspects}, or to a wall elsewhere or of its own "
-            "range"
-        )
-    if detection.method == "reintegration" and detection.unresolved:
-        found.append(
-            f"contacts with a wall at x = 0 do not account for the momentum between "
-            f"{detection.unresolved} pairs of frames: that points to {suspects}, to another "
-            "potential, or to frames too far apart"
-        )
-    return tuple(found)
 
 
 def _precision_caveats(reading: CollisionFrames) -> list[str]:

@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterable, Sequence
 
 import numpy as np
 
-from chaincor.analysis.caveats import collect_caveats, find_contradictions, mode_caveats
+from chaincor.analysis.caveats import collect_caveats, mode_caveats
 from chaincor.analysis.collision_frames import NOTHING_KNOWN, CollisionFrames, Known
 from chaincor.analysis.contacts import contact_statistics
 from chaincor.analysis.dumps.chain_state import ChainState
@@ -53,9 +53,6 @@ def analyze_frames(
         drifts = (parted - start) / start, (end - start) / start
         remainder = float(anharmonic_remainder(seen.last.displacements, known.bond))
     e = seen.last.separation(masses) / velocity
-    error = restitution_precision(seen, e)
-    bound = _largest_restitution(totals[0] if totals else None, reading)
-    contradictions = find_contradictions(e**2, error, detection, bound)
     caveats = collect_caveats(seen, drifts=drifts, truncated=frames.truncated)
     chain, *target = _each_body(seen, energies, origin)
     for body in (chain, *target):
@@ -67,10 +64,10 @@ def analyze_frames(
         bond=known.bond,
         velocity=velocity,
         restitution=e**2,
-        restitution_bound=bound,
+        restitution_bound=_largest_restitution(totals[0] if totals else None, reading),
         kinematic_restitution=e,
         restitution_error=None,
-        data_error=error,
+        data_error=restitution_precision(seen, e),
         contact_times=times,
         contact_speeds=detection.speeds,
         contact_statistics=statistics,
@@ -87,8 +84,7 @@ def analyze_frames(
         time_end=float(seen.last.time - origin),
         ending=seen.argument,
         finished=seen.finished,
-        contradictions=contradictions,
-        caveats=(*contradictions, *notes, *caveats),
+        notes=(*notes, *caveats),
         soft=known.soft,
         target=target[0] if target else None,
     )

@@ -11,6 +11,7 @@ from chaincor.analysis.collision_frames import EndArgument, Known
 from chaincor.analysis.dumps.chain_frames import BODY_COLUMN, ChainLayout
 from chaincor.analysis.dumps.frame import DumpFrame, Frames
 from chaincor.analysis.dumps.masses import masses_of_bodies
+from chaincor.analysis.dumps.run_commands import is_computed
 from chaincor.analysis.dumps.view import DumpView
 from chaincor.analysis.frame_analysis import analyze_frames
 from chaincor.analysis.job_folder import Job, count_atoms_and_bonds
@@ -207,8 +208,8 @@ def infer_timestep(dump: Frames, layout: ChainLayout) -> float | None:
 
 def _refuse_other_units(job: Job, style: str) -> None:
     for path, commands in job.commands.files.items():
-        units = (c for c in commands if c.words[0] == "units" and not c.computed)
-        other = next((word for c in units for word in c.words[1:2] if word != style), None)
+        units = (c for c in commands if c[0] == "units" and not is_computed(c))
+        other = next((word for c in units for word in c[1:2] if word != style), None)
         if other is not None:
             raise InputError(
                 f"{path} sets units {other}; expected units {style}: --units, --length, --mass and "

@@ -1,6 +1,7 @@
 """What the analysis of a collision returns."""
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -8,12 +9,15 @@ import numpy as np
 from chaincor.analysis.contacts import ContactStatistics
 from chaincor.analysis.dumps.contact_detection import DetectedContacts
 from chaincor.analysis.restitution import EnergySplit
-from chaincor.analysis.showing.numbers import eta_of_dump
+from chaincor.analysis.showing.numbers import eta_of_dump, impact_speed
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.potential import Potential
 
 if TYPE_CHECKING:
     from chaincor.analysis.job_folder import Job
+
+# Sums of energies of many particles; nothing for a bound of 1 itself, which is exact.
+_ROUNDINGS = 1e-13
 
 
 @dataclass(frozen=True)
@@ -136,10 +140,7 @@ class CollisionAnalysis(BodyAnalysis):
         where one is unlikely; None where neither can be said.
     finished : bool
         Whether, as far as can be told, no contact follows the last frame.
-    contradictions : tuple of str
-        What no chain and no wall can have done, such as eta above 1: no number is to be trusted
-        while there is one. They are among the caveats, too.
-    caveats : tuple of str
+    notes : tuple of str
         What limits the numbers above, one sentence each.
     soft : bool
         Whether the bodies overlap when they meet: contacts are not told then.
@@ -176,8 +177,7 @@ class CollisionAnalysis(BodyAnalysis):
     time_end: float
     ending: str | None
     finished: bool
-    contradictions: tuple[str, ...]
-    caveats: tuple[str, ...]
+    notes: tuple[str, ...]
     soft: bool = False
     job: "Job | None" = None
     target: BodyAnalysis | None = None
@@ -191,6 +191,49 @@ class CollisionAnalysis(BodyAnalysis):
     def bodies(self) -> dict[str, BodyAnalysis]:
         """The chain and a free target, by what stands before their names: nothing, ``target_``."""
         return {"": self} if self.target is None else {"": self, "target_": self.target}
+
+    @cached_property
+    def contradictions(self) -> tuple[str, ...]:
+        """
+        What no chain and no wall can have done, such as eta above 1.
+
+        While there is any, no number is to be trusted.
+        """
+        found, bound, detection = [], self.restitution_bound, self.detection
+        error = self.data_error if self.restitution_error is None else self.restitution_error
+        suspects = (
+            "forces other than those of wall and bonds, other masses than those of the run "
+            "(--masses), or a step too large"
+        )
+        if bound is not None and self.restitution > bound * (1.0 + _ROUNDINGS) + error:
+            allowed = "1" if bound == 1.0 else f"{bound:.6g}, which takes all energy it came with,"
+            found.append(
+                f"restitution is above {allowed} by {self.restitution - bound:.1e}: the chain "
+                f"cannot gain energy from a wall at rest, which points to {suspects}"
+            )
+        if detection.largest_fall > 0.0:
+            found.append(
+                f"the momentum falls by {detection.largest_fall:.1e} of that at impact, which no "
+                f"wall explains: it only pushes away; that points to {suspects}"
+            )
+        if detection.unexplained:
+            found.append(
+                f"the momentum rises {detection.unexplained} times while particle 1 is out of "
+                f"reach of a wall at x = 0: that points to {suspects}, or to a wall elsewhere or "
+                "of its own range"
+            )
+        if detection.method == "reintegration" and detection.unresolved:
+            found.append(
+                f"contacts with a wall at x = 0 do not account for the momentum between "
+                f"{detection.unresolved} pairs of frames: that points to {suspects}, to another "
+                "potential, or to frames too far apart"
+            )
+        return tuple(found)
+
+    @property
+    def caveats(self) -> tuple[str, ...]:
+        """What limits the numbers, one sentence each: the contradictions, then the notes."""
+        return self.contradictions + self.notes
 
     @property
     def energy_at_impact(self) -> float:
@@ -210,9 +253,7 @@ class CollisionAnalysis(BodyAnalysis):
     @property
     def heading(self) -> str:
         """What collided, how fast, and how many frames show it, in one line."""
-        speed = f"v0 = {self.velocity:.6g}"
-        if self.bond is not None and self.bond.natural_speed is not None:
-            speed += f" = {self.velocity / self.bond.natural_speed:.6g} v*"
+        speed = impact_speed(self.velocity, None if self.bond is None else self.bond.natural_speed)
         name = "unknown" if self.bond is None else self.bond.name
         who = f"{self.particles} particles{self.against}"
         return f"{who}, {name} bonds, {speed}, {self.frames} frames"

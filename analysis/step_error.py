@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from chaincor.analysis.caveats import find_contradictions
 from chaincor.analysis.dumps.printed import printed_error
 from chaincor.analysis.dumps.view import DumpView
 from chaincor.analysis.job_analysis import analyze_job
@@ -68,7 +67,7 @@ def analyze_folder(
             notes.append(
                 f"the job in {other} is another collision and was left out: it differs in {what}"
             )
-    alike[0] = _with_notes(runs[0], notes)
+    alike[0] = replace(runs[0], notes=(*runs[0].notes, *notes))
     return estimate_error(alike)
 
 
@@ -103,20 +102,18 @@ def estimate_error(runs: Sequence[CollisionAnalysis]) -> CollisionAnalysis:
     fine = runs[0] if alone else runs[every.index(steps[0])]
     error, says = printed_error(_job_of(fine).logs, fine.restitution, fine.data_error)
     notes = [] if says is None else [says]
-    why = None
-    if error is None and alone:
-        why = _why_alone(runs, steps)
-    elif error is None:
-        coarse = runs[every.index(steps[1])]
-        why = _why_incomparable(fine, coarse)
-        error = _bar(fine, coarse) if why is None else None
-    if why is not None:
-        notes.append(
-            f"restitution_error is not known: {why}; a second job of the same collision at half "
-            "the step, in a folder beside this one or in it, would tell it. data_error is that of "
-            "the digits and frames of the dump"
-        )
-    return _with_notes(fine if error is None else _with_error(fine, error), notes)
+    if error is None:
+        coarse = None if alone else runs[every.index(steps[1])]
+        found = _why_alone(runs, steps) if coarse is None else _bar(fine, coarse, steps)
+        if isinstance(found, float):
+            error = found
+        else:
+            notes.append(
+                f"restitution_error is not known: {found}; a second job of the same collision at "
+                "half the step, in a folder beside this one or in it, would tell it. data_error is "
+                "that of the digits and frames of the dump"
+            )
+    return replace(fine, restitution_error=error, notes=(*fine.notes, *notes))
 
 
 def _job_of(run: CollisionAnalysis) -> Job:
@@ -147,41 +144,31 @@ def _difference(a: CollisionAnalysis, b: CollisionAnalysis) -> str | None:
     return None if not keys else f"{keys[0]} ({one.get(keys[0])} and {two.get(keys[0])})"
 
 
-def _bar(fine: CollisionAnalysis, coarse: CollisionAnalysis) -> float:
-    order, step, coarse_step = _job_of(fine).order, _job_of(fine).step, _job_of(coarse).step
+def _bar(fine: CollisionAnalysis, coarse: CollisionAnalysis, steps: Sequence[float]) -> float | str:
+    """Return the error of the finer of two runs at two steps, or why they do not tell it."""
+    order, drift, coarse_drift = _job_of(fine).order, fine.energy_drift, coarse.energy_drift
+    if fine.soft or fine.target is not None:
+        return "the bars of two runs were measured for chains before a hard wall"
+    if order is None or order != _job_of(coarse).order:
+        return "the jobs do not tell with which wall and scheme they ran"
+    if fine.contacts is None or fine.contacts != coarse.contacts:
+        return (
+            f"the runs at steps {steps[0]:g} and {steps[1]:g} do not show the same number of "
+            "contacts"
+        )
+    if not (fine.finished and coarse.finished):
+        return "the collision is not over in the last frame"
+    if drift is None or coarse_drift is None:
+        return "without the potential (--potential) the drift of the energy is not known"
     difference = abs(fine.restitution - coarse.restitution)
     digits = fine.data_error + coarse.data_error
-    drift, coarse_drift = fine.energy_drift, coarse.energy_drift
-    assert drift is not None
-    assert coarse_drift is not None
-    assert order is not None
     if order == 0:
         drifts = (abs(drift), abs(coarse_drift), abs(drift - coarse_drift))
         return REFLECT_RESERVE * max(difference, *drifts) + digits
-    assert step is not None
-    assert coarse_step is not None
-    ratio = (coarse_step / step) ** order
+    ratio = (steps[1] / steps[0]) ** order
     # Where the difference is within the digits, these say what is known.
     error = max(difference / (ratio - 1.0), abs(drift), abs(coarse_drift) / ratio)
     return EVENT_RESERVE * error + digits * (1.0 + EVENT_RESERVE / (ratio - 1.0))
-
-
-def _with_error(run: CollisionAnalysis, error: float) -> CollisionAnalysis:
-    """Return the run with its error, within which restitution may lie above 1."""
-    contradictions = find_contradictions(
-        run.restitution, error, run.detection, run.restitution_bound
-    )
-    gone = set(run.contradictions) - set(contradictions)
-    return replace(
-        run,
-        restitution_error=error,
-        contradictions=contradictions,
-        caveats=tuple(caveat for caveat in run.caveats if caveat not in gone),
-    )
-
-
-def _with_notes(run: CollisionAnalysis, notes: Sequence[str]) -> CollisionAnalysis:
-    return replace(run, caveats=(*run.caveats, *notes))
 
 
 def _why_alone(runs: Sequence[CollisionAnalysis], steps: Sequence[float]) -> str:
@@ -190,21 +177,3 @@ def _why_alone(runs: Sequence[CollisionAnalysis], steps: Sequence[float]) -> str
     if len(steps) == 1:
         return f"all runs have the step {steps[0]:g}"
     return "neither log nor script tells the step of every run"
-
-
-def _why_incomparable(a: CollisionAnalysis, b: CollisionAnalysis) -> str | None:
-    order = _job_of(a).order
-    if a.soft or a.target is not None:
-        return "the bars of two runs were measured for chains before a hard wall"
-    if order is None or order != _job_of(b).order:
-        return "the jobs do not tell with which wall and scheme they ran"
-    if a.contacts is None or a.contacts != b.contacts:
-        return (
-            f"the runs at steps {_job_of(a).step:g} and {_job_of(b).step:g} do not show the same "
-            "number of contacts"
-        )
-    if not (a.finished and b.finished):
-        return "the collision is not over in the last frame"
-    if a.energy_drift is None or b.energy_drift is None:
-        return "without the potential (--potential) the drift of the energy is not known"
-    return None

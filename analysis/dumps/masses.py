@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from chaincor.analysis.dumps.chain_frames import ChainLayout
 from chaincor.analysis.dumps.frame import DumpFrame
-from chaincor.analysis.dumps.run_commands import NO_COMMANDS, Command, RunCommands
+from chaincor.analysis.dumps.run_commands import NO_COMMANDS, Command, RunCommands, is_computed
 from chaincor.analysis.modes import are_equal
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.errors import InputError
@@ -161,7 +161,7 @@ def declared_masses(data: Path | None, commands: RunCommands = NO_COMMANDS) -> D
     if any(masses != found for masses, _ in read):
         unclear = f"{' and '.join(path.name for path in files)} set different masses"
     hint, rows = sections.get("Atoms", ("", []))
-    said = (c.words for each in files.values() for c in each if not c.computed)
+    said = (c for each in files.values() for c in each if not is_computed(c))
     styles = [words[1] for words in said if words[0] == "atom_style" and len(words) > 1]
     source = "the job" if data is None or found != in_data else str(data)
     return DeclaredMasses(found, _types_by_id(rows, hint or "".join(styles[-1:])), source, unclear)
@@ -171,16 +171,15 @@ def _masses_after(
     commands: Sequence[Command], in_data: dict[int, float], name: str, expanded: bool
 ) -> tuple[dict[int, float], str | None]:
     """Return masses by type after the commands of a file, and why they cannot be relied on."""
-    reads_data = any(command.words[0] == "read_data" for command in commands)
+    reads_data = any(words[0] == "read_data" for words in commands)
     masses, unclear = {} if reads_data else dict(in_data), None
-    for command in commands:
-        words = command.words
+    for words in commands:
         said = f"'{' '.join(words)}' in {name}"
         if words[0] == "read_data":
             masses.update(in_data)
         elif words[0] == "atom_style" or not _sets_masses(words):
             continue
-        elif command.computed:
+        elif is_computed(words):
             # A log repeats the line with what variables stand for.
             unclear = unclear if expanded else f"{said} sets masses by a variable"
         elif words[0] == "set":

@@ -5,7 +5,6 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 from pathlib import Path
-from typing import NamedTuple
 
 from chaincor.lammps_inputs.commands import commands_of
 from chaincor.lammps_inputs.errors import SceneError
@@ -20,15 +19,13 @@ _SETUP = ("units", "bond_style", "bond_coeff", "pair_style", "lattice", "fix")
 _NUMBER = re.compile(r"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?")
 
 
-class Command(NamedTuple):
-    """A command."""
+# The words of a command, of which the first is its name, without a comment.
+Command = list[str]
 
-    words: list[str]  #: Without a comment; the first is its name.
 
-    @property
-    def computed(self) -> bool:
-        """Whether a variable stands in it."""
-        return any("$" in word for word in self.words)
+def is_computed(command: Command) -> bool:
+    """Return whether a variable stands in a command."""
+    return any("$" in word for word in command)
 
 
 @dataclass(frozen=True)
@@ -79,7 +76,7 @@ class RunCommands:
         prints on the screen begins like a log and repeats no commands.
         """
         of_logs, of_scripts = (
-            {path: [c for c in commands if c.words[0] in names] for path, commands in each.items()}
+            {path: [c for c in commands if c[0] in names] for path, commands in each.items()}
             for each in (self.logs, self.scripts)
         )
         echoed = {path: commands for path, commands in of_logs.items() if commands}
@@ -94,7 +91,7 @@ class RunCommands:
     def stock_wall(self) -> bool:
         """Whether the run had the stock wall, ``fix wall/reflect``."""
         return any(
-            command.words[0] == "fix" and "wall/reflect" in command.words
+            command[0] == "fix" and "wall/reflect" in command
             for commands in self.files.values()
             for command in commands
         )
@@ -121,7 +118,7 @@ class RunCommands:
     def _timesteps(self) -> list[float | None]:
         """Return the steps that are set, in order; None where a script computes one."""
         found, expanded = self.named("timestep")
-        words = [w for commands in found.values() for c in commands for w in c.words[1:2]]
+        words = [w for commands in found.values() for c in commands for w in c[1:2]]
         kept = [w for w in words if _NUMBER.fullmatch(w) or ("$" in w and not expanded)]
         return [None if "$" in word else float(word) for word in kept]
 
@@ -129,7 +126,7 @@ class RunCommands:
     def setup(self) -> DeclaredSetup:
         """Units, springs and walls; nothing is taken that several files say differently."""
         found, _ = self.named(*_SETUP)
-        setups = [_setup_of([c.words for c in each if not c.computed]) for each in found.values()]
+        setups = [_setup_of([c for c in each if not is_computed(c)]) for each in found.values()]
         alike = setups and all(each == setups[0] for each in setups)
         return setups[0] if alike else DeclaredSetup()
 
@@ -143,15 +140,15 @@ def _text(path: Path) -> str:
 
 def _commands(parts: Iterable[str]) -> list[Command]:
     """Return what is told by the parts of a file, each of which ends with a whole command."""
-    commands = (Command(words.split()) for part in parts for words in commands_of(part))
-    return [command for command in commands if command.words[0] in _TOLD]
+    commands = (words.split() for part in parts for words in commands_of(part))
+    return [command for command in commands if command[0] in _TOLD]
 
 
 def _positive(step: float | None) -> float | None:
     return step if step is not None and step > 0.0 else None
 
 
-def _setup_of(commands: Sequence[list[str]]) -> DeclaredSetup:
+def _setup_of(commands: Sequence[Command]) -> DeclaredSetup:
     last = {words[0]: words[1:] for words in commands}
     walls: dict[str, str] = {}
     for words in commands:
