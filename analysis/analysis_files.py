@@ -105,11 +105,11 @@ def write_report(
             "times": history.times,
         }
         for owner, body in analysis.bodies.items():
-            along = -1.0 if owner else 1.0  # a target is mirrored
+            motion = body.history.mirrored if owner else body.history
             for name in ("masses", "mode_frequencies", "mode_energies", "mode_energies_start"):
                 arrays[f"{owner}{name}"] = getattr(body, name)
             for name in ("displacements", "velocities"):
-                arrays[f"{owner}{name}"] = along * getattr(body.history, name)
+                arrays[f"{owner}{name}"] = getattr(motion, name)
         write_arrays(aside / "arrays.npz", arrays)
         _write_table(aside / "contacts.csv", _contact_rows(analysis))
         _write_table(aside / "modes.csv", _mode_rows(analysis))

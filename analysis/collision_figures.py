@@ -55,13 +55,8 @@ def energy_series(analysis: CollisionAnalysis) -> tuple[Array, ...]:
 
 def along_the_line(analysis: CollisionAnalysis) -> tuple[Array, Array]:
     """Return displacements and velocities along x of all frames, a target's before the chain's."""
-    history, target = analysis.history, analysis.target
-    near = history.displacements, history.velocities
-    if target is None:
-        return near
-    far = target.history.displacements, target.history.velocities
-    u, v = (np.concatenate((-f[:, ::-1], n), axis=1) for f, n in zip(far, near, strict=True))
-    return u, v
+    target = analysis.target
+    return analysis.history.along_the_line(None if target is None else target.history.mirrored)
 
 
 def mode_theory(analysis: CollisionAnalysis) -> Array | None:

@@ -1,6 +1,6 @@
 """What the analysis of a collision returns."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -52,6 +52,21 @@ class History:
     vibration: Array
     bond_min: Array
     bond_max: Array
+
+    @property
+    def mirrored(self) -> "History":
+        """The same in a mirror: a target's along x, which is told from the contact outward."""
+        turned = ("displacements", "velocities", "momentum")
+        return replace(self, **{name: -getattr(self, name) for name in turned})
+
+    def along_the_line(self, target: "History | None") -> tuple[Array, Array]:
+        """Return displacements and velocities of a target, itself along x, and of this chain."""
+        if target is None:
+            return self.displacements, self.velocities
+        return (
+            np.hstack((target.displacements[:, ::-1], self.displacements)),
+            np.hstack((target.velocities[:, ::-1], self.velocities)),
+        )
 
 
 @dataclass(frozen=True, repr=False, kw_only=True)

@@ -1,6 +1,5 @@
 """The motion behind a result: carried out again where it is asked for."""
 
-from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -84,21 +83,13 @@ class Motion:
         scene, masses = replay.scene, replay.masses
         room = _HISTORY_BYTES // (16 * scene.all_particles)
         states = self.trajectory(max(2, min(_HISTORY_FRAMES, room)))
-        n, target = scene.particles, None
+        n = scene.particles
         records = [Record(m, scene.bond) for m in (masses[:n], masses[n:]) if m.size]
         for state in states:
             for record, body in zip(records, state.bodies, strict=True):
                 record.feed(body)
-        if scene.target_particles:
-            # A target is seen in a mirror, in which it is a chain.
-            seen = records[1].history(0.0)
-            target = replace(
-                seen,
-                displacements=-seen.displacements,
-                velocities=-seen.velocities,
-                momentum=-seen.momentum,
-            )
-        return records[0].history(0.0), target
+        chain, *target = (record.history(0.0) for record in records)
+        return chain, target[0].mirrored if target else None
 
     @cached_property
     def sensitivity(self) -> "Sensitivity":

@@ -233,14 +233,8 @@ class Plots:
     def _motion(self) -> tuple[Array, Array, Array, int]:
         """Times, and of all particles along x displacements and velocities; size of the target."""
         chain, target = self._result.history, self._result.target_history
-        if target is None:
-            return chain.times, chain.displacements, chain.velocities, 0
-        return (
-            chain.times,
-            np.hstack((target.displacements[:, ::-1], chain.displacements)),
-            np.hstack((target.velocities[:, ::-1], chain.velocities)),
-            target.displacements.shape[1],
-        )
+        places, speeds = chain.along_the_line(target)
+        return chain.times, places, speeds, self._result.target_particles or 0
 
     @cached_property
     def _masses(self) -> Array:
