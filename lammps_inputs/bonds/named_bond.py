@@ -16,8 +16,6 @@ class NamedBond(Potential):
 
     smooth = True
     title: ClassVar[str]  #: What people call it.
-    #: U for LAMMPS, good to 17 digits or so, of the strain ``{s}`` and the ``{bond}``.
-    lammps_formula: ClassVar[str]
     #: Keys in scenes, and what its class calls these parameters; those without default must be
     #: given.
     keys: ClassVar[dict[str, str]] = {}
@@ -32,10 +30,6 @@ class NamedBond(Potential):
     def parameters(self) -> tuple[Any, ...]:  # type: ignore[override]
         """Of the kernels."""
         return self.told._make(float(getattr(self, name)) for name in self.told._fields)
-
-    def lammps_energy(self, strain: str) -> str:
-        """Return the formula of U."""
-        return self.lammps_formula.format(s=strain, bond=self)
 
     def as_keys(self) -> dict[str, Any]:
         """Return the parameters."""

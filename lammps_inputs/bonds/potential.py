@@ -64,6 +64,9 @@ class Potential(ABC):
     parameters: tuple[Any, ...] = NoParameters()
     #: A user's own ``f(strain)``, which a compiler may try where there is no kernel.
     users_force: Callable | None = None
+    #: U for LAMMPS, good to 17 digits or so, of the strain ``{s}`` and the ``{bond}``; None for a
+    #: bond without formula.
+    lammps_formula: ClassVar[str | None] = None
     #: The bond as a function of ln r, if it gets too short for strains.
     log_length: LogLength | None = None
 
@@ -86,10 +89,6 @@ class Potential(ABC):
     def as_keys(self) -> dict[str, Any]:
         """Return what decides a bond that a scene names: its parameters by their keys there."""
         return {}
-
-    def lammps_energy(self, strain: str) -> str | None:
-        """Return U as LAMMPS writes it, of a variable's name; None for a bond without formula."""
-        return None
 
     @cached_property
     def kinks(self) -> tuple[float, ...]:

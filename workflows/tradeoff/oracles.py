@@ -28,8 +28,10 @@ State = tuple[NDArray, NDArray, NDArray]
 def lepton_formula(scene: Scene) -> str | None:
     """Return the bond energy for ``bond_style lepton``; None for a bond without a formula."""
     # Lepton's r is the length less the natural one; its natural logarithm is called log.
-    formula = scene.bond.lammps_energy("r")
-    return None if formula is None else formula.replace("ln(", "log(").replace(" ", "")
+    formula = scene.bond.lammps_formula
+    if formula is None:
+        return None
+    return formula.format(s="r", bond=scene.bond).replace("ln(", "log(").replace(" ", "")
 
 
 def restitution_with_exact_bonds(scene: Scene, numerics: Numerics, like: Outcome) -> float:

@@ -195,7 +195,7 @@ def test_limits_of_convexity_and_of_barriers(bond):
 
 @each_bond
 def test_lammps_formula_is_the_energy(bond):
-    formula = bond.lammps_energy("s").replace("^", "**")
+    formula = bond.lammps_formula.format(s="s", bond=bond).replace("^", "**")
     names = {"exp": np.exp, "ln": np.log}
     for s in np.linspace(-0.2, 0.3, 21):
         value = eval(formula, names, {"s": s})
