@@ -117,6 +117,7 @@ def _last_digit(word: str) -> float:
     return float(f"1e{int(exponent or 0) - decimals}")
 
 
+@np.errstate(over="ignore", invalid="ignore")
 def fault_of_energies(data: Array, digits: Array, path: str, allowed: float = 0.0) -> str:
     """
     Compare the mean force between two rows, by their energies, with the forces around.

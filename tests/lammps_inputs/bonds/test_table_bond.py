@@ -151,7 +151,10 @@ def test_energies_that_are_not_those_of_the_forces_are_refused(tmp_path):
     def twice_the_forces(data):
         data[:, 2] *= 2.0
 
-    for change in (one_off, other_units, other_sign, twice_the_forces):
+    def beyond_all(data):
+        data[200:202, 1] = 1e308, -1e308
+
+    for change in (one_off, other_units, other_sign, twice_the_forces, beyond_all):
         refused(change)
 
 
