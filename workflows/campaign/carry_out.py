@@ -53,8 +53,7 @@ def carry_out(
     in_flight: int,
     is_wanted: Callable[[Sequence[Scene]], Sequence[bool]] | None = None,
     advance: Advance = lambda _: None,
-    alone: bool = True,
-) -> list[Task]:
+) -> None:
     """
     Carry out collisions, those that go together first, then the longest.
 
@@ -62,7 +61,7 @@ def carry_out(
     `take` gets results as they come, and at an interrupt what was finished; what it raises ends
     everything. `is_wanted` says of each scene of a task, just before it is handed out, whether it
     is still wanted. `advance` is told the expected seconds of each collision that is done.
-    Collisions that their task did not settle are carried out next, each `alone`, or returned.
+    Collisions that their task did not settle are carried out next, each by itself.
 
     Raises whatever is no named failure of a collision: an error of the program, of a user's own
     bond, of `take`; and SchedulerError, MissingLibraryError or WorkerStartError if no collision can
@@ -70,7 +69,6 @@ def carry_out(
     """
     queue = deque(sorted(tasks, key=_turn))
     pending: dict[Future, Task] = {}
-    left: list[Task] = []
     try:
         while queue or pending:
             while queue and len(pending) < in_flight:
@@ -87,17 +85,13 @@ def carry_out(
             for future in over:
                 ended, unsettled = _ended(future, pending[future])
                 done += ended
-                if alone:
-                    queue.extendleft(unsettled)  # what takes long is not left for the end
-                else:
-                    left += unsettled
+                queue.extendleft(unsettled)  # what takes long is not left for the end
             take(done)
             costs: dict[int, float] = {}
             for task in [pending.pop(future) for future in over]:
                 costs |= zip(task.places, task.costs, strict=True)
             for place, _ in done:
                 advance(costs[place])
-        return left
     except BaseException:
         over = {future for future in pending if future.done()}
         executor.shutdown(wait=False, cancel_futures=True)

@@ -2,7 +2,7 @@
 
 import math
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from typing import Any
@@ -13,13 +13,13 @@ from numpy.typing import ArrayLike
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.warm import WarmMeetings, is_warm
 from chaincor.workflows.campaign.carry_out import (
+    MACHINE_FAILURES,
     TASKS_PER_WORKER,
-    Take,
     carry_out,
     workers_for,
 )
 from chaincor.workflows.campaign.ensemble import Ensemble, Sample
-from chaincor.workflows.campaign.progress import Advance, progress_bar
+from chaincor.workflows.campaign.progress import progress_bar
 from chaincor.workflows.campaign.warm import Group, group_scenes, shared_fields
 from chaincor.workflows.campaign.work import MOST_SECONDS, collide_scenes, tasks_of
 from chaincor.workflows.durations import format_duration
@@ -95,28 +95,26 @@ def collide_many(
             f"{workers} workers; expected at most {format_duration(most_seconds)}: take fewer "
             "samples or particles, or allow more (--most-hours, or most_seconds in Python)"
         )
-    found: list[Sample | None] = [None] * count
+    found: list[Sample | None] = [None] * count  # in the order of the scenes
     alone: dict[int, Scene] = {}
 
-    def taken_from(scene_at: Callable[[int], Scene]) -> Take:
-        """Put samples in the order of the scenes; a failure is a sample that says why."""
-
-        def take(done: Sequence[tuple[int, Any]]) -> None:
-            for place, each in done:
-                known = isinstance(each, Sample)
-                found[place] = each if known else Sample.of(scene_at(place), each)
-
-        return take
+    def take(done: Sequence[tuple[int, Any]]) -> None:
+        for place, each in done:
+            found[place] = Sample.of(alone[place], each)
 
     with progress_bar(progress, count, seconds) as advance:
         for group in groups:
-            if is_warm(group.scene):
-                alone |= _meet_together(group, taken_from(group.scene_at), workers, advance)
-            else:
+            if not is_warm(group.scene):
                 alone |= zip(group.places, group, strict=True)
+                continue
+            for k, sample in enumerate(_met_together(group, workers)):
+                if sample is None:
+                    alone[group.places[k]] = group[k]
+                else:
+                    found[group.places[k]] = sample
+                    advance(group.expected)
         tasks = tasks_of([*alone.values()], TASKS_PER_WORKER * workers, places=[*alone])
         with workers_for(tasks, min(workers, len(tasks))) as (executor, in_flight):
-            take = taken_from(alone.__getitem__)
             carry_out(tasks, collide_scenes, executor, take, in_flight=in_flight, advance=advance)
     return Ensemble(
         samples=tuple(sample for sample in found if sample is not None),
@@ -128,31 +126,28 @@ def collide_many(
     )
 
 
-def _meet_together(group: Group, take: Take, workers: int, advance: Advance) -> dict[int, Scene]:
-    """Carry out a group in compiled loops; return what must be collided by itself, by its place."""
+def _met_together(group: Group, workers: int) -> Iterator[Sample | None]:
+    """Carry out a group in compiled loops; yields each sample, None for what has to go alone."""
     meetings = WarmMeetings(group.scene)
     # Compiling, and what is worked out once, is not for threads at once.
     meetings.meet(group[:1].starts(), group.velocities[:1])
     share = min(meetings.share(float(np.median(group.velocities))), -(-len(group) // workers))
+    parts = (group[k : k + share] for k in range(0, len(group), share))
     with ThreadPoolExecutor(workers) as threads:
         try:
-            left = carry_out(
-                group.tasks(share),
-                partial(_samples, meetings),
-                threads,
-                take,
-                in_flight=TASKS_PER_WORKER * workers,
-                advance=advance,
-                alone=False,
-            )
+            for met in threads.map(partial(_samples, meetings), parts):
+                yield from met
         except BaseException:
             meetings.batch.stopped = True  # threads leave their loops at once
             raise
-    return dict(sorted((task.places[0], task.scenes[0]) for task in left))
 
 
 def _samples(meetings: WarmMeetings, group: Group) -> list[Sample | None]:
-    met = meetings.meet(group.starts(), group.velocities)
+    try:
+        met = meetings.meet(group.starts(), group.velocities)
+    except MACHINE_FAILURES as error:
+        # Of several, the one that it is about will tell.
+        return [Sample.of(group[0], error) if len(group) == 1 else None] * len(group)
     bars = met.step_error + met.rounding
     samples: list[Sample | None] = [None] * len(group)
     for k in np.flatnonzero(met.met).tolist():

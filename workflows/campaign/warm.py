@@ -12,12 +12,12 @@ from numpy.typing import ArrayLike
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.errors import InputError
+from chaincor.lammps_inputs.given_numbers import whole_number_given
 from chaincor.lammps_inputs.scene import FILE_KEYS, Scene
 from chaincor.lammps_inputs.scene_parts.given_bodies import seed_of
 from chaincor.lammps_inputs.scene_parts.identity import plain_fields
 from chaincor.lammps_inputs.thermal_state import LARGEST_SEED, draw
 from chaincor.workflows.accuracy.expected_cost import expected_seconds
-from chaincor.workflows.campaign.carry_out import Task
 from chaincor.workflows.engines.in_house.batch.chains import StartStates
 from chaincor.workflows.given import scenes_given
 
@@ -51,19 +51,10 @@ class Group(Sequence[Scene]):
             return self.scene.replace(seed=self.seeds[k])
         return self.scene.without("speed").replace(seed=self.seeds[k], velocity=velocity)
 
-    def scene_at(self, place: int) -> Scene:
-        """Return the scene that stands at a place among all that are asked for."""
-        return self[self.places.index(place)]
-
     @cached_property
     def expected(self) -> float:
         """Seconds that one takes, about."""
         return expected_seconds(self.scene)
-
-    def tasks(self, share: int) -> list[Task]:
-        """Return them as tasks of so many scenes."""
-        parts = (self[k : k + share] for k in range(0, len(self), share))
-        return [Task(part.places, part, [self.expected] * len(part)) for part in parts]
 
     def starts(self) -> StartStates:
         """Return where they begin; what is drawn is the same as of each by itself."""
@@ -110,10 +101,7 @@ def group_scenes(
 
 
 def _drawn_group(scene: Scene, samples: int | None, velocities: ArrayLike | None) -> Group:
-    if isinstance(samples, bool) or not isinstance(samples, int):
-        raise InputError(f"samples is {samples!r}; expected how many collisions to carry out")
-    if not 1 <= samples <= MOST_SAMPLES:
-        raise InputError(f"samples is {samples}; expected 1 to {MOST_SAMPLES}")
+    samples = whole_number_given("samples", samples, most=MOST_SAMPLES)
     if scene.temperature is None:
         raise InputError(
             "samples needs a temperature: a cold chain collides in one way; give temperature, such "

@@ -244,6 +244,10 @@ def test_what_makes_no_ensemble_is_refused_by_name(scene, samples, message):
         collide_many(scene, samples)
 
 
+def test_samples_may_be_a_whole_number_of_numpy():
+    assert len(collide_many(WARM, np.int64(2), workers=1).samples) == 2
+
+
 def test_no_workers_are_refused():
     with pytest.raises(InputError, match="workers is 0"):
         collide_many(WARM, 2, workers=0)
