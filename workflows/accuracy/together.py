@@ -72,22 +72,16 @@ def batches(scenes: Sequence[Scene], parts: int) -> list[list[int]]:
     enough; what comes of a collision does not depend on it.
     """
     foresee_sharpness(scenes)
-    kinds: dict[Kind, list[int]] = {}
-    found = []
+    kinds: dict[Kind | int, list[int]] = {}
     for place, scene in enumerate(scenes):
-        kind = kind_of(scene)
-        if kind is None:
-            found.append([place])
-        else:
-            kinds.setdefault(kind, []).append(place)
+        kinds.setdefault(kind_of(scene) or place, []).append(place)
+    found = []
     for places in kinds.values():
-        if len(places) < LEAST_TOGETHER:
-            found += [[place] for place in places]
-            continue
-        each = expected_of_task([scenes[place] for place in places[:2]])[0]
-        quick = int(_SECONDS_TOGETHER / each)
-        size = min(-(-len(places) // parts), quick, _MOST_TOGETHER)
-        size = max(size, LEAST_TOGETHER)
+        size = 1
+        if len(places) >= LEAST_TOGETHER:
+            each = expected_of_task([scenes[place] for place in places[:2]])[0]
+            quick = int(_SECONDS_TOGETHER / each)
+            size = max(min(-(-len(places) // parts), quick, _MOST_TOGETHER), LEAST_TOGETHER)
         found += [places[k : k + size] for k in range(0, len(places), size)]
     return found
 
