@@ -38,28 +38,31 @@ class LineAMinute:
 
 
 @contextlib.contextmanager
-def _terminal_bar(
-    columns: Callable[[Any], Sequence[Any]], first: str = "", auto_refresh: bool = True
-) -> Iterator[Callable[..., None] | None]:
+def _bar_or_line(
+    line: LineAMinute,
+    columns: Callable[[Any], Sequence[Any]],
+    first: str = "",
+    auto_refresh: bool = True,
+) -> Iterator[Callable[..., None]]:
     """
-    Show a bar on a terminal; yields what to tell the fraction done, a text and the columns' fields.
+    Show a bar on a terminal, the line where none can be written over: in a file, or in IPython.
 
-    None where lines cannot be written over: in a file, or where IPython runs a program. `columns`
-    are made of ``rich.progress``, which most runs are over too early to need.
+    Yields what to tell the fraction done, the text of the bar, that of the line and the columns'
+    fields. `columns` are made of ``rich.progress``, which most runs are over too early to need.
     """
     from rich import progress
     from rich.console import Console
 
     console = Console(stderr=True)
     if not console.is_terminal or console.is_dumb_terminal:
-        yield None
+        yield lambda _done, _text, told, **_: line.tell(told)
         return
     with progress.Progress(
         *columns(progress), console=console, transient=True, auto_refresh=auto_refresh
     ) as bar:
         task = bar.add_task(first, total=1.0, rate="")
 
-        def show(done: float, text: str, **fields: Any) -> None:
+        def show(done: float, text: str, _told: str, **fields: Any) -> None:
             bar.update(task, completed=done, description=text, refresh=not auto_refresh, **fields)
 
         yield show
@@ -68,22 +71,15 @@ def _terminal_bar(
 @contextlib.contextmanager
 def study_progress() -> Iterator[Callable[[str, float], None]]:
     """Show how far a study is; yields what to tell a part's name and the fraction done."""
-    with _terminal_bar(
+    with _bar_or_line(
+        LineAMinute(),
         lambda rich: (
             rich.TextColumn("{task.description:<16}"),
             rich.BarColumn(),
             rich.TimeElapsedColumn(),
-        )
-    ) as bar:
-        line = LineAMinute()
-
-        def show(part: str, done: float) -> None:
-            if bar is None:
-                line.tell(f"{part}, {100.0 * done:.0f} % done")
-            else:
-                bar(done, part)
-
-        yield show
+        ),
+    ) as show:
+        yield lambda part, done: show(done, part, f"{part}, {100.0 * done:.0f} % done")
 
 
 @contextlib.contextmanager
@@ -118,7 +114,8 @@ def progress_bar(wanted: bool, points: int, seconds: float) -> Iterator[Advance]
 
         yield advance
         return
-    with _terminal_bar(
+    with _bar_or_line(
+        LineAMinute(),
         lambda rich: (
             rich.TextColumn("{task.description}"),
             rich.BarColumn(),
@@ -129,15 +126,11 @@ def progress_bar(wanted: bool, points: int, seconds: float) -> Iterator[Advance]
         ),
         f"0/{points}",
     ) as bar:
-        line = LineAMinute()
 
         def show(share: float) -> None:
-            if bar is None:
-                work = f"{100.0 * share:.0f} % of the work"
-                line.tell(f"{number} of {points} collisions, {work}, done")
-                return
             rate = number / max(time.monotonic() - started, 1e-9)
-            bar(share, f"{number}/{points}", rate=f"{rate:.2g}/s")
+            told = f"{number} of {points} collisions, {100.0 * share:.0f} % of the work, done"
+            bar(share, f"{number}/{points}", told, rate=f"{rate:.2g}/s")
 
         yield advance
 
@@ -178,7 +171,8 @@ def _show_elapsed(expected: float, known: str, done: threading.Event) -> None:
     started, line, compiled = time.monotonic(), LineAMinute(), 0.0
     if done.wait(_QUIET_SECONDS):
         return
-    with _terminal_bar(
+    with _bar_or_line(
+        line,
         # The bar is short, so that the words beside it stay whole on 80 columns.
         lambda rich: (
             rich.SpinnerColumn(),
@@ -186,15 +180,10 @@ def _show_elapsed(expected: float, known: str, done: threading.Event) -> None:
             rich.TextColumn("{task.description}"),
         ),
         auto_refresh=False,
-    ) as bar:
-        if bar is None:
-            while not done.wait(_LINE_SECONDS):
-                late = time.monotonic() - started > expected
-                words = f"longer than the {format_duration(expected)}" if late else known
-                line.tell(f"running, {words} expected,")
-            return
+    ) as show:
         while True:
             elapsed = time.monotonic() - started
+            late = f"longer than the {format_duration(expected)}" if elapsed > expected else known
             begin = format_duration(elapsed)
             if COMPILING.is_set():
                 elapsed, compiled = 0.0, elapsed
@@ -202,7 +191,7 @@ def _show_elapsed(expected: float, known: str, done: threading.Event) -> None:
             else:
                 elapsed -= compiled
                 words = _told(elapsed, expected, known, begin)
-            bar(min(elapsed / expected, 1.0), words)
+            show(min(elapsed / expected, 1.0), words, f"running, {late} expected,")
             if done.wait(_REFRESH_SECONDS):
                 return
 
