@@ -2,8 +2,7 @@
 
 import datetime
 import json
-from collections.abc import Generator, Iterable, Sequence
-from contextlib import closing
+from collections.abc import Iterable, Sequence
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, Self
@@ -119,9 +118,10 @@ class Store:
     def find(self, scene: Scene, *, arrays: bool = False) -> Row | None:
         """Return the row of a scene, however exact, even if it failed; None where there is none."""
         key = row_key(scene)
-        found = next(self._rows(_ROW, (key,)), None)
-        if found is None:
+        rows = self._rows(_ROW, (key,))
+        if not rows:
             return None
+        (found,) = rows
         try:
             _ = found.scene, found.result  # JSON is read now, and whether it can be
         except (TypeError, ValueError) as error:
@@ -132,12 +132,9 @@ class Store:
         kept = self.select(_ARRAYS, (key,))[1] if arrays else []
         return Row(found.columns, {name: array_from_bytes(npy) for name, npy in kept})
 
-    def _rows(self, query: str, parameters: Sequence[Any] = ()) -> Generator[Row, None, None]:
-        with named_errors(self.path):
-            cursor = self.connection.execute(query, parameters)
-            names = [column[0] for column in cursor.description]
-            for values in cursor:
-                yield Row(dict(zip(names, values, strict=True)))
+    def _rows(self, query: str, parameters: Sequence[Any] = ()) -> list[Row]:
+        names, rows = self.select(query, parameters)
+        return [Row(dict(zip(names, values, strict=True))) for values in rows]
 
     def standings(self, scenes: Sequence[Scene]) -> list[Row | None]:
         """Return of each scene's row what decides whether it has to be run; None without a row."""
@@ -222,16 +219,14 @@ class Store:
         # Row by row in Python, what is copied as it stands would take five times as long.
         staying: list[str] = []
         changes: dict[str, dict[str, Any]] = {}
-        with (
-            closing(self._rows(_STANDINGS.format("main") + _BOTH.format("source"))) as ours,
-            closing(self._rows(_STANDINGS.format("source") + _BOTH.format("main"))) as theirs,
-        ):
-            for old, new in zip(ours, theirs, strict=True):
-                key, taken = old.columns["collision_sha256"], old.yields_to(new)
-                if not taken:
-                    staying.append(key)
-                if tightened := new.tightened_by(old) if taken else old.tightened_by(new):
-                    changes[key] = tightened
+        ours = self._rows(_STANDINGS.format("main") + _BOTH.format("source"))
+        theirs = self._rows(_STANDINGS.format("source") + _BOTH.format("main"))
+        for old, new in zip(ours, theirs, strict=True):
+            key, taken = old.columns["collision_sha256"], old.yields_to(new)
+            if not taken:
+                staying.append(key)
+            if tightened := new.tightened_by(old) if taken else old.tightened_by(new):
+                changes[key] = tightened
         names = [row[1] for row in self.connection.execute("PRAGMA main.table_info(collisions)")]
         values = ", ".join(_ENVIRONMENT if name == "environment" else f'"{name}"' for name in names)
         for statement in (
