@@ -2,7 +2,7 @@
 
 import math
 import time
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -173,11 +173,7 @@ def meet_with_lammps(
     search = LammpsSearch(scene, goal, sensitivity, schemes)
     chosen = time.perf_counter() - started
     search.numerics = search.within_time(search.numerics)
-    policy = Policy(
-        _MOST_REFINEMENTS,
-        retried=(TimestepError, LostAtomsError, CrossingError),
-        salvages=True,
-    )
+    policy = Policy(_MOST_REFINEMENTS, retried=(TimestepError, LostAtomsError, CrossingError))
     ran = that_ran(refine(search.numerics.timestep, search.attempt, policy))
     error, runs = ran[-1].error, ran[-1].found
     assert runs is not None
@@ -242,14 +238,19 @@ def choose_numerics(
         step = max(found / COARSER, _least_step(scene, scouting))
         return replace(numerics, timestep=step, table=style)
     goals = {scheme: coarser_goal(scene, scheme, tolerance) for scheme in schemes}
+    guessed: Iterable[tuple[StepSchemeName, float]] = (
+        (scheme, estimate)
+        for scheme in schemes
+        if (estimate := estimate_step(scene, scheme, goals[scheme], truth)) is not None
+    )
     if not scene.line.uniform:
-        schemes = _cheapest_first(scene, goals, truth)
-    for scheme in schemes:
-        guess = estimate_step(scene, scheme, goals[scheme], truth)
-        if guess is not None:
-            coarse = find_step(scene, scheme, goals[scheme], truth, guess)
-            if coarse is not None:
-                return replace(numerics, scheme=scheme, timestep=coarse / COARSER)
+        # By the steps that these lead to expect. Long flights between contacts, and heavy particles
+        # among light ones, amplify errors: what usually costs least, low orders, may cost most.
+        guessed = sorted(guessed, key=lambda each: STEP_SCHEMES[each[0]].evaluations / each[1])
+    for scheme, guess in guessed:
+        coarse = find_step(scene, scheme, goals[scheme], truth, guess)
+        if coarse is not None:
+            return replace(numerics, scheme=scheme, timestep=coarse / COARSER)
     raise RunError(
         f"no composition and step meets an error of {tolerance:.1g} here; expected a looser "
         "tolerance or a lower speed; the engine 'reference' may do it"
@@ -260,23 +261,6 @@ def coarser_goal(scene: Scene, scheme: StepSchemeName, goal: float) -> float:
     """Return the in-house error at `COARSER` times a step with which LAMMPS meets a goal."""
     share = share_of_difference(effective_order(scene, scheme), COARSER)
     return STEP_SHARE * goal / (_LAMMPS_OVER_IN_HOUSE * share)
-
-
-def _cheapest_first(
-    scene: Scene, goals: dict[StepSchemeName, float], truth: Refined
-) -> list[StepSchemeName]:
-    """
-    Return schemes by the steps that one run of each lets expect.
-
-    Long flights between contacts, and heavy particles among light ones, amplify errors: what
-    usually costs least, low orders, may cost most.
-    """
-    costs: dict[StepSchemeName, float] = {}
-    for scheme, goal in goals.items():
-        step = estimate_step(scene, scheme, goal, truth)
-        if step is not None:
-            costs[scheme] = STEP_SCHEMES[scheme].evaluations / step
-    return sorted(costs, key=lambda scheme: costs[scheme])
 
 
 def _least_step(scene: Scene, scouting: Scouting) -> float:

@@ -161,7 +161,7 @@ def refine_regularly(
     RunError, what stopped the finest runs.
     """
     search = _Search(scene, goal, floor, scheme, followed)
-    policy = Policy(_MOST_REFINEMENTS, stalls=True, salvages=True)
+    policy = Policy(_MOST_REFINEMENTS, stalls=True)
     tries = refine(first_step(scene, scheme, max(goal, floor)), search.attempt, policy)
     return refined(scene, tries, search.known, search.nudged)
 

@@ -205,10 +205,10 @@ def find_step(
     """Return a step whose error is within a goal, near the largest; None if none was found."""
     order = effective_order(scene, scheme)
 
-    def attempt(step: float) -> Try[float]:
+    def attempt(step: float) -> Try[None]:
         error = _error_at(scene, scheme, step, truth)
         smaller = step * by_order(_RESERVE * goal, error, order, 0.25)
-        return Try(step, error, error, done=error <= goal, following=smaller)
+        return Try(step, error, done=error <= goal, following=smaller)
 
     last = refine(start, attempt, Policy(_MOST_TRIES, refused=0.25, believed=False))[-1]
     return last.step if last.done else None

@@ -41,7 +41,6 @@ class Policy:
     retried: tuple[type[RunError], ...] = (RunError,)
     believed: bool = True  #: Whether several refusals of one name are believed.
     stalls: bool = False  #: Whether the search ends where smaller steps have stopped to help.
-    salvages: bool = False  #: Whether what ran before serves where time is up.
 
 
 def refine(step: float, attempt: Callable[[float], Try[Found]], policy: Policy) -> list[Try[Found]]:
@@ -49,15 +48,15 @@ def refine(step: float, attempt: Callable[[float], Try[Found]], policy: Policy) 
     Try ever smaller steps; return all in turn.
 
     `attempt` runs at a step, and says what it errs by, whether that is enough, and which is next.
-    Raises RunError, what several steps agree on or what no smaller step cures; CostError where time
-    is up.
+    Where time is up, what was found before serves. Raises RunError, what several steps agree on or
+    what no smaller step cures; CostError where time is up and nothing was found.
     """
     tries: list[Try[Found]] = []
     while len(tries) < policy.most:
         try:
             tries.append(attempt(step))
         except CostError:
-            if not (policy.salvages and any(each.found is not None for each in tries)):
+            if all(each.found is None for each in tries):
                 raise
             break
         except policy.retried as refusal:

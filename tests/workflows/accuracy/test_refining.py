@@ -89,12 +89,12 @@ def test_what_is_not_retried_is_raised_at_once():
         refine(1.0, trying(BarrierError("over it"), 1e-9), Policy(5, retried=(TimestepError,)))
 
 
-def test_what_ran_before_time_was_up_serves_where_it_may():
+def test_what_ran_before_time_was_up_serves():
     late = CostError("too long")
-    assert errors(refine(1.0, trying(0.1, late), Policy(5, salvages=True))) == [0.1]
-    for outcomes, policy in (((0.1, late), Policy(5)), ((late,), Policy(5, salvages=True))):
+    assert errors(refine(1.0, trying(0.1, late), Policy(5))) == [0.1]
+    for outcomes in ((late,), (TimestepError("too large"), late)):
         with pytest.raises(CostError):
-            refine(1.0, trying(*outcomes), policy)
+            refine(1.0, trying(*outcomes), Policy(5))
 
 
 def test_a_step_is_shortened_by_the_order_within_bounds():

@@ -3,9 +3,12 @@
 import contextlib
 import time
 
+import numpy as np
 import pytest
 
+from chaincor.lammps_inputs.bonds.user_bond import UserBond
 from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.accuracy import irregular
 from chaincor.workflows.collision import collide
 from chaincor.workflows.engines.time_limit import check_time, limited_to, time_limit
 from chaincor.workflows.errors import CostError
@@ -58,3 +61,27 @@ def test_a_collision_without_a_number_by_then_is_stopped(engine):
     with pytest.raises(CostError, match="was stopped after the 3 s that it may take"):
         collide(sensitive(5).replace(engine=engine), most_seconds=ALLOWED)
     assert time.monotonic() - started < MOST
+
+
+def test_past_kinks_too_what_ran_by_then_is_the_answer(monkeypatch):
+    # A coarse run, the first try at five steps, and the second one, which is too late.
+    runs, run = [], irregular.run_in_house
+
+    def until_time_is_up(*arguments):
+        runs.append(arguments)
+        if len(runs) > 6:
+            time_limit().end = 0.0
+        return run(*arguments)
+
+    monkeypatch.setattr(irregular, "run_in_house", until_time_is_up)
+    monkeypatch.setattr(irregular, "guess_step", lambda *_: 0.1)  # too long to do at once
+    slack = UserBond(
+        lambda s: 0.5 * np.minimum(s, 0.0) ** 2, lambda s: -np.minimum(s, 0.0), kinks=(0.0,)
+    )
+    scene = Scene(potential=slack, particles=5, velocity=0.1, engine="reference")
+    found = collide(scene, tolerance=1e-6, most_seconds=1000.0)
+    assert len(runs) == 7
+    assert found.tolerance_met is False
+    assert "what is finer would take longer than 16.7 min; allow more" in found.reason
+    # By steps of order 8 that end at the wall and at the kink: see ``test_irregular``.
+    assert abs(found.restitution - 0.9024074802364) <= found.restitution_error
