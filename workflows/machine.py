@@ -19,7 +19,6 @@ from chaincor.workflows.errors import ChaincorError, MissingLibraryError
 from chaincor.workflows.versions import version_of
 
 _LIBRARIES = ("numpy", "scipy", "numba", "matplotlib", "MDAnalysis", "ase", "pydantic", "jinja2")
-_OLDEST_PYTHON = (3, 11)
 # A LAMMPS that loads takes 0.3 GiB of addresses and a second; one built for another MPI library may
 # take all memory there is, or wait for ever.
 _MOST_GIB, _MOST_SECONDS = 4, 60
@@ -51,7 +50,7 @@ class Finding:
 def examine() -> list[Finding]:
     """Examine this machine by using each part, in the order in which a run needs them."""
     checks: list[tuple[str, Callable[[], str]]] = [
-        ("Python", _python),
+        ("Python", lambda: sys.version.split()[0]),
         ("libraries", _libraries),
         ("temporary folder", _temporary_folder),
         ("MPI library", _mpi_library),
@@ -115,13 +114,6 @@ def _try(subject: str, check: Callable[[], str]) -> Finding:
         return Finding(subject, True, check())
     except (ChaincorError, ImportError, OSError, ArithmeticError) as error:
         return Finding(subject, False, one_line(error))
-
-
-def _python() -> str:
-    version = sys.version.split()[0]
-    if sys.version_info < _OLDEST_PYTHON:
-        raise ImportError(f"{version}; expected 3.11 or later: install a newer Python")
-    return version
 
 
 def _libraries() -> str:

@@ -23,7 +23,7 @@ from chaincor.workflows.accuracy.in_house_runs import (
     largest_difference,
 )
 from chaincor.workflows.accuracy.refining import Policy, Try, by_order, refine, that_ran, told
-from chaincor.workflows.accuracy.scouting import Scouting, scouting_details, scouting_from
+from chaincor.workflows.accuracy.scouting import Scouting, scouting_from
 from chaincor.workflows.accuracy.step_guess import (
     STEP_SHARE,
     contact_is_sharpest,
@@ -189,7 +189,7 @@ def meet_with_lammps(
         # What LAMMPS tells without the in-house number: how far both runs are apart.
         "error_alone": found.error - error + largest_difference(scene, fine, [coarse]),
     }
-    return replace(found, details=found.details | scouting_details(search.scouting))
+    return replace(found, details=found.details | {"scouting": search.scouting.to_dict()})
 
 
 def _too_sharp(scene: Scene, sharp: float) -> str:

@@ -63,16 +63,12 @@ def usual_scheme(goal: float) -> StepSchemeName:
 def _plain_scheme(scene: Scene, goal: float, sensitivity: float) -> StepSchemeName:
     """Return the usual scheme, or one that amplifies rounding less where there is much of it."""
     scheme = usual_scheme(goal)
-    if scheme == _PLAINEST:
-        return scheme
     if scene.line.uniform:
-        return _PLAINEST if scene.particles > LONG else scheme
-    amplified = sensitivity * STEP_SCHEMES[scheme].amplification
-    return (
-        _PLAINEST
-        if amplified_rounding("reference", amplified, scene) > STEP_SHARE * goal
-        else scheme
-    )
+        much = scene.particles > LONG
+    else:
+        amplified = sensitivity * STEP_SCHEMES[scheme].amplification
+        much = amplified_rounding("reference", amplified, scene) > STEP_SHARE * goal
+    return _PLAINEST if much else scheme
 
 
 def meet_with_fixed_steps(

@@ -92,18 +92,6 @@ def scouting_from(found: Refined, scene: Scene, fly_on: float | None = None) -> 
     return Scouting(outcome, shortest, longest, found.seconds)
 
 
-def scout(scene: Scene) -> Scouting | None:
-    """
-    Find the bond lengths of a collision that LAMMPS will run.
-
-    None for the in-house engine, which sees its bonds, and where it cannot tell.
-    """
-    if scene.engine != "lammps":
-        return None
-    found = scouted_run(scene)
-    return None if found is None else scouting_from(found, scene)
-
-
 def scouted_run(scene: Scene) -> Refined | None:
     """Run a scene in-house, sharply enough for a scouting; None where that cannot be."""
     if serves(scene):
@@ -114,8 +102,3 @@ def scouted_run(scene: Scene) -> Refined | None:
         return converge(scene, _SCOUTING_GOAL)
     except RunError:
         return None
-
-
-def scouting_details(found: Scouting | None) -> dict[str, Any]:
-    """Return the scouting for the record, under ``scouting``; nothing where there was none."""
-    return {} if found is None else {"scouting": found.to_dict()}

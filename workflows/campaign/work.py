@@ -5,6 +5,7 @@ import threading
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 from chaincor.lammps_inputs.errors import ChaincorError
 from chaincor.lammps_inputs.numerics import Numerics
@@ -20,7 +21,7 @@ from chaincor.workflows.accuracy.answer import (
 )
 from chaincor.workflows.accuracy.expected_cost import expected_of_task, refuse_endless
 from chaincor.workflows.accuracy.in_house_runs import largest_difference
-from chaincor.workflows.accuracy.scouting import scout, scouting_details
+from chaincor.workflows.accuracy.scouting import scouted_run, scouting_from
 from chaincor.workflows.accuracy.table_rows import with_rows
 from chaincor.workflows.accuracy.together import batches, meet_together
 from chaincor.workflows.campaign.carry_out import MACHINE_FAILURES, Task
@@ -79,9 +80,12 @@ def collide_together(scenes: Sequence[Scene]) -> list[Collision | None]:
 
 def _run_as_given(scene: Scene) -> Answer:
     numerics = Numerics.from_scene(scene)
-    scouted = scout(scene)
-    if scouted is not None:
-        numerics = replace(numerics, bond_range=scouted.table_range(scene))
+    details: dict[str, Any] = {}
+    # The in-house engine sees its bonds.
+    if scene.engine == "lammps" and (found := scouted_run(scene)) is not None:
+        scouting = scouting_from(found, scene)
+        numerics = replace(numerics, bond_range=scouting.table_range(scene))
+        details["scouting"] = scouting.to_dict()
     timesteps = [numerics.timestep]
     if scene.error:
         timesteps += [share * numerics.timestep for share in PROOF_STEPS]
@@ -89,15 +93,14 @@ def _run_as_given(scene: Scene) -> Answer:
         outcome, *others = lammps.run_at_steps(scene, numerics, timesteps)
     else:
         outcome, *others = (stepping.run(scene, replace(numerics, timestep=h)) for h in timesteps)
-    found = scouting_details(scouted)
     step = None
     if others:
         share = PROOF_SHARE[numerics.wall]
         step = share * largest_difference(scene, outcome, others)
         # Arrays err by as much more than they differ as eta does.
         spreads = [spread_of(scene, outcome, run) for run in others]
-        found["spread"] = {name: share * max(s[name] for s in spreads) for name in spreads[0]}
-    return Answer(outcome, error_bar(outcome, scene, step), details=found)
+        details["spread"] = {name: share * max(s[name] for s in spreads) for name in spreads[0]}
+    return Answer(outcome, error_bar(outcome, scene, step), details=details)
 
 
 def collide_scenes(scenes: Sequence[Scene]) -> list[Collision | Exception | None]:
