@@ -8,8 +8,9 @@ import pytest
 
 from chaincor.lammps_inputs.bonds.user_bond import UserBond
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.accuracy import irregular
+from chaincor.workflows.accuracy import by_in_house, irregular
 from chaincor.workflows.collision import collide
+from chaincor.workflows.engines.in_house import adaptive
 from chaincor.workflows.engines.time_limit import check_time, limited_to, time_limit
 from chaincor.workflows.errors import CostError
 
@@ -63,17 +64,28 @@ def test_a_collision_without_a_number_by_then_is_stopped(engine):
     assert time.monotonic() - started < MOST
 
 
-def test_past_kinks_too_what_ran_by_then_is_the_answer(monkeypatch):
+@pytest.fixture
+def time_is_up_after(monkeypatch):
+    """Let runs of a module begin in time, but so many; returns the list of all."""
+
+    def limit(module, name, count):
+        runs, run = [], getattr(module, name)
+
+        def until_time_is_up(*arguments):
+            runs.append(arguments)
+            if len(runs) > count:
+                time_limit().end = 0.0
+            return run(*arguments)
+
+        monkeypatch.setattr(module, name, until_time_is_up)
+        return runs
+
+    return limit
+
+
+def test_past_kinks_too_what_ran_by_then_is_the_answer(time_is_up_after, monkeypatch):
     # A coarse run, the first try at five steps, and the second one, which is too late.
-    runs, run = [], irregular.run_in_house
-
-    def until_time_is_up(*arguments):
-        runs.append(arguments)
-        if len(runs) > 6:
-            time_limit().end = 0.0
-        return run(*arguments)
-
-    monkeypatch.setattr(irregular, "run_in_house", until_time_is_up)
+    runs = time_is_up_after(irregular, "run_in_house", 6)
     monkeypatch.setattr(irregular, "guess_step", lambda *_: 0.1)  # too long to do at once
     slack = UserBond(
         lambda s: 0.5 * np.minimum(s, 0.0) ** 2, lambda s: -np.minimum(s, 0.0), kinks=(0.0,)
@@ -85,3 +97,19 @@ def test_past_kinks_too_what_ran_by_then_is_the_answer(monkeypatch):
     assert "what is finer would take longer than 16.7 min; allow more" in found.reason
     # By steps of order 8 that end at the wall and at the kink: see ``test_irregular``.
     assert abs(found.restitution - 0.9024074802364) <= found.restitution_error
+
+
+def test_adaptive_steps_too_end_with_what_ran_by_then(time_is_up_after, monkeypatch):
+    scene = Scene(potential="log", particles=3, speed=2.0, engine="reference")
+    exact = collide(scene, tolerance=1e-10)
+    assert exact.scheme == "adaptive8"
+    # One of hard spheres, two that the first try is compared with, that, and the second one, which
+    # is too late.
+    runs = time_is_up_after(adaptive, "run", 4)
+    monkeypatch.setattr(by_in_house, "_ADAPTIVE_SHARES", (1e3, 1e3))  # as if it had not converged
+    found = collide(scene, tolerance=1e-8, most_seconds=1000.0)
+    assert len(runs) == 5
+    assert found.tolerance_met is False
+    assert abs(found.restitution - exact.restitution) <= found.restitution_error
+    with pytest.raises(CostError), limited_to(1000.0):
+        adaptive.run(scene, 1e-6)

@@ -33,7 +33,7 @@ from chaincor.workflows.engines.in_house.finish import (
 from chaincor.workflows.engines.in_house.line_kinds import as_it_is
 from chaincor.workflows.engines.in_house.look_ahead import follow
 from chaincor.workflows.engines.outcome import Frames, Outcome
-from chaincor.workflows.engines.time_limit import steps_at_once
+from chaincor.workflows.engines.time_limit import check_time, steps_at_once
 from chaincor.workflows.errors import RunError, TimestepError
 
 SCHEME = "adaptive8"
@@ -179,6 +179,7 @@ class _Flight:
     def _advance(self) -> int:
         stages = len(self._method.b)
         while True:
+            check_time()
             self.ledger.pause = self.ledger.steps + steps_at_once(stages * self._particles)
             status = self._bond.advance(
                 self.ledger, self.arrays, self._method, self._bond.parameters
