@@ -69,7 +69,7 @@ def test_numbers_beyond_all_are_refused(tmp_path, word):
     index, length, energy, _ = lines[20].split()
     lines[20] = f"{index} {length} {energy} {word}"
     path.write_text("\n".join(lines))
-    with pytest.raises(TableError, match=r"expected at least 4 rows .* of finite numbers"):
+    with pytest.raises(TableError, match=r"inf' in row 18; expected .* finite numbers"):
         read_bond_table(path)
 
 
