@@ -1,7 +1,9 @@
 """A template of the user's own: its text, its values, and the sandbox it is rendered in."""
 
 import re
+from collections.abc import Callable
 from dataclasses import dataclass, field
+from itertools import count
 from pathlib import Path
 from typing import Any
 
@@ -19,8 +21,9 @@ RENDERING: dict[str, Any] = {
     "lstrip_blocks": True,
     "keep_trailing_newline": True,
 }
-_OWN_NAME = "own.in.j2"
 _BASE = "job.in.j2"
+# Of all loops and macros of a template: loops in a loop could go on for days.
+_MOST_ROUNDS = 200_000
 # Said by a template whose commands exert forces.
 _OTHER_FORCES = re.compile(r"\{%-?\s*set\s+other_forces\s*=\s*true\s*-?%\}")
 _REPORT = re.compile(r"\{%-?\s*block\s+report\b")
@@ -75,16 +78,16 @@ class OwnTemplate:
         Raises SceneError for a template that is no jinja2, names a block or a value that does not
         exist, leaves the sandbox, or has a command that the job cannot live with.
         """
-        from jinja2 import ChoiceLoader, DictLoader, PackageLoader, StrictUndefined, meta, nodes
+        from jinja2 import PackageLoader, StrictUndefined, meta, nodes
         from jinja2.exceptions import SecurityError, TemplateError
         from jinja2.sandbox import ImmutableSandboxedEnvironment
 
-        own = DictLoader({_OWN_NAME: self.text})
-        loader = ChoiceLoader([own, PackageLoader("chaincor.lammps_inputs", "templates")])
+        loader = PackageLoader("chaincor.lammps_inputs", "templates")
         # Not escaped: the text is no HTML; what users give is a number or a word.
         environment = ImmutableSandboxedEnvironment(
             loader=loader, undefined=StrictUndefined, **RENDERING
         )
+        environment.globals["begin_round"] = _counter_of_rounds()
         try:
             tree = environment.parse(self.text)
             named = meta.find_undeclared_variables(tree)
@@ -102,18 +105,26 @@ class OwnTemplate:
                             f"which the job has not; expected one of {', '.join(sorted(known))}"
                         )
             self._refuse_settings(named, values)
-            text = environment.get_template(_OWN_NAME).render(self.settings | values)
+            kinds: tuple[Any, ...] = (nodes.For, nodes.Macro, nodes.CallBlock)
+            for repeated in tree.find_all(kinds):
+                begins = nodes.Call(nodes.Name("begin_round", "load"), [], [], None, None)
+                repeated.body.insert(0, nodes.ExprStmt(begins, lineno=repeated.lineno))
+            text = environment.from_string(tree).render(self.settings | values)
         except SecurityError as error:
             raise SceneError(
                 f"the template does what a template may not: {_one_line(error)}; expected values "
                 "and filters, such as {{ 2 * particles }}"
             ) from None
-        except (TemplateError, ArithmeticError, TypeError, ValueError, LookupError) as error:
+        except (
+            *(TemplateError, ArithmeticError, TypeError, ValueError, LookupError),
+            *(RecursionError, MemoryError),
+        ) as error:
             line = getattr(error, "lineno", None)
             where = "" if line is None else f", line {line}"
+            reason = _one_line(error) or type(error).__name__
             raise SceneError(
-                f"the template cannot be rendered{where}: {_one_line(error)}; correct it, or give "
-                "missing values by --set NAME=VALUE"
+                f"the template cannot be rendered{where}: {reason}; correct it, or give missing "
+                "values by --set NAME=VALUE"
             ) from None
         if plain is None:
             check_whole(text)
@@ -152,6 +163,20 @@ def parse_settings(given: tuple[str, ...]) -> dict[str, str]:
             )
         settings[name] = value
     return settings
+
+
+def _counter_of_rounds() -> Callable[[], None]:
+    """Return what a template calls in each round of a loop, and in each macro."""
+    rounds = count(1)
+
+    def begin_round() -> None:
+        if next(rounds) > _MOST_ROUNDS:
+            raise SceneError(
+                f"the loops and macros of the template go through more than {_MOST_ROUNDS:,} "
+                "rounds; expected fewer: shorten what they go through"
+            )
+
+    return begin_round
 
 
 def _one_line(error: Exception) -> str:

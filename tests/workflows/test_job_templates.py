@@ -108,6 +108,9 @@ def test_a_drag_needs_steps_that_only_go_forward():
         job_files(VERLET.replace(scheme="order4"), JobWishes(template=template))
 
 
+FOR = "{% for i in range(99999) %}"
+
+
 @pytest.mark.parametrize(
     ("text", "line"),
     [
@@ -121,6 +124,18 @@ def test_a_drag_needs_steps_that_only_go_forward():
         ('{% extends "job.in.j2" %}{% block setup %}', "cannot be rendered, line 1"),
         ('{% extends "job.in.j2" %}{% block setup %}{{ "".__class__ }}{% endblock %}', "may not"),
         ('{% extends "job.in.j2" %}{% block setup %}{{ 1 / 0 }}{% endblock %}', "division by zero"),
+        ("{% macro m() %}{{ m() }}{% endmacro %}run 1\n{{ m() }}", "maximum recursion depth"),
+        ("run 1\n{{ 'x' * 10**15 }}", "cannot be rendered: MemoryError"),
+        (f"{FOR}{FOR}{{% endfor %}}{{% endfor %}}run 1", "more than 200,000 rounds"),
+        (
+            f"{FOR[:-2]}recursive %}}{{{{ loop(range(9)) if loop.depth < 9 }}}}{{% endfor %}}",
+            "200,000 rounds",
+        ),
+        (
+            "{% macro m(n) %}{% if n %}{{ m(n - 1) }}{{ m(n - 1) }}{% endif %}{% endmacro %}"
+            "{{ m(99) }}",
+            "200,000 rounds",
+        ),
     ],
 )
 def test_a_template_that_is_none_is_refused_in_one_line(text, line):
