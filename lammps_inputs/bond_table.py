@@ -128,17 +128,18 @@ def tabulate_near_and_far(
     bond: Potential,
     bond_range: tuple[float, float],
     style: TableStyle = "spline",
+    rows: int | None = None,
     force_error: float | None = None,
 ) -> BondTable:
     """
-    Sample a potential in one table, or in two where some bonds get very long.
+    Sample a potential in one table, or, without `rows`, in two where some bonds get very long.
 
     The two overlap around ``FAR_BACK`` to ``FAR_OUT`` and have equally many rows, because LAMMPS
     interpolates all types on equally many.
     """
     shortest, longest = bond_range
-    if longest <= NEAR_END + 1.0:
-        return tabulate(bond, bond_range, style, force_error=force_error)
+    if rows is not None or longest <= NEAR_END + 1.0:
+        return tabulate(bond, bond_range, style, rows, force_error)
     if force_error is None:
         # What the near table reaches; the far one, with its small forces, need do no better.
         force_error = FORCE_TARGET[style] * abs(float(bond.force(shortest - 1.0)))

@@ -79,6 +79,7 @@ def contact_values(scene: Scene, units: UnitSystem) -> dict[str, Any]:
     if soft:
         gap, opening, bend = (f"(v_side*{formula})" for formula in (gap, opening, bend))
     chain = "chain" if targets else "all"
+    positions, velocities = initial_state(line)
     values: dict[str, Any] = {
         "gap": gap,
         "opening": opening,
@@ -94,17 +95,11 @@ def contact_values(scene: Scene, units: UnitSystem) -> dict[str, Any]:
         "displacement": displacement(n, not targets, units.length),
         "columns": f"id type x y z vx vy vz {'mol ' if targets else ''}v_displacement v_time",
         "soft": soft,
-        "approaches": False,
+        "approaches": bool(positions[0] > 0.0 or velocities[0] >= 0.0),
+        "first_mass": number(units.mass * line.chain_masses[0]),
+        "target_mass": number(units.mass * line.target_masses[0]) if targets else None,
         "given_velocities": scene.comes_moving,
     }
-    if not line.plain:
-        positions, velocities = initial_state(line)
-        apart = positions[0] > 0.0 or velocities[0] >= 0.0
-        values |= {
-            "approaches": bool(apart),
-            "first_mass": number(units.mass * line.chain_masses[0]),
-            "target_mass": number(units.mass * line.target_masses[0]) if targets else None,
-        }
     if soft:
         given = "-mass(target)*vcm(target,x)" if targets else "mass(all)*vcm(all,x)"
         values |= {

@@ -1,6 +1,7 @@
 """Rendering the LAMMPS input: every value is a number or a fixed name, never a user's text."""
 
 import string
+from dataclasses import asdict
 from functools import cache
 from typing import Any
 
@@ -79,9 +80,7 @@ def render_job(
     values |= _plan_values(scene, plan, steps, wishes.units)
     values |= _end_values(plan.end, times, values, wishes.units.time)
     values |= _wished_values(scene, wishes)
-    values |= _kept(values)
-    if steps is not None:
-        values |= _composed_values(steps, wishes.units.time)
+    values |= _kept(values) | ({} if steps is None else asdict(steps))
     text = rendered("job", values)
     return text if wishes.template is None else wishes.template.render(values, text)
 
@@ -144,8 +143,8 @@ def _plan_values(
         "shortest": number(units.time * SHORTEST_TIMESTEP / scene.fast_stiffness**0.5),
         "unstable": number(units.time * limit / longest),
         "fastest": number(units.speed * (plan.fastest or scene.impact_velocity)),
-        "multiples": [number(multiple) for multiple in multiples],
-        "bar": None if plan.bar is None else plan.bar.numbers(),
+        "multiples": multiples,
+        "bar": plan.bar,
         "tolerance": None if plan.tolerance is None else number(plan.tolerance),
     }
 
@@ -156,10 +155,7 @@ def _end_values(
     """Return when a script ends: that of another velocity than the scene's looks for itself."""
     last = number(time * (0.0 if scouted is None else scouted.last_contact_time))
     own = "" if values["given_velocities"] else f"*(v_velocity=={values['velocity']})"
-    return {
-        "quiet": number(time * times.quiet),
-        "cap": number(time * times.cap),
-        "look": number(time * times.look),
+    return asdict(times) | {
         "moment_of_time": number(1e-9 * time),
         "scouted": scouted,
         "scouted_time": last,
@@ -186,26 +182,6 @@ def _wished_values(scene: Scene, wishes: JobWishes) -> dict[str, Any]:
         "other_forces": wishes.template is not None and wishes.template.other_forces,
         "reports": wishes.template is not None and wishes.template.reports,
     }
-
-
-def _composed_values(steps: ScriptedSteps, time: float) -> dict[str, Any]:
-    """Return how a script composes its steps."""
-    values: dict[str, Any] = {
-        "weights": [number(weight) for weight in steps.weights],
-        "order": steps.order,
-        "citation": steps.citation,
-        "coarse": number(time * steps.coarse),
-        "patience": number(time * steps.patience),
-        "graded": steps.graded is not None,
-    }
-    if steps.graded is not None:
-        zone, power = steps.graded
-        values |= {
-            "zone": number(time * zone),
-            "power": number(power),
-            "root_power": number(1.0 / power),
-        }
-    return values
 
 
 def _kept(values: dict[str, Any]) -> dict[str, list[str]]:

@@ -1,10 +1,8 @@
 """What an input script is made of, besides the scene: chosen for it, and wished by a user."""
 
-from dataclasses import asdict, dataclass
-from typing import Any
+from dataclasses import dataclass
 
 from chaincor.lammps_inputs.bond_table import BondTable
-from chaincor.lammps_inputs.contact_script import number
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.own_templates.own_template import OwnTemplate
 from chaincor.lammps_inputs.units.unit_system import CHAIN_UNITS, UnitSystem
@@ -21,7 +19,7 @@ class ScoutedEnd:
 
 @dataclass(frozen=True)
 class EndTimes:
-    """When a script ends by itself."""
+    """When a script ends by itself, in its own units."""
 
     quiet: float  #: Time without a contact after which the collision is over.
     cap: float  #: Simulated time at which an unfinished collision is given up.
@@ -30,7 +28,7 @@ class EndTimes:
 
 @dataclass(frozen=True)
 class ScriptedSteps:
-    """How a script composes its steps."""
+    """How a script composes its steps; times are in its own units."""
 
     weights: tuple[float, ...]  #: w_k of the Verlet steps w_k H, a palindrome.
     order: int  #: Order of the error of one run against H.
@@ -62,11 +60,6 @@ class ScriptedBar:
     #: Restitution of an in-house run, and its error; None where there was none.
     reference_solution: float | None = None
     reference_error: float = 0.0  #: See ``reference_solution``.
-
-    def numbers(self) -> dict[str, Any]:
-        """Return the fields as text for a script."""
-        fields = {k: v for k, v in asdict(self).items() if k != "multiples"}
-        return {k: None if v is None else number(v) for k, v in fields.items()}
 
 
 @dataclass(frozen=True)

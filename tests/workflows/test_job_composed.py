@@ -40,7 +40,7 @@ SCENES = [
 def from_python(scene, monkeypatch):
     """Run the numerics of the job, with its very table, through the engine."""
     plan = plan_script(scene)
-    monkeypatch.setattr(lammps, "_tabulate", lambda *_: plan.table)
+    monkeypatch.setattr(lammps, "tabulate_near_and_far", lambda *_: plan.table)
     monkeypatch.setattr(lammps, "_unsure_end", lambda *_: 0.0)
     return lammps.run(scene, plan.numerics)
 

@@ -2,7 +2,6 @@
 
 import math
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
@@ -48,7 +47,7 @@ class ChainCollision:
         self.scene, self.bond, self.line = scene, scene.bond, scene.line
         self.flight, self.chain = flight, flight.chain
         # Of both bodies, the chain's particles first, as LAMMPS has them: where they are at rest,
-        # and their places along the line.
+        # and their order along x.
         n, targets = scene.particles, scene.line.targets
         self._rest = np.append(np.arange(n, dtype=float), -np.arange(targets, dtype=float))
         self._order = np.append(np.arange(n + targets)[: n - 1 : -1], np.arange(n))
@@ -79,23 +78,9 @@ class ChainCollision:
         self.doubt = 0.0
 
     def _state(self) -> tuple[Array, Array]:
-        """Return displacements and velocities of all particles."""
-        return self.chain.x - self._rest, self.chain.v.copy()
-
-    def _along(self, values: Array) -> Array:
-        """Return displacements or velocities along the line, where a rigid wall is a particle."""
-        along = values[self._order]
-        return np.concatenate(([0.0], along)) if self.line.rigid else along
-
-    def _split(self, displacements: Array, velocities: Array) -> dict[str, Any]:
-        """Return a state as an :class:`Outcome` has it, or a moment of :class:`Frames`."""
-        n = self.scene.particles
-        return {
-            "displacements": displacements[:n],
-            "velocities": velocities[:n],
-            "target_displacements": displacements[n:],
-            "target_velocities": velocities[n:],
-        }
+        """Return displacements and velocities along x, where a rigid wall is a particle."""
+        u, v = (self.chain.x - self._rest)[self._order], self.chain.v[self._order]
+        return (np.append(0.0, u), np.append(0.0, v)) if self.line.rigid else (u, v)
 
     def carry_out(self) -> None:
         """Go from contact to contact until no further one can come."""
@@ -213,12 +198,12 @@ class ChainCollision:
     def _ask_what_comes(self) -> None:
         """Ask the in-house integrator whether to wait for a contact."""
         now, last = self.flight.time, self.contacts[-1].end
-        if self.line.plain and not self.line.separation(self._along(self.chain.v)) > 0.0:
+        displacements, velocities = self._state()
+        if self.line.plain and not self.line.separation(velocities) > 0.0:
             if now > longest_collision(self.scene.span, self.scene.slow_stiffness, last):
                 raise unfinished_error(self.scene, now)
             self.overdue = now + self.patience
             return
-        displacements, velocities = (self._along(each) for each in self._state())
         times = {"now": now, "last_contact": last, "shortest": self.shortest_seen}
         # The two that meet rest at one place.
         next_event = follow(self.scene, np.diff(displacements), velocities, **times)
@@ -251,15 +236,10 @@ class ChainCollision:
     def outcome(self, numerics: Numerics, seconds: float) -> Outcome:
         """Gather what is known at the end."""
         assert self.ending is not None
-        displacements, velocities = self.after_contact
-        n, line, bond, contacts = self.scene.particles, self.line, self.bond, self.contacts
-        frames = None
-        if self.frames:
-            moments = [self._split(u, v) for _, u, v in self.frames]
-            times = np.array([time for time, _, _ in self.frames])
-            frames = Frames(
-                times, **{name: np.array([m[name] for m in moments]) for name in moments[0]}
-            )
+        line, bond, contacts = self.line, self.bond, self.contacts
+        first, targets = line.first, line.targets
+        u, v = self.after_contact
+        displacements, velocities = u[first:].copy(), v[first:].copy()
         if not np.all(np.isfinite(velocities)):
             raise RunError("the final velocities are not finite; use a smaller timestep")
         return Outcome(
@@ -267,7 +247,10 @@ class ChainCollision:
             wall=numerics.wall,
             scheme=numerics.scheme,
             timestep=numerics.timestep,
-            **self._split(displacements, velocities),
+            displacements=displacements,
+            velocities=velocities,
+            target_displacements=u[:targets][::-1].copy(),
+            target_velocities=v[:targets][::-1].copy(),
             contact_times=np.array([contact.time for contact in contacts]),
             contact_speeds=np.array([contact.speed for contact in contacts]),
             impulses=np.array([contact.impulse for contact in contacts]),
@@ -276,13 +259,9 @@ class ChainCollision:
             bond_min=self.shortest,
             bond_max=self.longest,
             energy_start=self.scene.start_energy,
-            energy_end=line.energy(
-                bond, np.diff(self._along(displacements)), self._along(velocities)
-            ),
-            fragments=count_fragments(
-                np.diff(displacements[:n]), velocities[:n], bond, line.chain_masses
-            ),
+            energy_end=line.energy(bond, np.diff(u), v),
+            fragments=count_fragments(np.diff(displacements), velocities, bond, line.chain_masses),
             seconds=seconds,
             force_evaluations=self.chain.stages_done,
-            frames=frames,
+            frames=Frames.of(line, *zip(*self.frames, strict=True)) if self.frames else None,
         )

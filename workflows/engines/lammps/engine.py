@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from chaincor.analysis.atomic_write import folder_aside, written_aside
-from chaincor.lammps_inputs.bond_table import BondTable, tabulate, tabulate_near_and_far
+from chaincor.lammps_inputs.bond_table import BondTable, tabulate_near_and_far
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
@@ -134,12 +134,6 @@ class _Runs:
     stopped: BondRangeError | LostAtomsError | None  #: Why the next one was not.
 
 
-def _tabulate(bond: Potential, bond_range: tuple[float, float], numerics: Numerics) -> BondTable:
-    if numerics.table_points is not None:
-        return tabulate(bond, bond_range, numerics.table, numerics.table_points)
-    return tabulate_near_and_far(bond, bond_range, numerics.table, numerics.force_error)
-
-
 def _run_in_folder(
     scene: Scene,
     numerics: Numerics,
@@ -160,7 +154,9 @@ def _run_in_folder(
     bond_range = numerics.bond_range or guess_bond_range(scene)
     excused = False
     for _ in range(_MOST_WIDENINGS):
-        table = _tabulate(bond, bond_range, numerics)
+        table = tabulate_near_and_far(
+            bond, bond_range, numerics.table, numerics.table_points, numerics.force_error
+        )
         runs = collide_all(table)
         error, seen = runs.stopped, runs.longest_seen
         held = seen < table.longest - _unsure_end(table, numerics)

@@ -24,7 +24,7 @@ class FarBonds:
         lengths = self._chain.lengths()
         room = FAR_OUT - np.max(lengths, where=~self.far, initial=-np.inf)
         room = min(room, np.min(lengths, where=self.far, initial=np.inf) - FAR_BACK)
-        fastest = self._fastest_opening()
+        fastest = float(np.max(np.abs(self._chain.between(self._chain.v))))
         # Half the room: bonds may speed up while they fall together. The step of the change is then
         # the same however steps are divided into runs.
         return max(1, int(0.5 * room / max(fastest * self._chain.timestep, 1e-9)))
@@ -51,9 +51,3 @@ class FarBonds:
         # A set-up rebuilds the list of bonds with their types, and takes no step.
         self._chain.commands("\n".join([*lines, "run 0 post no"]))
         self.far = far
-
-    def _fastest_opening(self) -> float:
-        """Return how fast any bond's length changes."""
-        v, n = self._chain.v, self._chain.particles
-        chain = float(np.max(np.abs(np.diff(v[:n])), initial=0.0))
-        return max(chain, float(np.max(np.abs(np.diff(v[n:])), initial=0.0)))

@@ -139,7 +139,11 @@ class LammpsChain:
 
     def lengths(self) -> NDArray[np.float64]:
         """Return the lengths of all bonds, the chain's first, each body's from the contact on."""
-        x, n = self.x, self.particles
+        return self.between(self.x)
+
+    def between(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the differences along x of coordinates or velocities, one for each bond."""
+        n = self.particles
         if self._alone:
             return x[1:] - x[:-1]  # half the time of np.diff
         return np.concatenate((x[1:n] - x[: n - 1], x[n:-1] - x[n + 1 :]))

@@ -40,19 +40,20 @@ _INSTEAD: Scheme = "order8"
 
 def job_script(scene: Scene, plan: ScriptPlan, wishes: JobWishes = NO_WISHES) -> str:
     """Render a script that does not end before the in-house engine, which follows a chain, does."""
-    span, stiffness = scene.span, scene.slow_stiffness
+    span, stiffness, time = scene.span, scene.slow_stiffness, wishes.units.time
     quiet = quiet_time(span, stiffness)
     last = 0.0 if plan.end is None else plan.end.last_contact_time
-    times = EndTimes(
-        quiet=quiet,
-        cap=longest_collision(span, stiffness, max(quiet, last)) + approach_time(scene),
-        look=look_interval(span, stiffness),
-    )
-    return render_job(scene, plan, times, _scripted_steps(scene, plan.numerics), wishes)
+    cap = longest_collision(span, stiffness, max(quiet, last)) + approach_time(scene)
+    times = EndTimes(time * quiet, time * cap, time * look_interval(span, stiffness))
+    return render_job(scene, plan, times, _scripted_steps(scene, plan.numerics, time), wishes)
 
 
-def _scripted_steps(scene: Scene, numerics: Numerics) -> ScriptedSteps | None:
-    """Return how a script composes steps; SceneError where it cannot."""
+def _scripted_steps(scene: Scene, numerics: Numerics, time: float) -> ScriptedSteps | None:
+    """
+    Return how a script composes steps; SceneError where it cannot.
+
+    `time` is the chain's unit of it in the script's.
+    """
     if numerics.scheme == "verlet":
         return None
     if numerics.scheme not in COMPOSITIONS:
@@ -61,13 +62,14 @@ def _scripted_steps(scene: Scene, numerics: Numerics) -> ScriptedSteps | None:
             "of these, or use `chaincor run`, which drives LAMMPS step by step"
         )
     composition = COMPOSITIONS[numerics.scheme]
+    graded = grading(scene, composition.order)
     return ScriptedSteps(
         weights=composition.weights,
         order=composition.order,
         citation=SOURCES[numerics.scheme],
-        coarse=DEFAULT_TIMESTEPS["verlet"] / scene.fast_stiffness**0.5,
-        patience=PATIENCE / scene.slow_stiffness**0.5,
-        graded=grading(scene, composition.order),
+        coarse=time * (DEFAULT_TIMESTEPS["verlet"] / scene.fast_stiffness**0.5),
+        patience=time * (PATIENCE / scene.slow_stiffness**0.5),
+        graded=None if graded is None else (time * graded[0], graded[1]),
     )
 
 

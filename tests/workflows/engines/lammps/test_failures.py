@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from chaincor.lammps_inputs.bond_table import tabulate
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
@@ -74,7 +75,7 @@ def test_a_bond_that_leaves_its_table_is_named(monkeypatch):
 def test_the_bond_and_the_step_are_named(tmp_path):
     scene = Scene(particles=5, speed=0.4)
     numerics = Numerics(scheme="verlet", timestep=0.01, bond_range=(0.99, 1.01))
-    table = lammps.tabulate(scene.bond, numerics.bond_range)
+    table = tabulate(scene.bond, numerics.bond_range)
     runs = lammps._collide(scene, numerics, (0.01,), table, None, tmp_path)
     assert isinstance(runs.stopped, BondRangeError)
     assert re.search(r"bond 1 is 0\.9\d+ long, below .* step \d+", str(runs.stopped))
