@@ -19,7 +19,7 @@ from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.lammps import engine as lammps
 from chaincor.workflows.engines.lammps import flight
-from chaincor.workflows.engines.lammps.instance import LammpsChain
+from chaincor.workflows.engines.lammps.guard import WallGuard
 from chaincor.workflows.errors import ChaincorError
 
 POTENTIALS = ("harmonic", "lj", "toda", "log", "power")
@@ -50,7 +50,7 @@ def random_scene(rng: np.random.Generator, longest: int = 150) -> tuple[Scene, N
 
 def asking_every_step() -> AbstractContextManager:
     """Let Verlet steps ask for the wall before each of them, as long as it lasts."""
-    return mock.patch.object(flight, "longest_blind_time", return_value=0.0)
+    return mock.patch.object(flight, "WallGuard", return_value=None)
 
 
 def outcome_bits(scene: Scene, numerics: Numerics) -> tuple:
@@ -89,14 +89,14 @@ def compare(scene: Scene, numerics: Numerics) -> tuple[bool, tuple]:
 
 def count_windows(counts: Counter) -> None:
     """Count blind windows, and those that came to the wall and were taken back."""
-    run_guarded = LammpsChain.run_guarded
+    run = WallGuard.run
 
-    def counting(self: LammpsChain, steps: int) -> bool:
-        kept = run_guarded(self, steps)
+    def counting(self: WallGuard, steps: int) -> bool:
+        kept = run(self, steps)
         counts.update({"windows": 1, "taken back": not kept, "blind steps": steps})
         return kept
 
-    LammpsChain.run_guarded = counting  # type: ignore[method-assign]
+    WallGuard.run = counting  # type: ignore[method-assign]
 
 
 def main() -> None:

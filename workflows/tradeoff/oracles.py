@@ -11,14 +11,8 @@ from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.compositions import COMPOSITIONS
 from chaincor.workflows.engines.in_house.finish import KNOWN_MARGIN
-from chaincor.workflows.engines.lammps.flight import (
-    ComposedFlight,
-    Flight,
-    VerletFlight,
-    longest_blind_time,
-)
+from chaincor.workflows.engines.lammps.flight import flight_of
 from chaincor.workflows.engines.lammps.instance import LammpsChain
-from chaincor.workflows.engines.lammps.meeting import Meeting
 from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.errors import RunError
 
@@ -72,14 +66,9 @@ def _collide(
     scene: Scene, numerics: Numerics, chain: "LammpsChain | WideChain", like: Outcome
 ) -> float:
     """Go on to the last contact: that no further one comes has been argued for `like`."""
-    flight: Flight
-    meeting = Meeting(chain, scene.line)  # type: ignore[arg-type]
-    if numerics.scheme == "verlet":
-        # Only LAMMPS saves time by steps that are not asked for the wall one by one.
-        blind = 0.0 if isinstance(chain, WideChain) else longest_blind_time(scene)
-        flight = VerletFlight(chain, False, blind, meeting)  # type: ignore[arg-type]
-    else:
-        flight = ComposedFlight(chain, meeting)  # type: ignore[arg-type]
+    # Only LAMMPS saves time by steps that are not asked for the wall one by one.
+    guarded = isinstance(chain, LammpsChain)
+    flight = flight_of(chain, scene, numerics, guarded)  # type: ignore[arg-type]
     # Contacts shift a little when an error is left out.
     limit = float(like.contact_times[-1]) + KNOWN_MARGIN / scene.bond.stiffness**0.5
     for _ in like.contact_times:

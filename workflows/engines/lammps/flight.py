@@ -11,14 +11,12 @@ from chaincor.workflows.engines.in_house.contact_search import (
     first_root,
     fit_path,
 )
+from chaincor.workflows.engines.lammps.guard import WallGuard
 from chaincor.workflows.engines.lammps.instance import LammpsChain
 from chaincor.workflows.engines.lammps.meeting import Contact, Meeting, SoftMeeting, time_to_zero
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
 from chaincor.workflows.errors import LostAtomsError, TimestepError
 
-# Verlet steps are taken without asking for the wall for this part of the time in which particle 1
-# would come to it with its present acceleration, which decides costs only.
-_BLIND_SHARE = 0.9
 # Crossings nearer to each other than this part of a step need not be told apart.
 _RESOLUTION = 1e-3
 
@@ -81,20 +79,16 @@ class VerletFlight(Flight):
     there, also if x + v t + f t^2/2 comes to the wall and turns within the step; with the
     reflecting wall LAMMPS's own fix mirrors what ends behind it.
 
-    Many steps are taken at once, blind, while particle 1 is some time away from the wall:
-    `longest_blind` at most, 0 asks at every step. Its acceleration changes meanwhile, so LAMMPS
-    itself watches them (see :class:`chaincor.workflows.engines.lammps.guard.WallGuard`): if one
-    ends nearer to the wall than a contact can be, all are taken back and asked for one by one.
+    Many steps are taken at once, blind, while particle 1 is some time away from the wall. Its
+    acceleration changes meanwhile, so a `guard` watches them: if one ends nearer to the wall than a
+    contact can be, all are taken back and asked for one by one. Without it all are.
     """
 
     def __init__(
-        self, chain: LammpsChain, reflect: bool, longest_blind: float, meeting: Meeting
+        self, chain: LammpsChain, meeting: Meeting, reflect: bool, guard: WallGuard | None
     ) -> None:
         super().__init__(chain, meeting)
-        self.reflect, self._longest = reflect, longest_blind
-        # Part of the time that is taken: collisions of sharp bonds, which a present acceleration
-        # does not foretell, would otherwise spoil long windows again and again.
-        self._share = 1.0
+        self.reflect, self._guard = reflect, guard
 
     def _dips(self, now: PathPoint) -> bool:
         """Return whether particle 1 reaches the wall and turns within the next step."""
@@ -108,7 +102,7 @@ class VerletFlight(Flight):
         last = max(1, math.ceil((limit - start) / h))
         while taken < last:
             now = self.meeting.state()
-            if self._longest > 0.0 and (steps := self._run_blind(now, last - taken)):
+            if self._guard is not None and (steps := self._guard.run_blind(now, last - taken)):
                 taken += steps
                 self.time = start + taken * h
                 continue
@@ -125,34 +119,6 @@ class VerletFlight(Flight):
             taken += 1
             self.time = start + taken * h
         return None
-
-    def _run_blind(self, now: PathPoint, most: int) -> int:
-        """Take steps without asking, as far as is safe; return how many were taken, or 0."""
-        chain = self.chain
-        safe = min(self._longest, _BLIND_SHARE * self._time_to_guard(now))
-        steps = min(int(self._share * safe / chain.timestep), most)
-        if steps < 2:
-            if safe >= 2.0 * chain.timestep:
-                self._share = min(1.0, 2.0 * self._share)
-            return 0
-        state = chain.snapshot()
-        if chain.run_guarded(steps):
-            self._share = min(1.0, 2.0 * self._share)
-            return steps
-        self._share *= 0.25
-        chain.restore(state)
-        return 0
-
-    def _time_to_guard(self, now: PathPoint) -> float:
-        """Return when particle 1 comes to LAMMPS's guard, were its acceleration to last."""
-        x, v, a = now
-        x -= self.chain.guard_position
-        if x > 0.0:
-            return time_to_zero(x, v, a)
-        # It leaves the wall: the end of the first step is known exactly.
-        h = self.chain.timestep
-        x += h * (v + 0.5 * h * a)
-        return h + time_to_zero(x, v + h * a, a) if v > 0.0 and x > 0.0 else 0.0
 
     def _hit(self, now: PathPoint) -> Contact | None:
         """Cut the step at the wall; None where its last kick turned particle 1 already."""
@@ -265,20 +231,15 @@ class ComposedFlight(Flight):
         return taken if arrived else None
 
 
-def longest_blind_time(scene: Scene) -> float:
-    """
-    Return for how long a present acceleration foretells anything: 1/frequency of the bonds.
-
-    0 where LAMMPS cannot watch meanwhile, which it does for one body at a hard wall.
-    """
-    return 0.0 if not scene.line.plain or scene.particles == 1 else 1.0 / scene.slow_stiffness**0.5
-
-
-def flight_of(chain: LammpsChain, scene: Scene, numerics: Numerics) -> Flight:
+def flight_of(chain: LammpsChain, scene: Scene, numerics: Numerics, guarded: bool = True) -> Flight:
     """Return what carries the bodies of a scene in the steps of some numerics."""
     meeting = Meeting(chain, scene.line)
     if scene.line.soft:
         meeting = SoftMeeting(chain, scene, STEP_SCHEMES[numerics.scheme].order)
     if numerics.scheme != "verlet":
         return ComposedFlight(chain, meeting)
-    return VerletFlight(chain, numerics.wall == "reflect", longest_blind_time(scene), meeting)
+    reflect = numerics.wall == "reflect"
+    # LAMMPS watches one body at a hard wall.
+    guarded = guarded and scene.line.plain and scene.particles > 1
+    guard = WallGuard(chain, scene, reflect) if guarded else None
+    return VerletFlight(chain, meeting, reflect, guard)

@@ -25,12 +25,10 @@ from chaincor.lammps_inputs.script import (
 )
 from chaincor.workflows.engines.compositions import COMPOSITIONS
 from chaincor.workflows.engines.lammps.far_bonds import FarBonds
-from chaincor.workflows.engines.lammps.guard import WallGuard
 from chaincor.workflows.engines.lammps.library import load_lammps, name_lammps_error
 from chaincor.workflows.engines.lammps.whole_steps import run_command, whole_step
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
 from chaincor.workflows.engines.time_limit import check_time, steps_at_once
-from chaincor.workflows.errors import RunError
 
 _RUN_ONE = run_command(1)
 # A particle and its bond in one of LAMMPS's steps, in bond forces of the in-house loops.
@@ -92,9 +90,6 @@ class LammpsChain:
         self._failed = self.lammps.lib.lammps_has_error
         try:
             self.commands(render_setup(numerics, table, folder.as_posix()))
-            self._guard = None
-            if line.plain and numerics.scheme == "verlet":
-                self._guard = WallGuard(self, scene, numerics.wall == "reflect", self.timestep)
         except Exception:
             self.close()
             raise
@@ -163,28 +158,6 @@ class LammpsChain:
             if self.far_bonds is not None:
                 self.far_bonds.change_tables()
 
-    @property
-    def guard_position(self) -> float:
-        """Where :meth:`run_guarded` stops particle 1: so near the wall that it is to be asked."""
-        assert self._guard is not None
-        return self._guard.position
-
-    def run_guarded(self, steps: int) -> bool:
-        """
-        Take full Verlet steps as long as they end clear of the wall.
-
-        False where one ended at the wall or behind it, or failed: the state is then useless.
-        """
-        assert self._guard is not None
-        self._guard.watch(True)
-        try:
-            self.run(steps)
-        except RunError:
-            return False
-        finally:
-            self._guard.watch(False)
-        return True
-
     def verlet(self, duration: float) -> None:
         """Take one Verlet step of any length, also a negative one."""
         self._set_timestep(duration)
@@ -204,8 +177,6 @@ class LammpsChain:
 
     def restart(self, timestep: float) -> None:
         """Put the chain back to its first contact, for a run with another composed step H."""
-        if self._guard is not None and timestep != self.timestep:
-            self._guard.stand(timestep)
         self.restore(self._initial)
         self.timestep = timestep
         self.stages_done = 0

@@ -13,9 +13,9 @@ from chaincor.workflows.collision import collide
 from chaincor.workflows.engines.in_house import modal
 from chaincor.workflows.engines.lammps import engine as lammps
 from chaincor.workflows.engines.lammps import flight
-from chaincor.workflows.engines.lammps.flight import VerletFlight
+from chaincor.workflows.engines.lammps.flight import flight_of
+from chaincor.workflows.engines.lammps.guard import WallGuard
 from chaincor.workflows.engines.lammps.instance import LammpsChain
-from chaincor.workflows.engines.lammps.meeting import Meeting
 
 
 def random_scene(seed):
@@ -93,15 +93,21 @@ def test_a_forecast_that_fails_is_noticed_and_taken_back(wall, monkeypatch):
     numerics = Numerics(wall=wall, scheme="verlet", timestep=0.01, bond_range=(0.7, 8.0))
     with blind_steps.asking_every_step():
         truth = lammps.run(scene, numerics)
-    foretold, kept = VerletFlight._time_to_guard, []
-    run_guarded = LammpsChain.run_guarded
-    monkeypatch.setattr(flight, "longest_blind_time", lambda _: 3.0)
-    monkeypatch.setattr(
-        VerletFlight, "_time_to_guard", lambda *given: 4.0 if foretold(*given) > 0.0 else 0.0
-    )
-    monkeypatch.setattr(
-        LammpsChain, "run_guarded", lambda self, n: (kept.append(run_guarded(self, n)), kept[-1])[1]
-    )
+    kept = []
+
+    class Misled(WallGuard):
+        def __init__(self, *given):
+            super().__init__(*given)
+            self.longest = 3.0
+
+        def _time_left(self, now):
+            return 4.0 if super()._time_left(now) > 0.0 else 0.0
+
+        def run(self, steps):
+            kept.append(super().run(steps))
+            return kept[-1]
+
+    monkeypatch.setattr(flight, "WallGuard", Misled)
     misled = lammps.run(scene, numerics)
     assert kept.count(False) >= 5, "hardly a window was taken back, so little was tested"
     assert bitwise_equal(misled, truth)
@@ -167,6 +173,10 @@ def test_a_tolerance_finds_the_slow_contact():
     assert abs(result.restitution - truth.restitution) < result.restitution_error
 
 
+# What the chain of a passage is, but for its state.
+SPRINGS = Scene(potential="harmonic", particles=3, velocity=0.1)
+
+
 def passage(chain):
     """Place three particles so that the first is behind the wall for a while, from 0.12 to 0.39."""
     place(chain, np.array([0.01, 1.35, 2.3]), np.array([-0.1, 0.0, 0.0]))
@@ -175,49 +185,52 @@ def passage(chain):
 def test_lammps_sees_a_passage_behind_the_wall_that_ended(tmp_path):
     with chain_of("harmonic", 3, 0.01, tmp_path) as chain:
         passage(chain)
+        guard = WallGuard(chain, SPRINGS, False)
         start = chain.snapshot()
         chain.run(50)
-        assert chain.x[0] > chain.guard_position
+        assert chain.x[0] > guard.position
         chain.restore(start)
-        assert not chain.run_guarded(50)
+        assert not guard.run(50)
         # It watches nothing but guarded runs, and not what follows.
         chain.restore(start)
         chain.run(20)
         assert chain.x[0] < 0.0
         chain.run(60)
-        assert chain.run_guarded(10)
+        assert guard.run(10)
 
 
 def test_the_stock_wall_mirrors_nothing_unseen(tmp_path):
     with chain_of("harmonic", 3, 0.01, tmp_path, wall="reflect") as chain:
         passage(chain)
+        guard = WallGuard(chain, SPRINGS, True)
         start = chain.snapshot()
-        assert not chain.run_guarded(50)
+        assert not guard.run(50)
         chain.restore(start)
         chain.run(50)
         assert chain.x[0] > 0.0
         assert chain.v.sum() > -0.1 + 1e-3, "the wall gave the chain momentum"
 
 
-@pytest.mark.parametrize("longest_blind", [0.0, 1.0])
-def test_a_contact_within_a_step_that_ends_in_front_of_the_wall(longest_blind, tmp_path):
+@pytest.mark.parametrize("guarded", [False, True])
+def test_a_contact_within_a_step_that_ends_in_front_of_the_wall(guarded, tmp_path):
     # A step of 0.3 begins before the passage and ends after it.
     with chain_of("harmonic", 3, 0.3, tmp_path) as chain:
         place(chain, np.array([0.004, 1.35, 2.3]), np.array([-0.0541, 0.0, 0.0]))
         x, v, a = chain.x[0], chain.v[0], chain.f[0]
         assert x + 0.3 * v + 0.5 * 0.09 * a > 0.0, "the step ends in front of the wall"
-        meeting = Meeting(chain, chain.line)
-        contact = VerletFlight(chain, False, longest_blind, meeting).advance(1.0)
+        numerics = Numerics(scheme="verlet", timestep=0.3)
+        contact = flight_of(chain, SPRINGS, numerics, guarded).advance(1.0)
         assert contact is not None
         # x + v t + a t^2/2 = 0 for the first time.
         moment = (-v - np.sqrt(v * v - 2.0 * x * a)) / a
         assert contact.time == pytest.approx(moment, rel=1e-12)
 
 
-def contacts_from(chain, longest_blind, state, wall):
+def contacts_from(chain, guarded, state, scene, wall):
     """Return times and speeds of all contacts within 6, and the state then."""
+    numerics = Numerics(wall=wall, scheme="verlet", timestep=chain.timestep)
+    flight = flight_of(chain, scene, numerics, guarded)
     chain.restore(state)
-    flight = VerletFlight(chain, wall == "reflect", longest_blind, Meeting(chain, chain.line))
     found = []
     while flight.time < 6.0:
         contact = flight.advance(6.0)
@@ -230,6 +243,7 @@ def contacts_from(chain, longest_blind, state, wall):
 @pytest.mark.parametrize("bond", ["harmonic", "lj"])
 def test_blind_from_any_state(bond, wall, tmp_path):
     rng = np.random.default_rng(11)
+    scene = Scene(potential=bond, particles=5, velocity=0.1)
     contacts = 0
     for timestep in (0.004, 0.03, 0.15):
         folder = tmp_path / str(timestep)
@@ -238,8 +252,8 @@ def test_blind_from_any_state(bond, wall, tmp_path):
             for _ in range(12):
                 place(chain, *random_state(rng, 5))
                 state = chain.snapshot()
-                asked = contacts_from(chain, 0.0, state, wall)
-                assert contacts_from(chain, 1.0, state, wall) == asked
+                asked = contacts_from(chain, False, state, scene, wall)
+                assert contacts_from(chain, True, state, scene, wall) == asked
                 contacts += len(asked[0])
     assert contacts > 30
 

@@ -14,7 +14,7 @@ from chaincor.lammps_inputs.bond_table import tabulate
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.engines.lammps import course, flight
+from chaincor.workflows.engines.lammps import course, guard
 from chaincor.workflows.engines.lammps import engine as lammps
 from chaincor.workflows.engines.lammps import library as lammps_library
 from chaincor.workflows.engines.lammps.instance import LammpsChain
@@ -274,7 +274,7 @@ def test_numbers_that_overflow_are_named(monkeypatch):
     def overflow(*_):
         raise OverflowError(34, "Numerical result out of range")
 
-    monkeypatch.setattr(flight.VerletFlight, "_time_to_guard", overflow)
+    monkeypatch.setattr(guard.WallGuard, "_time_left", overflow)
     numerics = Numerics(scheme="verlet", timestep=0.02)
     line = failure(TimestepError, Scene(particles=5, speed=0.4), numerics)
     assert "beyond all numbers" in line
