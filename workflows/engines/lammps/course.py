@@ -29,11 +29,6 @@ from chaincor.workflows.errors import (
 PATIENCE = 3.5
 
 
-def only_meets(scene: Scene) -> bool:
-    """Return whether there is one contact, because neither body has parts."""
-    return scene.particles == 1 and scene.line.targets <= 1
-
-
 class ChainCollision:
     """
     The course of one collision: contacts, looks for the end, frames.
@@ -54,13 +49,9 @@ class ChainCollision:
         self.contacts: list[Contact] = []
         self.after_contact = self._state()
         # Of all bonds so far, the flight after the last contact included, and of those up to it.
-        self.shortest_seen, self.longest_seen = np.inf, -np.inf
-        # At the start all are 1 long, but where a scene says; a single particle has none.
-        self.start_shortest = self.start_longest = 1.0
-        if not scene.line.cold and len(self.chain.lengths()):
-            self.start_shortest = float(self.chain.lengths().min())
-            self.start_longest = float(self.chain.lengths().max())
-        self.shortest, self.longest = self.start_shortest, self.start_longest
+        lengths = self.chain.lengths() if scene.span > 1 else np.ones(1)
+        self.shortest_seen, self.longest_seen = float(lengths.min()), float(lengths.max())
+        self.shortest, self.longest = self.shortest_seen, self.longest_seen
         self.ending: Ending | None = None
         dumped = scene.dump is not None and frame_interval is None
         self.frames_at_contacts = dumped and scene.frame_interval is None
@@ -84,7 +75,7 @@ class ChainCollision:
 
     def carry_out(self) -> None:
         """Go from contact to contact until no further one can come."""
-        if only_meets(self.scene):
+        if self.scene.span == 1:  # neither body has parts
             self._bounce_once()
             return
         self._approach()
@@ -155,8 +146,7 @@ class ChainCollision:
             contact = replace(contact, time=0.0, end=contact.end - contact.time)
         self.contacts.append(contact)
         self.after_contact = self._state()
-        self.shortest = min(self.start_shortest, self.shortest_seen)
-        self.longest = max(self.start_longest, self.longest_seen)
+        self.shortest, self.longest = self.shortest_seen, self.longest_seen
         self.ending, self.flown_on = None, np.inf
         self.overdue = contact.end + self.patience
         if self.frames_at_contacts:

@@ -17,7 +17,7 @@ from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.script import DATA_FILE, DUMP_FILE
 from chaincor.workflows.engines.end_watch import longest_collision
 from chaincor.workflows.engines.lammps.certificate import certify_table
-from chaincor.workflows.engines.lammps.course import ChainCollision, only_meets
+from chaincor.workflows.engines.lammps.course import ChainCollision
 from chaincor.workflows.engines.lammps.flight import flight_of
 from chaincor.workflows.engines.lammps.instance import LammpsChain
 from chaincor.workflows.engines.lammps.kept_script import kept_files
@@ -146,7 +146,7 @@ def _run_in_folder(
     def collide_all(table: BondTable | None) -> _Runs:
         return _collide(scene, numerics, timesteps, table, frame_interval, folder)
 
-    if bond.is_harmonic or only_meets(scene):
+    if bond.is_harmonic or scene.span == 1:
         runs = collide_all(None)
         if runs.stopped is not None:
             raise runs.stopped
