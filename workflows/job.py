@@ -11,6 +11,7 @@ from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.explain import explain_data, explain_script, explain_table
 from chaincor.lammps_inputs.plain_script import is_plain, plain_scene, render_plain
 from chaincor.lammps_inputs.scene import Scene
+from chaincor.lammps_inputs.scene_parts.scene_file import read_from_anywhere
 from chaincor.lammps_inputs.script import DATA_FILE, SCENE_FILE, SCRIPT_FILE, TABLE_FILE
 from chaincor.lammps_inputs.script_plan import NO_WISHES, JobWishes, ScriptPlan
 from chaincor.lammps_inputs.units.unit_system import CHAIN_UNITS, UNITS_FILE, UnitSystem
@@ -79,9 +80,7 @@ def job_files(scene: Scene, wishes: JobWishes = NO_WISHES) -> dict[str, str]:
             f"dump_frames is {scene.dump_frames!r} and the job dumps nothing; expected --frames "
             "beside it, or neither"
         )
-    if scene.bond_file is not None:  # the job lies elsewhere, and its scene names the file
-        scene = scene.replace(bond_file=scene.bond_file.resolve())
-    scene = scene.replace(engine="lammps")
+    scene = read_from_anywhere(scene).replace(engine="lammps")
     units = wishes.units
     _refuse_units_of_velocity(scene, units)
     plain = is_plain(wishes)

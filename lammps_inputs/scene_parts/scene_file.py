@@ -2,11 +2,14 @@
 
 import tomllib
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from chaincor.lammps_inputs.errors import SceneError
 from chaincor.lammps_inputs.scene_parts.given_bodies import masses_in
 from chaincor.lammps_inputs.small_file import read_small_file, why_unreadable
+
+if TYPE_CHECKING:
+    from chaincor.lammps_inputs.scene import Scene
 
 # Keys that name files to be read, and those that may: numbers with commas between them are none.
 FILES_READ = ("bond_file", "initial")
@@ -49,3 +52,9 @@ def from_folder(fields: dict[str, Any], folder: Path) -> dict[str, Any]:
         if key in FILES_READ or (key in MASSES_READ and masses_in(value) is None):
             found[key] = folder / value
     return found
+
+
+def read_from_anywhere(scene: "Scene") -> "Scene":
+    """Return a scene that names the files it reads by whole paths, to be written anywhere."""
+    paths = {key: path.resolve() for key in FILES_READ if (path := getattr(scene, key)) is not None}
+    return scene.replace(**paths)

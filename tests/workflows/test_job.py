@@ -22,6 +22,7 @@ from chaincor.workflows.engines.ending import argue_end
 from chaincor.workflows.engines.lammps import engine as lammps
 from chaincor.workflows.engines.lammps.kept_script import flown_on
 from chaincor.workflows.errors import RunError
+from chaincor.workflows.grids.grid import write_grid
 from chaincor.workflows.job import write_job
 from tests.lmp import number, run_lmp, unexpected_warnings
 
@@ -258,6 +259,19 @@ def test_a_users_table_is_found_from_the_job(tmp_path, monkeypatch):
         Scene(potential="table", bond_file="own.table", particles=4, velocity=0.05), Path("job")
     )
     assert Scene.from_file("job/scene.toml").bond.stiffness == pytest.approx(1.0)
+
+
+def test_a_users_state_is_found_from_the_job_from_a_grid_and_from_a_kept_run(tmp_path, monkeypatch):
+    (tmp_path / "state.csv").write_text("strain,velocity\n0.3,-0.1\n0.01,-0.12\n-0.02,-0.08\n")
+    monkeypatch.chdir(tmp_path)
+    scene = Scene(potential="toda", particles=3, initial="state.csv")
+    write_job(scene, Path("job"))
+    write_grid([scene], ["particles"], Path("grid"), "bash")
+    lammps.run(scene.replace(save=Path("kept")), Numerics())
+    written = [path for name in ("job", "grid", "kept") for path in Path(name).rglob("*.toml")]
+    assert len(written) == 4
+    for path in written:
+        np.testing.assert_array_equal(Scene.from_file(path).line.strains, scene.line.strains)
 
 
 def test_an_unfinished_job_fails(tmp_path):

@@ -11,6 +11,7 @@ from typing import Literal
 from chaincor.analysis.atomic_write import write_whole
 from chaincor.lammps_inputs.errors import ChaincorError, InputError, one_line
 from chaincor.lammps_inputs.scene import Scene
+from chaincor.lammps_inputs.scene_parts.scene_file import read_from_anywhere
 from chaincor.lammps_inputs.script_plan import NO_WISHES, JobWishes
 from chaincor.workflows.campaign.points import value_of
 from chaincor.workflows.job import job_files, write_files
@@ -125,7 +126,8 @@ def _write_point(scene: Scene, job: Path, wishes: JobWishes) -> str:
         return one_line(error)
     for old in ("log.lammps", "log.motion", "screen.txt", "chain.restart", "chain.state"):
         (job / old).unlink(missing_ok=True)  # of an older job, which would be taken for its result
-    write_files(files | {ASKED: scene.to_toml()}, job, replace_existing=True)
+    asked = read_from_anywhere(scene).to_toml()
+    write_files(files | {ASKED: asked}, job, replace_existing=True)
     return ""
 
 

@@ -7,6 +7,7 @@ from chaincor.lammps_inputs.chain_data import format_data
 from chaincor.lammps_inputs.errors import SceneError
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import FILE_KEYS, Scene
+from chaincor.lammps_inputs.scene_parts.scene_file import read_from_anywhere
 from chaincor.lammps_inputs.schemes import DEFAULT_TIMESTEPS, Scheme
 from chaincor.lammps_inputs.script import (
     DATA_FILE,
@@ -121,10 +122,7 @@ def kept_files(
         )
     files[SCRIPT_FILE] = note + job_script(scene, ScriptPlan(numerics, table, scouted))
     if isinstance(scene.potential, str):
-        scene = scene.without(*FILE_KEYS)
-        if scene.bond_file is not None:  # the job lies elsewhere
-            scene = scene.replace(bond_file=scene.bond_file.resolve())
-        files[SCENE_FILE] = scene.to_toml()
+        files[SCENE_FILE] = read_from_anywhere(scene.without(*FILE_KEYS)).to_toml()
     return files
 
 
