@@ -1,5 +1,6 @@
 """Files that appear when they are complete, and never half written."""
 
+import errno
 import shutil
 import tempfile
 from collections.abc import Iterator, Mapping
@@ -9,6 +10,9 @@ from pathlib import Path
 from typing import Any
 
 from chaincor.lammps_inputs.errors import InputError
+
+# A full disk, one that is full for this user, and a file that may not be so large.
+_NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 
 
 def refuse_no_file(path: Path) -> None:
@@ -30,8 +34,11 @@ def written_aside(path: Path) -> Iterator[Path]:
     """
     refuse_no_file(path)
     with folder_aside(path.parent, prefix=path.stem) as folder:
-        aside = folder / path.name
-        yield aside
+        try:
+            yield folder / path.name
+        except OSError as error:
+            _name_what_was_written(error, path)
+            raise
 
 
 def write_whole(path: Path, text: str) -> None:
@@ -58,8 +65,18 @@ def folder_aside(folder: Path, prefix: str = "partial") -> Iterator[Path]:
         yield aside
         for path in sorted(aside.iterdir()):
             path.replace(folder / path.name)
+    except OSError as error:
+        _name_what_was_written(error, folder)
+        raise
     finally:
         shutil.rmtree(aside, ignore_errors=True)
+
+
+def _name_what_was_written(error: OSError, path: Path) -> None:
+    """Let an error say what the user named: a write knows no name, a copy that of its source."""
+    named = error.filename
+    if named is None or (error.errno in _NO_ROOM and not Path(str(named)).is_relative_to(path)):
+        error.filename = str(path)
 
 
 def write_arrays(path: Path, arrays: Mapping[str, Any]) -> None:

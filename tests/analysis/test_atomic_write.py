@@ -1,3 +1,5 @@
+import errno
+
 import pytest
 
 from chaincor.analysis.atomic_write import folder_aside, written_aside
@@ -30,3 +32,14 @@ def test_a_place_that_cannot_be_written_is_an_input_error(tmp_path):
     (tmp_path / "file").touch()
     with pytest.raises(InputError, match="cannot write into"), folder_aside(tmp_path / "file"):
         pass
+
+
+@pytest.mark.parametrize("source", [None, "/tmp/chaincor-1/dump.lammpstrj"])
+def test_a_full_disk_is_told_of_the_file_that_was_asked_for(tmp_path, source):
+    """A write knows no name; a copy that fails is named after its source, on another disk."""
+    with pytest.raises(OSError, match="No space left") as caught, written_aside(tmp_path / "a"):
+        raise OSError(errno.ENOSPC, "No space left on device", source)
+    assert caught.value.filename == str(tmp_path / "a")
+    with pytest.raises(OSError, match="No space left") as caught, folder_aside(tmp_path / "job"):
+        raise OSError(errno.ENOSPC, "No space left on device", source)
+    assert caught.value.filename == str(tmp_path / "job")
