@@ -17,7 +17,7 @@ from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.scene_parts.given_bodies import (
     DEFAULT_CONTACT_EXPONENT,
     DEFAULT_CONTACT_STIFFNESS,
-    plain_bodies,
+    given_bodies,
     seed_of,
 )
 from chaincor.lammps_inputs.schemes import StepSchemeName
@@ -149,7 +149,7 @@ def _bodies_after(scene: Scene, outcome: Outcome) -> dict[str, Any]:
 
 
 def _as_given(scene: Scene) -> dict[str, Any]:
-    given, state = plain_bodies(scene), scene.initial_state
+    given, state = given_bodies(scene), scene.initial_state
     if state is not None and state.masses is not None:
         given["masses"] = tuple(state.masses.tolist())
     if scene.temperature is not None:

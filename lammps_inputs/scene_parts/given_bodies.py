@@ -119,14 +119,9 @@ def seed_of(scene: "Scene") -> int:
 
 
 def given_bodies(scene: "Scene") -> dict[str, Any]:
-    """Return what a scene says of its bodies, as it was given."""
+    """Return what a scene says of its bodies, as it was given, with paths as text."""
     given = {key: getattr(scene, key) for key in BODY_KEYS}
-    return {key: value for key, value in given.items() if value is not None}
-
-
-def plain_bodies(scene: "Scene") -> dict[str, Any]:
-    """Return the same as JSON knows it."""
-    return {k: str(v) if isinstance(v, Path) else v for k, v in given_bodies(scene).items()}
+    return {k: str(v) if isinstance(v, Path) else v for k, v in given.items() if v is not None}
 
 
 def body_fields(scene: "Scene") -> dict[str, Any]:

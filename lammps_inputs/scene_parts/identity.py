@@ -30,17 +30,13 @@ def canonical_fields(scene: "Scene") -> dict[str, Any]:
     it were given.
     """
     defaults = {"potential": scene.label, "particles": scene.particles, "engine": scene.engine}
-    fields = defaults | {
-        key: value for key, value in plain_fields(scene).items() if key not in OUTPUT_KEYS
-    }
+    otherwise = (*OUTPUT_KEYS, *BODY_KEYS, "speed")
+    fields = defaults | {k: v for k, v in plain_fields(scene).items() if k not in otherwise}
     if isinstance(scene.potential, Potential):
         fields["potential"] = f"object {scene.label} {_force_digest(scene.potential)}"
     else:
         fields |= scene.bond.as_keys()
-    fields.pop("speed", None)
     fields["velocity"] = scene.impact_velocity
-    for key in BODY_KEYS:
-        fields.pop(key, None)
     fields |= body_fields(scene)
     if not scene.explicit and scene.tolerance is None:
         fields["tolerance"] = DEFAULT_TOLERANCE

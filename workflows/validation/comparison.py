@@ -10,7 +10,7 @@ import numpy as np
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.scene import DEFAULT_TOLERANCE, NUMERICS_KEYS, OUTPUT_KEYS, Scene
-from chaincor.lammps_inputs.scene_parts.given_bodies import given_bodies, plain_bodies
+from chaincor.lammps_inputs.scene_parts.given_bodies import given_bodies
 from chaincor.workflows.collision import collide
 from chaincor.workflows.engines.in_house import hard_sphere
 from chaincor.workflows.error_bar import error_alone
@@ -127,7 +127,7 @@ class Validation:
             "potential": self.scene.label,
             "particles": self.scene.particles,
             "velocity": self.scene.impact_velocity,
-            **plain_bodies(self.scene),
+            **given_bodies(self.scene),
             "scene": self.scene.canonical_fields,
             "subject": self.subject,
             "judge": self.judge,

@@ -196,10 +196,9 @@ def guess_bond_range(scene: Scene) -> tuple[float, float]:
     heaviest = max(1.0, float(np.max(line.chain_masses)))
     shortest = bond.compressed_strain(_GUESS_ENERGY * heaviest * v0**2)
     longest = min(_GUESS_STRETCH * heaviest**0.5 * v0, 0.9 * bond.strain_max)
-    if not line.plain:
-        strains = np.delete(line.strains, line.gap)
-        shortest = min(shortest, float(np.min(strains, initial=0.0)))
-        longest = max(longest, float(np.max(strains, initial=0.0)))
+    strains = np.delete(line.strains, line.gap)
+    shortest = min(shortest, float(np.min(strains, initial=0.0)))
+    longest = max(longest, float(np.max(strains, initial=0.0)))
     return 1.0 + shortest, 1.0 + longest
 
 

@@ -59,9 +59,8 @@ class LammpsChain:
     def __init__(
         self, scene: Scene, numerics: Numerics, table: BondTable | None, folder: Path
     ) -> None:
-        self.line = line = scene.line
         self.particles = scene.particles
-        count = scene.particles + line.targets
+        count = scene.all_particles
         self._alone = count == scene.particles
         bond_types = 1 if table is None or table.far is None else 2
         (folder / DATA_FILE).write_text(format_data(scene.line, bond_types))
