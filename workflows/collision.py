@@ -1,14 +1,14 @@
 """The door: a scene to its result, or many of them, kept in a store or not."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, overload
+from typing import TYPE_CHECKING, overload
 
 from chaincor.lammps_inputs.errors import ChaincorError, InputError
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.expected_cost import refuse_endless
 from chaincor.workflows.accuracy.step_guess import foresee_sharpness
-from chaincor.workflows.campaign.carry_out import TASKS_PER_WORKER, carry_out, workers_for
+from chaincor.workflows.campaign.carry_out import TASKS_PER_WORKER, Done, carry_out, workers_for
 from chaincor.workflows.campaign.progress import progress_bar
 from chaincor.workflows.campaign.work import (
     MOST_SECONDS,
@@ -158,18 +158,18 @@ def collide(
     found: list[Collision | None] = [None] * len(scenes)
     failed: list[Exception] = []
 
-    def take(done: Sequence[tuple[int, Any]]) -> None:
+    def take(done: Done) -> None:
         """Put results in the order of their scenes; raise the first failure, once."""
-        for place, each in done:
+        for asked, each in done:
             if not isinstance(each, Exception):
-                found[place] = each
+                found[asked.place] = each
             elif not failed:
                 failed.append(each)
-                each.__notes__ = [f"scene {place + 1} of {len(scenes)}: {scenes[place]!r}"]
+                each.__notes__ = [f"scene {asked.place + 1} of {len(scenes)}: {asked.scene!r}"]
                 # Of a named error nothing else is said.
                 raise each.with_traceback(None) if isinstance(each, ChaincorError) else each
 
-    seconds = sum(sum(task.costs) for task in tasks)
+    seconds = sum(asked.cost for task in tasks for asked in task)
     with (
         progress_bar(progress, len(scenes), seconds) as advance,
         workers_for(tasks, workers) as (executor, in_flight),

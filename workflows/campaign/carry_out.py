@@ -21,34 +21,28 @@ TASKS_PER_WORKER = 2
 SOONER_HERE = 3.0
 
 
+class Asked(NamedTuple):
+    """One collision that is asked for."""
+
+    place: int  #: Where it stands among all that are.
+    scene: Scene  #: What collides.
+    cost: float  #: Seconds that it is expected to take.
+
+
+# What one worker carries out.
+Task = list[Asked]
 # Is given scenes and returns what came of each: a result, the error that it failed with, or None
 # where it has to be carried out alone.
-Work = Callable[[Any], Sequence[Any]]
-# Takes what came of some collisions: the place of each among all that are asked for, and what.
-Take = Callable[[Sequence[tuple[int, Any]]], None]
-
-
-class Task(NamedTuple):
-    """Collisions that one worker carries out."""
-
-    places: Sequence[int]  #: Where their scenes stand among all that are asked for.
-    scenes: Sequence[Scene]  #: What collides.
-    costs: Sequence[float]  #: Seconds that each is expected to take.
-
-    def part(self, chosen: Sequence[int]) -> "Task":
-        """Return a task for some of the collisions, counted from 0."""
-        return Task(
-            [self.places[k] for k in chosen],
-            [self.scenes[k] for k in chosen],
-            [self.costs[k] for k in chosen],
-        )
+Work = Callable[[list[Scene]], Sequence[Any]]
+# What came of some collisions.
+Done = list[tuple[Asked, Any]]
 
 
 def carry_out(
     tasks: Sequence[Task],
     work: Work,
     executor: Executor,
-    take: Take,
+    take: Callable[[Done], None],
     *,
     in_flight: int,
     is_wanted: Callable[[Sequence[Scene]], Sequence[bool]] | None = None,
@@ -74,24 +68,23 @@ def carry_out(
             while queue and len(pending) < in_flight:
                 task = queue.popleft()
                 if is_wanted is not None:
-                    wanted = is_wanted(task.scenes)
-                    for cost in itertools.compress(task.costs, [not each for each in wanted]):
-                        advance(cost)
-                    task = task.part([k for k, each in enumerate(wanted) if each])
-                if task.places:
-                    pending[executor.submit(work, task.scenes)] = task
-            done: list[tuple[int, Any]] = []
+                    wanted = is_wanted([asked.scene for asked in task])
+                    for asked in itertools.compress(task, [not each for each in wanted]):
+                        advance(asked.cost)
+                    task = [*itertools.compress(task, wanted)]
+                if task:
+                    pending[executor.submit(work, [asked.scene for asked in task])] = task
+            done: Done = []
             over = wait(pending, return_when=FIRST_COMPLETED).done if pending else set()
             for future in over:
                 ended, unsettled = _ended(future, pending[future])
                 done += ended
                 queue.extendleft(unsettled)  # what takes long is not left for the end
             take(done)
-            costs: dict[int, float] = {}
-            for task in [pending.pop(future) for future in over]:
-                costs |= zip(task.places, task.costs, strict=True)
-            for place, _ in done:
-                advance(costs[place])
+            for future in over:
+                del pending[future]
+            for asked, _ in done:
+                advance(asked.cost)
     except BaseException:
         over = {future for future in pending if future.done()}
         executor.shutdown(wait=False, cancel_futures=True)
@@ -102,11 +95,11 @@ def carry_out(
 
 def _turn(task: Task) -> tuple[bool, int]:
     """Order by cost, which is not known better than to a factor of two."""
-    alone = len(task.places) == 1
-    return alone, -round(math.log2(max(task.costs[0], 1e-9))) if alone else 0
+    alone = len(task) == 1
+    return alone, -round(math.log2(max(task[0].cost, 1e-9))) if alone else 0
 
 
-def _ended(future: Future, task: Task) -> tuple[list[tuple[int, Any]], list[Task]]:
+def _ended(future: Future, task: Task) -> tuple[Done, list[Task]]:
     """Return what came of a task, and which of its collisions it did not settle."""
     try:
         found = future.result()
@@ -117,9 +110,9 @@ def _ended(future: Future, task: Task) -> tuple[list[tuple[int, Any]], list[Task
         ) from None
     except (WorkerDiedError, *MACHINE_FAILURES) as error:
         # Of several, the one that it is about will tell.
-        found = [error] if len(task.places) == 1 else [None] * len(task.places)
-    pairs = list(zip(task.places, found, strict=True))
-    unsettled = [task.part([k]) for k, (_, each) in enumerate(pairs) if each is None]
+        found = [error if len(task) == 1 else None] * len(task)
+    pairs = list(zip(task, found, strict=True))
+    unsettled = [[asked] for asked, each in pairs if each is None]
     return [pair for pair in pairs if pair[1] is not None], unsettled
 
 
@@ -139,7 +132,7 @@ class Here(Executor):
 @contextmanager
 def workers_for(tasks: Sequence[Task], workers: int) -> Iterator[tuple[Executor, int]]:
     """Yield who carries out some tasks, and how many at a time: processes if they are worth it."""
-    if workers < 2 or sum(sum(task.costs) for task in tasks) < SOONER_HERE:
+    if workers < 2 or sum(asked.cost for task in tasks for asked in task) < SOONER_HERE:
         yield Here(), 1
         return
     with ProcessPool(workers) as pool:

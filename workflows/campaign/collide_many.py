@@ -5,7 +5,6 @@ import time
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,6 +14,7 @@ from chaincor.workflows.accuracy.warm import WarmMeetings, is_warm
 from chaincor.workflows.campaign.carry_out import (
     MACHINE_FAILURES,
     TASKS_PER_WORKER,
+    Done,
     carry_out,
     workers_for,
 )
@@ -96,24 +96,24 @@ def collide_many(
             "samples or particles, or allow more (--most-hours, or most_seconds in Python)"
         )
     found: list[Sample | None] = [None] * count  # in the order of the scenes
-    alone: dict[int, Scene] = {}
+    alone: list[tuple[int, Scene]] = []
 
-    def take(done: Sequence[tuple[int, Any]]) -> None:
-        for place, each in done:
-            found[place] = Sample.of(alone[place], each)
+    def take(done: Done) -> None:
+        for asked, each in done:
+            found[alone[asked.place][0]] = Sample.of(asked.scene, each)
 
     with progress_bar(progress, count, seconds) as advance:
         for group in groups:
             if not is_warm(group.scene):
-                alone |= zip(group.places, group, strict=True)
+                alone += zip(group.places, group, strict=True)
                 continue
             for k, sample in enumerate(_met_together(group, workers)):
                 if sample is None:
-                    alone[group.places[k]] = group[k]
+                    alone.append((group.places[k], group[k]))
                 else:
                     found[group.places[k]] = sample
                     advance(group.expected)
-        tasks = tasks_of([*alone.values()], TASKS_PER_WORKER * workers, places=[*alone])
+        tasks = tasks_of([scene for _, scene in alone], TASKS_PER_WORKER * workers)
         with workers_for(tasks, min(workers, len(tasks))) as (executor, in_flight):
             carry_out(tasks, collide_scenes, executor, take, in_flight=in_flight, advance=advance)
     return Ensemble(

@@ -7,10 +7,9 @@ from concurrent.futures import Executor
 from contextlib import nullcontext
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.campaign.carry_out import TASKS_PER_WORKER, carry_out
+from chaincor.workflows.campaign.carry_out import TASKS_PER_WORKER, Done, carry_out
 from chaincor.workflows.campaign.pool import ProcessPool
 from chaincor.workflows.campaign.progress import progress_bar
 from chaincor.workflows.campaign.work import collide_to_rows, tasks_of
@@ -83,9 +82,9 @@ class IntoStore:
         # Two sweeps that share a store come to different ones first.
         random.shuffle(tasks)
         # Workers begin with different bonds, whose loops each compiles for all.
-        firsts = {task.scenes[0].label: task for task in tasks if len(task.scenes) > 1}
-        tasks.sort(key=lambda task: firsts.get(task.scenes[0].label) is not task)
-        seconds = sum(sum(task.costs) for task in tasks)
+        firsts = {task[0].scene.label: task for task in tasks if len(task) > 1}
+        tasks.sort(key=lambda task: firsts.get(task[0].scene.label) is not task)
+        seconds = sum(asked.cost for task in tasks for asked in task)
         with progress_bar(progress, len(self.todo), seconds) as advance:
             carry_out(
                 tasks,
@@ -114,11 +113,10 @@ class IntoStore:
         self.tally.found += wanted.count(False)
         return wanted
 
-    def _take(self, done: Sequence[tuple[int, Any]]) -> None:
+    def _take(self, done: Done) -> None:
         """Write what has come, and count it."""
         found = [
-            (self.todo[place], each if isinstance(each, Row) else Row.of(each))
-            for place, each in done
+            (asked.scene, each if isinstance(each, Row) else Row.of(each)) for asked, each in done
         ]
         self._store.record(found, arrays=self._arrays, replace=self._recompute)
         for _, row in found:

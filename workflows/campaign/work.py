@@ -24,7 +24,7 @@ from chaincor.workflows.accuracy.in_house_runs import largest_difference
 from chaincor.workflows.accuracy.scouting import scouted_run, scouting_from
 from chaincor.workflows.accuracy.table_rows import with_rows
 from chaincor.workflows.accuracy.together import batches, meet_together
-from chaincor.workflows.campaign.carry_out import MACHINE_FAILURES, Task
+from chaincor.workflows.campaign.carry_out import MACHINE_FAILURES, Asked, Task
 from chaincor.workflows.engines.in_house import stepping
 from chaincor.workflows.engines.lammps import engine as lammps
 from chaincor.workflows.engines.time_limit import limited_to
@@ -130,19 +130,19 @@ def collide_to_rows(scenes: Sequence[Scene]) -> list[Row | None]:
     return [None if each is None else Row.of(each) for each in collide_scenes(scenes)]
 
 
-def tasks_of(
-    scenes: Sequence[Scene], parts: int, places: Sequence[int] | None = None
-) -> list[Task]:
+def tasks_of(scenes: Sequence[Scene], parts: int) -> list[Task]:
     """
     Share collisions out: those to be carried out together, and each of the others by itself.
 
     Those of a kind are divided into `parts` at least, if they are enough. What comes of a
     collision does not depend on it.
     """
-    numbers = range(len(scenes)) if places is None else places
-    whole = Task(numbers, scenes, [0.0] * len(scenes))
-    shared = [whole.part(batch) for batch in batches(scenes, parts)]
-    return [task._replace(costs=expected_of_task(task.scenes)) for task in shared]
+    tasks = []
+    for places in batches(scenes, parts):
+        chosen = [scenes[place] for place in places]
+        each = zip(places, chosen, expected_of_task(chosen), strict=True)
+        tasks.append([Asked(*asked) for asked in each])
+    return tasks
 
 
 @dataclass(frozen=True)
@@ -163,7 +163,7 @@ class Forecast:
     @classmethod
     def of(cls, scenes: Sequence[Scene], *, arrays: bool = False) -> "Forecast":
         """Forecast collisions, with or without their arrays."""
-        costs = [cost for task in tasks_of(scenes, 1) for cost in task.costs]
+        costs = [asked.cost for task in tasks_of(scenes, 1) for asked in task]
         # Contacts hardly exceed particles; two arrays of contacts, three of particles.
         sizes = [_ARRAY_BYTES + 5 * 8 * scene.particles for scene in scenes if arrays]
         room = _ROW_BYTES * len(scenes) + sum(sizes)

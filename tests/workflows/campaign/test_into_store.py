@@ -325,7 +325,7 @@ def test_workers_begin_with_different_bonds(store, monkeypatch, make_attempt):
 def test_the_longest_come_first_give_or_take_a_factor_of_two():
     scenes = [Scene(particles=n, speed=0.4) for n in (5, 500, 50, 1000, 10)]
     tasks = sorted(tasks_of(scenes, 1), key=carry_out._turn)
-    seconds = [expected_seconds(*task.scenes) for task in tasks]
+    seconds = [expected_seconds(task[0].scene) for task in tasks]
     assert all(later < 2.0 * earlier for earlier, later in itertools.pairwise(seconds))
 
 
