@@ -13,7 +13,6 @@ from chaincor.workflows.accuracy.answer import Answer, answer, decade_within
 from chaincor.workflows.accuracy.by_in_house import SHARPEST_FIXED
 from chaincor.workflows.accuracy.fixed_steps import usual_scheme
 from chaincor.workflows.accuracy.in_house_runs import differ, largest_difference, run_in_house
-from chaincor.workflows.accuracy.refining import Policy, Try, refine, told
 from chaincor.workflows.accuracy.step_guess import STEP_SHARE, usual_step
 from chaincor.workflows.accuracy.step_proof import COARSER, proved_error, usual_share
 from chaincor.workflows.accuracy.together import compare_many
@@ -133,28 +132,21 @@ class WarmMeetings:
 
     def meet_alone(self) -> Answer | None:
         """Meet the tolerance of the scene itself; None where more has to be looked at."""
-        scene, goal, line = self._scene, self._goal, self._line
-        velocity = scene.impact_velocity
+        scene, velocity = self._scene, self._scene.impact_velocity
         rung, last_rung = self._rungs_of(velocity)
-        floor = float(self._rounding(StartStates.of([line]), np.array([velocity]))[0])
-        if rung < 0 or floor > _ROUNDING_SHARE * goal:
+        floor = float(self._rounding(StartStates.of([self._line]), np.array([velocity]))[0])
+        if rung < 0 or floor > _ROUNDING_SHARE * self._goal:
             return None
-        tries = 0
-
-        def attempt(step: float) -> Try[tuple[Outcome, Outcome]]:
-            nonlocal rung, tries
+        for tries in range(1, _MOST_REFINEMENTS + 1):
+            step = self._step(rung)
             runs, error, over = self._compare_alone(step, floor)
-            tries += 1
-            over |= rung >= last_rung or error + floor <= goal
+            if runs is not None and error + floor <= self._goal:
+                tried = {"timestep": step, "step_error": error}
+                return answer(scene, runs[0], error, runs[1], [tried])
+            if over or rung >= last_rung:
+                return None
             rung = min(int(self._finer(rung, error, tries)), last_rung)
-            return Try(step, error, runs, over, self._step(rung))
-
-        policy = Policy(_MOST_REFINEMENTS, retried=())
-        tried = refine(self._step(rung), attempt, policy)[-1:]
-        error, runs = tried[0].error, tried[0].found
-        if runs is None or not error + floor <= goal:
-            return None
-        return answer(scene, runs[0], error, runs[1], told(tried))
+        return None
 
     def _step(self, rung: int) -> float:
         return _LARGEST_STEP / self._scene.fast_stiffness**0.5 * _STEP_LADDER**rung
