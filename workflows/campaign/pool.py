@@ -31,9 +31,8 @@ class ProcessPool(Executor):
 
     def __init__(self, workers: int) -> None:
         self._threads = ThreadPoolExecutor(workers, thread_name_prefix="chaincor-worker")
-        self._own = threading.local()
         self._lock = threading.Lock()
-        self._workers: set[_Worker] = set()
+        self._workers: dict[int, _Worker] = {}  # by the thread that talks to it
         self._closed = False
         # What killed workers leave behind is swept up with this folder.
         self._folder = tempfile.mkdtemp(prefix="chaincor-sweep-")
@@ -47,12 +46,12 @@ class ProcessPool(Executor):
         if not wait:
             with self._lock:
                 self._closed = True
-                for worker in self._workers:
+                for worker in self._workers.values():
                     worker.kill()
         self._threads.shutdown(wait=True, cancel_futures=cancel_futures or not wait)
         with self._lock:
             self._closed = True
-            for worker in self._workers:
+            for worker in self._workers.values():
                 worker.close()
             self._workers.clear()
         shutil.rmtree(self._folder, ignore_errors=True)
@@ -62,23 +61,17 @@ class ProcessPool(Executor):
         self.shutdown(wait=kind is None)
 
     def _call(self, function: Callable, args: tuple[Any, ...], kwargs: dict[str, Any]) -> Any:
-        worker = getattr(self._own, "worker", None)
+        thread = threading.get_ident()
+        worker = self._workers.get(thread)
         if worker is None or not worker.alive:
-            self._own.worker = None
-            worker = self._own.worker = self._replace(worker)
+            with self._lock:
+                if dead := self._workers.pop(thread, None):
+                    dead.close()
+                if self._closed:
+                    raise WorkerDiedError("the pool is closed")
+                worker = self._workers[thread] = _Worker(self._folder)
+            worker.wait_until_up()
         return worker.call(function, args, kwargs)
-
-    def _replace(self, dead: "_Worker | None") -> "_Worker":
-        with self._lock:
-            if dead is not None:
-                self._workers.discard(dead)
-                dead.close()
-            if self._closed:
-                raise WorkerDiedError("the pool is closed")
-            worker = _Worker(self._folder)
-            self._workers.add(worker)
-        worker.wait_until_up()
-        return worker
 
 
 class _Worker:
