@@ -130,10 +130,6 @@ def collide(
     >>> round(result.restitution, 4), result.contacts, result.ending
     (0.9071, 9, 'proved')
     """
-    if isinstance(scene, Scene) and store is None:
-        return collide_one(
-            scene if tolerance is None else scene.replace(tolerance=tolerance), most_seconds
-        )
     scenes = scenes_given(scene)
     workers = min(workers_given(workers), len(scenes))
     if arrays and store is None:
@@ -141,12 +137,14 @@ def collide(
             "arrays are what a store keeps; expected a store: results have them anyway"
         )
     if tolerance is not None:
-        scenes = [scene.replace(tolerance=tolerance) for scene in scenes]
+        scenes = [each.replace(tolerance=tolerance) for each in scenes]
     refuse_shared_outputs(scenes)
     foresee_sharpness(scenes)
-    for scene in scenes:
-        refuse_unusable_outputs(scene)
-        refuse_endless(scene, most_seconds)
+    for each in scenes:
+        refuse_unusable_outputs(each)
+        refuse_endless(each, most_seconds)
+    if isinstance(scene, Scene) and store is None:
+        return collide_one(scenes[0], most_seconds)
     if store is not None:
         # A result without a store needs no database.
         from chaincor.workflows.campaign.into_store import collide_into_store

@@ -19,7 +19,7 @@ from chaincor.workflows.accuracy.answer import (
     error_bar,
     spread_of,
 )
-from chaincor.workflows.accuracy.expected_cost import expected_of_task, refuse_endless
+from chaincor.workflows.accuracy.expected_cost import expected_of_task
 from chaincor.workflows.accuracy.in_house_runs import largest_difference
 from chaincor.workflows.accuracy.scouting import scouted_run, scouting_from
 from chaincor.workflows.accuracy.table_rows import with_rows
@@ -29,7 +29,6 @@ from chaincor.workflows.engines.in_house import stepping
 from chaincor.workflows.engines.lammps import engine as lammps
 from chaincor.workflows.engines.time_limit import limited_to
 from chaincor.workflows.errors import MissingLibraryError
-from chaincor.workflows.outputs import refuse_unusable_outputs
 from chaincor.workflows.result import Collision
 from chaincor.workflows.result_of import result_of
 from chaincor.workflows.store.row import Row
@@ -49,8 +48,6 @@ _one_at_a_time = threading.Lock()
 def collide_one(scene: Scene, most_seconds: float) -> Collision:
     """Carry out one collision, see :func:`chaincor.workflows.collision.collide`."""
     started = time.perf_counter()
-    refuse_unusable_outputs(scene)
-    refuse_endless(scene, most_seconds)
     asked = scene.asked_tolerance
     with limited_to(most_seconds):
         answer = _run_as_given(scene) if asked is None else meet.meet(scene, asked)
