@@ -68,6 +68,11 @@ class Dump(Frames):
                 self.truncated = True
             except (gzip.BadGzipFile, zlib.error) as error:
                 raise InputError(f"{self.path} is a damaged gzip file: {error}") from None
+            except ValueError:  # lengths and names of a binary frame that are none
+                raise InputError(
+                    f"{self.path} is damaged in frame {count + 1}, perhaps by a crashed run that "
+                    "was continued into it; expected frames of a binary dump"
+                ) from None
         if count == 0:
             raise InputError(f"{self.path} is cut short before the end of its first frame")
 

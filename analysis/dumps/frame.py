@@ -61,6 +61,7 @@ class DumpFrame:
         words = (word for index in range(len(self.columns)) for word in self.raw_text(index))
         return max((_count_digits(word) for word in words if b"." in word), default=0) or 6
 
+    @np.errstate(invalid="ignore")
     def resolution(self, name: str, digits: int) -> Array:
         """
         Return the half-width of the interval that each printed number stands for.

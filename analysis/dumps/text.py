@@ -127,7 +127,7 @@ def order_by_id(ids: Array, step: int, name: str) -> NDArray[np.int64] | None:
             "group may be empty, or LAMMPS has lost all atoms"
         )
     order = np.argsort(ids, kind="stable")
-    if np.any(np.diff(ids[order]) == 0):
+    if np.any(ids[order[1:]] == ids[order[:-1]]):
         raise InputError(f"{name}: the frame of step {step} holds an id twice; it is damaged")
     return None if np.array_equal(order, np.arange(ids.size)) else order
 

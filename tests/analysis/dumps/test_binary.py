@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from chaincor.analysis.dumps.dump import Dump
+from chaincor.analysis.frame_analysis import analyze_frames
 from chaincor.lammps_inputs.errors import InputError
 
 
@@ -62,3 +63,28 @@ def test_what_cannot_be_read_is_named(tmp_path, frame, message):
     path.write_bytes(frame)
     with pytest.raises(InputError, match=message):
         list(Dump(path))
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        (b"id x vx", b"id \xc1 vx"),
+        (struct.pack("<i", 2) + b"lj", struct.pack("<i", -1) + b"lj"),
+        (struct.pack("<ii", 3, 2) + b"lj", struct.pack("<ii", -2, 2) + b"lj"),
+        (b"id x vx" + struct.pack("<i", 2), b"id x vx" + struct.pack("<i", 0)),
+        (b"id x vx" + struct.pack("<ii", 2, 3), b"id x vx" + struct.pack("<ii", 2, -3)),
+    ],
+)
+def test_a_damaged_binary_frame_is_an_error(tmp_path, old, new):
+    assert FRAME.count(old) == 1
+    (tmp_path / "d.bin").write_bytes(FRAME + FRAME.replace(old, new))
+    with pytest.raises(InputError, match=r"d\.bin is damaged in frame 2"):
+        list(Dump(tmp_path / "d.bin"))
+
+
+def test_numbers_that_are_none_are_refused_as_such(tmp_path):
+    columns = "id x vx v_displacement"
+    rows = [[1, np.inf, -0.1, np.inf], [2, 1.0, np.nan, 0.0]]
+    (tmp_path / "d.bin").write_bytes(binary_frame(0, columns, [rows], time=0.0))
+    with pytest.raises(InputError, match="holds a value that is not a number"):
+        analyze_frames(Dump(tmp_path / "d.bin"))
