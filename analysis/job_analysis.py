@@ -150,8 +150,8 @@ def target_particles_of(job: Job, first: DumpFrame, given: int | None = None) ->
     told: dict[str, int] = {}
     if given is not None:
         told["--target-particles"] = given
-    if scene is not None and scene.target_particles is not None:
-        told[str(job.scene)] = scene.target_particles
+    if scene is not None:
+        told[str(job.scene)] = scene.target_particles or 0
     if BODY_COLUMN in first.columns:
         numbers = first.column(BODY_COLUMN)
         if set(numbers.tolist()) == {1.0, 2.0}:

@@ -153,10 +153,10 @@ def _rows_of_bodies(
     frame: DumpFrame, x: Array, targets: int
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Return the rows of the chain and of the target, each from the contact outward."""
-    if not targets < x.size:
+    if not 0 < targets < x.size:
         raise InputError(
-            f"the free target has {targets} particles and the dump {x.size}; expected fewer: "
-            "the others are the chain"
+            f"the free target has {targets} particles and the dump {x.size}; expected fewer, and "
+            "one at least: the others are the chain"
         )
     order = np.argsort(x, kind="stable")
     is_target = np.isin(np.arange(x.size), order[:targets])

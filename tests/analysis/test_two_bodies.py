@@ -1,6 +1,7 @@
 """Dumps of two bodies: what both do is read from the frames, by any way to tell them apart."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -122,11 +123,18 @@ def test_what_cannot_be_told_is_refused(states, tmp_path):
     job = write_dump(tmp_path / "d", states, ("id", "x", "vx", "mass"), masses=MASSES)
     with pytest.raises(InputError, match=r"both bodies are at x = 0 in the first frame"):
         analyze_job(job, target_particles=4)
-    with pytest.raises(InputError, match="has 9 particles and the dump 9; expected fewer"):
-        analyze_job(job, target_particles=9)
+    for count in (9, -1):
+        line = f"has {count} particles and the dump 9; expected fewer, and one at least"
+        with pytest.raises(InputError, match=line):
+            analyze_job(job, target_particles=count)
     job = write_dump(tmp_path / "d", states, FULL, masses=MASSES)
     with pytest.raises(InputError, match=r"--target-particles 3, column mol of the dump 4"):
         told(job, 3)
+    (tmp_path / "scene.toml").write_text('potential = "toda"\nparticles = 9\nvelocity = 0.1\n')
+    for columns, given in ((FULL, None), (("id", "x", "vx"), 4)):
+        job = write_dump(tmp_path / "d", states, columns, shift=0.5, masses=MASSES)
+        with pytest.raises(InputError, match=r"scene\.toml 0.*; expected one number"):
+            analyze_job(replace(job, scene=tmp_path / "scene.toml"), target_particles=given)
     backwards = states.until(np.inf)
     last = write_dump(
         tmp_path / "e",
