@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from chaincor.analysis.figures.style import SETTINGS, new_figure
-from chaincor.workflows.reproduce.measurements import Point, column
+from chaincor.analysis.figures.style import CYCLE, MARKERS, SETTINGS, new_figure
+from chaincor.workflows.reproduce.curve import Curve
+from chaincor.workflows.reproduce.measurements import Point
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -91,31 +91,29 @@ def point_record(point: Point) -> dict[str, Any]:
     return record
 
 
+def draw_curves(ax: Axes, curves: Mapping[str, Curve]) -> None:
+    """Draw curves with their labels, their points joined, each in a colour of its own."""
+    for (label, curve), color, marker in zip(curves.items(), CYCLE, MARKERS, strict=False):
+        draw_points(ax, curve, label=label, color=color, marker=marker, line=True)
+
+
 def draw_points(
     ax: Axes,
-    points: Sequence[Point],
-    x: str | ArrayLike,
-    y: str | ArrayLike,
+    curve: Curve,
     *,
     label: str | None,
-    color: Any,
+    color: str,
     marker: str = "o",
-    errors: str | ArrayLike = "error",
     line: bool = False,
     size: float = 4.5,
 ) -> None:
     """
-    Draw a quantity y of points against x: filled by LAMMPS, open in-house, crosses for a limit.
+    Draw the points of a curve: filled by LAMMPS, open in-house, crosses for a limit.
 
-    What is given by name is an attribute of the points. Error bars are those of eta by default,
-    drawn where they are larger than a symbol. Where the bar is what a contact after the last one
-    seen could change, it is dotted. `line` joins the points.
+    Error bars are drawn where they are larger than a symbol. Where the bar is what a contact after
+    the last one seen could change, it is dotted. `line` joins the points.
     """
-    x, y, bars = (
-        column(points, given) if isinstance(given, str) else np.asarray(given, dtype=float)
-        for given in (x, y, errors)
-    )
-    bars = np.broadcast_to(np.nan_to_num(bars), y.shape)
+    points, x, y, bars = curve.points, curve.x, curve.y, np.nan_to_num(curve.errors)
     if line:
         ax.plot(x, y, color=color, linewidth=0.9, alpha=0.6)
     kinds = np.array(["limit" if point.is_limit else point.source for point in points])

@@ -1,6 +1,7 @@
 """The chain after its last contact: into how many pieces it breaks, and in what its energy is."""
 
 import math
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -78,73 +79,68 @@ def free_flights(measured: Measurements) -> tuple[FreeFlight, ...]:
 
 def fly(point: Point) -> FreeFlight:
     """Follow a chain of two particles or more for `LAST` crossings, from the state it ended in."""
-    crossing, energy = point.particles - 1.0, point.energy
-    kinetic, bonds = _Flight(point, point.answer).average(AVERAGED_OVER * crossing)
+    crossing, energy, bond = point.particles - 1.0, point.energy, point.scene.bond
+    kinetic, bonds = [], []
+    # About once a time unit: three times in the period of the fastest mode.
+    duration = AVERAGED_OVER * crossing
+    for chain in _flight(point, point.answer, np.linspace(0.0, duration, math.ceil(duration) + 1)):
+        kinetic.append(kinetic_mode_energies(chain.velocity))
+        bonds.append(float(np.sum(bond.energy(chain.strain))))
     # The answer that is shown comes first.
     answers = sorted(point.answers, key=lambda answer: answer is not point.answer)
-    pieces, separation = np.ones((len(answers), len(SAMPLED)), dtype=np.int64), 0.0
+    counts, separation = [[1] * len(SAMPLED) for _ in answers], 0.0
     # Less energy than one bond takes to break breaks none: nothing to follow.
-    if (point.dissipation + point.error) * energy > point.scene.bond.dissociation:
-        flights = [_Flight(point, answer) for answer in answers]
-        pieces = np.array([[flight.count(t * crossing) for t in SAMPLED] for flight in flights])
-        ends = flights[0].find()
-        mean = float(ends.weights @ ends.speeds) / float(np.sum(ends.weights))
-        separation = float(0.5 * ends.weights @ (ends.speeds - mean) ** 2)
+    if (point.dissipation + point.error) * energy > bond.dissociation:
+        flights = [_break(point, answer) for answer in answers]
+        counts = [count for count, _ in flights]
+        weights, speeds = flights[0][1].weights, flights[0][1].speeds
+        mean = float(weights @ speeds) / float(np.sum(weights))
+        separation = float(0.5 * weights @ (speeds - mean) ** 2)
     return FreeFlight(
         point=point,
-        pieces=pieces,
-        kinetic=kinetic / energy,
-        bonds=bonds / energy,
+        pieces=np.array(counts),
+        kinetic=np.mean(kinetic, axis=0) / energy,
+        bonds=float(np.mean(bonds)) / energy,
         separation=separation / energy,
     )
 
 
-class _Flight:
-    """A motion by the in-house integrator, order 8, from the state right after a last contact."""
+def _break(point: Point, answer: Answer) -> tuple[list[int], Pieces]:
+    """Return how many pieces there are at the times, -1 after another contact; those at the end."""
+    crossing, counts = point.particles - 1.0, []
+    for chain in _flight(point, answer, [time * crossing for time in SAMPLED]):
+        counts.append(len(_pieces(chain).sizes))
+    return counts + [-1] * (len(SAMPLED) - len(counts)), _pieces(chain)
 
-    def __init__(self, point: Point, answer: Answer) -> None:
-        self._bond = bond = point.scene.bond
-        arrays = answer.arrays
-        velocities, strains = arrays["velocities"], np.diff(arrays["displacements"])
-        inner = 0.5 * float(np.sum((velocities - np.mean(velocities)) ** 2))
-        inner += float(np.sum(bond.energy(strains)))
-        # No bond gets shorter than all energy of internal motion makes it; nor, after a fast
-        # collision, as short as when the chain was at the wall.
-        shortest = max(answer.result["bond_min"] - 1.0, compressed_strain(bond, inner))
-        line, speed = point.scene.line, point.scene.impact_velocity
-        step = STEP / highest_frequency(bond, shortest)
-        self._stepper = Stepper.of(line, bond, "order8", step)
-        state = np.append(0.0, strains), np.append(0.0, velocities)
-        self._chain = Motion.in_state(line, bond, self._stepper.scheme, *state, speed)
-        bookkeeping.never_argue(self._chain.ledger)
-        self._hits_wall = False
 
-    def _reach(self, time: float) -> bool:
-        """Move on to the end of the step at a time; False if the wall, or a bond, stops it."""
-        goal = math.ceil(time / self._stepper.step)
-        if not self._hits_wall and goal > 0:
-            status = self._chain.advance(self._stepper, goal)
-            self._hits_wall = status != bookkeeping.DONE or bool(self._chain.ledger.contacts > 0)
-        return not self._hits_wall
+def _pieces(chain: Motion) -> Pieces:
+    position = float(chain.ledger["position"])
+    return find_pieces(position, chain.strain, chain.velocity, chain.bond)
 
-    def average(self, duration: float) -> tuple[Array, float]:
-        """Return mean kinetic energies of the modes and the mean energy of all bonds."""
-        kinetic: list[Array] = []
-        bonds: list[float] = []
-        # About once a time unit: three times in the period of the fastest mode.
-        for time in np.linspace(0.0, duration, math.ceil(duration) + 1):
-            if not self._reach(float(time)):
-                break
-            kinetic.append(kinetic_mode_energies(self._chain.velocity))
-            bonds.append(float(np.sum(self._bond.energy(self._chain.strain))))
-        return np.mean(kinetic, axis=0), float(np.mean(bonds))
 
-    def count(self, time: float) -> int:
-        """Return how many pieces there are at a time, -1 after another contact."""
-        return len(self.find().sizes) if self._reach(time) else -1
+def _flight(point: Point, answer: Answer, times: Iterable[float]) -> Iterator[Motion]:
+    """
+    Move on, by the in-house integrator of order 8, from the state right after a last contact.
 
-    def find(self) -> Pieces:
-        """Find the pieces of the present state."""
-        chain = self._chain
-        distance = float(chain.ledger.position)
-        return find_pieces(distance, chain.strain, chain.velocity, self._bond)
+    Yields the chain, the same each time, at the end of the step at each of the times, as long as
+    neither the wall nor a bond stops it.
+    """
+    bond, arrays = point.scene.bond, answer.arrays
+    velocities, strains = arrays["velocities"], np.diff(arrays["displacements"])
+    inner = 0.5 * float(np.sum((velocities - np.mean(velocities)) ** 2))
+    inner += float(np.sum(bond.energy(strains)))
+    # No bond gets shorter than all energy of internal motion makes it; nor, after a fast collision,
+    # as short as when the chain was at the wall.
+    shortest = max(answer.result["bond_min"] - 1.0, compressed_strain(bond, inner))
+    line, speed = point.scene.line, point.scene.impact_velocity
+    stepper = Stepper.of(line, bond, "order8", STEP / highest_frequency(bond, shortest))
+    state = np.append(0.0, strains), np.append(0.0, velocities)
+    chain = Motion.in_state(line, bond, stepper.scheme, *state, speed)
+    bookkeeping.never_argue(chain.ledger)
+    for time in times:
+        goal = math.ceil(time / stepper.step)
+        if goal > 0:
+            status = chain.advance(stepper, goal)
+            if status != bookkeeping.DONE or chain.ledger["contacts"] > 0:
+                return
+        yield chain

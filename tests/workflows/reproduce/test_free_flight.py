@@ -108,11 +108,11 @@ def test_slow_chain_is_whole_and_is_said_to_be(flights):
 
 def test_a_chain_without_the_energy_is_followed_no_further(flights, monkeypatch):
     """And what is skipped would have found one piece at all times."""
-    monkeypatch.setattr(free_flight._Flight, "count", lambda *_: 1 / 0)
+    monkeypatch.setattr(free_flight, "find_pieces", lambda *_: 1 / 0)
     assert fly(flights[0.1].point).pieces.max() == 1
     monkeypatch.undo()
-    followed = free_flight._Flight(flights[0.1].point, flights[0.1].point.answer)
-    assert [followed.count(t * (N - 1.0)) for t in SAMPLED] == [1] * len(SAMPLED)
+    point = flights[0.1].point
+    assert free_flight._break(point, point.answer)[0] == [1] * len(SAMPLED)
 
 
 def test_speeds_that_break_are_told_in_spans_and_what_is_undetermined_apart(flights):

@@ -87,13 +87,8 @@ def figure(measured: Measurements) -> Figure:
         agree = found <= allowed
         for chosen, color, label in ((agree, BLUE, "agree"), (~agree, VERMILION, "differ")):
             if np.any(chosen):
-                looks: dict[str, Any] = {
-                    "markersize": 3.2,
-                    "color": color,
-                    "label": label,
-                    "alpha": 0.8,
-                }
-                ax.plot(allowed[chosen], np.maximum(found[chosen], _FLOOR), "o", **looks)
+                x, y = allowed[chosen], np.maximum(found[chosen], _FLOOR)
+                ax.plot(x, y, "o", color=color, label=label, markersize=3.2, alpha=0.8)
         if allowed.size:
             line = np.array([allowed.min(), allowed.max()])
             ax.plot(line, line, color=BLACK, linewidth=0.9)

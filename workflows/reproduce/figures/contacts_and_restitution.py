@@ -1,12 +1,12 @@
 """Contacts and restitution against speed (NH figure 7), and the limit of hard spheres."""
 
 from fractions import Fraction
-from typing import Any
 
 import numpy as np
 
 from chaincor.analysis.figures.style import BLACK, BLUE, VERMILION
 from chaincor.workflows.reproduce.claims import TREND, Finding, claim, exact, words
+from chaincor.workflows.reproduce.curve import Curve
 from chaincor.workflows.reproduce.drawing import (
     IMPACT_SPEED,
     Axes,
@@ -67,26 +67,22 @@ def run_hard_spheres(
                 exchanges += 1
 
 
-def _hard_spheres_run(measured: Measurements) -> tuple[Fraction, Fraction, str]:
-    """Return eta and f/n of hard spheres, and how they were found."""
+def _both_of_hard_spheres(measured: Measurements) -> tuple[Finding, Finding]:
+    """Return eta and f/n of hard spheres."""
     n = measured.plan.curve_particles
     velocities, contacts, exchanges = run_hard_spheres(n)
     mean = sum(velocities, Fraction(0)) / n
     vibration = sum(((v - mean) ** 2 for v in velocities), Fraction(0)) / 2
-    return (
-        mean * mean,
-        Fraction(contacts, n),
-        (
-            f"exact event-driven run in rational numbers, n = {n}: {contacts} "
-            f"contacts, {exchanges} exchanges, energy of vibration {vibration}"
-        ),
+    text = (
+        f"exact event-driven run in rational numbers, n = {n}: {contacts} contacts, {exchanges} "
+        f"exchanges, energy of vibration {vibration}"
     )
+    return Finding(float(mean * mean), 0.0, text), Finding(contacts / n, 0.0, text)
 
 
 @claim("section III", exact(1.0), "hard spheres lose nothing", text="hard spheres: η = 1 exactly")
 def _hard_spheres(measured: Measurements) -> Finding:
-    eta, _, text = _hard_spheres_run(measured)
-    return Finding(float(eta), 0.0, text)
+    return _both_of_hard_spheres(measured)[0]
 
 
 @claim(
@@ -97,8 +93,7 @@ def _hard_spheres(measured: Measurements) -> Finding:
     key="hard-sphere contacts",
 )
 def _hard_sphere_contacts(measured: Measurements) -> Finding:
-    _, share, text = _hard_spheres_run(measured)
-    return Finding(float(share), 0.0, text)
+    return _both_of_hard_spheres(measured)[1]
 
 
 @claim(
@@ -172,11 +167,11 @@ def figure(measured: Measurements) -> Figure:
     full = min((p.speed for p in points if p.contacts == p.particles), default=float("nan"))
 
     def draw(ax: Axes) -> None:
-        label = r"restitution $\eta$"
-        draw_points(ax, points, "speed", "restitution", color=BLUE, label=label, line=True)
+        eta = Curve.of(points, "speed", "restitution")
+        draw_points(ax, eta, color=BLUE, label=r"restitution $\eta$", line=True)
+        share = Curve(points, eta.x, column(points, "contacts_per_particle"), np.zeros_like(eta.x))
         label = r"contacts per particle $f(n)/n$"
-        looks: dict[str, Any] = {"color": VERMILION, "marker": "s", "label": label}
-        draw_points(ax, points, "speed", "contacts_per_particle", errors=0.0, **looks)
+        draw_points(ax, share, color=VERMILION, marker="s", label=label)
         ax.axhline(1.0, color=BLACK, linewidth=0.6)
         ax.set(xscale="log", xlabel=IMPACT_SPEED, ylabel=r"$\eta$ and $f(n)/n$")
         ax.legend(loc="lower left")

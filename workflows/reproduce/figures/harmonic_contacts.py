@@ -2,13 +2,13 @@
 
 from collections.abc import Callable
 from functools import wraps
-from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from chaincor.analysis.theory import basile_dumont_energies
 from chaincor.lammps_inputs.arrays import Array
-from chaincor.workflows.reproduce.claims import Claim, Finding, Margin, claim, digits, exact, words
+from chaincor.workflows.reproduce.claims import Finding, claim, digits, exact, words
 from chaincor.workflows.reproduce.measurements import Answer, Measurements, NoNumber, Point, column
 from chaincor.workflows.reproduce.plan import Plan, Study, harmonic_chains
 
@@ -53,59 +53,51 @@ def _independence_of_v0(measured: Measurements) -> Finding:
     )
 
 
-def same_at_all_velocities(
-    where: str, margin: Margin, brief: str, name: str, **more: Any
-) -> Callable[[Callable[[Point, Answer], Array]], Claim]:
+def difference_over_velocities(
+    measured: Measurements, name: str, quantity: Callable[[Point, Answer], ArrayLike]
+) -> Finding:
     """
-    Make a claim of a quantity that should be the same for one chain at all velocities.
+    Find by how much a quantity differs that should be the same for one chain at all velocities.
 
     It has no error bar of its own: the engines' difference stands for it.
     """
-
-    def made(quantity: Callable[[Point, Answer], Array]) -> Claim:
-        @claim(where, margin, brief, **more)
-        @wraps(quantity)
-        def find(measured: Measurements) -> Finding:
-            ours, where = _by_lammps(measured)
-            both = [[quantity(p, a) for a in p.answers] for p in ours if len(p.answers) == 2]
-            if len(both) < 2:
-                raise NoNumber("no in-house result to compare with")
-            by_lammps, in_house = (np.array(values) for values in zip(*both, strict=True))
-            return Finding(
-                float(np.max(np.ptp(by_lammps, axis=0))),
-                2.0 * float(np.max(np.abs(by_lammps - in_house))),
-                f"largest difference of {name} {where}; ± twice the largest difference between the "
-                "engines",
-                ours,
-            )
-
-        return find
-
-    return made
+    ours, where = _by_lammps(measured)
+    both = [[quantity(p, a) for a in p.answers] for p in ours if len(p.answers) == 2]
+    if len(both) < 2:
+        raise NoNumber("no in-house result to compare with")
+    by_lammps, in_house = (np.array(values) for values in zip(*both, strict=True))
+    return Finding(
+        float(np.max(np.ptp(by_lammps, axis=0))),
+        2.0 * float(np.max(np.abs(by_lammps - in_house))),
+        f"largest difference of {name} {where}; ± twice the largest difference between the engines",
+        ours,
+    )
 
 
 # The scale is t_c/τ.
-@same_at_all_velocities(
+@claim(
     "section II",
     exact(0.0, 2.0),
     "its contact time does not either",
-    "t_c/τ",
     text="nor does t_c: differences of t_c/τ are 0",
 )
-def _independence_of_contact_time(point: Point, answer: Answer) -> Array:
-    return np.array([answer.result["last_contact_time"] / (point.particles - 1.0)])
+def _independence_of_contact_time(measured: Measurements) -> Finding:
+    return difference_over_velocities(
+        measured, "t_c/τ", lambda p, a: a.result["last_contact_time"] / (p.particles - 1.0)
+    )
 
 
 # The scale is the largest E_j/E of such a chain of 100.
-@same_at_all_velocities(
+@claim(
     "section II",
     exact(0.0, 0.001),
     "nor its shares of the modes",
-    "E_j/E of any mode",
     text="nor does E_j/E of any mode: differences are 0",
 )
-def _independence_of_modes(point: Point, answer: Answer) -> Array:
-    return answer.arrays["mode_energies"][1:] / point.energy
+def _independence_of_modes(measured: Measurements) -> Finding:
+    return difference_over_velocities(
+        measured, "E_j/E of any mode", lambda p, a: a.arrays["mode_energies"][1:] / p.energy
+    )
 
 
 def paper_chain(measured: Measurements) -> Point:
@@ -115,44 +107,42 @@ def paper_chain(measured: Measurements) -> Point:
 
 
 def number_of_paper_chain(
-    where: str, margin: Margin, brief: str, **more: Any
-) -> Callable[[Callable[[Point, Array, Array], tuple[float, str]]], Claim]:
+    quantity: Callable[[Point, Array, Array], tuple[float, str]],
+) -> Callable[[Measurements], Finding]:
     """
-    Make a claim of a number of the paper's chain, and of how it was found.
+    Find a number of the paper's chain.
 
-    Both are told of the chain, the intervals between its contacts and their incoming speeds, in
-    units of 1/omega and v0. They have no error bar: the engines' difference stands for it.
+    `quantity` returns it, and how it was found, given the chain, the intervals between its contacts
+    and their incoming speeds, in units of 1/omega and v0. It has no error bar: the engines'
+    difference stands for it.
     """
 
-    def made(quantity: Callable[[Point, Array, Array], tuple[float, str]]) -> Claim:
-        @claim(where, margin, brief, **more)
-        @wraps(quantity)
-        def find(measured: Measurements) -> Finding:
-            point = paper_chain(measured)
+    @wraps(quantity)
+    def find(measured: Measurements) -> Finding:
+        point = paper_chain(measured)
 
-            def found(answer: Answer) -> tuple[float, str]:
-                speeds = answer.arrays["contact_speeds"] / point.scene.impact_velocity
-                return quantity(point, np.diff(answer.arrays["contact_times"]), speeds)
+        def found(answer: Answer) -> tuple[float, str]:
+            speeds = answer.arrays["contact_speeds"] / point.scene.impact_velocity
+            return quantity(point, np.diff(answer.arrays["contact_times"]), speeds)
 
-            value, text = found(point.answer)
-            both = [found(answer)[0] for answer in point.answers]
-            error = abs(both[0] - both[1]) if len(both) == 2 else np.nan
-            return Finding(value, error, text, [point])
+        value, text = found(point.answer)
+        both = [found(answer)[0] for answer in point.answers]
+        error = abs(both[0] - both[1]) if len(both) == 2 else np.nan
+        return Finding(value, error, text, [point])
 
-        return find
-
-    return made
+    return find
 
 
 _CONSTANT = words(0.0, 1.0, "their mean")
 
 
-@number_of_paper_chain(
+@claim(
     "section II, before eq. (7)",
     _CONSTANT,
     "constant intervals",
     text="Δt constant in good approximation: deviation 0",
 )
+@number_of_paper_chain
 def _constant_intervals(point: Point, intervals: Array, _speeds: Array) -> tuple[float, str]:
     return float(np.std(intervals) / np.mean(intervals)), (
         f"standard deviation over mean of {intervals.size} intervals, {point.origin}; ± what the "
@@ -160,12 +150,13 @@ def _constant_intervals(point: Point, intervals: Array, _speeds: Array) -> tuple
     )
 
 
-@number_of_paper_chain(
+@claim(
     "section II, before eq. (7)",
     _CONSTANT,
     "constant incoming speeds",
     text="v constant in good approximation: deviation 0",
 )
+@number_of_paper_chain
 def _constant_speeds(point: Point, _intervals: Array, speeds: Array) -> tuple[float, str]:
     return float(np.std(speeds) / np.mean(speeds)), (
         f"standard deviation over mean of {speeds.size} incoming speeds, {point.origin}; ± what "
@@ -201,13 +192,14 @@ def _interval_of_two(measured: Measurements) -> Finding:
     )
 
 
-@number_of_paper_chain(
+@claim(
     "eq. (8)",
     digits("2.31"),
     "Δt = 2.31/ω",
     text="Δt = 2.31/ω at n = 500",
     correction="the mean interval is {value:.3f}",
 )
+@number_of_paper_chain
 def _interval(point: Point, intervals: Array, _speeds: Array) -> tuple[float, str]:
     return float(np.mean(intervals)), (
         f"mean over {intervals.size} intervals, {point.origin}; ± what the engines differ by; "
@@ -228,13 +220,14 @@ def _contacts_of_two(measured: Measurements) -> Finding:
     )
 
 
-@number_of_paper_chain(
+@claim(
     "eq. (9)",
     digits("0.867"),
     "f(n)/n = 0.867",
     text="f(n)/n = 0.867 at n = 500",
     correction="there are a few more contacts: {value:.3f}",
 )
+@number_of_paper_chain
 def _contacts_per_particle(point: Point, _intervals: Array, speeds: Array) -> tuple[float, str]:
     return speeds.size / PAPER_CHAIN, (
         f"{speeds.size} contacts, {point.origin}; the paper's 0.867 would be "
@@ -257,7 +250,8 @@ def _speed_of_two(measured: Measurements) -> Finding:
     )
 
 
-@number_of_paper_chain("eq. (10)", digits("1.15"), "v = 1.15 v₀", text="v = 1.15 v₀ at n = 500")
+@claim("eq. (10)", digits("1.15"), "v = 1.15 v₀", text="v = 1.15 v₀ at n = 500")
+@number_of_paper_chain
 def _incoming_speed(point: Point, _intervals: Array, speeds: Array) -> tuple[float, str]:
     # By momentum alone: what comes and goes is n v0 (1 + e), a contact gives 2 v.
     momentum = (1.0 + point.restitution**0.5) / (2.0 * speeds.size / PAPER_CHAIN)

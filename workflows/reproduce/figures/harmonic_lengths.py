@@ -1,5 +1,6 @@
 """Dissipation of harmonic chains against their length (NH figure 3), and its law (NH eq. 12)."""
 
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -12,9 +13,9 @@ from chaincor.analysis.theory import (
     harmonic_dissipation_limit,
 )
 from chaincor.workflows.reproduce.claims import Finding, claim, digits, words
+from chaincor.workflows.reproduce.curve import Curve, PowerLaw, fit_rows
 from chaincor.workflows.reproduce.drawing import Axes, Figure, draw_points, point_record
-from chaincor.workflows.reproduce.fits import PowerLaw, fit_dissipation, fit_over_lengths, fit_rows
-from chaincor.workflows.reproduce.measurements import Measurements, Point, column
+from chaincor.workflows.reproduce.measurements import Measurements, column
 from chaincor.workflows.reproduce.plan import Plan, Study, harmonic_chains
 
 _KEY = "harmonic_lengths"
@@ -70,17 +71,22 @@ def _longest_chains(
     return list(groups), limit, error
 
 
-def _long(measured: Measurements) -> list[Point]:
+def _curve(measured: Measurements) -> Curve:
+    return Curve.of(measured.select("harmonic_sizes", "harmonic"), "particles", "dissipation")
+
+
+def _long(measured: Measurements) -> Curve:
     """Return the chains that are fitted and judged; all there are if none is so long."""
-    points = measured.select("harmonic_sizes", "harmonic")
-    return [p for p in points if p.particles >= _LAW_FROM] or points
+    curve = _curve(measured)
+    long = curve.between(_LAW_FROM, np.inf)
+    return long if long.points else curve
 
 
 def _laws(measured: Measurements, power: float | None = None) -> list[PowerLaw]:
     """Fit 1 - eta = A n^p, or A alone, to these and then over the other ranges."""
-    points = measured.select("harmonic_sizes", "harmonic")
+    fit = partial(Curve.power_law, exponent=power)
     ranges = _RANGES if power is None else _PREFACTOR_RANGES
-    return [fit_dissipation(_long(measured), power), *fit_over_lengths(points, ranges, power)]
+    return [fit(_long(measured)), *_curve(measured).over(ranges, fit)]
 
 
 @claim(
@@ -98,7 +104,7 @@ def _harmonic_exponent(measured: Measurements) -> Finding:
         fit.exponent_error,
         f"fit to {fit.points} points, n = {fit.first:.0f} to {fit.last:.0f}; over other ranges "
         "see [the fits](#fits)",
-        _long(measured),
+        _long(measured).points,
         (min(exponents), max(exponents)) if exponents else None,
     )
 
@@ -128,7 +134,7 @@ def _harmonic_prefactor(measured: Measurements) -> Finding:
         f"that is fitted; derived without a fit it is {harmonic_dissipation_limit():.4f}. The mean "
         f"falls with the length: {by_range}. Judged as words, because the paper says that the law "
         "agrees very well, and as the limit, because it is derived as that",
-        _long(measured),
+        _long(measured).points,
     )
 
 
@@ -155,9 +161,9 @@ def figure(measured: Measurements) -> Figure:
         fitted = n[n >= 0.98 * mean.first]
         for source, label, size in (("in-house", "in-house", 2.8), ("lammps", "LAMMPS", 4.5)):
             chosen = [p for p in drawn if p.source == source]
-            looks: dict[str, Any] = {"color": BLUE, "label": label, "size": size}
-            draw_points(ax, chosen, "particles", "dissipation", **looks)
-            draw_points(below, chosen, "particles", "scaled_dissipation", **looks)
+            for panel, y in ((ax, "dissipation"), (below, "scaled_dissipation")):
+                curve = Curve.of(chosen, "particles", y)
+                draw_points(panel, curve, color=BLUE, label=label, size=size)
         ax.plot(n, harmonic_dissipation_law(n), color=BLACK, label=r"paper: $0.652\,n^{-2/3}$")
         label = rf"${mean.prefactor:.2f}\,n^{{-2/3}}$ (fit, all points from $n={mean.first:.0f}$)"
         dashed: dict[str, Any] = {"color": VERMILION, "linestyle": "--", "linewidth": 1.0}

@@ -1,18 +1,25 @@
 """The increase of dissipation with speed for bonds of order 3, 4 and 5 (NH figure 6, eq. 20)."""
 
-from contextlib import suppress
 from typing import Any
 
 import numpy as np
 
 from chaincor.analysis.figures.style import CYCLE, MARKERS
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.workflows.reproduce.claims import Claim, Finding, claim, digits, words
+from chaincor.workflows.reproduce.curve import Curve, fit_rows, limit_at_zero
 from chaincor.workflows.reproduce.drawing import IMPACT_SPEED, Axes, Figure, draw_points
-from chaincor.workflows.reproduce.fits import FIT_RANGE, Increase, fit_rows, increase_of
-from chaincor.workflows.reproduce.measurements import Measurements, NoNumber
+from chaincor.workflows.reproduce.measurements import Measurements, NoNumber, Point, column
 from chaincor.workflows.reproduce.plan import PAPER_ORDERS, Plan, Study, chains, harmonic_chains
 
 _KEY = "increase"
+# One range for all that the paper fits at low speed, C and the slopes of figure 6, whose range it
+# does not say: the decade from the slowest speed of its figures on, 0.008 v*.
+FIT_RANGE = (0.01, 0.1)
+# How far a number depends on it is told by its halves, and by going on to the fastest speed.
+RANGES = (FIT_RANGE, (0.01, 0.0317), (0.0317, 0.1), (0.01, np.inf))
+# The power in the limit v0 -> 0 is that of so many of the slowest speeds.
+_SLOWEST = 4
 # The slopes that the paper prints in figure 6, by the order r of the lowest anharmonic term.
 _PAPER_SLOPES = {3: "1.34", 4: "2.09", 5: "3.14"}
 
@@ -27,17 +34,98 @@ def study(plan: Plan) -> Study:
     return Study(_KEY, "increase of dissipation, r = 3, 4, 5", scenes)
 
 
-def _increase(measured: Measurements, order: int) -> Increase:
-    chains = measured.select(_KEY, "power", power_order=order)
-    return increase_of(chains, measured.select(_KEY, "harmonic"))
+def increase_of(points: list[Point], baseline: list[Point]) -> Curve:
+    """
+    Return 1 - eta against v0/v*, less that of the harmonic chain of the same length.
+
+    NoNumber where there is nothing to subtract. Of the baseline's points the in-house propagator's,
+    which are exact, are preferred.
+    """
+    zero = _zero(points, baseline)
+    exact = zero.restitution, zero.error
+    if zero.in_house is not None and zero.in_house.result:
+        exact = zero.in_house.result["restitution"], zero.bar_of(zero.in_house)
+    values = exact[0] - column(points, "restitution")
+    return Curve(points, column(points, "speed"), values, exact[1] + column(points, "error"))
 
 
-def increases(measured: Measurements) -> dict[int, Increase]:
-    """Return the increase for each order r that has points."""
+def shortening_of(points: list[Point], baseline: list[Point]) -> Curve:
+    """
+    Return what t_c is shorter than that of the harmonic chain, in place of the increase.
+
+    Contact times have no bar of their own: what the two engines differ by stands for it.
+    """
+    both = np.array(
+        [
+            [point.answers[end].result["last_contact_time"] for end in (0, -1)]
+            for point in (_zero(points, baseline), *points)
+        ]
+    )
+    bars, times = np.abs(both[:, 0] - both[:, 1]), both[:, 1]
+    return Curve(points, column(points, "speed"), times[0] - times[1:], bars[0] + bars[1:])
+
+
+def _zero(points: list[Point], baseline: list[Point]) -> Point:
+    if not points or not baseline:
+        raise NoNumber("no points")
+    return baseline[0]
+
+
+def local_powers(curve: Curve) -> tuple[Array, Array]:
+    """
+    Return speeds half-way between neighbours, and the power between these.
+
+    It is nan where dissipation does not increase.
+    """
+    with np.errstate(invalid="ignore", divide="ignore"):
+        powers = np.diff(np.log(curve.y)) / np.diff(np.log(curve.x))
+    return np.sqrt(curve.x[1:] * curve.x[:-1]), powers
+
+
+def limit_power(curve: Curve, order: int, quantity: str = "the increase") -> Finding:
+    """
+    Find the power of an increase in the limit v0 -> 0.
+
+    What comes next is smaller by v0^(r-2), r being the `order` of the lowest anharmonic term, so
+    that the power between neighbouring speeds changes in proportion to that: a straight line
+    through those of the slowest speeds. The error is what one speed less changes, and what error
+    bars of eta allow.
+    """
+    places, powers = local_powers(curve)
+    if not powers.size:
+        raise NoNumber("one speed only")
+    x, y = places[: _SLOWEST - 1] ** (order - 2), powers[: _SLOWEST - 1]
+    limit, error = np.nan, np.nan
+    if y.size == _SLOWEST - 1 and np.all(np.isfinite(y)):
+        limit, change = limit_at_zero(x, y, 1)
+        relative = np.abs(curve.errors / curve.y)[:2]
+        error = float(change + float(np.sum(relative)) / np.log(curve.x[1] / curve.x[0]))
+    return Finding(
+        limit,
+        error,
+        f"limit v₀ → 0 of the power of {quantity} between neighbouring speeds, by the "
+        f"{_SLOWEST} slowest; at {places[0]:.2g} v* it is {powers[0]:.3f}; ± what one speed "
+        "less and error bars change",
+        curve.points[:_SLOWEST],
+    )
+
+
+def _both(measured: Measurements, order: int) -> tuple[list[Point], list[Point]]:
+    """Return the chains of an order and the harmonic one."""
+    power = measured.select(_KEY, "power", power_order=order)
+    return power, measured.select(_KEY, "harmonic")
+
+
+def increases(
+    measured: Measurements, study: str = _KEY, potential: str = "power", by: str = "power_order"
+) -> dict[int, Curve]:
+    """Return the increase of a study's chains for each value that a field of their scenes has."""
     found = {}
-    for order in PAPER_ORDERS:
-        with suppress(NoNumber):
-            found[order] = _increase(measured, order)
+    for value in sorted({getattr(p.scene, by) for p in measured.select(study, potential)}):
+        points = measured.select(study, potential, **{by: value})
+        baseline = measured.select(study, "harmonic", particles=points[0].particles)
+        if baseline:
+            found[value] = increase_of(points, baseline)
     return found
 
 
@@ -49,11 +137,12 @@ def _contact_time(order: int) -> Claim:
         key=f"contact time r = {order}",
     )
     def power(measured: Measurements) -> Finding:
-        increase = _increase(measured, order)
-        return increase.of_contact_times().limit_finding(
+        shortening = shortening_of(*_both(measured, order))
+        return limit_power(
+            shortening,
             order,
-            f"what t_c of U = s²/2 + c s^{order}, n = {increase.baseline.particles}, is shorter by "
-            "than that of the harmonic chain,",
+            f"what t_c of U = s²/2 + c s^{order}, n = {shortening.points[0].particles}, is shorter "
+            "by than that of the harmonic chain,",
         )
 
     return power
@@ -69,7 +158,7 @@ def _power(order: int) -> Claim:
         figure=_KEY,
     )
     def power(measured: Measurements) -> Finding:
-        return _increase(measured, order).limit_finding(order)
+        return limit_power(increase_of(*_both(measured, order)), order)
 
     return power
 
@@ -86,10 +175,10 @@ def _printed_power(order: int) -> Claim:
         figure=_KEY,
     )
     def slope(measured: Measurements) -> Finding:
-        increase = _increase(measured, order)
-        fit, *others = fits = increase.fits() or [increase.fit(*FIT_RANGE)]
-        within = increase.within(*FIT_RANGE)
-        contacts = sorted({int(p.contacts) for p in within})
+        increase = increase_of(*_both(measured, order))
+        part = increase.between(*FIT_RANGE)
+        fit, *others = fits = increase.over(RANGES, Curve.power_law) or [part.power_law()]
+        contacts = sorted({int(p.contacts) for p in part.points})
         kinks = (
             f" Where the number of contacts changes, from {contacts[-1]} down to {contacts[0]}, "
             "the increase has a kink, and no power is the right one"
@@ -103,7 +192,7 @@ def _printed_power(order: int) -> Claim:
             "low-speed fits here; over its halves and carried on "
             + ", ".join(f"{o.exponent:.2f} ({o.first:.2g} to {o.last:.2g} v*)" for o in others)
             + f".{kinks}",
-            within,
+            part.points,
             (min(f.exponent for f in fits), max(f.exponent for f in fits)) if others else None,
         )
 
@@ -117,22 +206,19 @@ def figure(measured: Measurements) -> Figure:
     """Return the increase of dissipation for r = 3, 4, 5, with fitted and printed slopes."""
     found = increases(measured)
     worst = max((i.largest_relative_error for i in found.values()), default=float("nan"))
-    fastest = max((float(i.speeds[-1]) for i in found.values()), default=float("nan"))
+    fastest = max((float(i.x[-1]) for i in found.values()), default=float("nan"))
     constants = ", ".join(f"{c:g} (r = {order})" for order, c in PAPER_ORDERS.items())
 
     def draw(ax: Axes, below: Axes) -> None:
         for (order, increase), color, marker in zip(found.items(), CYCLE, MARKERS, strict=False):
-            fit, slope = increase.fit(*FIT_RANGE), float(_PAPER_SLOPES[order])
+            fit, slope = increase.between(*FIT_RANGE).power_law(), float(_PAPER_SLOPES[order])
             label = rf"$r={order}$: fitted {fit.exponent:.2f}, paper {slope}"
-            looks: dict[str, Any] = {"color": color, "marker": marker, "label": label}
-            draw_points(
-                ax, increase.points, "speed", increase.values, errors=increase.errors, **looks
-            )
+            draw_points(ax, increase, label=label, color=color, marker=marker)
             u = np.array(FIT_RANGE)
             ax.plot(u, fit.at(u), color=color, linewidth=0.9)
             centre = float(np.sqrt(u[0] * u[1]))
             ax.plot(u, fit.at(centre) * (u / centre) ** slope, "--", color=color, linewidth=0.9)
-            places, local = increase.local_powers()
+            places, local = local_powers(increase)
             below.plot(places, local, color=color, marker=marker, markersize=3.5, linewidth=0.8)
             below.axhline(order - 2, color=color, linewidth=0.7, linestyle=":")
         ax.set(xscale="log", yscale="log", ylabel=r"$\eta_{\rm harmonic}-\eta$")
@@ -160,14 +246,17 @@ def figure(measured: Measurements) -> Figure:
         ),
         draw=draw,
         records=increase_records(found, "power_order"),
-        fits=fit_rows("v₀/v*", {f"increase, r = {r}": i.fits() for r, i in found.items()}),
+        fits=fit_rows(
+            "v₀/v*",
+            {f"increase, r = {r}": i.over(RANGES, Curve.power_law) for r, i in found.items()},
+        ),
         size=(6.4, 6.0),
         panels=(1.6, 1.0),
         sharex=True,
     )
 
 
-def increase_records(found: dict[int, Increase], name: str) -> list[dict[str, Any]]:
+def increase_records(found: dict[int, Curve], name: str) -> list[dict[str, Any]]:
     """Return increases as rows; `name` is what they are told apart by."""
     return [
         {
@@ -180,5 +269,5 @@ def increase_records(found: dict[int, Increase], name: str) -> list[dict[str, An
             "agrees": point.agrees,
         }
         for key, i in found.items()
-        for point, u, y, e in zip(i.points, i.speeds, i.values, i.errors, strict=True)
+        for point, u, y, e in zip(i.points, i.x, i.y, i.errors, strict=True)
     ]

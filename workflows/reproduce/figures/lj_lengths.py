@@ -1,19 +1,18 @@
 """Long lj chains (NH figure 5): does dissipation vanish as n grows, at a fixed v0/v*?"""
 
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
-from chaincor.analysis.figures.style import CYCLE, GREY, MARKERS
+from chaincor.analysis.figures.style import GREY
 from chaincor.analysis.theory import harmonic_dissipation_law
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.pages.typesetting import format_fitted, format_value
 from chaincor.workflows.reproduce.claims import Finding, claim, words
-from chaincor.workflows.reproduce.drawing import Axes, Figure, draw_points, point_record
-from chaincor.workflows.reproduce.fits import PowerLaw, fit_dissipation, fit_over_lengths, fit_rows
-from chaincor.workflows.reproduce.measurements import Measurements, NoNumber, Point, column
+from chaincor.workflows.reproduce.curve import Curve, fit_rows
+from chaincor.workflows.reproduce.drawing import Axes, Figure, draw_curves, point_record
+from chaincor.workflows.reproduce.measurements import Measurements, NoNumber, column
 from chaincor.workflows.reproduce.plan import PAPER_SIZE_SPEEDS, Plan, Study, chains
 
 _KEY = "lj_lengths"
@@ -39,19 +38,18 @@ def study(plan: Plan) -> Study:
     return Study("sizes", "lj chains of many lengths at five speeds", near, dear)
 
 
-def _curve(measured: Measurements, speed: float) -> list[Point]:
-    return measured.select("sizes", "lj", speed=speed)
+def _curve(measured: Measurements, speed: float) -> Curve:
+    return Curve.of(measured.select("sizes", "lj", speed=speed), "particles", "dissipation")
 
 
-def _last_parts(measured: Measurements) -> dict[float, tuple[PowerLaw, list[Point]]]:
-    """Fit 1 - eta over the last part of each curve: the law and its points, by speed."""
-    found = {}
-    for speed in PAPER_SIZE_SPEEDS:
-        points = _curve(measured, speed)
-        last = [p for p in points if p.particles >= points[-1].particles / _LAST_PART]
-        if last:
-            found[speed] = (fit_dissipation(last), last)
-    return found
+def _last_parts(measured: Measurements) -> dict[float, Curve]:
+    """Return the last part of each curve, which exponents are fitted to, by speed."""
+    curves = {speed: _curve(measured, speed) for speed in PAPER_SIZE_SPEEDS}
+    return {
+        speed: curve.between(curve.x[-1] / _LAST_PART, np.inf)
+        for speed, curve in curves.items()
+        if curve.points
+    }
 
 
 @claim(
@@ -72,7 +70,7 @@ def _long_chains_slow(measured: Measurements) -> Finding:
     before = [
         f"; from n = {law.first:.0f} to {law.last:.0f} it does fall, as the paper says (exponent "
         f"{law.exponent:.2f} ± {law.exponent_error:.2f}), and hardly beyond"
-        for law in fit_over_lengths(_curve(measured, _SLOW), [_BEFORE])
+        for law in _curve(measured, _SLOW).over([_BEFORE], Curve.power_law)
     ]
     return replace(
         found,
@@ -103,27 +101,26 @@ def _exponent(measured: Measurements, speed: float) -> Finding:
     parts = _last_parts(measured)
     if speed not in parts:
         raise NoNumber("no points")
-    law, points = parts[speed]
-    first, last = (format_value(p.dissipation, p.error) for p in (points[0], points[-1]))
-    harmonic = float(harmonic_dissipation_law(points[-1].particles))
+    part, law = parts[speed], parts[speed].power_law()
+    first, last = (format_value(part.y[end], part.errors[end]) for end in (0, -1))
+    harmonic = float(harmonic_dissipation_law(part.x[-1]))
     return Finding(
         law.exponent,
         law.exponent_error,
         f"exponent of 1 − η against n, {law.points} points, n = {law.first:.0f} to {law.last:.0f}, "
         f"where 1 − η goes from {first} to {last}; the harmonic law ends at {harmonic:.4f}",
-        points,
+        part.points,
     )
 
 
 def long_chains(measured: Measurements) -> str:
     """Say whether dissipation vanishes in long chains at some speed."""
-    parts = {speed: part for speed, part in _last_parts(measured).items() if len(part[1]) > 1}
+    parts = {speed: part for speed, part in _last_parts(measured).items() if part.x.size > 1}
     if not parts:
         raise NoNumber("Too few lengths to say.")
-    first, last = ([points[end] for _, points in parts.values()] for end in (0, -1))
-    n, longest = column(first, "particles"), column(last, "particles")
-    lost = column(first, "dissipation")
-    fall = (lost - column(last, "dissipation")) / lost
+    n, longest = np.array([part.x[[0, -1]] for part in parts.values()]).T
+    lost, left = np.array([part.y[[0, -1]] for part in parts.values()]).T
+    fall = (lost - left) / lost
     # By how much the harmonic part falls, and 1 - eta itself would by the harmonic law.
     harmonic = (harmonic_dissipation_law(n) - harmonic_dissipation_law(longest)) / lost
     expected = 1.0 - (longest / n) ** (-2.0 / 3.0)
@@ -131,9 +128,9 @@ def long_chains(measured: Measurements) -> str:
     answer = "At some of these speeds it still falls" if falling else "No sign that it does"
     vanishing = " What still falls is no more than the vanishing harmonic part."
     ends = "; ".join(
-        f"{format_value(points[-1].dissipation, points[-1].error)} at {speed:g} v* (n = "
-        f"{points[-1].particles}; exponent from n = {points[0].particles} on {law.exponent:z.3f})"
-        for speed, (law, points) in parts.items()
+        f"{format_value(part.y[-1], part.errors[-1])} at {speed:g} v* (n = {part.x[-1]:.0f}; "
+        f"exponent from n = {part.x[0]:.0f} on {part.power_law().exponent:z.3f})"
+        for speed, part in parts.items()
     )
     return (
         f"{answer}, up to n = {min(longest):.0f} to {max(longest):.0f}: over the last factor of "
@@ -153,9 +150,9 @@ def _percent(shares: Array) -> str:
 def middle_speeds(measured: Measurements) -> str:
     """Say what is found at the speeds that the paper plots without a word."""
     parts = [
-        f"at {speed:g} v* 1 − η = {points[-1].dissipation:.4f} at n = {points[-1].particles}, "
-        f"exponent {law.exponent:z.2f} from n = {points[0].particles} to {points[-1].particles}"
-        for speed, (law, points) in _last_parts(measured).items()
+        f"at {speed:g} v* 1 − η = {part.y[-1]:.4f} at n = {part.x[-1]:.0f}, exponent "
+        f"{part.power_law().exponent:z.2f} from n = {part.x[0]:.0f} to {part.x[-1]:.0f}"
+        for speed, part in _last_parts(measured).items()
         if speed in PAPER_SIZE_SPEEDS[1:-1]
     ]
     return (
@@ -166,17 +163,14 @@ def middle_speeds(measured: Measurements) -> str:
 
 def figure(measured: Measurements) -> Figure:
     """Return 1 - eta against n for lj chains at the paper's speeds, and the harmonic chain's."""
-    parts = _last_parts(measured)
+    laws = {speed: part.power_law() for speed, part in _last_parts(measured).items()}
     curves = {speed: _curve(measured, speed) for speed in PAPER_SIZE_SPEEDS}
     harmonic = [p for p in measured.select("harmonic_sizes", "harmonic") if p.particles >= 10]
 
     def draw(ax: Axes) -> None:
         x, y = column(harmonic, "particles"), column(harmonic, "dissipation")
         ax.plot(x, y, ".", color=GREY, markersize=2.5, label="harmonic")
-        for (speed, points), color, marker in zip(curves.items(), CYCLE, MARKERS, strict=False):
-            label = rf"$v_0 = {speed:.3f}\,v^*$"
-            looks: dict[str, Any] = {"color": color, "marker": marker, "label": label, "line": True}
-            draw_points(ax, points, "particles", "dissipation", **looks)
+        draw_curves(ax, {rf"$v_0 = {speed:.3f}\,v^*$": curve for speed, curve in curves.items()})
         ax.set(xscale="log", yscale="log", xlabel=r"number of particles $n$")
         ax.set_ylabel(r"dissipation $1-\eta$")
         ax.legend(loc="lower left", ncols=2)
@@ -191,8 +185,8 @@ def figure(measured: Measurements) -> Figure:
             "one does not. Exponent of 1 − η from a fifth of the longest chain on: "
             + ", ".join(
                 f"{format_fitted(law.exponent, law.exponent_error)} at {speed:.3f} v* "
-                f"({law.points} points to n = {last[-1].particles})"
-                for speed, (law, last) in parts.items()
+                f"({law.points} points to n = {law.last:.0f})"
+                for speed, law in laws.items()
             )
             + ". Bars of fits to three or four points are formal: their scatter alone."
         ),
@@ -201,7 +195,7 @@ def figure(measured: Measurements) -> Figure:
             "at 0.078 and 0.008 v*, while the harmonic chain goes on falling."
         ),
         draw=draw,
-        records=[point_record(p) for points in curves.values() for p in points],
-        fits=fit_rows("n", {f"1 − η, lj, {u:g} v*": [law] for u, (law, _) in parts.items()}),
+        records=[point_record(p) for curve in curves.values() for p in curve.points],
+        fits=fit_rows("n", {f"1 − η, lj, {u:g} v*": [law] for u, law in laws.items()}),
         size=(6.4, 4.4),
     )

@@ -9,9 +9,9 @@ from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.potentials import LennardJones
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.reproduce.claims import Finding, claim, digits, words
+from chaincor.workflows.reproduce.curve import Curve, limit_at_zero
 from chaincor.workflows.reproduce.drawing import IMPACT_SPEED, Axes, Figure, draw_points
 from chaincor.workflows.reproduce.figures.harmonic_contacts import number_of_paper_chain
-from chaincor.workflows.reproduce.fits import limit_at_zero
 from chaincor.workflows.reproduce.measurements import Measurements, NoNumber, Point, column
 from chaincor.workflows.reproduce.plan import Plan, Study, chains
 
@@ -20,12 +20,13 @@ _TOLERANCE = 1e-10
 _BOND = LennardJones()
 
 
-@number_of_paper_chain(
+@claim(
     "section III",
     words(2.0 * 2.0**0.5),
     "the wall's frequency",
     text="wall's frequency 2π/Δt ≃ 2√2 ω, above all modes",
 )
+@number_of_paper_chain
 def _external_frequency(point: Point, intervals: Array, _speeds: Array) -> tuple[float, str]:
     highest = 2.0 * np.sin(0.5 * np.pi * (point.particles - 1) / point.particles)
     return float(2.0 * np.pi / np.mean(intervals)), (
@@ -97,7 +98,8 @@ def figure(measured: Measurements) -> Figure:
         scale = Scene(potential="lj", particles=2, speed=1.0).impact_velocity
         u = np.geomspace(8e-4, 0.35, 40)
         ax.plot(u, [_exact(x * scale, x) for x in u], color=GREY, label="exact quadrature")
-        draw_points(ax, points, "speed", values, color=BLUE, label="computed", errors=0.0)
+        curve = Curve(points, column(points, "speed"), values, np.zeros_like(values))
+        draw_points(ax, curve, color=BLUE, label="computed")
         limit = pair_interval_slope(_BOND)
         ax.axhline(limit, color=VERMILION, linewidth=0.9, label=r"limit $0.8098$")
         label = r"paper: $\alpha=0.808$"

@@ -2,22 +2,21 @@
 
 from collections.abc import Iterable, Sequence
 from itertools import combinations
-from typing import Any
 
 import numpy as np
 
-from chaincor.analysis.figures.style import CYCLE, GREY, MARKERS
+from chaincor.analysis.figures.style import GREY
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.pages.typesetting import format_value
 from chaincor.workflows.reproduce.claims import Finding, claim, words
+from chaincor.workflows.reproduce.curve import Curve, Minimum, find_minimum, limit_at_zero
 from chaincor.workflows.reproduce.drawing import (
     IMPACT_SPEED,
     Axes,
     Figure,
-    draw_points,
+    draw_curves,
     point_record,
 )
-from chaincor.workflows.reproduce.fits import Minimum, find_minimum, limit_at_zero
 from chaincor.workflows.reproduce.measurements import Measurements, NoNumber, Point, column
 from chaincor.workflows.reproduce.plan import PAPER_SIZE_SPEEDS, Plan, Study, chains
 
@@ -195,21 +194,11 @@ def figure(measured: Measurements) -> Figure:
 
     def draw(ax: Axes) -> None:
         for chain in measured.select("harmonic_velocities", "harmonic")[:1]:
-            dashed: dict[str, Any] = {
-                "color": GREY,
-                "linestyle": "--",
-                "linewidth": 1.0,
-                "label": "harmonic",
-            }
-            ax.axhline(chain.restitution, **dashed)
-        for (name, points), color, marker in zip(every.items(), CYCLE, MARKERS, strict=False):
-            looks: dict[str, Any] = {
-                "color": color,
-                "marker": marker,
-                "label": _BONDS[name],
-                "line": True,
-            }
-            draw_points(ax, points, "speed", "restitution", **looks)
+            eta, label = chain.restitution, "harmonic"
+            ax.axhline(eta, color=GREY, linestyle="--", linewidth=1.0, label=label)
+        draw_curves(
+            ax, {_BONDS[name]: Curve.of(p, "speed", "restitution") for name, p in every.items()}
+        )
         ax.set(xscale="log", xlabel=IMPACT_SPEED, ylabel=r"restitution $\eta = K_r/K_i$")
         ax.legend(loc="lower left")
 

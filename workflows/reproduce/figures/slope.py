@@ -1,19 +1,24 @@
 """The constant C of the low-speed law, 1 - eta = C v0/v* (NH eq. 18), against speed and length."""
 
-from contextlib import suppress
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
-from chaincor.analysis.figures.style import BLACK, CYCLE, MARKERS
+from chaincor.analysis.figures.style import BLACK
 from chaincor.analysis.pair_theory import pair_interval_slope
 from chaincor.analysis.theory import low_speed_dissipation_slope
 from chaincor.lammps_inputs.bonds.potentials import LennardJones
 from chaincor.workflows.reproduce.claims import TREND, Finding, claim, digits, words
-from chaincor.workflows.reproduce.drawing import IMPACT_SPEED, Axes, Figure, draw_points
-from chaincor.workflows.reproduce.figures.increase import increase_records
-from chaincor.workflows.reproduce.fits import FIT_RANGE, Increase, fit_rows, increase_of
+from chaincor.workflows.reproduce.curve import Curve, fit_rows
+from chaincor.workflows.reproduce.drawing import IMPACT_SPEED, Axes, Figure, draw_curves
+from chaincor.workflows.reproduce.figures.increase import (
+    FIT_RANGE,
+    RANGES,
+    increase_of,
+    increase_records,
+    increases,
+    limit_power,
+)
 from chaincor.workflows.reproduce.measurements import Measurements, NoNumber
 from chaincor.workflows.reproduce.plan import Plan, Study, chains, harmonic_chains
 
@@ -69,19 +74,16 @@ def _theoretical_slope(measured: Measurements) -> Finding:
     )
 
 
-def _increases(measured: Measurements) -> dict[int, Increase]:
+def _increases(measured: Measurements) -> dict[int, Curve]:
     """Return the increase of lj chains for each length."""
-    found = {}
-    for n in sorted({p.particles for p in measured.points["slopes"]}):
-        chains = measured.select("slopes", "lj", particles=n)
-        with suppress(NoNumber):
-            found[n] = increase_of(chains, measured.select("slopes", "harmonic", particles=n))
-    return found
+    return increases(measured, "slopes", "lj", "particles")
 
 
-def _all_slopes(found: dict[int, Increase]) -> list[float]:
+def _all_slopes(found: dict[int, Curve]) -> list[float]:
     """Return C of all lengths over all ranges."""
-    slopes = [line.prefactor for increase in found.values() for line in increase.slopes()]
+    slopes = [
+        line.prefactor for increase in found.values() for line in increase.over(RANGES, Curve.line)
+    ]
     if not slopes:
         raise NoNumber("no points")
     return slopes
@@ -98,9 +100,10 @@ def _all_slopes(found: dict[int, Increase]) -> list[float]:
 )
 def _simulated_slope(measured: Measurements) -> Finding:
     found = _increases(measured)
-    known, shortest = _all_slopes(found), found[min(found)]
-    fit, used = shortest.slope(*FIT_RANGE), shortest.within(*FIT_RANGE)
-    lengths = ", ".join(f"{i.slope(*FIT_RANGE).prefactor:.2f} (n = {n})" for n, i in found.items())
+    known = _all_slopes(found)
+    parts = {n: increase.between(*FIT_RANGE) for n, increase in found.items()}
+    fit, used = parts[min(parts)].line(), parts[min(parts)].points
+    lengths = ", ".join(f"{part.line().prefactor:.2f} (n = {n})" for n, part in parts.items())
     ends = f"{used[0].speed:.3g} to {used[-1].speed:.3g} v*" if used else "no points"
     return Finding(
         fit.prefactor,
@@ -142,7 +145,7 @@ def _power_lj(measured: Measurements) -> Finding:
     found = _increases(measured)
     if not found:
         raise NoNumber("no points")
-    limit = found[min(found)].limit_finding(3)
+    limit = limit_power(found[min(found)], 3)
     return replace(limit, text=f"n = {min(found)}: {limit.text}")
 
 
@@ -155,9 +158,10 @@ def _power_lj(measured: Measurements) -> Finding:
 )
 def _power_of_other_types(measured: Measurements) -> Finding:
     baseline = measured.select("harmonic_velocities", "harmonic")
-    powers = {}
-    for name in ("toda", "log"):
-        powers[name] = increase_of(measured.select("curves", name), baseline).limit_finding(3)
+    powers = {
+        name: limit_power(increase_of(measured.select("curves", name), baseline), 3)
+        for name in ("toda", "log")
+    }
     farthest = max(powers.values(), key=lambda finding: abs(finding.value - 1.0))
     described = ", ".join(
         f"{name} {finding.value:.3f} ± {finding.error:.3f}" for name, finding in powers.items()
@@ -172,10 +176,10 @@ def figure(measured: Measurements) -> Figure:
     compared = max((n for n, i in found.items() if i.points[0].agrees is not None), default=0)
 
     def draw(ax: Axes) -> None:
-        for (n, i), color, marker in zip(found.items(), CYCLE, MARKERS, strict=False):
-            looks: dict[str, Any] = {"color": color, "marker": marker, "label": f"$n={n}$"}
-            over_speed, bars = i.values / i.speeds, i.errors / i.speeds
-            draw_points(ax, i.points, "speed", over_speed, errors=bars, line=True, **looks)
+        draw_curves(
+            ax,
+            {f"$n={n}$": Curve(i.points, i.x, i.y / i.x, i.errors / i.x) for n, i in found.items()},
+        )
         label = "paper, simulation: 0.66"
         ax.axhline(0.66, color=BLACK, linewidth=1.0, linestyle="--", label=label)
         ax.set(xscale="log", ylim=(0.0, 1.1), xlabel=IMPACT_SPEED)
@@ -199,5 +203,8 @@ def figure(measured: Measurements) -> Figure:
         ),
         draw=draw,
         records=increase_records(found, "length"),
-        fits=fit_rows("v₀/v*", {f"increase, lj, n = {n}": i.slopes() for n, i in found.items()}),
+        fits=fit_rows(
+            "v₀/v*",
+            {f"increase, lj, n = {n}": i.over(RANGES, Curve.line) for n, i in found.items()},
+        ),
     )

@@ -10,14 +10,14 @@ from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.lammps import engine as lammps
-from chaincor.workflows.engines.outcome import Outcome
+from chaincor.workflows.engines.outcome import Frames, Outcome
 from chaincor.workflows.reproduce.claims import TREND, Finding, claim, exact, words
 from chaincor.workflows.reproduce.drawing import Axes, Figure
 from chaincor.workflows.reproduce.figures.harmonic_contacts import (
+    difference_over_velocities,
     paper_chain,
-    same_at_all_velocities,
 )
-from chaincor.workflows.reproduce.measurements import Answer, Measurements, NoNumber, Point
+from chaincor.workflows.reproduce.measurements import Answer, Measurements, NoNumber
 from chaincor.workflows.reproduce.plan import Plan, Study, harmonic_chains
 
 _KEY = "trajectories"
@@ -61,10 +61,12 @@ def _contact_time(measured: Measurements) -> Finding:
 
 
 @cache
-def _followed(particles: int) -> Outcome:
-    """Run a chain in LAMMPS and keep its frames; its speed is `_VELOCITY`."""
+def _followed(particles: int) -> tuple[Outcome, Frames]:
+    """Run a chain in LAMMPS; its speed is `_VELOCITY`."""
     scene = Scene(potential="harmonic", particles=particles, velocity=_VELOCITY)
-    return lammps.run(scene, _NUMERICS, _FRAME_INTERVAL)
+    outcome = lammps.run(scene, _NUMERICS, _FRAME_INTERVAL)
+    assert outcome.frames is not None
+    return outcome, outcome.frames
 
 
 @claim(
@@ -91,15 +93,18 @@ def _order_of_particles(measured: Measurements) -> Finding:
 
 
 # The scale is the way of v₀ in a unit of time.
-@same_at_all_velocities(
+@claim(
     "section II",
     exact(0.0, 1.0),
     "orbits at all speeds are similar",
-    "u_j/v₀ at the last contact",
     text='"similar orbits" at all v₀: differences of u_j/v₀ of any particle are 0',
 )
-def _similar_orbits(point: Point, answer: Answer) -> Array:
-    return answer.arrays["displacements"] / point.scene.impact_velocity
+def _similar_orbits(measured: Measurements) -> Finding:
+    return difference_over_velocities(
+        measured,
+        "u_j/v₀ at the last contact",
+        lambda p, a: a.arrays["displacements"] / p.scene.impact_velocity,
+    )
 
 
 @claim(
@@ -111,8 +116,7 @@ def _similar_orbits(point: Point, answer: Answer) -> Array:
 )
 def _largest_amplitude(measured: Measurements) -> Finding:
     n = 20
-    frames = _followed(n).frames
-    assert frames is not None
+    _, frames = _followed(n)
     # The front passes particle n/4 before n/2, and has not come back to it at 3n/2.
     pressed = (frames.times > 0.75 * n) & (frames.times < 1.25 * n)
     near = frames.displacements[pressed][:, : n // 4]
@@ -165,19 +169,18 @@ def figure(_measured: Measurements) -> Figure:
     runs = {n: _followed(n) for n in (19, 20)}
     etas = "; ".join(
         f"n = {n}: η = {float(np.mean(outcome.velocities) / _VELOCITY) ** 2:.6f}"
-        for n, outcome in runs.items()
+        for n, (outcome, _) in runs.items()
     )
     positions = [
         {"particles": n, "time": float(time), "particle": i + 1, "position": float(i + u)}
-        for n, outcome in runs.items()
-        if outcome.frames is not None
-        for time, row in zip(outcome.frames.times, outcome.frames.displacements, strict=True)
+        for n, (_, frames) in runs.items()
+        for time, row in zip(frames.times, frames.displacements, strict=True)
         for i, u in enumerate(row)
     ]
 
     def draw(above: Axes, below: Axes) -> None:
-        for ax, (n, outcome) in zip((above, below), runs.items(), strict=True):
-            _draw_one(ax, n, outcome)
+        for ax, (n, (outcome, frames)) in zip((above, below), runs.items(), strict=True):
+            _draw_one(ax, n, outcome.contact_times, frames)
         below.set_xlabel(r"time / $\tau$,  $\tau = (n-1)\,\ell/c_l$")
 
     return Figure(
@@ -202,9 +205,7 @@ def figure(_measured: Measurements) -> Figure:
     )
 
 
-def _draw_one(ax: Axes, n: int, outcome: Outcome) -> None:
-    frames = outcome.frames
-    assert frames is not None
+def _draw_one(ax: Axes, n: int, contact_times: Array, frames: Frames) -> None:
     crossing = n - 1.0
     shown = frames.times <= _SHOWN * crossing
     time = frames.times[shown] / crossing
@@ -216,7 +217,7 @@ def _draw_one(ax: Axes, n: int, outcome: Outcome) -> None:
     places = [np.interp(at, np.arange(n), row) for at, row in zip(material, x, strict=True)]
     inside = time <= 2.0
     ax.plot(time[inside], np.array(places)[inside], "--", color=ORANGE, label="sound")
-    contacts = outcome.contact_times / crossing
+    contacts = contact_times / crossing
     ax.plot(
         contacts,
         0 * contacts,

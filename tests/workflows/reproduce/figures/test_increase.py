@@ -5,8 +5,16 @@ import pytest
 
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.reproduce.claims import Verdict
-from chaincor.workflows.reproduce.figures.increase import CLAIMS
-from chaincor.workflows.reproduce.fits import FIT_RANGE, Increase, increase_of
+from chaincor.workflows.reproduce.curve import Curve
+from chaincor.workflows.reproduce.figures.increase import (
+    CLAIMS,
+    FIT_RANGE,
+    RANGES,
+    increase_of,
+    limit_power,
+    local_powers,
+    shortening_of,
+)
 from chaincor.workflows.reproduce.measurements import Answer, Measurements, Point
 from chaincor.workflows.reproduce.plan import QUICK
 
@@ -24,15 +32,13 @@ def point(scene: Scene, eta: float) -> Point:
     return Point(scene, None, Answer(result))
 
 
-def increase(order: int, curve) -> Increase:
+def increase(order: int, curve) -> Curve:
     scenes = [
         Scene(potential="power", power_order=order, power_c=(-1.0) ** order, particles=100, speed=u)
         for u in SPEEDS
     ]
     chains = [point(scene, 0.97 - curve(scene.speed)) for scene in scenes]
-    found = increase_of(chains, [point(Scene(potential="harmonic", velocity=0.1), 0.97)])
-    assert found is not None
-    return found
+    return increase_of(chains, [point(Scene(potential="harmonic", velocity=0.1), 0.97)])
 
 
 @pytest.mark.parametrize("order", [4, 6])
@@ -40,17 +46,18 @@ def test_limit_is_found_where_no_range_gives_it(order):
     """The next term is smaller by v^(r-2): the power of any range is above the limit."""
     m = order - 2
     found = increase(order, lambda u: 0.4 * u**m * (1.0 + (u / 0.02) ** m))
-    limit, error = found.limit_power(order)
-    first = found.local_powers()[1][0]
+    limit = limit_power(found, order)
+    first = local_powers(found)[1][0]
     # What the straight line leaves out is of second order in (v/0.02)^m, below 0.06 here.
-    assert abs(limit - m) <= 0.5 * abs(first - m)
-    assert abs(limit - m) <= 3.0 * error
-    assert found.fit(*FIT_RANGE).exponent > m + 0.3
+    assert abs(limit.value - m) <= 0.5 * abs(first - m)
+    assert abs(limit.value - m) <= 3.0 * limit.error
+    assert found.between(*FIT_RANGE).power_law().exponent > m + 0.3
 
 
 def test_fits_are_over_one_range_its_halves_and_on_to_the_end_whatever_the_numbers():
     for curve in (lambda u: u**1.34, lambda u: u**2.09):
-        ends = [(fit.first, fit.last) for fit in increase(4, curve).fits()]
+        fits = increase(4, curve).over(RANGES, Curve.power_law)
+        ends = [(fit.first, fit.last) for fit in fits]
         # The ends to one speed of these, which are a factor of 1.26 apart.
         assert ends[0] == pytest.approx(FIT_RANGE, rel=0.26)
         assert ends[1][0] == pytest.approx(FIT_RANGE[0], rel=0.26)
@@ -72,14 +79,14 @@ def test_slope_that_the_points_beyond_the_range_give_is_undecided(kink, verdict)
 
 
 def test_dissipation_that_falls_has_no_power():
-    limit, _ = increase(4, lambda u: -0.4 * u**2).limit_power(4)
-    assert np.isnan(limit)
+    assert np.isnan(limit_power(increase(4, lambda u: -0.4 * u**2), 4).value)
 
 
 def test_too_few_speeds_give_no_limit():
     found = increase(4, lambda u: u**2)
-    few = Increase(found.points[:3], found.baseline, SPEEDS[:3], found.values[:3], found.errors[:3])
-    assert np.isnan(few.limit_power(4)[0])
+    few = found.between(SPEEDS[0], SPEEDS[2])
+    assert len(few.points) == 3
+    assert np.isnan(limit_power(few, 4).value)
 
 
 def test_shortening_of_contact_times_is_bounded_by_what_the_engines_differ_by():
@@ -94,10 +101,9 @@ def test_shortening_of_contact_times_is_bounded_by_what_the_engines_differ_by():
     ]
     chains = [both(p.scene, 200.0 - 3.0 * p.speed**2) for p in scenes]
     zero = both(Scene(potential="harmonic", velocity=0.1), 200.0)
-    empty = np.zeros(len(chains))
-    found = Increase(chains, zero, SPEEDS, empty, empty).of_contact_times()
-    np.testing.assert_allclose(found.values, 3.0 * SPEEDS**2, atol=1e-12)
+    found = shortening_of(chains, [zero])
+    np.testing.assert_allclose(found.y, 3.0 * SPEEDS**2, atol=1e-12)
     # A tenth of a microunit each; times near 200 are known to 3e-14.
     np.testing.assert_allclose(found.errors, 2e-7, rtol=1e-6)
-    limit, error = found.limit_power(4)
-    assert abs(limit - 2.0) < 1e-6 + error
+    limit = limit_power(found, 4)
+    assert abs(limit.value - 2.0) < 1e-6 + limit.error

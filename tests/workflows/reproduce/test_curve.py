@@ -1,11 +1,19 @@
-"""Power laws and minima: exact data come back exactly, scatter gives its textbook error."""
+"""Curves of points: exact laws and minima come back exactly, scatter gives its textbook error."""
+
+from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
 
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.reproduce.fits import find_minimum, fit_over_lengths, fit_power_law
+from chaincor.workflows.reproduce.curve import Curve, PowerLaw, find_minimum
 from chaincor.workflows.reproduce.measurements import Answer, Point
+
+
+def fit_power_law(x, y, exponent: float | None = None, errors=0.0) -> PowerLaw:
+    x, y, bars = np.broadcast_arrays(x, y, errors)
+    return Curve([None] * len(x), x, y, bars).power_law(exponent)
 
 
 def test_exact_power_law_is_found_to_rounding():
@@ -39,15 +47,16 @@ def test_numbers_that_are_not_positive_give_no_fit(y):
     assert np.isnan(fit_power_law([1.0, 2.0, 3.0], y).exponent)
 
 
-def chains(lengths: list[int], power: float) -> list[Point]:
-    """Return harmonic chains of which 1 - eta is 0.5 n^power."""
+def chains(lengths: list[int], power: float) -> Curve:
+    """Return 1 - eta of harmonic chains, 0.5 n^power."""
     scenes = (Scene(potential="harmonic", particles=n, velocity=0.1) for n in lengths)
     found = (Answer({"restitution": 1.0 - 0.5 * n**power}) for n in lengths)
-    return [Point(s, None, answer) for s, answer in zip(scenes, found, strict=True)]
+    points = [Point(s, None, answer) for s, answer in zip(scenes, found, strict=True)]
+    return replace(Curve.of(points, "particles", "dissipation"), errors=np.zeros(len(points)))
 
 
 def test_ranges_with_too_few_points_are_left_out():
-    fits = fit_over_lengths(chains([1, 2, 3, 10], -1.0), [(1, 3), (5, 20)])
+    fits = chains([1, 2, 3, 10], -1.0).over([(1, 3), (5, 20)], Curve.power_law)
     assert [(fit.first, fit.last) for fit in fits] == [(1.0, 3.0)]
 
 
@@ -69,7 +78,8 @@ def test_error_of_a_minimum_is_what_more_points_change():
 
 
 def test_other_ranges_can_have_a_fixed_exponent():
-    (fit,) = fit_over_lengths(chains([1, 2, 4, 8], -0.5), [(1, 8)], exponent=-0.5)
+    of = partial(Curve.power_law, exponent=-0.5)
+    (fit,) = chains([1, 2, 4, 8], -0.5).over([(1, 8)], of)
     assert fit.prefactor == pytest.approx(0.5)
     assert fit.exponent == -0.5
 
