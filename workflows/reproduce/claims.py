@@ -14,7 +14,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
 from types import ModuleType
-from typing import Any
+from typing import Any, NamedTuple
 
 from chaincor.workflows.reproduce.measurements import Measurements, NoNumber, Point
 
@@ -90,22 +90,11 @@ class Finding:
     brief: str = ""  #: What the summary says of it, where the number alone would say too little.
 
 
-@dataclass(frozen=True)
-class Judgement:
-    """What was found on a claim, the verdict, and why."""
+class Judgement(NamedTuple):
+    """What is said of a claim, and why."""
 
-    claim: "Claim"
-    finding: Finding
     verdict: Verdict
     reason: str
-
-    @property
-    def errors_away(self) -> float:
-        """How far our number is from the paper's, in our own errors; nan where it has none."""
-        finding, margin = self.finding, self.claim.margin
-        if margin.is_trend or not finding.error > 0.0:
-            return math.nan
-        return abs(finding.value - margin.paper) / finding.error
 
 
 @dataclass(frozen=True)
@@ -140,33 +129,32 @@ class Claim:
         where LAMMPS and the in-house engine disagree on more than one in twenty of the points it
         rests on.
         """
-        return Judgement(self, finding, *self._verdict(finding))
-
-    def _verdict(self, finding: Finding) -> tuple[Verdict, str]:
         margin = self.margin
         failed = self._unusable(finding)
         if failed:
-            return Verdict.NOT_REPRODUCED, failed
+            return Judgement(Verdict.NOT_REPRODUCED, failed)
         distance = abs(finding.value - margin.paper)
         error = finding.error if math.isfinite(finding.error) else 0.0
         if distance <= margin.reproduced_within + error:
-            return Verdict.REPRODUCED, "within the margin"
+            return Judgement(Verdict.REPRODUCED, "within the margin")
         low, high = finding.spread or (math.inf, -math.inf)
         could_fail = high - low <= 2.0 * ROUGHLY * margin.whole
         if self.unsaid and low <= margin.paper <= high and could_fail:
-            return Verdict.UNDECIDED, (
+            return Judgement(
+                Verdict.UNDECIDED,
                 f"the paper does not say {self.unsaid}: ours give {low:.2f} to {high:.2f}, and its "
-                "number is among them"
+                "number is among them",
             )
         correction = self.correction.format(value=finding.value)
         if distance <= margin.corrected_within + error:
             if self.unsaid and finding.spread:
                 correction += f"; over the ranges tried {low:.2f} to {high:.2f}"
-            return Verdict.CORRECTED, correction
+            return Judgement(Verdict.CORRECTED, correction)
         if margin.is_trend:
-            return Verdict.NOT_REPRODUCED, "it is not so"
+            return Judgement(Verdict.NOT_REPRODUCED, "it is not so")
         reason = f"{distance:.2g} away, where {max(margin.corrected_within, error):.2g} is allowed"
-        return Verdict.NOT_REPRODUCED, reason + (f"; {correction}" if correction else "")
+        reason += f"; {correction}" if correction else ""
+        return Judgement(Verdict.NOT_REPRODUCED, reason)
 
     def _unusable(self, finding: Finding) -> str:
         """Say why nothing can be judged by a number; empty where it can."""
@@ -179,6 +167,12 @@ class Claim:
         if apart > _DISAGREEMENTS_ALLOWED * len(points):
             return f"LAMMPS and the in-house engine disagree on {apart} of {len(points)} points"
         return ""
+
+    def errors_away(self, finding: Finding) -> float:
+        """Return how far our number is from the paper's, in its errors; nan where it has none."""
+        if self.margin.is_trend or not finding.error > 0.0:
+            return math.nan
+        return abs(finding.value - self.margin.paper) / finding.error
 
 
 def claim(

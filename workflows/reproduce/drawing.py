@@ -7,8 +7,10 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from chaincor.analysis.figures.style import CYCLE, MARKERS, SETTINGS, new_figure
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.workflows.reproduce.curve import Curve
 from chaincor.workflows.reproduce.measurements import Point
 
@@ -95,6 +97,13 @@ def draw_curves(ax: Axes, curves: Mapping[str, Curve]) -> None:
     """Draw curves with their labels, their points joined, each in a colour of its own."""
     for (label, curve), color, marker in zip(curves.items(), CYCLE, MARKERS, strict=False):
         draw_points(ax, curve, label=label, color=color, marker=marker, line=True)
+
+
+def draw_map(ax: Axes, x: ArrayLike, y: ArrayLike, values: Array, norm: Any) -> Any:
+    """Draw values, of shape (y, x), as colours; returns what a bar of colours is made of."""
+    looks: Any = {"cmap": "viridis", "shading": "nearest", "rasterized": True}
+    ax.grid(False)
+    return ax.pcolormesh(x, y, values, norm=norm, **looks)
 
 
 def draw_points(

@@ -15,7 +15,7 @@ from chaincor.workflows.json_output import finite, stamped
 from chaincor.workflows.pages.page import data_uri, page_environment
 from chaincor.workflows.pages.typesetting import format_value
 from chaincor.workflows.reproduce import paper
-from chaincor.workflows.reproduce.claims import ABOUT, ROUGHLY, Judgement, Verdict
+from chaincor.workflows.reproduce.claims import ABOUT, ROUGHLY, Claim, Finding, Verdict
 from chaincor.workflows.reproduce.drawing import Figure, point_record
 from chaincor.workflows.reproduce.figures.agreement import examine_points
 from chaincor.workflows.reproduce.figures.slow_chains import slopes_by_bond
@@ -47,7 +47,7 @@ def gather(
     seconds: dict[str, float],
 ) -> dict[str, Any]:
     """Judge the claims and gather what ``report.json`` holds; `seconds` are those of this run."""
-    verdicts = [_verdict(claim.judge(claim.found(measured))) for claim in paper.CLAIMS]
+    verdicts = [verdict_row(claim, claim.found(measured)) for claim in paper.CLAIMS]
     slip_count, slips = read_slips()
     bonds = {name: Scene(potential=name, speed=1.0).bond for name in _BOND_FORMULAS}
     return {
@@ -94,8 +94,9 @@ def gather(
     }
 
 
-def _verdict(judgement: Judgement) -> dict[str, Any]:
-    claim, finding = judgement.claim, judgement.finding
+def verdict_row(claim: Claim, finding: Finding) -> dict[str, Any]:
+    """Judge what was found on a claim, and return all that the report says of it."""
+    verdict, reason = claim.judge(finding)
     return {
         "key": claim.key,
         "brief": claim.brief,
@@ -105,19 +106,19 @@ def _verdict(judgement: Judgement) -> dict[str, Any]:
         "paper": claim.margin.paper,
         "value": finding.value,
         "error": finding.error,
-        "errors_away": judgement.errors_away,
+        "errors_away": claim.errors_away(finding),
         "found": finding.text,
         "reproduced_within": claim.margin.reproduced_within,
         "corrected_within": claim.margin.corrected_within,
         "margin_reason": claim.margin.reason,
         "spread": finding.spread,
         "is_trend": claim.margin.is_trend,
-        "in_brief": _in_brief(judgement),
+        "in_brief": _in_brief(claim, finding),
         "points": len(finding.points),
         "unchecked": sum(point.agrees is None for point in finding.points),
-        "verdict": str(judgement.verdict),
-        "reason": judgement.reason,
-        "class": _CLASS[judgement.verdict],
+        "verdict": str(verdict),
+        "reason": reason,
+        "class": _CLASS[verdict],
     }
 
 
@@ -127,22 +128,24 @@ def _answered(questions: dict[str, str]) -> list[dict[str, str]]:
 
 def describe_found(row: dict[str, Any]) -> str:
     """Write the number found, or whether a trend is there."""
-    if row["is_trend"] and math.isfinite(row["value"]):
-        return "yes" if row["value"] else "no"
-    return format_value(row["value"], row["error"])
+    return _number(row["is_trend"], row["value"], row["error"])
 
 
-def _in_brief(judgement: Judgement) -> str:
+def _number(is_trend: bool, value: float, error: float) -> str:
+    if is_trend and math.isfinite(value):
+        return "yes" if value else "no"
+    return format_value(value, error)
+
+
+def _in_brief(claim: Claim, finding: Finding) -> str:
     """Return what the summary says of a claim: our number, and how far it is from the paper's."""
-    margin, finding = judgement.claim.margin, judgement.finding
+    margin, value = claim.margin, finding.value
     if finding.brief:
         return finding.brief
-    if margin.is_trend:
-        return "yes" if finding.value else "no"
-    number = format_value(finding.value, finding.error).split(" ±")[0]
-    if margin.paper == 0.0 or not math.isfinite(finding.value):
+    number = _number(margin.is_trend, value, finding.error).split(" ±")[0]
+    if margin.is_trend or margin.paper == 0.0 or not math.isfinite(value):
         return number
-    return f"{number}, {100.0 * (finding.value / margin.paper - 1.0):+.2g} %".replace("-", "−")
+    return f"{number}, {100.0 * (value / margin.paper - 1.0):+.2g} %".replace("-", "−")
 
 
 def _runs(points: Iterable[Point]) -> list[tuple[float, str, Point]]:

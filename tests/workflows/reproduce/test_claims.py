@@ -20,6 +20,7 @@ from chaincor.workflows.reproduce.claims import (
 )
 from chaincor.workflows.reproduce.measurements import Answer, NoNumber, Point
 from chaincor.workflows.reproduce.paper import CLAIMS
+from chaincor.workflows.reproduce.report import describe_found, verdict_row
 
 
 def made(margin, **more):
@@ -204,3 +205,10 @@ def test_what_cannot_be_found_is_not_reproduced_and_says_why():
     judgement = claim.judge(claim.found(None))
     assert judgement.verdict is Verdict.NOT_REPRODUCED
     assert judgement.reason == "no number: fewer than four speeds"
+
+
+def test_summary_says_no_yes_of_a_trend_without_points():
+    row = verdict_row(made(TREND), Finding(math.nan, math.nan, "no points"))
+    assert row["in_brief"] == describe_found(row) == "–"
+    assert verdict_row(made(TREND), Finding(1.0, 0.0, ""))["in_brief"] == "yes"
+    assert verdict_row(CLAIM, Finding(1.5, 0.1, ""))["in_brief"] == "1.50, −25 %"

@@ -5,7 +5,7 @@ from itertools import groupby
 import numpy as np
 
 from chaincor.analysis.figures.style import CYCLE, GREEN, GREY, MARKERS
-from chaincor.workflows.reproduce.drawing import IMPACT_SPEED, Axes, Figure
+from chaincor.workflows.reproduce.drawing import IMPACT_SPEED, Axes, Figure, draw_map
 from chaincor.workflows.reproduce.free_flight import LAST, MOMENTS, SAMPLED, FreeFlight
 
 
@@ -131,18 +131,9 @@ def _draw_times(ax: Axes, flights: tuple[FreeFlight, ...]) -> None:
     fewest, most = counts[..., 0], counts[..., 1]
     speeds = np.array([f.speed for f in flights])
     levels = np.arange(0.5, max(int(most.max()), 2) + 1.0)
-    mesh = ax.pcolormesh(
-        speeds,
-        times,
-        most,
-        norm=BoundaryNorm(levels, 256),
-        cmap="viridis",
-        shading="nearest",
-        rasterized=True,
-    )
+    mesh = draw_map(ax, speeds, times, most, BoundaryNorm(levels, 256))
     rows, columns = np.nonzero(fewest < most)
     ax.plot(speeds[columns], np.array(times)[rows], ".", color="white", markersize=2.5)
-    ax.grid(False)
     ax.set(xscale="log", yscale="log", xlabel=IMPACT_SPEED)
     ax.set_ylabel("time after the last\ncontact / crossing")
     bar = ax.figure.colorbar(mesh, ax=ax, label="pieces")

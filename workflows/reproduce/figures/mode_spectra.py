@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from chaincor.analysis.figures.style import BLACK, BLUE, CYCLE, GREEN, MARKERS, VERMILION
-from chaincor.workflows.reproduce.drawing import IMPACT_SPEED, Axes, Figure
+from chaincor.workflows.reproduce.drawing import IMPACT_SPEED, Axes, Figure, draw_map
 from chaincor.workflows.reproduce.free_flight import AVERAGED_OVER, LAST, FreeFlight
 
 _DECADES = 6.0
@@ -102,17 +102,9 @@ def _draw_map(ax: Axes, flights: tuple[FreeFlight, ...]) -> float:
     shares = np.array([f.kinetic[1:] for f in flights])
     top = float(np.max(shares))
     floor = top * 10.0**-_DECADES
-    mesh = ax.pcolormesh(
-        np.arange(1, shares.shape[1] + 1),
-        [f.speed for f in flights],
-        np.maximum(shares, floor),
-        norm=LogNorm(floor, top),
-        cmap="viridis",
-        shading="nearest",
-        rasterized=True,
-    )
+    modes, speeds = np.arange(1, shares.shape[1] + 1), [f.speed for f in flights]
+    mesh = draw_map(ax, modes, speeds, np.maximum(shares, floor), LogNorm(floor, top))
     ax.set(xscale="log", yscale="log", xlabel=r"mode $j$", ylabel=IMPACT_SPEED)
-    ax.grid(False)
     # On top, so that the axes of modes line up.
     label = "kinetic energy / energy at impact"
     ax.figure.colorbar(mesh, ax=ax, location="top", label=label, pad=0.02)
