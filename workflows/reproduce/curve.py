@@ -40,9 +40,9 @@ class Curve:
     errors: Array  #: Its error bars.
 
     @classmethod
-    def of(cls, points: Sequence[Point], x: str, y: str, errors: str = "error") -> Self:
-        """Return an attribute of points against another; the bars are those of eta by default."""
-        return cls(points, *(column(points, name) for name in (x, y, errors)))
+    def of(cls, points: Sequence[Point], x: str, y: str) -> Self:
+        """Return an attribute of points against another, with the error bars of eta."""
+        return cls(points, *(column(points, name) for name in (x, y, "error")))
 
     @property
     def largest_relative_error(self) -> float:

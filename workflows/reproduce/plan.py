@@ -58,7 +58,7 @@ class Study:
     """Scenes that belong together."""
 
     key: str  #: Name, such as ``curves``.
-    title: str  #: For the progress bar and the table of times.
+    title: str  #: For the table of times.
     scenes: tuple[Scene, ...]  #: Run by LAMMPS and in-house.
     in_house: tuple[Scene, ...] = ()  #: Run in-house only: too long for LAMMPS in this plan.
     #: Harmonic chains of 20 particles or more, by the echo of their free end.

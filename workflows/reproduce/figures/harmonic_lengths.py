@@ -161,9 +161,11 @@ def figure(measured: Measurements) -> Figure:
         fitted = n[n >= 0.98 * mean.first]
         for source, label, size in (("in-house", "in-house", 2.8), ("lammps", "LAMMPS", 4.5)):
             chosen = [p for p in drawn if p.source == source]
-            for panel, y in ((ax, "dissipation"), (below, "scaled_dissipation")):
-                curve = Curve.of(chosen, "particles", y)
-                draw_points(panel, curve, color=BLUE, label=label, size=size)
+            curve = Curve.of(chosen, "particles", "dissipation")
+            factors = curve.x**-_POWER
+            scaled = Curve(chosen, curve.x, curve.y * factors, curve.errors * factors)
+            for panel, shown in ((ax, curve), (below, scaled)):
+                draw_points(panel, shown, color=BLUE, label=label, size=size)
         ax.plot(n, harmonic_dissipation_law(n), color=BLACK, label=r"paper: $0.652\,n^{-2/3}$")
         label = rf"${mean.prefactor:.2f}\,n^{{-2/3}}$ (fit, all points from $n={mean.first:.0f}$)"
         dashed: dict[str, Any] = {"color": VERMILION, "linestyle": "--", "linewidth": 1.0}
