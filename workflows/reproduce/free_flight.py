@@ -73,8 +73,7 @@ class FreeFlight:
 
 def free_flights(measured: Measurements) -> tuple[FreeFlight, ...]:
     """Follow the lj chains of the curve of eta against speed, by speed."""
-    points = measured.select("curves", "lj")
-    return tuple(fly(p) for p in points if "velocities" in p.answer.arrays)
+    return tuple(map(fly, measured.select("curves", "lj")))
 
 
 def fly(point: Point) -> FreeFlight:

@@ -34,22 +34,20 @@ def study(plan: Plan) -> Study:
     return Study(_KEY, "increase of dissipation, r = 3, 4, 5", scenes)
 
 
-def increase_of(points: list[Point], baseline: list[Point]) -> Curve:
+def increase_of(points: list[Point], harmonic: Point) -> Curve:
     """
     Return 1 - eta against v0/v*, less that of the harmonic chain of the same length.
 
-    NoNumber where there is nothing to subtract. Of the baseline's points the in-house propagator's,
-    which are exact, are preferred.
+    Of its results the in-house propagator's, which is exact, is preferred.
     """
-    zero = _zero(points, baseline)
-    exact = zero.restitution, zero.error
-    if zero.in_house is not None and zero.in_house.result:
-        exact = zero.in_house.result["restitution"], zero.bar_of(zero.in_house)
+    exact = harmonic.restitution, harmonic.error
+    if harmonic.in_house is not None and harmonic.in_house.result:
+        exact = harmonic.in_house.result["restitution"], harmonic.bar_of(harmonic.in_house)
     values = exact[0] - column(points, "restitution")
     return Curve(points, column(points, "speed"), values, exact[1] + column(points, "error"))
 
 
-def shortening_of(points: list[Point], baseline: list[Point]) -> Curve:
+def shortening_of(points: list[Point], harmonic: Point) -> Curve:
     """
     Return what t_c is shorter than that of the harmonic chain, in place of the increase.
 
@@ -58,17 +56,11 @@ def shortening_of(points: list[Point], baseline: list[Point]) -> Curve:
     both = np.array(
         [
             [point.answers[end].result["last_contact_time"] for end in (0, -1)]
-            for point in (_zero(points, baseline), *points)
+            for point in (harmonic, *points)
         ]
     )
     bars, times = np.abs(both[:, 0] - both[:, 1]), both[:, 1]
     return Curve(points, column(points, "speed"), times[0] - times[1:], bars[0] + bars[1:])
-
-
-def _zero(points: list[Point], baseline: list[Point]) -> Point:
-    if not points or not baseline:
-        raise NoNumber("no points")
-    return baseline[0]
 
 
 def local_powers(curve: Curve) -> tuple[Array, Array]:
@@ -110,10 +102,10 @@ def limit_power(curve: Curve, order: int, quantity: str = "the increase") -> Fin
     )
 
 
-def _both(measured: Measurements, order: int) -> tuple[list[Point], list[Point]]:
+def _both(measured: Measurements, order: int) -> tuple[list[Point], Point]:
     """Return the chains of an order and the harmonic one."""
-    power = measured.select(_KEY, "power", power_order=order)
-    return power, measured.select(_KEY, "harmonic")
+    power = measured.select(_KEY, "power", 1, power_order=order)
+    return power, measured.select(_KEY, "harmonic", 1)[0]
 
 
 def increases(
@@ -123,9 +115,9 @@ def increases(
     found = {}
     for value in sorted({getattr(p.scene, by) for p in measured.select(study, potential)}):
         points = measured.select(study, potential, **{by: value})
-        baseline = measured.select(study, "harmonic", particles=points[0].particles)
-        if baseline:
-            found[value] = increase_of(points, baseline)
+        harmonic = measured.select(study, "harmonic", particles=points[0].particles)
+        if harmonic:
+            found[value] = increase_of(points, harmonic[0])
     return found
 
 

@@ -157,9 +157,9 @@ def _power_lj(measured: Measurements) -> Finding:
     text='"the exponent is the same for other types of chains": p = 1 for toda and log',
 )
 def _power_of_other_types(measured: Measurements) -> Finding:
-    baseline = measured.select("harmonic_velocities", "harmonic")
+    harmonic = measured.select("harmonic_velocities", "harmonic", 1)[0]
     powers = {
-        name: limit_power(increase_of(measured.select("curves", name), baseline), 3)
+        name: limit_power(increase_of(measured.select("curves", name, 1), harmonic), 3)
         for name in ("toda", "log")
     }
     farthest = max(powers.values(), key=lambda finding: abs(finding.value - 1.0))

@@ -38,7 +38,7 @@ def increase(order: int, curve) -> Curve:
         for u in SPEEDS
     ]
     chains = [point(scene, 0.97 - curve(scene.speed)) for scene in scenes]
-    return increase_of(chains, [point(Scene(potential="harmonic", velocity=0.1), 0.97)])
+    return increase_of(chains, point(Scene(potential="harmonic", velocity=0.1), 0.97))
 
 
 @pytest.mark.parametrize("order", [4, 6])
@@ -101,7 +101,7 @@ def test_shortening_of_contact_times_is_bounded_by_what_the_engines_differ_by():
     ]
     chains = [both(p.scene, 200.0 - 3.0 * p.speed**2) for p in scenes]
     zero = both(Scene(potential="harmonic", velocity=0.1), 200.0)
-    found = shortening_of(chains, [zero])
+    found = shortening_of(chains, zero)
     np.testing.assert_allclose(found.y, 3.0 * SPEEDS**2, atol=1e-12)
     # A tenth of a microunit each; times near 200 are known to 3e-14.
     np.testing.assert_allclose(found.errors, 2e-7, rtol=1e-6)
