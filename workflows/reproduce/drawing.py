@@ -126,15 +126,16 @@ def draw_points(
     if line:
         ax.plot(x, y, color=color, linewidth=0.9, alpha=0.6)
     kinds = np.array(["limit" if point.is_limit else point.source for point in points])
-    for kind, face in (("lammps", color), ("in-house", "white"), ("limit", color)):
+    looks: dict[str, Any] = {"color": color, "markersize": size, "markeredgewidth": 0.9}
+    for kind, marks, face in (
+        ("lammps", marker, color),
+        ("in-house", marker, "white"),
+        ("limit", "x", color),
+    ):
         chosen = kinds == kind
-        if not np.any(chosen):
-            continue
-        looks: dict[str, Any] = {"markersize": size, "markerfacecolor": face}
-        marks = "x" if kind == "limit" else marker
-        looks |= {"color": color, "markeredgewidth": 0.9, "label": label}
-        ax.plot(x[chosen], y[chosen], marks, **looks)
-        label = None  # one entry for each set of points
+        if np.any(chosen):
+            ax.plot(x[chosen], y[chosen], marks, markerfacecolor=face, label=label, **looks)
+            label = None  # one entry for each set of points
     seen = bars > _SEEN * np.ptp(y) if y.size else np.zeros(0, dtype=bool)
     is_open = np.array([point.is_open for point in points], dtype=bool)
     for chosen, style in ((seen & ~is_open, "solid"), (seen & is_open, "dotted")):

@@ -148,10 +148,16 @@ def _in_brief(claim: Claim, finding: Finding) -> str:
     return f"{number}, {100.0 * (value / margin.paper - 1.0):+.2g} %".replace("-", "−")
 
 
-def _runs(points: Iterable[Point]) -> list[tuple[float, str, Point]]:
-    """Return the runs of points: seconds of computing, engine and point."""
+def _runs(points: Iterable[Point]) -> list[dict[str, Any]]:
+    """Return the runs of points that have a result, with their seconds of computing."""
     return [
-        (answer.result["seconds_total"], engine, point)
+        {
+            "engine": engine,
+            "potential": point.scene.label,
+            "particles": point.particles,
+            "speed": point.speed,
+            "seconds": answer.result["seconds_total"],
+        }
         for point in points
         for engine, answer in (("LAMMPS", point.lammps), ("in-house", point.in_house))
         if answer is not None and answer.result
@@ -161,29 +167,20 @@ def _runs(points: Iterable[Point]) -> list[tuple[float, str, Point]]:
 def _work(measured: Measurements, study: Study) -> dict[str, Any]:
     """Return how many points a study has, and the seconds that each engine took for them."""
     runs = _runs(measured.points[study.key])
-    return {
-        "study": study.title,
-        "points": len(study.all_scenes),
-        "lammps": sum(seconds for seconds, engine, _ in runs if engine == "LAMMPS"),
-        "in_house": sum(seconds for seconds, engine, _ in runs if engine == "in-house"),
-    }
+    lammps, in_house = (
+        sum(run["seconds"] for run in runs if run["engine"] == engine)
+        for engine in ("LAMMPS", "in-house")
+    )
+    points = len(study.all_scenes)
+    return {"study": study.title, "points": points, "lammps": lammps, "in_house": in_house}
 
 
 def _dearest(measured: Measurements) -> list[dict[str, Any]]:
     """Return the eight runs that took longest, each with its share of all computing time."""
     runs = _runs(measured.all_points())
-    total = sum(seconds for seconds, _, _ in runs) or 1.0
-    return [
-        {
-            "engine": engine,
-            "potential": point.scene.label,
-            "particles": point.particles,
-            "speed": point.speed,
-            "seconds": seconds,
-            "share": seconds / total,
-        }
-        for seconds, engine, point in sorted(runs, key=lambda run: -run[0])[:8]
-    ]
+    total = sum(run["seconds"] for run in runs) or 1.0
+    longest = sorted(runs, key=lambda run: -run["seconds"])[:8]
+    return [run | {"share": run["seconds"] / total} for run in longest]
 
 
 def _versions_of(measured: Measurements) -> dict[str, str]:
