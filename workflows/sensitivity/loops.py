@@ -25,17 +25,10 @@ from chaincor.workflows.engines.in_house.compile import (
     LoopCompiler,
     scalar_force,
 )
-from chaincor.workflows.engines.in_house.line_kinds import (
-    Kind,
-    LineParameters,
-    Source,
-    contact_force,
-    read_parameters,
-)
+from chaincor.workflows.engines.in_house.line_kinds import LineParameters, contact_force
 
 # Of a force whose curvature has no formula: difference over so much strain to either side.
 _DIFFERENCE = 1e-5
-_KIND = Kind("two", unit=False)
 
 
 class Substeps(NamedTuple):
@@ -62,15 +55,15 @@ class Tape(NamedTuple):
 
 
 class Loops(NamedTuple):
-    """The loops for one bond; all take `LineParameters` unnamed."""
+    """The loops for one bond; `line` is `LineParameters`."""
 
-    #: ``follow(strain, velocity, substeps, tape, parameters)``: carries the state, in place, and
+    #: ``follow(strain, velocity, substeps, tape, line)``: carries the state, in place, and
     #: writes the tape.
     follow: Callable
-    #: ``pull(strain, velocity, lightness, substeps, tape, parameters)``: carries the derivative of
+    #: ``pull(strain, velocity, lightness, substeps, tape, line)``: carries the derivative of
     #: a number by the state back, in place, and adds to that by the inverse masses.
     pull: Callable
-    #: ``impulse(strains, weights, parameters)``: the sum of weights times forces of the bonds,
+    #: ``impulse(strains, weights, line)``: the sum of weights times forces of the bonds,
     #: whose derivative by a parameter of the bonds is that of the number.
     impulse: Callable
     parameters: tuple  #: Of the bond's kernel.
@@ -91,11 +84,10 @@ def _compiled(function: Callable, keep: bool, curvature: Callable | None) -> Loo
     register, compiled = compiler.register, compiler.compile
     force = register(function)
     bend = register(curvature or differences_of(force))
-    named = read_parameters(Source(force, register, _KIND)).named
     return Loops(
-        compiled(_build_follow(force, named, register)),
-        compiled(_build_pull(bend, named, register)),
-        compiled(_build_impulse(force, named)),
+        compiled(_build_follow(force, register)),
+        compiled(_build_pull(bend, register)),
+        compiled(_build_impulse(force)),
         (),
     )
 
@@ -118,7 +110,7 @@ def contact_curvature(gap: float, stiffness: float, exponent: float) -> float:
 
 # Both loops are made of loops with few arrays each, or there would be no vectors. These take all
 # bonds alike, then the gap among them: a question at each would cost more than its force.
-def _build_follow(force: Callable, named: Callable, register: Callable) -> Callable:
+def _build_follow(force: Callable, register: Callable) -> Callable:
     press, kick_by = register(contact_force), register(kicked)
 
     @register
@@ -133,11 +125,10 @@ def _build_follow(force: Callable, named: Callable, register: Callable) -> Calla
         forces[line.gap] = press(at[line.gap], line.stiffness, line.exponent)
 
     def follow(
-        strain: Array, velocity: Array, substeps: tuple, tape: tuple, parameters: tuple
+        strain: Array, velocity: Array, substeps: Substeps, tape: Tape, line: LineParameters
     ) -> None:
         times, hits, drifts, kicks = substeps
         strains, impacts, forces = tape
-        line = named(parameters)
         p, inverse, bonds, count = line.gap, line.inverse, strain.shape[0], kicks.shape[0]
         for n in range(times.shape[0]):
             for k in range(count):
@@ -172,7 +163,7 @@ def kicked(velocity: Array, forces: Array, inverse: Array, kick: float) -> None:
     velocity[bonds] += kick * inverse[bonds] * forces[bonds - 1]
 
 
-def _build_pull(bend: Callable, named: Callable, register: Callable) -> Callable:
+def _build_pull(bend: Callable, register: Callable) -> Callable:
     press_bend = register(contact_curvature)
 
     @register
@@ -229,13 +220,12 @@ def _build_pull(bend: Callable, named: Callable, register: Callable) -> Callable
         strain: Array,
         velocity: Array,
         light: Array,
-        substeps: tuple,
-        tape: tuple,
-        parameters: tuple,
+        substeps: Substeps,
+        tape: Tape,
+        line: LineParameters,
     ) -> None:
         times, hits, drifts, kicks = substeps
         strains, impacts, weights = tape
-        line = named(parameters)
         count = kicks.shape[0]
         for n in range(times.shape[0] - 1, -1, -1):
             if hits[n] == 1.0:
@@ -250,10 +240,9 @@ def _build_pull(bend: Callable, named: Callable, register: Callable) -> Callable
     return pull
 
 
-def _build_impulse(force: Callable, named: Callable) -> Callable:
-    def impulse(strains: Array, weights: Array, parameters: tuple) -> float:
+def _build_impulse(force: Callable) -> Callable:
+    def impulse(strains: Array, weights: Array, line: LineParameters) -> float:
         # All forces change with the parameters of the bond, those of the gap apart.
-        line = named(parameters)
         total = 0.0
         for n in range(strains.shape[0]):
             for k in range(strains.shape[1]):

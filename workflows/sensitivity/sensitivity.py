@@ -225,10 +225,10 @@ def gradient(traced: Trace, variants: list[Variant]) -> Gradient:
         if not len(end):
             end = last_velocity
             velocities = 2.0 * line.separation(end) / before**2 * weights
-        loops.pull(strains, velocities, light, *traced.told(stretch.substeps, tape))
+        loops.pull(strains, velocities, light, stretch.substeps, tape, parameters)
         for k, variant in enumerate(variants):
             more, less = (
-                loops.impulse(tape.strains, tape.weights, tuple(parameters._replace(bond=bond)))
+                loops.impulse(tape.strains, tape.weights, parameters._replace(bond=bond))
                 for bond in (variant.more, variant.less)
             )
             impulses[k] += (more - less) / variant.width

@@ -53,15 +53,11 @@ class Trace:
         shape = most, len(self.stretches[0].substeps.kicks), len(self.line.strains)
         return Tape(np.empty(shape), np.zeros((most, 3)), np.empty(shape))
 
-    def told(self, substeps: Substeps, tape: Tape) -> tuple[tuple, tuple, tuple]:
-        """Return what the loops are told of a stretch, without names."""
-        return tuple(substeps), tuple(tape), tuple(self.parameters)
-
     def follow(self, stretch: Stretch) -> tuple[Tape, Array, Array]:
         """Return the tape of a stretch, good until the next is followed, and its last state."""
         strain, velocity = stretch.strain.copy(), stretch.velocity.copy()
         tape = Tape(*(each[: len(stretch.substeps.times)] for each in self._room))
-        self.loops.follow(strain, velocity, *self.told(stretch.substeps, tape))
+        self.loops.follow(strain, velocity, stretch.substeps, tape, self.parameters)
         speeds = tape.impacts[stretch.substeps.hits == 1.0, 0]
         slowest = GRAZING * abs(self.line.separation(self.line.velocities))
         if np.any(speeds <= slowest):
@@ -83,7 +79,7 @@ class Trace:
         tape = Tape(np.empty(shape), np.zeros((1, 3)), np.empty(shape))
         kick = Substeps(np.ones(1), np.zeros(1), np.zeros(2), np.ones(1))
         gained = np.zeros(len(strain) + 1)
-        self.loops.follow(strain.copy(), gained, *self.told(kick, tape))
+        self.loops.follow(strain.copy(), gained, kick, tape, self.parameters)
         return gained
 
 
@@ -145,7 +141,7 @@ def _advanced(moving: Motion, stepper: Stepper, steps: int) -> tuple[Array, Arra
     """Take steps; return of each substep its duration, and whether a contact ends it."""
     ledger = moving.ledger
     ledger["substeps"] = 0
-    status = stepper.advance(ledger, moving.arrays.unnamed(), int(ledger["steps"]) + steps)
+    status = stepper.advance(ledger, moving.arrays, int(ledger["steps"]) + steps)
     if status == bookkeeping.FULL:
         moving.make_room()
     elif status != bookkeeping.DONE:

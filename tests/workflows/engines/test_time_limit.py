@@ -17,7 +17,7 @@ from chaincor.workflows.engines.in_house.kernels import kernels_for
 from chaincor.workflows.engines.in_house.moving import Motion, Stepper
 from chaincor.workflows.engines.lammps import engine as lammps
 from chaincor.workflows.engines.lammps.instance import LammpsChain
-from chaincor.workflows.engines.schemes import STEP_SCHEMES
+from chaincor.workflows.engines.schemes import STEP_SCHEMES, Rule
 from tests.waiting import HANGS
 
 LJ = Scene(potential="lj", particles=24, speed=0.9)
@@ -65,7 +65,8 @@ def test_no_call_does_more_work_than_it_may(monkeypatch):
     kernels = Counted(kernels_for(scene.bond, scheme))
     chain = Motion.at_start(scene, scheme)
     goal = 4 * time_limit.WORK_AT_ONCE // (scheme.evaluations * 200_000)
-    chain.advance(Stepper(kernels, kernels.parameters, scheme, 1e-3), goal)
+    rule = Rule(scheme.fractions, kernels.parameters)
+    chain.advance(Stepper(kernels, rule, scheme, 1e-3), goal)
     assert sum(kernels.steps) == goal
     assert max(kernels.steps) * scheme.evaluations * 200_000 <= time_limit.WORK_AT_ONCE
     assert len(kernels.steps) == 4

@@ -62,11 +62,11 @@ class CoarseRun:
         """
         steps = max(1, math.ceil(duration / self._step))
         done, most = 0, steps_at_once(len(self.moving.strain))
-        take, state = self._stepper.kernels.take_coarse_steps, tuple(self.moving.arrays.now)
+        take, state = self._stepper.kernels.take_coarse_steps, self.moving.arrays.now
         for begin in range(0, steps, most):
             part = min(most, steps - begin)
             asked = part, self._step, self._clearance, begin == 0, begin + part == steps
-            taken = take(self.moving.ledger, state, asked, self._stepper.parameters)
+            taken = take(self.moving.ledger, state, asked, self._stepper.rule.parameters)
             done += taken
             if taken < part:
                 break

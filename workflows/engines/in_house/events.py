@@ -150,10 +150,10 @@ class Path(NamedTuple):
     #: Between these particles, and those that act on the gap.
     bonds: int
     wanted: int  #: See ``bonds``.
-    #: Before the substep, after it, and scratch, each a `State` without names.
-    kept: tuple
-    near: tuple  #: See ``kept``.
-    trial: tuple  #: See ``kept``.
+    #: Before the substep, after it, and scratch.
+    kept: State
+    near: State  #: See ``kept``.
+    trial: State  #: See ``kept``.
     rule: Rule  #: Of the scheme, with the parameters of these particles.
 
 
@@ -170,7 +170,7 @@ def build_event(source: Source, stages: Stages, take_step: Callable) -> Event:
         return -1.0 if not wall and ledger.touching else 1.0
 
     @register
-    def condition(position: float, state: tuple, sign: float, parameters: Any) -> PathPoint:
+    def condition(position: float, state: State, sign: float, parameters: Any) -> PathPoint:
         gap, rate, bend = opening(position, state, parameters)
         return sign * gap, sign * rate, sign * bend
 

@@ -64,7 +64,6 @@ class Source(NamedTuple):
 class Reading(NamedTuple):
     """How loops read what they are told of a line: `LineParameters`; of unit masses, the bond's."""
 
-    named: Callable  #: ``named(parameters)``: the parameters by name, of those that came unnamed.
     around: Callable  #: ``around(parameters, begin, end)``: those of some particles alone.
     force: Callable  #: ``force(strain, parameters)``: -dU/dr.
     weighed: Callable  #: ``weighed(number, i, parameters)``: a number over the mass of particle i.
@@ -76,10 +75,6 @@ def read_parameters(source: Source) -> Reading:
     if source.kind.unit:
 
         @register
-        def named(parameters: Any) -> Any:
-            return parameters
-
-        @register
         def around(parameters: Any, _begin: int, _end: int) -> Any:
             return parameters
 
@@ -87,12 +82,7 @@ def read_parameters(source: Source) -> Reading:
         def weighed(number: float, _i: int, _parameters: Any) -> float:
             return number
 
-        return Reading(named, around, of_bond, weighed)
-
-    @register
-    def named_line(parameters: tuple) -> LineParameters:
-        bond, inverse, gap, stiffness, exponent = parameters
-        return LineParameters(bond, inverse, gap, stiffness, exponent)
+        return Reading(around, of_bond, weighed)
 
     @register
     def around_line(parameters: LineParameters, begin: int, end: int) -> LineParameters:
@@ -107,7 +97,7 @@ def read_parameters(source: Source) -> Reading:
     def weighed_line(number: float, i: int, parameters: LineParameters) -> float:
         return number * parameters.inverse[i]
 
-    return Reading(named_line, around_line, force, weighed_line)
+    return Reading(around_line, force, weighed_line)
 
 
 def contact_force(gap: float, stiffness: float, exponent: float) -> float:

@@ -55,23 +55,17 @@ class Arrays(NamedTuple):
     #: without room, and not kept; of shape (2, capacity).
     log: Array
 
-    def unnamed(self) -> tuple:
-        """Return plain tuples: named ones cost a compiled function 5 us more at each call."""
-        now, last, kept, near, trial, *others = self
-        return *(tuple(state) for state in (now, last, kept, near, trial)), *others
-
 
 def build_motion(source: Source, stages: Stages, build_step: Callable) -> Callable:
     """
     Return the loop of the stepping engine; `build_step` is that of a scheme, see ``schemes``.
 
-    ``advance(ledger, arrays, goal, step, fractions, parameters)`` takes steps until `goal` of them
-    are done or something needs the caller. `arrays` are those of `Arrays.unnamed`, `fractions` of
-    the scheme, unnamed as well, `parameters` those of the line. With a log it also comes back, with
-    `DONE`, when there may be no room for the substeps of another step.
+    ``advance(ledger, arrays, goal, step, rule)`` takes steps until `goal` of them are done or
+    something needs the caller. With a log it also comes back, with `DONE`, when there may be no
+    room for the substeps of another step.
     """
     register, wall = source.register, source.kind.contact == "wall"
-    named, around, *_ = read_parameters(source)
+    around = read_parameters(source).around
     copy, are_allowed = stages.copy, stages.are_allowed
     take_step = register(build_step(stages))
     event = build_event(source, stages, take_step)
@@ -84,20 +78,12 @@ def build_motion(source: Source, stages: Stages, build_step: Callable) -> Callab
             bonds = min(strain.shape[0], bonds + FRONT_BLOCK)
         return bonds
 
-    def advance(
-        ledger: Any,
-        arrays: tuple,
-        goal: int,
-        step: float,
-        fractions: tuple,
-        parameters: Parameters,
-    ) -> int:
+    def advance(ledger: Any, arrays: Arrays, goal: int, step: float, rule: Rule) -> int:
         now, last, kept, near, trial, contacts, masses, window, log = arrays
         begin, end = window[0], window[1]
-        parameters = named(parameters)
-        rule = Rule(fractions, parameters)
-        near_rule = Rule(fractions, around(parameters, begin, end))
-        kept_near = kept[0][begin : end - 1], kept[1][begin:end]
+        parameters = rule.parameters
+        near_rule = Rule(rule.fractions, around(parameters, begin, end))
+        kept_near = State(kept.strain[begin : end - 1], kept.velocity[begin:end])
         threshold = FRONT_THRESHOLD * ledger.impact_velocity
         spare = SPARE_SUBSTEPS
         if ledger.soft and ledger.shortest_share < 1.0:
@@ -120,7 +106,7 @@ def build_motion(source: Source, stages: Stages, build_step: Callable) -> Callab
                     return CROWDED
                 ahead, far = reach(ledger, contacts, since + (step - left), left, step)
                 begun, sign = ledger.position, direction(ledger)
-                copy(now[0], now[1], kept, bonds)
+                copy(now.strain, now.velocity, kept, bonds)
                 start = condition(begun, now, sign, parameters)
                 path = Path(begun, sign, near_bonds, wanted, kept_near, near, trial, near_rule)
                 # Where a contact is likely, the few particles that act on the gap are moved first:
@@ -146,9 +132,9 @@ def build_motion(source: Source, stages: Stages, build_step: Callable) -> Callab
                     met = now, last, contacts, masses
                     happen(ledger, met, since + (step - left), bonds, parameters)
             ledger.steps += 1
-            if not are_allowed(ledger, now[0], bonds, parameters):
+            if not are_allowed(ledger, now.strain, bonds, parameters):
                 return OUTSIDE
-            ledger.active = reached_by_front(now[0], bonds, threshold)
+            ledger.active = reached_by_front(now.strain, bonds, threshold)
             if may_be_over(ledger, step):
                 return ARGUE
         return DONE
@@ -161,17 +147,16 @@ def build_coarse_steps(source: Source, stages: Stages) -> Callable:
     Return the loop over coarse steps of bodies that stay apart, which looks ahead.
 
     ``take_coarse_steps(ledger, state, asked, parameters)`` takes Verlet steps and returns how many,
-    fewer where the gap gets too small or a strain is not allowed; the unnamed state is half a step
-    off then. Asked are how many, their size, how small the gap may get, and whether it is the first
+    fewer where the gap gets too small or a strain is not allowed; the state is half a step off
+    then. Asked are how many, their size, how small the gap may get, and whether it is the first
     and the last part of a flight: the state is half a step off between parts.
     """
     stage, drift, are_allowed = stages.stage, stages.drift, stages.are_allowed
-    named, gap_of = read_parameters(source).named, build_contact(source).gap
+    gap_of = build_contact(source).gap
 
-    def take_coarse_steps(ledger: Any, state: tuple, asked: tuple, parameters: Parameters) -> int:
+    def take_coarse_steps(ledger: Any, state: State, asked: tuple, parameters: Parameters) -> int:
         strain, velocity = state
         steps, step, clearance, first, last = asked
-        parameters = named(parameters)
         bonds = strain.shape[0]
         ahead = 0.5 * step if first else step  # the drifts of neighbouring steps merge
         for taken in range(steps):
@@ -213,6 +198,7 @@ def build_look_ahead(source: Source, stages: Stages) -> Callable:
     ) -> None:
         for k in range(counts.shape[0]):
             asked = (counts[k], steps[k], clearances[k], True, True)
-            done[k] = take_coarse_steps(ledgers[k], (strains[k], velocities[k]), asked, parameters)
+            state = State(strains[k], velocities[k])
+            done[k] = take_coarse_steps(ledgers[k], state, asked, parameters)
 
     return look_ahead

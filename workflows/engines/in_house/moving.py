@@ -17,7 +17,7 @@ from chaincor.workflows.engines.in_house.kernels import Kernels, kernels_for
 from chaincor.workflows.engines.in_house.line_kinds import Kind, LineParameters
 from chaincor.workflows.engines.in_house.loops.processes import cores
 from chaincor.workflows.engines.in_house.stages import State
-from chaincor.workflows.engines.schemes import STEP_SCHEMES, StepScheme
+from chaincor.workflows.engines.schemes import STEP_SCHEMES, Rule, StepScheme
 from chaincor.workflows.engines.time_limit import check_time, steps_at_once
 
 
@@ -26,8 +26,9 @@ class Stepper:
     """Steps of one kind and size for one line."""
 
     kernels: Kernels  #: The loops.
-    #: What they are told of the bonds, and of masses and contact where these are not plain.
-    parameters: tuple
+    #: What they are told of the scheme and the bonds, of masses and contact where these are not
+    #: plain.
+    rule: Rule
     scheme: StepScheme  #: What a step is made of.
     step: float  #: The whole step H.
 
@@ -42,18 +43,16 @@ class Stepper:
         kernels = kernels_for(bond, made_of, kind)
         parameters: tuple = kernels.parameters
         if not kind.unit:
-            parameters = tuple(LineParameters.of(line, parameters))
-        return cls(kernels, parameters, made_of, step)
+            parameters = LineParameters.of(line, parameters)
+        return cls(kernels, Rule(made_of.fractions, parameters), made_of, step)
 
     def of_size(self, step: float) -> "Stepper":
         """Return steps of the same kind."""
         return replace(self, step=step)
 
-    def advance(self, ledger: np.record, arrays: tuple, goal: int) -> int:
+    def advance(self, ledger: np.record, arrays: motion.Arrays, goal: int) -> int:
         """Let the loop over the whole line take steps, see ``motion``."""
-        fractions = tuple(self.scheme.fractions)
-        status = self.kernels.advance(ledger, arrays, goal, self.step, fractions, self.parameters)
-        return int(status)
+        return int(self.kernels.advance(ledger, arrays, goal, self.step, self.rule))
 
 
 @dataclass
@@ -260,7 +259,7 @@ class Motion:
 
     def advance(self, stepper: Stepper, goal: int) -> int:
         """Take steps until `goal` are done since the start; return why, see ``bookkeeping``."""
-        ledger, arrays = self.ledger, self.arrays.unnamed()
+        ledger, arrays = self.ledger, self.arrays
         long = self.at_wall and len(self.strain) >= running.LEAST_ACTIVE
         count = cores() if long else 1
         move = running.load(stepper) if count > 1 and stepper.kernels.compiled else None
@@ -269,7 +268,7 @@ class Motion:
             check_time()
             steps = int(ledger["steps"])
             if move is not None and running.pays(int(ledger["active"]), goal - steps):
-                return running.advance(ledger, self.arrays, stepper, move, goal, count)
+                return running.advance(ledger, arrays, stepper, move, goal, count)
             status = stepper.advance(ledger, arrays, min(goal, steps + most))
             if status != bookkeeping.DONE or ledger["steps"] >= goal:
                 return status

@@ -158,7 +158,7 @@ from chaincor.workflows.engines.in_house.compile import LoopCompiler, scalar_for
 from chaincor.workflows.engines.in_house.line_kinds import Source
 from chaincor.workflows.engines.in_house.bookkeeping import LEDGER
 from chaincor.workflows.engines.in_house.motion import build_coarse_steps
-from chaincor.workflows.engines.in_house.stages import looped_stages
+from chaincor.workflows.engines.in_house.stages import State, looped_stages
 for bond in (Harmonic(), LennardJones()):
     force = scalar_force(bond)
     compiler = LoopCompiler.for_force(force.function, force.keep)
@@ -166,10 +166,10 @@ for bond in (Harmonic(), LennardJones()):
     take_coarse_steps = compiler.compile(build_coarse_steps(source, looped_stages(source)))
     ledger = np.zeros(1, LEDGER).view(np.recarray)[0]
     ledger.position, ledger.strain_min, ledger.strain_max = 1.0, -0.5, 0.5
-    strain, velocity = np.full(4, -0.1), np.zeros(5)
+    state = State(np.full(4, -0.1), np.zeros(5))
     asked = 3, 0.1, 0.0, True, True
-    assert take_coarse_steps(ledger, (strain, velocity), asked, force.parameters) == 3
-    print(velocity.tobytes().hex(), take_coarse_steps.compiled)
+    assert take_coarse_steps(ledger, state, asked, force.parameters) == 3
+    print(state.velocity.tobytes().hex(), take_coarse_steps.compiled)
 """
 
 

@@ -23,12 +23,11 @@ from chaincor.workflows.engines.in_house.coarse_run import (
 )
 from chaincor.workflows.engines.in_house.compile import scalar_force
 from chaincor.workflows.engines.in_house.finish import KNOWN_MARGIN
-from chaincor.workflows.engines.in_house.line_kinds import LineParameters
 from chaincor.workflows.engines.in_house.motion import build_look_ahead
 from chaincor.workflows.engines.in_house.moving import Stepper
 from chaincor.workflows.engines.in_house.stepping import follow_on
 from chaincor.workflows.engines.piece_bounds import breaking_energy
-from chaincor.workflows.engines.schemes import STEP_SCHEMES, Rule
+from chaincor.workflows.engines.schemes import STEP_SCHEMES
 from chaincor.workflows.engines.time_limit import WORK_AT_ONCE, steps_at_once
 from chaincor.workflows.engines.whole_end import EndBounds, certain_at, next_look
 from chaincor.workflows.errors import RunError
@@ -57,7 +56,7 @@ class Batch:
         self._line, self._bond = line, bond
         self._scheme = STEP_SCHEMES[scheme]
         self._stepper = Stepper.of(line, bond, scheme, math.nan)
-        parameters, loop = self._stepper.parameters, self._stepper.kernels.loop
+        loop = self._stepper.kernels.loop
         assert loop is not None, "the bond's force compiles"
         n = self.particles = len(line.chain_masses)
         self._stiffness = bond.stiffness / line.mean_mass
@@ -67,8 +66,6 @@ class Batch:
         if self._in_lanes:
             self._carry_lanes = loop(build_carry, not self._scheme.extrapolated)
         self._many_ahead = loop(build_look_ahead)
-        named = parameters if line.unit else LineParameters(*parameters)
-        self._rule = Rule(self._scheme.fractions, named)
         self._bounds: dict[int, EndBounds] = {}
         self.stopped = False  # set by another thread to leave the loop
 
@@ -210,7 +207,7 @@ class Batch:
             raise RunError("the collisions were stopped")
         if self._in_lanes:
             places = Places.of(len(group.rows.steps))
-            carried = group.rows, group.lanes, group.near, self._rule, bounds, places
+            carried = group.rows, group.lanes, group.near, self._stepper.rule, bounds, places
             self._carry_lanes(*carried, self._most)
             group.make_room()
             return
@@ -248,10 +245,8 @@ class Batch:
             ledgers, strains, velocities = (each[chosen] for each in told)
             ledgers["strain_ceiling"] = coarse_ceiling(bond)
             ledgers["strain_max"] = np.max(strains, axis=1)
-            done, parameters = np.zeros(len(chosen), np.int64), self._stepper.parameters
-            self._many_ahead(
-                ledgers, strains, velocities, counts, steps, clearances, done, parameters
-            )
+            done, told = np.zeros(len(chosen), np.int64), self._stepper.rule.parameters
+            self._many_ahead(ledgers, strains, velocities, counts, steps, clearances, done, told)
             found = zip((done == counts).tolist(), (since + done * steps).tolist(), strict=True)
             seen.update(zip(chosen.tolist(), found, strict=True))
             rows.ledgers["evaluations"][chosen] = ledgers["evaluations"]

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.workflows.engines.in_house.line_kinds import Source, read_parameters
 from chaincor.workflows.engines.in_house.motion import FRONT_BLOCK, FRONT_MARGIN
-from chaincor.workflows.engines.in_house.stages import Parameters, Stages
+from chaincor.workflows.engines.in_house.stages import Stages, State
 from chaincor.workflows.engines.schemes import Rule
 
 # What `move` tells: strains met, the same up to the last contact, the bonds in motion at the end,
@@ -22,34 +22,33 @@ def build_move(source: Source, stages: Stages, build_step: Callable) -> Callable
     margin of as many reaches as there are substeps, the block itself is what the whole chain makes
     of it.
 
-    ``move(states, scratch, block, log, limits, fractions, parameters, found)`` carries bonds
+    ``move(states, scratch, block, log, limits, rule, found)`` carries bonds
     `first` to `end` of the first of three states through the substeps of a log into the second, and
-    as they were at the last contact into the third. States are unnamed, `scratch` is three of them.
+    as they were at the last contact into the third. `scratch` is three states.
     The `block` has these, the bonds `begin` to `stop` that it is computed with, and whether it ends
     with the bonds in motion; `limits` has the strains met so far, those allowed, and the strain
     from which a bond has begun to move. What it tells goes into `found`.
     """
     take_step = source.register(build_step(stages))
     copy, count_outside, extremes = stages.copy, stages.count_outside, stages.extremes
-    named, around, *_ = read_parameters(source)
+    around = read_parameters(source).around
 
     def move(
-        states: tuple,
-        scratch: tuple,
+        states: tuple[State, State, State],
+        scratch: tuple[State, State, State],
         block: tuple[int, int, int, int, bool],
         log: Array,
         limits: tuple[float, float, float, float, float],
-        fractions: tuple,
-        parameters: Parameters,
+        rule: Rule,
         found: Array,
     ) -> None:
         old, new, last = states
         here, there, trial = scratch
         first, end, begin, stop, is_front = block
         low, high, floor, ceiling, threshold = limits
-        old_strain, old_velocity = old[0][begin:], old[1][begin:]
-        particles = old[1].shape[0]
-        rule = Rule(fractions, around(named(parameters), begin, particles))
+        old_strain, old_velocity = old.strain[begin:], old.velocity[begin:]
+        particles = old.velocity.shape[0]
+        rule = Rule(rule.fractions, around(rule.parameters, begin, particles))
         bonds, own = stop - begin, first - begin
         total = old_strain.shape[0]
         last_contact = -1
@@ -71,10 +70,10 @@ def build_move(source: Source, stages: Stages, build_step: Callable) -> Callable
                     found[CONTACT_LOW] = min(low, smallest)
                     found[CONTACT_HIGH] = max(high, largest)
                     for i in range(first, end):
-                        last[0][i] = strain[i - begin]
-                        last[1][i] = velocity[i - begin]
+                        last.strain[i] = strain[i - begin]
+                        last.velocity[i] = velocity[i - begin]
                     if is_front:
-                        last[1][end] = velocity[end - begin]
+                        last.velocity[end] = velocity[end - begin]
                 continue
             if count_outside(mine, end - first, low, high, rule.parameters) > 0:
                 smallest, largest = extremes(mine, end - first, rule.parameters)
@@ -92,10 +91,10 @@ def build_move(source: Source, stages: Stages, build_step: Callable) -> Callable
                 end = begin + bonds
         strain, velocity = here
         for i in range(first, end):
-            new[0][i] = strain[i - begin]
-            new[1][i] = velocity[i - begin]
+            new.strain[i] = strain[i - begin]
+            new.velocity[i] = velocity[i - begin]
         if is_front:
-            new[1][end] = velocity[end - begin]
+            new.velocity[end] = velocity[end - begin]
         found[LOW], found[HIGH], found[ACTIVE] = low, high, end
 
     return move

@@ -40,8 +40,7 @@ LEAST_ACTIVE = 6000
 
 # See ``blocks.loop``.
 _Block = tuple[int, int, int, int, bool]
-_Pair = tuple[Array, Array]
-_Scratch = tuple[_Pair, _Pair, _Pair]
+_Scratch = tuple[State, State, State]
 
 
 def pays(active: int, steps: int) -> bool:
@@ -53,12 +52,11 @@ def load(stepper: "Stepper") -> Callable:
     """Return the loop over a block, loaded or compiled, which is not integration."""
     assert stepper.kernels.loop is not None
     move = stepper.kernels.loop(loop.build_move, stepper.scheme.build_step)
-    ends, nothing = State(np.zeros(1), np.zeros(2)), np.zeros((2, 0))
-    state = tuple(ends)
+    state, nothing = State(np.zeros(1), np.zeros(2)), np.zeros((2, 0))
     move(
         *((state, state, state), (state, state, state)),
         *((0, 1, 0, 1, True), nothing, (0.0,) * 5),
-        *(tuple(stepper.scheme.fractions), stepper.parameters, np.zeros(loop.OUTSIDE + 1)),
+        *(stepper.rule, np.zeros(loop.OUTSIDE + 1)),
     )
     return move
 
@@ -92,7 +90,7 @@ def advance(
                 known = blocks.move(states[0], states[1], substeps, helpers)
             if not known:
                 # Seldom, and then the loop over the whole chain tells it by name.
-                whole = arrays._replace(now=states[0]).unnamed()
+                whole = arrays._replace(now=states[0])
                 until = min(goal, int(ledger["steps"]) + SUBSTEPS)
                 status = stepper.advance(ledger, whole, until)
             elif substeps.shape[1] > 0:
@@ -123,9 +121,7 @@ class _Head:
         own = [State(np.empty(self._bonds), np.empty(self._bonds + 1)) for _ in range(4)]
         now, last, kept, trial = own
         self._now = now
-        self._arrays = arrays._replace(
-            now=now, last=last, kept=kept, trial=trial, log=self._log
-        ).unnamed()
+        self._arrays = arrays._replace(now=now, last=last, kept=kept, trial=trial, log=self._log)
         self._ledger = ledger.copy()
 
     def go_ahead(self, state: State, goal: int) -> tuple[int, Array]:
@@ -168,7 +164,6 @@ class _Blocks:
     ) -> bool:
         """Carry all blocks through substeps; return False where a strain is not allowed."""
         ledger, stepper = self._ledger, self._stepper
-        fractions = tuple(stepper.scheme.fractions)
         limits = (
             float(ledger["strain_min"]),
             float(ledger["strain_max"]),
@@ -177,7 +172,7 @@ class _Blocks:
             motion.FRONT_THRESHOLD * float(ledger["impact_velocity"]),
         )
         blocks = self._cut(substeps.shape[1])
-        states = tuple(old), tuple(new), tuple(self._last)
+        states = old, new, self._last
         self._found = np.zeros((len(blocks), loop.OUTSIDE + 1))
         self._make_room(blocks, substeps.shape[1])
         todo = iter(range(len(blocks)))
@@ -191,8 +186,7 @@ class _Blocks:
                     blocks[k],
                     substeps,
                     limits,
-                    fractions,
-                    stepper.parameters,
+                    stepper.rule,
                     self._found[k],
                 )
 
@@ -237,5 +231,5 @@ class _Blocks:
             self._scratch.clear()
             room = needed + needed // 4  # the front makes blocks grow
         while len(self._scratch) < len(blocks):
-            one, another, trial = ((np.empty(room), np.empty(room + 1)) for _ in range(3))
+            one, another, trial = (State(np.empty(room), np.empty(room + 1)) for _ in range(3))
             self._scratch.append((one, another, trial))
