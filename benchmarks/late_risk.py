@@ -22,7 +22,7 @@ from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.ending import quiet_time, return_risk
 from chaincor.workflows.engines.in_house import bookkeeping
 from chaincor.workflows.engines.in_house.moving import Motion, Stepper
-from chaincor.workflows.engines.pieces import Pieces, find_pieces
+from chaincor.workflows.engines.pieces import Pieces
 
 PARTICLES, SPEEDS = (4, 41), (0.3, 1.8)
 # Motions need not be exact to be drawn from; Verlet steps of a tenth of the stiffest bond's time.
@@ -64,7 +64,7 @@ def trials_of(scene: Scene) -> list[Trial]:
                 found.append(asked._replace(contact=True))
             contacts, asked = int(moving.ledger["contacts"]), None
         if asked is None and now - last > quiet:
-            pieces = find_pieces(*moving.bodies()[0][:3], bond)
+            pieces = moving.bodies()[0].pieces(bond)
             risk = return_risk(pieces, bond)
             if risk == 0.0:
                 return found

@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 
@@ -19,7 +18,7 @@ from chaincor.workflows.engines.ending import (
     return_risk,
 )
 from chaincor.workflows.engines.piece_bounds import reach
-from chaincor.workflows.engines.pieces import Pieces, find_pieces
+from chaincor.workflows.engines.pieces import Body, Pieces
 
 # A collision is followed for so many times its own length and a few times that of one sound
 # crossing, and for so many crossings however late contacts come. Choices: the judge of many scenes
@@ -54,21 +53,6 @@ def longest_collision(particles: int, stiffness: float, last_contact: float) -> 
 def look_interval(particles: int, stiffness: float) -> float:
     """Return the time between two looks for the end while contacts follow one another."""
     return (particles + 10.0) / stiffness**0.5 / LOOKS_PER_CROSSING
-
-
-class Body(NamedTuple):
-    """A body that leaves another: the chain, or a free target."""
-
-    #: How far its particle at the contact is from a plane between both bodies; for the chain at a
-    #: wall, from that.
-    first_displacement: float
-    strains: Array  #: Bond lengths less one, from the contact outward; of shape (n - 1,).
-    velocities: Array  #: Relative to that plane, positive away from it; of shape (n,).
-    masses: Array | None = None  #: None where all are 1; of shape (n,).
-
-    def pieces(self, bond: Potential) -> Pieces:
-        """Return the pieces that it has broken into."""
-        return find_pieces(*self[:3], bond, self.masses)
 
 
 def bodies_of(line: Line, bond: Potential, strains: Array, velocities: Array) -> list[Body]:

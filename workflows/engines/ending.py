@@ -40,7 +40,7 @@ from chaincor.workflows.engines.piece_bounds import (
     escape_risk,
     reach,
 )
-from chaincor.workflows.engines.pieces import Pieces, find_pieces
+from chaincor.workflows.engines.pieces import Body, Pieces
 
 # Sound in stretched bonds is slower than at natural length; the quiet time allows for a tenth.
 QUIET_ROUND_TRIPS = 1.1
@@ -163,11 +163,11 @@ def argue_end(
     """
     Return by what no further contact can come, ``proved`` or ``argued``, from one state alone.
 
-    None where one may. The state is as :func:`pieces.find_pieces` takes it.
+    None where one may. The state is that of a :class:`pieces.Body`.
     """
     if float(np.sum(velocities)) <= 0.0:
         return None
-    risk = return_risk(find_pieces(first_displacement, strains, velocities, bond), bond)
+    risk = return_risk(Body(first_displacement, strains, velocities).pieces(bond), bond)
     if risk == 0.0:
         return "proved"
     silent = since_contact > quiet_time(len(velocities), bond.stiffness)

@@ -18,6 +18,7 @@ gaps so worsened still grow as was assumed, they do so for ever: a proof.
 import math
 from dataclasses import dataclass, field, replace
 from itertools import starmap
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -62,46 +63,43 @@ class Pieces:
         return self.levers[0][0]
 
 
-def find_pieces(
-    first_displacement: float,
-    strains: Array,
-    velocities: Array,
-    bond: Potential,
-    masses: Array | None = None,
-) -> Pieces:
-    """
-    Cut a chain into as many pieces as move apart, one at least.
+class Body(NamedTuple):
+    """A body that leaves another: the chain, or a free target."""
 
-    Pieces that approach, or whose motion does not break the bond between them, are taken as one.
-    Given are the distance of particle 1 from the wall, the bond lengths less one, the velocities,
-    positive away from the wall, and the masses, 1 by default.
-    """
-    chain = _Chain(first_displacement, strains, velocities, bond, masses)
-    cuts = np.empty(0, dtype=np.int64)
-    if math.isfinite(bond.dissociation):
-        cuts = np.flatnonzero(strains > bond.convex_strain)
-    while True:
-        pieces = chain.cut_at(cuts)
-        failing = np.flatnonzero(~pieces.apart & (pieces.binding <= 0.0))
-        if len(failing) == 0:
-            risk = chain.return_risk(pieces)
-            return replace(pieces, return_risk=risk) if risk > 0.0 else pieces
-        # Those most firmly bound first: with them taken as one, the others may move apart.
-        bound = failing[np.argsort(pieces.binding[failing])]
-        cuts = np.delete(cuts, bound[: max(1, len(failing) // 3)])
+    #: How far its particle at the contact is from a plane between both bodies; for the chain at a
+    #: wall, from that.
+    first_displacement: float
+    strains: Array  #: Bond lengths less one, from the contact outward; of shape (n - 1,).
+    velocities: Array  #: Relative to that plane, positive away from it; of shape (n,).
+    masses: Array | None = None  #: None where all are 1; of shape (n,).
+
+    def pieces(self, bond: Potential) -> Pieces:
+        """
+        Cut it into as many pieces as move apart, one at least.
+
+        Pieces that approach, or whose motion does not break the bond between them, are taken as
+        one.
+        """
+        chain = _Chain(self, bond)
+        cuts = np.empty(0, dtype=np.int64)
+        if math.isfinite(bond.dissociation):
+            cuts = np.flatnonzero(self.strains > bond.convex_strain)
+        while True:
+            pieces = chain.cut_at(cuts)
+            failing = np.flatnonzero(~pieces.apart & (pieces.binding <= 0.0))
+            if len(failing) == 0:
+                risk = chain.return_risk(pieces)
+                return replace(pieces, return_risk=risk) if risk > 0.0 else pieces
+            # Those most firmly bound first: with them taken as one, the others may move apart.
+            bound = failing[np.argsort(pieces.binding[failing])]
+            cuts = np.delete(cuts, bound[: max(1, len(failing) // 3)])
 
 
 class _Chain:
     """A state, with what all its partitions need."""
 
-    def __init__(
-        self,
-        first: float,
-        strains: Array,
-        velocities: Array,
-        bond: Potential,
-        masses: Array | None,
-    ) -> None:
+    def __init__(self, body: Body, bond: Potential) -> None:
+        first, strains, velocities, masses = body
         self.masses = np.ones(len(velocities)) if masses is None else masses
         self.displacements = np.cumsum(np.concatenate(([first], strains)))
         self.strains, self.velocities, self.bond = strains, velocities, bond

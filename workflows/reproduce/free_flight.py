@@ -14,7 +14,7 @@ from chaincor.workflows.engines.in_house import bookkeeping
 from chaincor.workflows.engines.in_house.coarse_run import highest_frequency
 from chaincor.workflows.engines.in_house.look_ahead import STEP
 from chaincor.workflows.engines.in_house.moving import Motion, Stepper
-from chaincor.workflows.engines.pieces import Pieces, find_pieces
+from chaincor.workflows.engines.pieces import Pieces
 from chaincor.workflows.reproduce.measurements import Answer, Measurements, Point
 
 # Times are since the last contact, in crossings of sound, n - 1; kinetic energies are means over
@@ -113,8 +113,7 @@ def _break(point: Point, answer: Answer) -> tuple[list[int], Pieces]:
 
 
 def _pieces(chain: Motion) -> Pieces:
-    position = float(chain.ledger["position"])
-    return find_pieces(position, chain.strain, chain.velocity, chain.bond)
+    return chain.bodies()[0].pieces(chain.bond)
 
 
 def _flight(point: Point, answer: Answer, times: Iterable[float]) -> Iterator[Motion]:

@@ -10,7 +10,7 @@ from chaincor.lammps_inputs.bonds.potentials import Harmonic, LennardJones, Toda
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines import end_watch
-from chaincor.workflows.engines.end_watch import Body, EndWatch, longest_collision
+from chaincor.workflows.engines.end_watch import EndWatch, longest_collision
 from chaincor.workflows.engines.ending import (
     RISK_ALLOWED,
     approach,
@@ -20,7 +20,7 @@ from chaincor.workflows.engines.ending import (
 )
 from chaincor.workflows.engines.in_house import stepping
 from chaincor.workflows.engines.in_house.look_ahead import LookAhead, follow
-from chaincor.workflows.engines.pieces import find_pieces
+from chaincor.workflows.engines.pieces import Body
 from chaincor.workflows.engines.whole_end import ENERGY_MARGIN, certain_at
 
 LJ = LennardJones()
@@ -102,10 +102,10 @@ def hot_piece(drift, energy, size=6):
 def test_silence_counts_from_when_the_piece_exists():
     # Contacts stopped long ago; the piece, whose return is unlikely but not ruled out, is new.
     broken = hot_piece(0.1, energy=0.0202)
-    risk = return_risk(find_pieces(*broken, LJ), LJ)
+    risk = return_risk(Body(*broken).pieces(LJ), LJ)
     assert 0.0 < risk <= RISK_ALLOWED
     whole = (0.01, np.zeros(6), np.array([0.1, 0.3, -0.2, 0.3, -0.2, 0.3, -0.2]))
-    assert return_risk(find_pieces(*whole, LJ), LJ) > RISK_ALLOWED
+    assert return_risk(Body(*whole).pieces(LJ), LJ) > RISK_ALLOWED
     quiet, watch, last = quiet_time(7, 1.0), EndWatch(7, LJ), 100.0
     born = last + 5.0 * quiet
     assert look(watch, born - 1.0, last, *whole) is None
@@ -120,10 +120,10 @@ def test_silence_counts_from_when_the_piece_exists():
 def test_silence_counts_anew_after(reason):
     broken = hot_piece(0.1, energy=0.0202)
     smaller = hot_piece(0.1, energy=0.0202, size=5)
-    assert find_pieces(*smaller, LJ).sizes[0] == 5
-    assert 0.0 < return_risk(find_pieces(*smaller, LJ), LJ) <= RISK_ALLOWED
+    assert Body(*smaller).pieces(LJ).sizes[0] == 5
+    assert 0.0 < return_risk(Body(*smaller).pieces(LJ), LJ) <= RISK_ALLOWED
     hotter = hot_piece(0.1, energy=0.08)
-    assert return_risk(find_pieces(*hotter, LJ), LJ) > RISK_ALLOWED
+    assert return_risk(Body(*hotter).pieces(LJ), LJ) > RISK_ALLOWED
     quiet, watch = quiet_time(7, 1.0), EndWatch(7, LJ)
     assert look(watch, 1.0, 0.0, *broken) is None
     between = {"a contact": broken, "another piece": smaller, "a risk": hotter}[reason]
@@ -148,7 +148,7 @@ def test_a_long_piece_may_lose_a_few_in_silence(size, anew):
     # 850 // 400 = 2 of them.
     before, after = long_piece(850), long_piece(size)
     for state in (before, after):
-        assert 0.0 < return_risk(find_pieces(*state, LJ), LJ) <= RISK_ALLOWED
+        assert 0.0 < return_risk(Body(*state).pieces(LJ), LJ) <= RISK_ALLOWED
     quiet, watch = quiet_time(900, 1.0), EndWatch(900, LJ)
     assert look(watch, 1.0, 0.0, *before) is None
     assert look(watch, 0.5 * quiet, 0.0, *after) is None
@@ -198,7 +198,7 @@ def test_no_contact_gives_more_than_is_reckoned_with():
     for frequency in (0.0, 0.02, 0.05):
         pattern = np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0])
         start = -0.05 + frequency * pattern
-        pieces = find_pieces(1.0, np.zeros(5), start, LJ)
+        pieces = Body(1.0, np.zeros(5), start).pieces(LJ)
         outcome = stepping.run(scene, Numerics(scheme="order8", timestep=0.1))
         gained = float(outcome.velocities.sum()) + 6 * 0.05
         assert gained <= approach(pieces) * (1.0 + 1e-9)

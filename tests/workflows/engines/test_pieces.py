@@ -9,7 +9,7 @@ from scipy.optimize import brentq, minimize
 from benchmarks.judge.end_counterexamples import argument_for, check, draw_state
 from chaincor.lammps_inputs.bonds.potentials import Harmonic, LennardJones, Logarithmic, Power, Toda
 from chaincor.workflows.engines.piece_bounds import Lever, escape_risk, reach
-from chaincor.workflows.engines.pieces import _Chain, count_fragments, find_pieces
+from chaincor.workflows.engines.pieces import Body, _Chain, count_fragments
 
 LJ = LennardJones()
 BONDS = [Harmonic(), LJ, Toda(), Logarithmic(), Power(4, 1.0)]
@@ -31,7 +31,7 @@ class TestFragments:
 class TestPieces:
     def test_sizes_speeds_and_places(self):
         strains, velocities = np.array([0.0, 9.0, 0.0]), np.array([0.1, 0.1, 1.0, 1.2])
-        found = find_pieces(0.5, strains, velocities, LJ)
+        found = Body(0.5, strains, velocities).pieces(LJ)
         assert found.sizes.tolist() == [2, 2]
         assert found.speeds == pytest.approx([0.1, 1.1])
         assert found.displacements == pytest.approx([0.5, 9.5])
@@ -45,10 +45,10 @@ class TestPieces:
         bound = math.sqrt(2.0 * (LJ.dissociation - float(LJ.energy(np.array(1.0)))) * (3.0 / 8.0))
         for speed, sizes in ((0.99 * bound, [12]), (1.01 * bound, [4, 8])):
             velocities = np.repeat([0.0, speed], [4, 8])
-            assert find_pieces(0.5, strains, velocities, LJ).sizes.tolist() == sizes
+            assert Body(0.5, strains, velocities).pieces(LJ).sizes.tolist() == sizes
 
     def test_bonds_that_never_break_leave_one_piece(self):
-        found = find_pieces(0.5, np.array([50.0]), np.array([0.1, 9.0]), Harmonic())
+        found = Body(0.5, np.array([50.0]), np.array([0.1, 9.0])).pieces(Harmonic())
         assert found.sizes.tolist() == [2]
 
     def test_pieces_do_not_flicker_with_the_vibration_of_their_ends(self):
@@ -60,7 +60,7 @@ class TestPieces:
             strains = np.array([swing, 8.0 - swing, swing])
             velocities = np.array([-speed, speed, 0.2 - speed, 0.2 + speed])
             fragments.add(count_fragments(strains, velocities, LJ))
-            sizes.add(tuple(find_pieces(1.0, strains, velocities, LJ).sizes))
+            sizes.add(tuple(Body(1.0, strains, velocities).pieces(LJ).sizes))
         assert fragments == {1, 2}
         assert sizes == {(2, 2)}
 
@@ -191,7 +191,7 @@ def test_what_is_proved_is_never_followed_by_a_contact():
 def test_levers_of_all_pieces_are_those_of_each(cuts):
     random = np.random.default_rng(4)
     masses = 10.0 ** random.uniform(-2.0, 2.0, 20)
-    chain = _Chain(0.0, np.zeros(19), np.zeros(20), LJ, masses)
+    chain = _Chain(Body(0.0, np.zeros(19), np.zeros(20), masses), LJ)
     starts = np.array([0, *(cut + 1 for cut in cuts)])
     sizes = np.diff(np.append(starts, 20))
     pieces = np.split(masses, starts[1:])

@@ -9,7 +9,7 @@ from scipy.integrate import solve_ivp
 
 from chaincor import Scene, collide
 from chaincor.analysis.modes import kinetic_mode_energies, mode_frequencies
-from chaincor.workflows.engines.pieces import find_pieces
+from chaincor.workflows.engines.pieces import Body
 from chaincor.workflows.reproduce import free_flight
 from chaincor.workflows.reproduce.figures import mode_spectra
 from chaincor.workflows.reproduce.figures.breaking_and_two_restitutions import breaking
@@ -90,7 +90,7 @@ def test_pieces_are_those_of_another_method(flights):
     end = solve_ivp(
         rates, (0.0, times[-1] + 1.0), start, "DOP853", times, rtol=1e-11, atol=1e-12
     ).y.T
-    counts = [len(find_pieces(y[0], np.diff(y[:N]), y[N:], bond).sizes) for y in end]
+    counts = [len(Body(y[0], np.diff(y[:N]), y[N:]).pieces(bond).sizes) for y in end]
     assert flight.pieces[0, : len(times)].tolist() == counts
     assert max(counts) > 1
 

@@ -11,7 +11,7 @@ import numpy as np
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.engines.end_watch import Body, EndWatch, longest_collision
+from chaincor.workflows.engines.end_watch import EndWatch, longest_collision
 from chaincor.workflows.engines.ending import Ending, quiet_time
 from chaincor.workflows.engines.in_house import adaptive_loops as adaptive
 from chaincor.workflows.engines.in_house import bookkeeping
@@ -33,6 +33,7 @@ from chaincor.workflows.engines.in_house.finish import (
 from chaincor.workflows.engines.in_house.line_kinds import as_it_is
 from chaincor.workflows.engines.in_house.look_ahead import follow
 from chaincor.workflows.engines.outcome import Frames, Outcome
+from chaincor.workflows.engines.pieces import Body
 from chaincor.workflows.engines.time_limit import check_time, steps_at_once
 from chaincor.workflows.errors import RunError, TimestepError
 

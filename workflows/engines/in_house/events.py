@@ -31,16 +31,15 @@ GRADING = 1.0
 
 
 class Contact(NamedTuple):
-    """What a loop asks of a contact; all are known to the compiler."""
+    """
+    What a loop asks of a contact; all are known to the compiler.
 
-    #: ``opening(position, state, parameters)``: the gap, its rate, and the rate of that.
-    opening: Callable
-    closing: Callable  #: ``closing(velocity, parameters)``: the speed with which it closes.
-    #: ``close(strain, position, parameters)``: sets the gap to zero; returns the position of the
-    #: first particle, or what it was told.
-    close: Callable
-    bounce: Callable  #: ``bounce(velocity, given, parameters)``: hard bodies exchange a momentum.
-    gap: Callable  #: ``gap(position, strain, parameters)``: the gap alone.
+    Each is told the state and the parameters of the line, the first two also where it begins.
+    """
+
+    opening: Callable  #: The gap, its rate, and the rate of that.
+    close: Callable  #: Sets the gap to zero; returns where the first particle is then.
+    bounce: Callable  #: Lets hard bodies that meet exchange the momentum that it is told last.
 
 
 def build_contact(source: Source) -> Contact:
@@ -59,22 +58,14 @@ def _at_wall(source: Source) -> Contact:
         return position, velocity[0], bend
 
     @register
-    def closing(velocity: Array, _parameters: Parameters) -> float:
-        return -velocity[0]
-
-    @register
-    def close(_strain: Array, _position: float, _parameters: Parameters) -> float:
+    def close(_position: float, _state: State, _parameters: Parameters) -> float:
         return 0.0
 
     @register
-    def bounce(velocity: Array, _given: float, _parameters: Parameters) -> None:
-        velocity[0] = abs(velocity[0])
+    def bounce(state: State, _given: float, _parameters: Parameters) -> None:
+        state[1][0] = abs(state[1][0])
 
-    @register
-    def gap(position: float, _strain: Array, _parameters: Parameters) -> float:
-        return position
-
-    return Contact(opening, closing, close, bounce, gap)
+    return Contact(opening, close, bounce)
 
 
 def _of_two(source: Source) -> Contact:
@@ -96,26 +87,17 @@ def _of_two(source: Source) -> Contact:
         return strain[place], velocity[place + 1] - velocity[place], bend
 
     @register
-    def closing(velocity: Array, parameters: LineParameters) -> float:
-        place = parameters.gap
-        return velocity[place] - velocity[place + 1]
-
-    @register
-    def close(strain: Array, position: float, parameters: LineParameters) -> float:
-        strain[parameters.gap] = 0.0
+    def close(position: float, state: State, parameters: LineParameters) -> float:
+        state[0][parameters.gap] = 0.0
         return position
 
     @register
-    def bounce(velocity: Array, given: float, parameters: LineParameters) -> None:
-        place, inverse = parameters.gap, parameters.inverse
+    def bounce(state: State, given: float, parameters: LineParameters) -> None:
+        place, inverse, velocity = parameters.gap, parameters.inverse, state[1]
         velocity[place] = velocity[place] - given * inverse[place]
         velocity[place + 1] = velocity[place + 1] + given * inverse[place + 1]
 
-    @register
-    def gap(_position: float, strain: Array, parameters: LineParameters) -> float:
-        return strain[parameters.gap]
-
-    return Contact(opening, closing, close, bounce, gap)
+    return Contact(opening, close, bounce)
 
 
 class Event(NamedTuple):
@@ -161,7 +143,7 @@ def build_event(source: Source, stages: Stages, take_step: Callable) -> Event:
     """Return the event of a kind of line, of whose stages `take_step` is made."""
     register, wall = source.register, source.kind.contact == "wall"
     copy, extremes = stages.copy, stages.extremes
-    opening, closing_speed, close, bounce, _ = build_contact(source)
+    opening, close, bounce = build_contact(source)
     note_contact, note_parting = map(register, (bookkeeping.note_contact, bookkeeping.note_parting))
     note_impulse = register(bookkeeping.note_impulse)
 
@@ -216,9 +198,10 @@ def build_event(source: Source, stages: Stages, take_step: Callable) -> Event:
 
     @register
     def happen(ledger: Any, arrays: tuple, moment: float, bonds: int, parameters: Any) -> None:
-        (strain, velocity), last, contacts, masses = arrays
-        ledger.position = close(strain, ledger.position, parameters)
-        speed = closing_speed(velocity, parameters)
+        state, last, contacts, masses = arrays
+        strain, velocity = state
+        ledger.position = close(ledger.position, state, parameters)
+        speed = -opening(ledger.position, state, parameters)[1]
         if not wall and ledger.touching:
             ledger.touching = 0
             given = momentum_of(masses, velocity) - ledger.chain_momentum
@@ -231,7 +214,7 @@ def build_event(source: Source, stages: Stages, take_step: Callable) -> Event:
         else:
             note_contact(ledger, contacts, moment, abs(speed))
             given = 2.0 * ledger.contact_mass * abs(speed)
-            bounce(velocity, given, parameters)
+            bounce(state, given, parameters)
             note_impulse(ledger, contacts, given)
         ledger.last_position = ledger.position
         copy(strain, velocity, last, bonds)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.engines.end_watch import Body, EndWatch
+from chaincor.workflows.engines.end_watch import EndWatch
 from chaincor.workflows.engines.ending import Ending, evaporation, quiet_time
 from chaincor.workflows.engines.in_house import bookkeeping
 from chaincor.workflows.engines.in_house.blocks.running import LEAST_ACTIVE
@@ -21,6 +21,7 @@ from chaincor.workflows.engines.in_house.coarse_run import (
 )
 from chaincor.workflows.engines.in_house.finish import End, strain_error, unfinished_error
 from chaincor.workflows.engines.in_house.moving import Motion, Stepper
+from chaincor.workflows.engines.pieces import Body
 from chaincor.workflows.errors import RunError
 
 # Steps of order 8 in units of the stiffest bond's 1/frequency: good to some parts in 1e7.

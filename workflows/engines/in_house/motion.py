@@ -152,7 +152,7 @@ def build_coarse_steps(source: Source, stages: Stages) -> Callable:
     and the last part of a flight: the state is half a step off between parts.
     """
     stage, drift, are_allowed = stages.stage, stages.drift, stages.are_allowed
-    gap_of = build_contact(source).gap
+    opening = build_contact(source).opening
 
     def take_coarse_steps(ledger: Any, state: State, asked: tuple, parameters: Parameters) -> int:
         strain, velocity = state
@@ -164,7 +164,7 @@ def build_coarse_steps(source: Source, stages: Stages) -> Callable:
             stage(strain, velocity, bonds, ahead, step, parameters)
             ahead = step
             ledger.evaluations += 1
-            if not gap_of(ledger.position, strain, parameters) > clearance:
+            if not opening(ledger.position, state, parameters)[0] > clearance:
                 return taken
             if not are_allowed(ledger, strain, bonds, parameters):
                 return taken

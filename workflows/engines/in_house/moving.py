@@ -9,7 +9,7 @@ from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.line import Line
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.engines.end_watch import Body, bodies_of
+from chaincor.workflows.engines.end_watch import bodies_of
 from chaincor.workflows.engines.in_house import bookkeeping, events, motion
 from chaincor.workflows.engines.in_house.blocks import running
 from chaincor.workflows.engines.in_house.finish import allowed_strains
@@ -17,6 +17,7 @@ from chaincor.workflows.engines.in_house.kernels import Kernels, kernels_for
 from chaincor.workflows.engines.in_house.line_kinds import Kind, LineParameters
 from chaincor.workflows.engines.in_house.loops.processes import cores
 from chaincor.workflows.engines.in_house.stages import State
+from chaincor.workflows.engines.pieces import Body
 from chaincor.workflows.engines.schemes import STEP_SCHEMES, Rule, StepScheme
 from chaincor.workflows.engines.time_limit import check_time, steps_at_once
 

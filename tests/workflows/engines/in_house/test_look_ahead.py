@@ -8,10 +8,11 @@ import pytest
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.step_guess import guess_step
-from chaincor.workflows.engines.end_watch import Body, longest_collision
+from chaincor.workflows.engines.end_watch import longest_collision
 from chaincor.workflows.engines.ending import quiet_time
 from chaincor.workflows.engines.in_house import coarse_run, stepping
 from chaincor.workflows.engines.in_house.look_ahead import LookAhead
+from chaincor.workflows.engines.pieces import Body
 from chaincor.workflows.errors import RunError
 
 LJ = Scene(potential="lj", particles=100, speed=0.4)
