@@ -45,7 +45,6 @@ LEDGER: Any = np.dtype(
             ("frame_interval", "f8"),
             ("frames", "i8"),
             ("pause", "i8"),  # steps after which it comes back
-            ("paused", "i8"),  # whether it did, and nothing has changed since
         ],
     )
 )
@@ -209,12 +208,9 @@ def build_flight(rates: Callable, register: Callable) -> Callable:
         particles = state.shape[0] // 2
         final = method.b.shape[0]
         refusals = 0
-        if ledger.paused == 0:
-            rates(state, slopes[0], parameters)
-        ledger.paused = 0
+        rates(state, slopes[0], parameters)
         while ledger.time < ledger.longest:
             if refusals == 0 and ledger.steps >= ledger.pause:
-                ledger.paused = 1
                 return PAUSE
             step = ledger.step
             if (
