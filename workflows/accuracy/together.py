@@ -18,7 +18,7 @@ from chaincor.workflows.accuracy.fixed_steps import LONGEST_TRUSTED, first_step,
 from chaincor.workflows.accuracy.step_guess import foresee_sharpness, is_smooth, sharpness
 from chaincor.workflows.accuracy.step_proof import COARSER, proved_error
 from chaincor.workflows.engines.ending import quiet_time
-from chaincor.workflows.engines.in_house.batch.chains import ManyRuns
+from chaincor.workflows.engines.in_house.batch.chains import ManyRuns, StartStates
 from chaincor.workflows.engines.in_house.batch.runner import Batch
 from chaincor.workflows.engines.in_house.finish import End, LastContact, finish, kinetic_energy
 from chaincor.workflows.engines.in_house.modal import serves as is_exact
@@ -120,9 +120,10 @@ def meet_together(scenes: Sequence[Scene]) -> list[tuple[Answer, Array] | None]:
     followed = [scenes[place] for place in places.tolist()]
     both = np.concatenate([times * steps for times in COARSER])
     lasts = np.tile(fine.last_contact_times, len(COARSER))
-    compared = batch.compare_cold(followed * len(COARSER), both, lasts)
-    coarse = [compared.chosen(part) for part in np.split(np.arange(len(both)), len(COARSER))]
     speeds = np.array([scene.impact_velocity for scene in followed])
+    approaches = np.tile(speeds, len(COARSER))
+    compared = batch.compare(StartStates.cold(approaches, particles), both, lasts, approaches)
+    coarse = [compared.chosen(part) for part in np.split(np.arange(len(both)), len(COARSER))]
     runs, masses = [fine, *coarse], scenes[0].line.chain_masses
     _, errors, agree = compare_many(scheme, steps, runs, speeds, masses, floor)
     agree &= fine.longest_silences <= quiet_time(particles, scenes[0].slow_stiffness)

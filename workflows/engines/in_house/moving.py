@@ -222,10 +222,7 @@ class Motion:
 
     def bodies(self) -> list[Body]:
         """Return the bodies as the end of a collision looks at them."""
-        if not self.at_wall:
-            return bodies_of(self.line, self.bond, self.strain, self.velocity)
-        masses = None if self.line.unit else self.line.chain_masses
-        return [Body(self.gap, self.strain, self.velocity, masses)]
+        return bodies_of(self.line, self.bond, *self.along_x())
 
     def copy(self, room: int = 2 * bookkeeping.SPARE_CONTACTS) -> "Motion":
         """

@@ -30,7 +30,8 @@ from chaincor.workflows.engines.in_house.batch.lanes import (
     build_lane_step,
 )
 from chaincor.workflows.engines.in_house.contact_search import PathPoint, build_search_steps
-from chaincor.workflows.engines.in_house.line_kinds import Source, read_parameters
+from chaincor.workflows.engines.in_house.events import build_contact
+from chaincor.workflows.engines.in_house.line_kinds import Source
 from chaincor.workflows.engines.in_house.stages import Parameters, Stages
 from chaincor.workflows.engines.schemes import Rule
 from chaincor.workflows.engines.whole_end import EndBounds, is_over
@@ -49,8 +50,7 @@ def build_carry(source: Source, _stages: Stages, split: bool) -> Callable:
     then, or until about `most` steps were taken in all. `lanes` are `Lanes` of the chains, `near`
     of the particles near the wall that contacts are searched with.
     """
-    register, read = source.register, read_parameters(source)
-    force, weighed = read.force, read.weighed
+    register, opening = source.register, build_contact(source).opening
     take_step = register(build_lane_step(source, split), inline=False)
     over = register(is_over, inline=False)
     is_free, begin_search, go_on = build_search_steps(register)
@@ -69,12 +69,9 @@ def build_carry(source: Source, _stages: Stages, split: bool) -> Callable:
         return queue.chains[queue.held[0]]
 
     @register
-    def pull(strain: float, parameters: Parameters) -> float:
-        return weighed(-force(strain, parameters), 0, parameters)
-
-    @register
     def point_of(lane: LaneState, k: int, parameters: Parameters) -> PathPoint:
-        return lane[2][k], lane[1][k], pull(lane[0][k], parameters)
+        strain, velocity, distance = lane
+        return opening(distance[k], (strain[k:], velocity[k:]), parameters)
 
     @register
     def load(s: int, k: int, rows: ChainRows, lane: LaneState) -> None:
@@ -134,8 +131,8 @@ def build_carry(source: Source, _stages: Stages, split: bool) -> Callable:
             if rows.statuses[last] != MOVING:
                 continue
             begin_step(last, rows)
-            rate = pull(rows.strains[last, 0], parameters)
-            start = (rows.ledgers[last].position, rows.velocities[last, 0], rate)
+            state = rows.strains[last], rows.velocities[last]
+            start = opening(rows.ledgers[last].position, state, parameters)
             if not wait_if_likely(last, start, rows, places):
                 return last, last
         return -1, last

@@ -128,7 +128,9 @@ class Batch:
 
     def follow_cold(self, scenes: Sequence[Scene], steps: Array) -> ManyRuns:
         """Carry collisions of plain chains to the ends that they have alone."""
-        group = self._cold(scenes, steps)
+        speeds = np.array([scene.impact_velocity for scene in scenes])
+        starts = StartStates.cold(speeds, self.particles)
+        group = Chains(self._line, self._bond, self._stepper, starts, steps, speeds)
         started = time.perf_counter()
         n, stiffness, ledgers = self.particles, self._bond.stiffness, group.rows.ledgers
         group.rows.goals[:] = np.ceil(longest_collision(n, stiffness, 0.0) / steps) + 1
@@ -152,20 +154,11 @@ class Batch:
                     group.rows.statuses[s] = MOVING
         return group.outcomes(time.perf_counter() - started)
 
-    def compare(self, starts: StartStates, steps: Array, lasts: Array) -> ManyRuns:
+    def compare(
+        self, starts: StartStates, steps: Array, lasts: Array, speeds: Array | None = None
+    ) -> ManyRuns:
         """Carry collisions a little beyond their last contacts, known since the first ones."""
-        return self._compare(Chains(self._line, self._bond, self._stepper, starts, steps), lasts)
-
-    def compare_cold(self, scenes: Sequence[Scene], steps: Array, lasts: Array) -> ManyRuns:
-        """Do the same with plain chains."""
-        return self._compare(self._cold(scenes, steps), lasts)
-
-    def _cold(self, scenes: Sequence[Scene], steps: Array) -> Chains:
-        speeds = np.array([scene.impact_velocity for scene in scenes])
-        starts = StartStates.cold(speeds, self.particles)
-        return Chains(self._line, self._bond, self._stepper, starts, steps, speeds)
-
-    def _compare(self, group: Chains, lasts: Array) -> ManyRuns:
+        group = Chains(self._line, self._bond, self._stepper, starts, steps, speeds)
         started = time.perf_counter()
         ledgers, margin = group.rows.ledgers, KNOWN_MARGIN / self._stiffness**0.5
         bookkeeping.never_argue(ledgers)
