@@ -44,7 +44,7 @@ def trials_of(scene: Scene) -> list[Trial]:
     """Return the silences of a collision."""
     bond, n = scene.bond, scene.particles
     stepper = Stepper.of(scene.line, bond, "verlet", STEP)
-    moving = Motion.at_start(scene, stepper.scheme)
+    moving = Motion.at_start(scene, stepper)
     bookkeeping.never_argue(moving.ledger)
     crossing, quiet = n / math.sqrt(bond.stiffness), quiet_time(n, bond.stiffness)
     found: list[Trial] = []
@@ -52,10 +52,10 @@ def trials_of(scene: Scene) -> list[Trial]:
     contacts = 1
     while True:
         goal = int(moving.ledger["steps"]) + math.ceil(LOOKS * crossing / STEP)
-        status = moving.advance(stepper, goal)
+        status = moving.advance(goal)
         while status == bookkeeping.FULL:
             moving.make_room()
-            status = moving.advance(stepper, goal)
+            status = moving.advance(goal)
         if status != bookkeeping.DONE:
             return found  # bonds that Verlet steps do not resolve
         now, last = int(moving.ledger["steps"]) * STEP, float(moving.ledger["last_contact"])

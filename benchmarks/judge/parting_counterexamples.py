@@ -57,7 +57,7 @@ def find_proof(law: str, line: Line) -> Line | None:
     bond = _BONDS[law]
     stepper = Stepper.of(line, bond, "order8", _STEP)
     state = line.strains, line.velocities
-    moving = Motion.in_state(line, bond, stepper.scheme, *state, 0.1)
+    moving = Motion.in_state(stepper, *state, 0.1)
     ledger = moving.ledger
     bookkeeping.never_argue(ledger)
     particles = max(line.first, len(line.chain_masses))
@@ -70,7 +70,7 @@ def find_proof(law: str, line: Line) -> Line | None:
             if ending == Ending("proved"):
                 return Line(line.masses, line.first, *moving.along_x())
         interval = 0.1 * (particles + 5.0) / stiffness**0.5
-        if moving.advance(stepper, int(ledger.steps) + max(1, round(interval / _STEP))):
+        if moving.advance(int(ledger.steps) + max(1, round(interval / _STEP))):
             return None
     return None
 

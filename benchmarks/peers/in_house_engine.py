@@ -67,9 +67,9 @@ def run_ours(scene: Scene, step: float, scheme: str = "order8") -> Outcome:
 def seconds_to_last_contact(scene: Scene, step: float, scheme: str, last: float) -> float:
     """Return the time the stepping engine takes up to a time, without arguing the end."""
     stepper = Stepper.of(scene.line, scene.bond, scheme, step)
-    chain = Motion.at_start(scene, stepper.scheme)
+    chain = Motion.at_start(scene, stepper)
     bookkeeping.never_argue(chain.ledger)
-    return timed(lambda: chain.advance(stepper, math.ceil(last / step)))
+    return timed(lambda: chain.advance(math.ceil(last / step)))
 
 
 def our_tasks(scene: Scene, scheme: str, step: float, last: float) -> dict[str, Callable]:

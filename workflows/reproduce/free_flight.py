@@ -113,7 +113,7 @@ def _break(point: Point, answer: Answer) -> tuple[list[int], Pieces]:
 
 
 def _pieces(chain: Motion) -> Pieces:
-    return chain.bodies()[0].pieces(chain.bond)
+    return chain.bodies()[0].pieces(chain.stepper.bond)
 
 
 def _flight(point: Point, answer: Answer, times: Iterable[float]) -> Iterator[Motion]:
@@ -133,12 +133,12 @@ def _flight(point: Point, answer: Answer, times: Iterable[float]) -> Iterator[Mo
     line, speed = point.scene.line, point.scene.impact_velocity
     stepper = Stepper.of(line, bond, "order8", STEP / highest_frequency(bond, shortest))
     state = np.append(0.0, strains), np.append(0.0, velocities)
-    chain = Motion.in_state(line, bond, stepper.scheme, *state, speed)
+    chain = Motion.in_state(stepper, *state, speed)
     bookkeeping.never_argue(chain.ledger)
     for time in times:
         goal = math.ceil(time / stepper.step)
         if goal > 0:
-            status = chain.advance(stepper, goal)
+            status = chain.advance(goal)
             if status != bookkeeping.DONE or chain.ledger["contacts"] > 0:
                 return
         yield chain

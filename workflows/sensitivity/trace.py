@@ -98,7 +98,7 @@ def trace(scene: Scene, step: float, contacts: int, duration: float) -> Trace:
             "numbers that Numba knows, such as those of a formula"
         )
     stepper = Stepper.of(line, scene.bond, SCHEME, step)
-    moving = Motion.at_start(scene, stepper.scheme)
+    moving = Motion.at_start(scene, stepper)
     given = line.contact_stiffness, line.contact_exponent
     parameters = LineParameters(loops.parameters, line.inverse_masses.copy(), line.gap, *given)
     drifts, kicks = stepper.scheme.fractions
@@ -122,7 +122,7 @@ def trace(scene: Scene, step: float, contacts: int, duration: float) -> Trace:
     while met < wanted:
         check_time()
         strain, velocity = (each.copy() for each in moving.along_x())
-        times, hits = _advanced(moving, stepper, steps)
+        times, hits = _advanced(moving, steps)
         ends = np.flatnonzero(hits)[: wanted - met]
         gone = gone + float(np.sum(times)) if met or len(ends) else 0.0
         met += len(ends)
@@ -137,9 +137,9 @@ def trace(scene: Scene, step: float, contacts: int, duration: float) -> Trace:
     return Trace(line, loops, parameters, stretches)
 
 
-def _advanced(moving: Motion, stepper: Stepper, steps: int) -> tuple[Array, Array]:
+def _advanced(moving: Motion, steps: int) -> tuple[Array, Array]:
     """Take steps; return of each substep its duration, and whether a contact ends it."""
-    ledger = moving.ledger
+    stepper, ledger = moving.stepper, moving.ledger
     ledger["substeps"] = 0
     status = stepper.advance(ledger, moving.arrays, int(ledger["steps"]) + steps)
     if status == bookkeeping.FULL:

@@ -4,6 +4,7 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -13,11 +14,9 @@ from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines import time_limit
 from chaincor.workflows.engines.in_house import adaptive, modal, stepping
 from chaincor.workflows.engines.in_house import moving as chain_module
-from chaincor.workflows.engines.in_house.kernels import kernels_for
 from chaincor.workflows.engines.in_house.moving import Motion, Stepper
 from chaincor.workflows.engines.lammps import engine as lammps
 from chaincor.workflows.engines.lammps.instance import LammpsChain
-from chaincor.workflows.engines.schemes import STEP_SCHEMES, Rule
 from tests.waiting import HANGS
 
 LJ = Scene(potential="lj", particles=24, speed=0.9)
@@ -48,8 +47,7 @@ class Counted:
     """Loops whose calls are noted."""
 
     def __init__(self, kernels):
-        self.parameters, self.steps = kernels.parameters, []
-        self._advance = kernels.advance
+        self.steps, self._advance = [], kernels.advance
 
     def advance(self, ledger, *others):
         before = int(ledger.steps)
@@ -61,14 +59,13 @@ class Counted:
 def test_no_call_does_more_work_than_it_may(monkeypatch):
     monkeypatch.setattr(chain_module, "cores", lambda: 1)
     scene = Scene(potential="lj", particles=200_001, speed=0.4)
-    scheme = STEP_SCHEMES["order4"]
-    kernels = Counted(kernels_for(scene.bond, scheme))
-    chain = Motion.at_start(scene, scheme)
-    goal = 4 * time_limit.WORK_AT_ONCE // (scheme.evaluations * 200_000)
-    rule = Rule(scheme.fractions, kernels.parameters)
-    chain.advance(Stepper(kernels, rule, scheme, 1e-3), goal)
+    stepper = Stepper.of(scene.line, scene.bond, "order4", 1e-3)
+    kernels, evaluations = Counted(stepper.kernels), stepper.scheme.evaluations
+    chain = Motion.at_start(scene, replace(stepper, kernels=kernels))
+    goal = 4 * time_limit.WORK_AT_ONCE // (evaluations * 200_000)
+    chain.advance(goal)
     assert sum(kernels.steps) == goal
-    assert max(kernels.steps) * scheme.evaluations * 200_000 <= time_limit.WORK_AT_ONCE
+    assert max(kernels.steps) * evaluations * 200_000 <= time_limit.WORK_AT_ONCE
     assert len(kernels.steps) == 4
 
 

@@ -41,7 +41,6 @@ class CoarseRun:
     def __init__(
         self,
         moving: Motion,
-        stepper: Stepper,
         time: float,
         step: float,
         clearance: float = -math.inf,
@@ -52,7 +51,7 @@ class CoarseRun:
         ledger["strain_ceiling"] = ceiling
         # What has stretched before is looked at again.
         ledger["strain_max"] = longest_strain(moving)
-        self._stepper, self._step, self._clearance = stepper, step, clearance
+        self._step, self._clearance = step, clearance
 
     def fly(self, duration: float) -> bool:
         """
@@ -62,11 +61,12 @@ class CoarseRun:
         """
         steps = max(1, math.ceil(duration / self._step))
         done, most = 0, steps_at_once(len(self.moving.strain))
-        take, state = self._stepper.kernels.take_coarse_steps, self.moving.arrays.now
+        stepper, state = self.moving.stepper, self.moving.arrays.now
         for begin in range(0, steps, most):
             part = min(most, steps - begin)
             asked = part, self._step, self._clearance, begin == 0, begin + part == steps
-            taken = take(self.moving.ledger, state, asked, self._stepper.rule.parameters)
+            told = self.moving.ledger, state, asked, stepper.rule.parameters
+            taken = stepper.kernels.take_coarse_steps(*told)
             done += taken
             if taken < part:
                 break
@@ -145,9 +145,9 @@ def bonds_in_flight(scene: Scene, outcome: Outcome, duration: float) -> tuple[fl
     velocities = np.concatenate((target[1], outcome.velocities))
     step = coarse_step(bond, outcome.bond_min - 1.0, line.lightest)
     stepper = Stepper.of(line, bond, "verlet", step)
-    moving = Motion.in_state(line, bond, stepper.scheme, strains, velocities, scene.impact_velocity)
+    moving = Motion.in_state(stepper, strains, velocities, scene.impact_velocity)
     ceiling = float(moving.ledger["strain_ceiling"])
-    ahead = CoarseRun(moving, stepper, 0.0, step, ceiling=ceiling)
+    ahead = CoarseRun(moving, 0.0, step, ceiling=ceiling)
     ahead.fly(duration)
     ledger = ahead.moving.ledger
     return 1.0 + float(ledger["strain_min"]), 1.0 + float(ledger["strain_max"])

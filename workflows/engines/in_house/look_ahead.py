@@ -59,12 +59,11 @@ class LookAhead:
         self,
         scene: Scene,
         moving: Motion,
-        stepper: Stepper,
         first: Callable[[], Motion],
         start: float = 0.0,
     ) -> None:
         self._scene, self._moving, self._start = scene, moving, start
-        self._bond, self._stepper, self._first = scene.bond, stepper, first
+        self._bond, self._stepper, self._first = scene.bond, moving.stepper, first
         self._long = scene.span > _MOST_SAMPLED
         self._quiet = quiet_time(scene.span, scene.slow_stiffness)
         self._not_before = 0.0
@@ -86,7 +85,7 @@ class LookAhead:
 
     def warm_up(self) -> None:
         """Load or compile the loop, which is not integration."""
-        CoarseRun(self._moving, self._stepper, 0.0, 1.0).fly(0.0)
+        CoarseRun(self._moving, 0.0, 1.0).fly(0.0)
 
     def unresolved(self) -> RunError:
         """Name what is wrong with the strains of the bodies."""
@@ -143,7 +142,7 @@ class LookAhead:
             return None
         if 1.0 / coarse >= self._stepper.scheme.evaluations / self._stepper.step:
             return None
-        ahead = CoarseRun(self._moving, self._stepper, now, coarse, clearance, ceiling)
+        ahead = CoarseRun(self._moving, now, coarse, clearance, ceiling)
         ending = find_end(scene, ahead, last)
         if ending is not None:
             return ahead, ending
@@ -167,7 +166,7 @@ class LookAhead:
         if clearance is None:
             return False, now, evaluations
         coarse, ceiling = self._coarse_step(), coarse_ceiling(scene.bond)
-        ahead = CoarseRun(self._moving, self._stepper, now, coarse, clearance, ceiling)
+        ahead = CoarseRun(self._moving, now, coarse, clearance, ceiling)
         return ahead.fly(until - now), ahead.time, int(ahead.moving.ledger["evaluations"])
 
     def _sample(self, now: float, last: float) -> tuple[CoarseRun, Ending] | None:
@@ -231,12 +230,12 @@ class LookAhead:
         else:
             moving = self._first().copy(room=whole.arrays.contacts.shape[1])
             contacts = int(whole.ledger["contacts"])
-        stepper = self._stepper.of_size(share * self._stepper.step)
+        moving.stepper = stepper = self._stepper.of_size(share * self._stepper.step)
         bookkeeping.never_argue(moving.ledger)
-        moving.advance(stepper, math.ceil(since / stepper.step))
+        moving.advance(math.ceil(since / stepper.step))
         if moving.ledger["contacts"] != contacts:
             return 2.0 * self._scene.line.contact_mass * float(moving.contact_speeds[-1])
-        ahead = CoarseRun(moving, stepper, now, share * self._coarse_step(), clearance=0.0)
+        ahead = CoarseRun(moving, now, share * self._coarse_step(), clearance=0.0)
         ending = find_end(self._scene, ahead, last)
         if ending is None:
             return 2.0 * self._scene.line.contact_mass * abs(ahead.moving.closing)
@@ -273,12 +272,12 @@ def follow(
     stepper = Stepper.of(line, bond, "order8", step)
     strains = strains.copy()
     strains[line.gap] = max(float(strains[line.gap]), 0.0)
-    moving = Motion.in_state(line, bond, stepper.scheme, strains, velocities, scene.impact_velocity)
+    moving = Motion.in_state(stepper, strains, velocities, scene.impact_velocity)
     ledger = moving.ledger
     bookkeeping.never_argue(ledger)
     ledger["last_contact"] = last_contact - now
     ledger["strain_min"] = shortest - 1.0
-    look_ahead = LookAhead(scene, moving, stepper, moving.copy().copy, start=now)
+    look_ahead = LookAhead(scene, moving, moving.copy().copy, start=now)
     watch = EndWatch(scene.span, bond, scene.slow_stiffness)
     while True:
         end = look_ahead.look(watch)
@@ -289,7 +288,7 @@ def follow(
             raise unfinished_error(scene, time)
         # At least one step: right after a contact, looks would be no time apart.
         until = max(watch.next_look(time, last_contact), time + step) - now
-        status = moving.advance(stepper, math.ceil(until / step))
+        status = moving.advance(math.ceil(until / step))
         if ledger["contacts"] > 0:
             return Flight(now + float(moving.contact_times[0]), None, look_ahead.doubt)
         if status != bookkeeping.DONE:

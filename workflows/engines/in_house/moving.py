@@ -26,6 +26,8 @@ from chaincor.workflows.engines.time_limit import check_time, steps_at_once
 class Stepper:
     """Steps of one kind and size for one line."""
 
+    line: Line  #: The bodies.
+    bond: Potential  #: Of all bonds.
     kernels: Kernels  #: The loops.
     #: What they are told of the scheme and the bonds, of masses and contact where these are not
     #: plain.
@@ -45,7 +47,7 @@ class Stepper:
         parameters: tuple = kernels.parameters
         if not kind.unit:
             parameters = LineParameters.of(line, parameters)
-        return cls(kernels, Rule(made_of.fractions, parameters), made_of, step)
+        return cls(line, bond, kernels, Rule(made_of.fractions, parameters), made_of, step)
 
     def of_size(self, step: float) -> "Stepper":
         """Return steps of the same kind."""
@@ -60,11 +62,15 @@ class Stepper:
 class Motion:
     """The bodies of a line in motion, with what their loops need to work on."""
 
-    line: Line  #: The bodies.
-    bond: Potential  #: Of all bonds.
+    stepper: Stepper  #: What it is moved by.
     ledger: np.record  #: The scalars, see ``bookkeeping``.
     #: The line now and right after its last contact, the contacts, and scratch.
     arrays: motion.Arrays
+
+    @property
+    def line(self) -> Line:
+        """The bodies."""
+        return self.stepper.line
 
     @property
     def strain(self) -> Array:
@@ -109,36 +115,30 @@ class Motion:
         return self.arrays.contacts[2, : self.ledger["contacts"]]
 
     @classmethod
-    def at_start(cls, scene: Scene, scheme: StepScheme) -> "Motion":
+    def at_start(cls, scene: Scene, stepper: Stepper) -> "Motion":
         """
         Return the bodies of a scene as they come, at t = 0; if they touch and approach, they met.
 
         There is one bond at least. Of a cold chain at a hard wall only the bonds near that are in
-        motion; the scheme decides how far a step reaches.
+        motion.
         """
-        line, speed = scene.line, scene.impact_velocity
-        moving = cls.in_state(line, scene.bond, scheme, line.strains, line.velocities, speed)
+        line = scene.line
+        moving = cls.in_state(stepper, line.strains, line.velocities, scene.impact_velocity)
         moving._meet()
         moving.start_front()
         return moving
 
     @classmethod
     def in_state(
-        cls,
-        line: Line,
-        bond: Potential,
-        scheme: StepScheme,
-        strains: Array,
-        velocities: Array,
-        speed: float,
+        cls, stepper: Stepper, strains: Array, velocities: Array, speed: float
     ) -> "Motion":
         """
         Return the bodies in any state, at t = 0, before any contact; all bonds move.
 
-        The scheme decides how far a step reaches. Strains, with the gap, and velocities are those
-        along x, as a line has them; `speed` is v0, which tells where a contact is likely and where
-        the front of a cold chain is.
+        Strains, with the gap, and velocities are those along x, as a line has them; `speed` is v0,
+        which tells where a contact is likely and where the front of a cold chain is.
         """
+        line, bond, scheme = stepper.line, stepper.bond, stepper.scheme
         at_wall = line.at_wall
         # The target's first particle is at its place.
         position = float(strains[0]) if at_wall else -float(np.sum(strains[: line.gap]))
@@ -180,7 +180,7 @@ class Motion:
             window=np.array([begin, end]),
             log=np.empty((2, 0)),
         )
-        return cls(line, bond, ledger, arrays)
+        return cls(stepper, ledger, arrays)
 
     def start_front(self) -> None:
         """Let only the bonds near a hard wall move of a chain that comes cold."""
@@ -222,7 +222,7 @@ class Motion:
 
     def bodies(self) -> list[Body]:
         """Return the bodies as the end of a collision looks at them."""
-        return bodies_of(self.line, self.bond, *self.along_x())
+        return bodies_of(self.line, self.stepper.bond, *self.along_x())
 
     def copy(self, room: int = 2 * bookkeeping.SPARE_CONTACTS) -> "Motion":
         """
@@ -237,7 +237,7 @@ class Motion:
             last=self.arrays.last.copied(),
             contacts=np.zeros((3, room)),
         )
-        return Motion(self.line, self.bond, ledger, own)
+        return Motion(self.stepper, ledger, own)
 
     def after_last_contact(self) -> "Motion":
         """Return a copy as it was right after its last contact, at t = 0 then."""
@@ -255,9 +255,9 @@ class Motion:
         more = np.concatenate((contacts, np.zeros_like(contacts)), axis=1)
         self.arrays = self.arrays._replace(contacts=more)
 
-    def advance(self, stepper: Stepper, goal: int) -> int:
+    def advance(self, goal: int) -> int:
         """Take steps until `goal` are done since the start; return why, see ``bookkeeping``."""
-        ledger, arrays = self.ledger, self.arrays
+        stepper, ledger, arrays = self.stepper, self.ledger, self.arrays
         long = self.at_wall and len(self.strain) >= running.LEAST_ACTIVE
         count = cores() if long else 1
         move = running.load(stepper) if count > 1 and stepper.kernels.compiled else None

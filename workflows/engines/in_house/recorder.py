@@ -6,7 +6,7 @@ import numpy as np
 
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.workflows.engines.in_house.finish import displacements_from
-from chaincor.workflows.engines.in_house.moving import Motion, Stepper
+from chaincor.workflows.engines.in_house.moving import Motion
 from chaincor.workflows.engines.outcome import Frames
 
 
@@ -17,8 +17,8 @@ class Recorder:
     It looks at the motion after every part of that; with an interval of None it takes none.
     """
 
-    def __init__(self, moving: Motion, stepper: Stepper, interval: float | None) -> None:
-        self._moving, self._stepper, self._interval = moving, stepper, interval
+    def __init__(self, moving: Motion, interval: float | None) -> None:
+        self._moving, self._step, self._interval = moving, moving.stepper.step, interval
         self._before: Motion | None = None
         self._times: list[float] = []
         self._states: list[tuple[Array, Array]] = []
@@ -38,23 +38,24 @@ class Recorder:
         if self._moving.ledger["contacts"] == 0:
             self._before = self._moving.copy()
             return steps + 1
-        return max(steps, self._next_time() // self._stepper.step)
+        return max(steps, self._next_time() // self._step)
 
     def record(self) -> None:
         """Take all snapshots in the step about to be done, or in the one with the first contact."""
         begun = int(self._moving.ledger["steps"])
-        while self._next_time() // self._stepper.step <= begun:
+        while self._next_time() // self._step <= begun:
             now = self._next_time()
             source = self._moving
-            if now < begun * self._stepper.step and self._before is not None:
+            if now < begun * self._step and self._before is not None:
                 source = self._before
             self._take(source, now)
 
     def _take(self, source: Motion, now: float) -> None:
         copy = source.copy()
         # One step of the size that is missing, contacts included.
-        missing = now - float(copy.ledger["steps"] * self._stepper.step)
-        copy.advance(self._stepper.of_size(max(missing, 0.0)), int(copy.ledger["steps"]) + 1)
+        missing = now - float(copy.ledger["steps"] * self._step)
+        copy.stepper = copy.stepper.of_size(max(missing, 0.0))
+        copy.advance(int(copy.ledger["steps"]) + 1)
         self._times.append(now)
         displacements = displacements_from(float(copy.ledger["position"]), copy.strain)
         self._states.append((displacements, copy.velocity))
@@ -65,7 +66,7 @@ class Recorder:
         ledger["argue_after"] = math.inf
         until = float(ledger["first_contact"]) + end
         while self._next_time() <= until:
-            self._moving.advance(self._stepper, int(self.next_step()))
+            self._moving.advance(int(self.next_step()))
             self.record()
 
     def collected(self, until: float) -> Frames | None:

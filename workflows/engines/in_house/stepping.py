@@ -63,16 +63,17 @@ def run(
     """
     if scene.particles == 1 and scene.line.targets == 0 and not scene.line.soft:
         return run_single_particle(scene, numerics.scheme, numerics.timestep, frame_interval)
-    moving, stepper, look_ahead = _prepared(scene, numerics)
-    if not stepper.kernels.loaded.is_set():
+    moving, look_ahead = _prepared(scene, numerics)
+    loaded = moving.stepper.kernels.loaded
+    if not loaded.is_set():
         # Without a step to take, this only loads or compiles the loops, which is not integration.
         with meanwhile(_warm_up_coarse_steps, scene, numerics):
-            moving.advance(stepper, 0)
+            moving.advance(0)
         look_ahead.warm_up()
-        stepper.kernels.loaded.set()
-    frames = Recorder(moving, stepper, frame_interval)
+        loaded.set()
+    frames = Recorder(moving, frame_interval)
     started = time.perf_counter()
-    end = _Collision(scene, moving, stepper, look_ahead, frames).run(known, follow)
+    end = _Collision(scene, moving, look_ahead, frames).run(known, follow)
     seconds = time.perf_counter() - started
     ledger, last = moving.ledger, moving.arrays.last
     begin = float(ledger["first_contact"])
@@ -97,7 +98,7 @@ def run(
     )
 
 
-def follow_on(scene: Scene, moving: Motion, stepper: Stepper) -> End:
+def follow_on(scene: Scene, moving: Motion) -> End:
     """
     Go on with bodies that were left where their end may be argued, as :func:`run` does.
 
@@ -105,8 +106,8 @@ def follow_on(scene: Scene, moving: Motion, stepper: Stepper) -> End:
     and are changed in place; they may get new room for contacts. Returns how the collision ends,
     when that was seen, and the force evaluations so far; raises RunError as :func:`run`.
     """
-    look_ahead = LookAhead(scene, moving, stepper, partial(Motion.at_start, scene, stepper.scheme))
-    collision = _Collision(scene, moving, stepper, look_ahead, Recorder(moving, stepper, None))
+    look_ahead = LookAhead(scene, moving, partial(Motion.at_start, scene, moving.stepper))
+    collision = _Collision(scene, moving, look_ahead, Recorder(moving, None))
     return collision.run(None, True, bookkeeping.ARGUE)
 
 
@@ -115,20 +116,19 @@ def _warm_up_coarse_steps(scene: Scene, numerics: Numerics) -> None:
     _prepared(scene, numerics)[-1].warm_up()
 
 
-def _prepared(scene: Scene, numerics: Numerics) -> tuple[Motion, Stepper, LookAhead]:
+def _prepared(scene: Scene, numerics: Numerics) -> tuple[Motion, LookAhead]:
     stepper = Stepper.of(scene.line, scene.bond, numerics.scheme, numerics.timestep)
-    first = partial(Motion.at_start, scene, stepper.scheme)
+    first = partial(Motion.at_start, scene, stepper)
     moving = first()
-    return moving, stepper, LookAhead(scene, moving, stepper, first)
+    return moving, LookAhead(scene, moving, first)
 
 
 @dataclass(frozen=True)
 class _Collision:
-    """A collision in progress: the bodies, their steps, and who looks at them on the way."""
+    """A collision in progress: the bodies, and who looks at them on the way."""
 
     scene: Scene
     moving: Motion
-    stepper: Stepper
     look_ahead: LookAhead
     frames: Recorder
 
@@ -144,7 +144,7 @@ class _Collision:
             bookkeeping.never_argue(ledger)
         while True:
             goal, last_step = self._goal(watch, known)
-            status = self.moving.advance(self.stepper, goal) if left is None else left
+            status = self.moving.advance(goal) if left is None else left
             left = None
             if status in (bookkeeping.OUTSIDE, bookkeeping.CROWDED):
                 raise self.look_ahead.unresolved()
@@ -167,7 +167,7 @@ class _Collision:
 
     def _goal(self, watch: EndWatch, known: Outcome | None) -> tuple[int, float]:
         """Return how many steps to take, and how many of them are past what is waited for."""
-        scene, ledger, step = self.scene, self.moving.ledger, self.stepper.step
+        scene, ledger, step = self.scene, self.moving.ledger, self.moving.stepper.step
         steps, interval = int(ledger["steps"]), 1.0 / scene.slow_stiffness**0.5
         if ledger["contacts"] == 0:
             # The mean comes nearer: a contact comes, soon or late.
@@ -204,7 +204,7 @@ class _Collision:
                 raise self.look_ahead.unresolved()
             masses = None if line.unit else line.chain_masses
             state = moving.gap, moving.strain
-            certain = certain_at(moving.bond, speed, momentum, *state, now, last, masses)
+            certain = certain_at(self.scene.bond, speed, momentum, *state, now, last, masses)
         if certain == math.inf:
             end = self.look_ahead.look(watch, follow)
             ledger["argue_after"] = watch.next_look(now, last) - last

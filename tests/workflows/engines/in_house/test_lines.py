@@ -116,16 +116,14 @@ def test_momentum_and_energy_are_kept(scene):
 def test_motion_is_reversible(scene):
     line = scene.line
     stepper = Stepper.of(line, scene.bond, "order8", 0.05)
-    forth = Motion.at_start(scene, stepper.scheme)
+    forth = Motion.at_start(scene, stepper)
     bookkeeping.never_argue(forth.ledger)
     # To a moment without a contact.
-    assert forth.advance(stepper, 1200) == bookkeeping.DONE
+    assert forth.advance(1200) == bookkeeping.DONE
     assert not forth.ledger.touching
-    back = Motion.in_state(
-        line, scene.bond, stepper.scheme, forth.strain, -forth.velocity, scene.impact_velocity
-    )
+    back = Motion.in_state(stepper, forth.strain, -forth.velocity, scene.impact_velocity)
     bookkeeping.never_argue(back.ledger)
-    assert back.advance(stepper, 1200) == bookkeeping.DONE
+    assert back.advance(1200) == bookkeeping.DONE
     at_rest = np.delete(back.strain, line.gap)
     # Rounding, amplified by some contacts; graded steps are not symmetric in time.
     allowed = 1e-10 if line.smooth else 1e-5

@@ -86,21 +86,21 @@ def test_time_reversal(scheme, potential):
     scene = Scene(potential=potential, particles=30, speed=0.5)
     step = min(DEFAULT_TIMESTEPS.get(scheme, 0.1), 0.1)
     stepper = Stepper.of(scene.line, scene.bond, scheme, step)
-    chain = Motion.at_start(scene, stepper.scheme)
+    chain = Motion.at_start(scene, stepper)
     chain.ledger.argue_after = np.inf
     chain.ledger.patience = np.inf
     chain.ledger.active = 29
     goal = round(50.0 / step)
-    assert chain.advance(stepper, 1) == bookkeeping.DONE
+    assert chain.advance(1) == bookkeeping.DONE
     early = chain.copy()
-    assert chain.advance(stepper, goal) == bookkeeping.DONE
+    assert chain.advance(goal) == bookkeeping.DONE
     assert chain.ledger.contacts > 20
     forward = chain.contact_times[1:].copy()
 
     back = chain.copy()
     back.velocity[:] *= -1.0
     back.ledger.steps = 0
-    assert back.advance(stepper, goal - 1) == bookkeeping.DONE
+    assert back.advance(goal - 1) == bookkeeping.DONE
     # A symmetric map undoes itself, partial steps to the wall and from it included. What is left
     # is rounding: one epsilon a stage at random, grown thirtyfold by what contacts amplify.
     allowed = 30.0 * np.finfo(float).eps * np.sqrt(2 * goal * stepper.scheme.evaluations)
@@ -161,10 +161,10 @@ def test_particles_ahead_of_the_front_may_be_left_out():
     stepper = Stepper.of(scene.line, scene.bond, "order8", 0.1)
     states = []
     for active in (None, 299):
-        chain = Motion.at_start(scene, stepper.scheme)
+        chain = Motion.at_start(scene, stepper)
         if active is not None:
             chain.ledger.active = active
-        chain.advance(stepper, 1000)
+        chain.advance(1000)
         states.append(chain)
         if active is None:
             assert chain.ledger.active < 299  # something was left out
@@ -256,15 +256,16 @@ def test_bonds_of_users(force, compiled, scheme):
 def test_a_chain_after_its_last_contact_goes_the_same_way():
     scene = Scene(potential="lj", particles=48, speed=1.3505)
     stepper = Stepper.of(scene.line, scene.bond, "order8", 0.02)
-    chain = Motion.at_start(scene, stepper.scheme)
-    assert chain.advance(stepper, 10**6) == bookkeeping.ARGUE
+    chain = Motion.at_start(scene, stepper)
+    assert chain.advance(10**6) == bookkeeping.ARGUE
     last, steps = float(chain.ledger["last_contact"]), int(chain.ledger["steps"])
     again = chain.after_last_contact()
     assert (again.ledger["contacts"], again.ledger["position"]) == (1, 0.0)
     kept = chain.strain.copy()
     count = 100
     again.ledger["argue_after"] = np.inf
-    assert again.advance(stepper.of_size((0.02 * steps - last) / count), count) == bookkeeping.DONE
+    again.stepper = stepper.of_size((0.02 * steps - last) / count)
+    assert again.advance(count) == bookkeeping.DONE
     # Both are good to 1e-10 by then.
     assert again.strain == pytest.approx(chain.strain, abs=1e-9)
     assert again.velocity == pytest.approx(chain.velocity, abs=1e-9)

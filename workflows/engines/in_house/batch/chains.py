@@ -129,25 +129,23 @@ class Chains:
     """
     Chains in motion: as ``Motion``, with a row for each.
 
-    Made of one line, for what all share, and of the start and the step H of each; `speeds`, how
-    fast each approaches the wall, are those of the centres of mass by default. What the compiled
-    loop changes in place is in `rows`.
+    Made of steps, for what all share, and of the start and the step H of each; `speeds`, how fast
+    each approaches the wall, are those of the centres of mass by default. What the compiled loop
+    changes in place is in `rows`.
     """
 
     def __init__(
         self,
-        line: Line,
-        bond: Potential,
         stepper: Stepper,
         starts: StartStates,
         steps: Array,
         speeds: Array | None = None,
     ) -> None:
-        self._line, self._bond = line, bond
+        self._stepper, line = stepper, stepper.line
         count, masses = len(starts), line.chain_masses
         self._shares = masses / float(np.sum(masses))
         approach = -each_sum(starts.velocities * self._shares) if speeds is None else speeds
-        first = Motion.in_state(line, bond, stepper.scheme, line.strains, line.velocities, 0.0)
+        first = Motion.in_state(stepper, line.strains, line.velocities, 0.0)
         first.start_front()
         self._first = first
         ledgers = np.repeat(np.array([first.ledger], first.ledger.dtype), count).view(np.recarray)
@@ -180,7 +178,7 @@ class Chains:
             last_strains=strain.copy(),
             last_velocities=velocity.copy(),
             contacts=contacts,
-            energies=chain_energies(line, bond, starts),
+            energies=chain_energies(line, stepper.bond, starts),
             steps=np.asarray(steps, dtype=float),
             goals=np.zeros(count, np.int64),
             statuses=np.full(count, MOVING),
@@ -229,7 +227,7 @@ class Chains:
             last=State(rows.last_strains[s], rows.last_velocities[s]),
             contacts=rows.contacts[s],
         )
-        return Motion(self._line, self._bond, rows.ledgers[s], arrays)
+        return Motion(self._stepper.of_size(float(rows.steps[s])), rows.ledgers[s], arrays)
 
     def outcomes(self, seconds: float, done: NDArray[np.bool_] | None = None) -> ManyRuns:
         """Return what came of them, where ends were seen or runs are `done`."""
@@ -238,8 +236,8 @@ class Chains:
         if done is None:
             done = np.array([ending is not None for ending in self.endings], bool)
         with np.errstate(all="ignore"):
-            energies = np.sum(np.asarray(self._bond.energy(strains)), axis=1)
-            whole = energies + 0.5 * each_sum(velocities**2 * self._line.chain_masses)
+            energies = np.sum(np.asarray(self._stepper.bond.energy(strains)), axis=1)
+            whole = energies + 0.5 * each_sum(velocities**2 * self._stepper.line.chain_masses)
             bounded = whole <= MOST_ENERGY_GROWTH * self.rows.energies
         contacts[:, 0] -= ledgers["first_contact"][:, None]
         return ManyRuns(

@@ -84,7 +84,7 @@ class Batch:
         `steps` are the H of each. What comes of one does not depend on the others. Raises RunError
         if it was stopped.
         """
-        group = Chains(self._line, self._bond, self._stepper, starts, steps)
+        group = Chains(self._stepper, starts, steps)
         started = time.perf_counter()
         n, bond, interval = self.particles, self._bond, 1.0 / self._stiffness**0.5
         bounds = self._bounds_of(float(np.max(group.rows.energies)))
@@ -130,7 +130,7 @@ class Batch:
         """Carry collisions of plain chains to the ends that they have alone."""
         speeds = np.array([scene.impact_velocity for scene in scenes])
         starts = StartStates.cold(speeds, self.particles)
-        group = Chains(self._line, self._bond, self._stepper, starts, steps, speeds)
+        group = Chains(self._stepper, starts, steps, speeds)
         started = time.perf_counter()
         n, stiffness, ledgers = self.particles, self._bond.stiffness, group.rows.ledgers
         group.rows.goals[:] = np.ceil(longest_collision(n, stiffness, 0.0) / steps) + 1
@@ -158,7 +158,7 @@ class Batch:
         self, starts: StartStates, steps: Array, lasts: Array, speeds: Array | None = None
     ) -> ManyRuns:
         """Carry collisions a little beyond their last contacts, known since the first ones."""
-        group = Chains(self._line, self._bond, self._stepper, starts, steps, speeds)
+        group = Chains(self._stepper, starts, steps, speeds)
         started = time.perf_counter()
         ledgers, margin = group.rows.ledgers, KNOWN_MARGIN / self._stiffness**0.5
         bookkeeping.never_argue(ledgers)
@@ -185,9 +185,8 @@ class Batch:
         """Follow a chain that may break to its end; None where it has to be carried out alone."""
         chain = group.chain(s)
         chain.ledger["active"] = self.particles - 1  # as lanes move all bonds
-        stepper = self._stepper.of_size(float(group.rows.steps[s]))
         try:
-            ending, group.durations[s], evaluations = follow_on(scene, chain, stepper)
+            ending, group.durations[s], evaluations = follow_on(scene, chain)
         except RunError:
             return None  # it gets its name there
         chain.ledger["evaluations"] = evaluations
@@ -205,8 +204,7 @@ class Batch:
             group.make_room()
             return
         for s in np.flatnonzero(group.rows.statuses == MOVING).tolist():
-            step, goal = float(group.rows.steps[s]), int(group.rows.goals[s])
-            group.rows.statuses[s] = group.chain(s).advance(self._stepper.of_size(step), goal)
+            group.rows.statuses[s] = group.chain(s).advance(int(group.rows.goals[s]))
 
     def _keep_off(
         self, scenes: Sequence[Scene], group: Chains, argued: Sequence[int]
