@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.scene import Scene
@@ -52,18 +53,20 @@ class LookAhead:
 
     The bodies, `moving`, are not changed but for their count of force evaluations; where coarse
     steps are no cheaper than theirs, they are not taken. `first` returns them as they were at step
-    zero, which was at `start` since the first contact, where that was before.
+    zero, by default those of the scene as they come; that was at `start` since the first contact,
+    where it was before.
     """
 
     def __init__(
         self,
         scene: Scene,
         moving: Motion,
-        first: Callable[[], Motion],
+        first: Callable[[], Motion] | None = None,
         start: float = 0.0,
     ) -> None:
         self._scene, self._moving, self._start = scene, moving, start
-        self._bond, self._stepper, self._first = scene.bond, moving.stepper, first
+        self._bond, self._stepper = scene.bond, moving.stepper
+        self._first = first or partial(Motion.at_start, scene, moving.stepper)
         self._long = scene.span > _MOST_SAMPLED
         self._quiet = quiet_time(scene.span, scene.slow_stiffness)
         self._not_before = 0.0
@@ -82,10 +85,6 @@ class LookAhead:
     def _coarse_step(self) -> float:
         shortest = float(self._moving.ledger["strain_min"])
         return coarse_step(self._bond, shortest, self._scene.line.lightest)
-
-    def warm_up(self) -> None:
-        """Load or compile the loop, which is not integration."""
-        CoarseRun(self._moving, 0.0, 1.0).fly(0.0)
 
     def unresolved(self) -> RunError:
         """Name what is wrong with the strains of the bodies."""

@@ -2,14 +2,13 @@
 
 import math
 import time
-from dataclasses import dataclass
-from functools import partial
 
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.end_watch import EndWatch
 from chaincor.workflows.engines.ending import Ending, quiet_time
 from chaincor.workflows.engines.in_house import bookkeeping
+from chaincor.workflows.engines.in_house.coarse_run import CoarseRun
 from chaincor.workflows.engines.in_house.finish import (
     KNOWN_MARGIN,
     End,
@@ -63,17 +62,17 @@ def run(
     """
     if scene.particles == 1 and scene.line.targets == 0 and not scene.line.soft:
         return run_single_particle(scene, numerics.scheme, numerics.timestep, frame_interval)
-    moving, look_ahead = _prepared(scene, numerics)
+    moving = _at_start(scene, numerics)
     loaded = moving.stepper.kernels.loaded
     if not loaded.is_set():
         # Without a step to take, this only loads or compiles the loops, which is not integration.
         with meanwhile(_warm_up_coarse_steps, scene, numerics):
             moving.advance(0)
-        look_ahead.warm_up()
+        _warm_up_coarse_steps(scene, numerics)
         loaded.set()
-    frames = Recorder(moving, frame_interval)
+    collision = _Collision(scene, moving, frame_interval)
     started = time.perf_counter()
-    end = _Collision(scene, moving, look_ahead, frames).run(known, follow)
+    end = collision.run(known, follow)
     seconds = time.perf_counter() - started
     ledger, last = moving.ledger, moving.arrays.last
     begin = float(ledger["first_contact"])
@@ -94,7 +93,7 @@ def run(
         scheme=numerics.scheme,
         timestep=numerics.timestep,
         seconds=seconds,
-        frames=frames.collected(float(ledger["last_contact"]) - begin + quiet),
+        frames=collision.frames.collected(float(ledger["last_contact"]) - begin + quiet),
     )
 
 
@@ -106,31 +105,27 @@ def follow_on(scene: Scene, moving: Motion) -> End:
     and are changed in place; they may get new room for contacts. Returns how the collision ends,
     when that was seen, and the force evaluations so far; raises RunError as :func:`run`.
     """
-    look_ahead = LookAhead(scene, moving, partial(Motion.at_start, scene, moving.stepper))
-    collision = _Collision(scene, moving, look_ahead, Recorder(moving, None))
-    return collision.run(None, True, bookkeeping.ARGUE)
+    return _Collision(scene, moving, None).run(None, True, bookkeeping.ARGUE)
 
 
 def _warm_up_coarse_steps(scene: Scene, numerics: Numerics) -> None:
     """Load or compile the loop over coarse steps alone."""
-    _prepared(scene, numerics)[-1].warm_up()
+    CoarseRun(_at_start(scene, numerics), 0.0, 1.0).fly(0.0)
 
 
-def _prepared(scene: Scene, numerics: Numerics) -> tuple[Motion, LookAhead]:
+def _at_start(scene: Scene, numerics: Numerics) -> Motion:
     stepper = Stepper.of(scene.line, scene.bond, numerics.scheme, numerics.timestep)
-    first = partial(Motion.at_start, scene, stepper)
-    moving = first()
-    return moving, LookAhead(scene, moving, first)
+    return Motion.at_start(scene, stepper)
 
 
-@dataclass(frozen=True)
 class _Collision:
     """A collision in progress: the bodies, and who looks at them on the way."""
 
-    scene: Scene
-    moving: Motion
-    look_ahead: LookAhead
-    frames: Recorder
+    def __init__(self, scene: Scene, moving: Motion, frame_interval: float | None) -> None:
+        self.scene, self.moving = scene, moving
+        self.look_ahead = LookAhead(scene, moving)
+        self.frames = Recorder(moving, frame_interval)
+        self.watch = EndWatch(scene.span, scene.bond, scene.slow_stiffness)
 
     def run(self, known: Outcome | None, follow: bool, left: int | None = None) -> End:
         """
@@ -139,11 +134,10 @@ class _Collision:
         `left` is why the bodies came back from steps that were taken elsewhere.
         """
         scene, ledger = self.scene, self.moving.ledger
-        watch = EndWatch(scene.span, scene.bond, scene.slow_stiffness)
         if known is not None:
             bookkeeping.never_argue(ledger)
         while True:
-            goal, last_step = self._goal(watch, known)
+            goal, last_step = self._goal(known)
             status = self.moving.advance(goal) if left is None else left
             left = None
             if status in (bookkeeping.OUTSIDE, bookkeeping.CROWDED):
@@ -156,16 +150,16 @@ class _Collision:
             if late and known is not None and not ledger["touching"]:
                 return End(known.ending, now, int(ledger["evaluations"]))
             if (status == bookkeeping.ARGUE or late) and not ledger["touching"]:
-                end = self._look(watch, status, follow)
+                end = self._look(status, follow)
                 if end is not None:
                     self.frames.record_until(end.time)
                     return end
             if status == bookkeeping.DONE:
-                if late and self._patience(watch) < now:
+                if late and self._patience() < now:
                     raise unfinished_error(scene, now)
                 self.frames.record()
 
-    def _goal(self, watch: EndWatch, known: Outcome | None) -> tuple[int, float]:
+    def _goal(self, known: Outcome | None) -> tuple[int, float]:
         """Return how many steps to take, and how many of them are past what is waited for."""
         scene, ledger, step = self.scene, self.moving.ledger, self.moving.stepper.step
         steps, interval = int(ledger["steps"]), 1.0 / scene.slow_stiffness**0.5
@@ -174,7 +168,7 @@ class _Collision:
             goal = steps + math.ceil(interval / step)
             return int(min(goal, self.frames.next_step())), math.inf
         if known is None:
-            longest = self._patience(watch)
+            longest = self._patience()
         else:
             longest = float(known.contact_times[-1]) + KNOWN_MARGIN * interval
         last_step = math.ceil((longest + float(ledger["first_contact"])) / step)
@@ -182,17 +176,17 @@ class _Collision:
             last_step = max(last_step, steps + math.ceil(interval / step))
         return int(min(last_step + 1, self.frames.next_step())), last_step
 
-    def _patience(self, watch: EndWatch) -> float:
+    def _patience(self) -> float:
         """Return until when the bodies are followed, since the first contact."""
         _, last = self.look_ahead.times()
-        patience = watch.followed_until(last)
+        patience = self.watch.followed_until(last)
         ledger = self.moving.ledger
         if ledger["touching"]:
             begun = float(self.moving.contact_times[-1] - ledger["first_contact"])
             patience = max(patience, begun + LONGEST_TOUCHES * self.scene.contact_duration)
         return patience
 
-    def _look(self, watch: EndWatch, status: int, follow: bool) -> End | None:
+    def _look(self, status: int, follow: bool) -> End | None:
         """Look for the end; return it as `run` does, or None where the bodies are followed on."""
         moving, ledger, line = self.moving, self.moving.ledger, self.scene.line
         now, last = self.look_ahead.times()
@@ -206,8 +200,8 @@ class _Collision:
             state = moving.gap, moving.strain
             certain = certain_at(self.scene.bond, speed, momentum, *state, now, last, masses)
         if certain == math.inf:
-            end = self.look_ahead.look(watch, follow)
-            ledger["argue_after"] = watch.next_look(now, last) - last
+            end = self.look_ahead.look(self.watch, follow)
+            ledger["argue_after"] = self.watch.next_look(now, last) - last
             return end
         off, seen, evaluations = self.look_ahead.keeps_off(certain)
         if off:
