@@ -17,6 +17,7 @@ from chaincor.workflows.engines.in_house import moving as chain_module
 from chaincor.workflows.engines.in_house.moving import Motion, Stepper
 from chaincor.workflows.engines.lammps import engine as lammps
 from chaincor.workflows.engines.lammps.instance import LammpsChain
+from chaincor.workflows.errors import CostError
 from tests.waiting import HANGS
 
 LJ = Scene(potential="lj", particles=24, speed=0.9)
@@ -41,6 +42,14 @@ def test_pauses_change_no_bit(run, monkeypatch):
         assert getattr(whole, name) == getattr(parts, name), name
     if whole.frames is not None:
         assert np.array_equal(whole.frames.displacements, parts.frames.displacements)
+
+
+@pytest.mark.parametrize("run", RUNS.values(), ids=RUNS.keys())
+def test_a_run_whose_time_is_up_is_stopped(run):
+    with time_limit.limited_to(1.0):
+        time_limit.time_limit().end = time.monotonic()
+        with pytest.raises(CostError, match="was stopped after the 1 s that it may take"):
+            run()
 
 
 class Counted:

@@ -34,7 +34,7 @@ from chaincor.workflows.engines.in_house.mode_flight import (
 )
 from chaincor.workflows.engines.in_house.mode_loops import LEDGER, MORE, TERMS, mode_loops
 from chaincor.workflows.engines.outcome import Frames, Outcome
-from chaincor.workflows.engines.time_limit import WORK_AT_ONCE
+from chaincor.workflows.engines.time_limit import WORK_AT_ONCE, check_time
 from chaincor.workflows.errors import UnfinishedCollisionError
 
 # Bonds are sampled so often, in units of 1/frequency of what energy they have, and in units of
@@ -174,6 +174,7 @@ class _Collision:
         record = (*np.empty((2, most)), *np.empty((2, most, modes)))
         scratch = np.empty(TERMS), np.empty((2, modes))
         while True:
+            check_time()
             ended = bounce(ledger, gap.modes, exchange, _WORK_AT_ONCE, record, scratch)
             count, gap.wall_distance = int(ledger.contacts), float(ledger.wall_distance)
             if count > 0:
