@@ -108,7 +108,7 @@ def test_slow_chain_is_whole_and_is_said_to_be(flights):
 
 def test_a_chain_without_the_energy_is_followed_no_further(flights, monkeypatch):
     """And what is skipped would have found one piece at all times."""
-    monkeypatch.setattr(free_flight, "find_pieces", lambda *_: 1 / 0)
+    monkeypatch.setattr(free_flight, "_pieces", lambda *_: 1 / 0)
     assert fly(flights[0.1].point).pieces.max() == 1
     monkeypatch.undo()
     point = flights[0.1].point
