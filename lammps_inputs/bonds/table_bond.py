@@ -124,7 +124,7 @@ def _bond_of(text: str, path: str) -> Potential:
             "rows 'index length energy force'"
         )
     finite = np.all(np.isfinite(section.data), axis=1)
-    rising = np.diff(lengths, prepend=-np.inf) > 0.0
+    rising = np.append(True, lengths[1:] > lengths[:-1])
     wrong = np.flatnonzero(~(finite & rising))
     if len(wrong):
         row = " ".join(f"{number:.9g}" for number in section.data[wrong[0]])

@@ -126,8 +126,9 @@ class UserBond(Potential):
             return math.inf
         with np.errstate(all="ignore"):
             near, far, further = self.energy(np.array([1e6, 1e9, 1e12]))
-        # A power law that ends, r^-1 and steeper, has come within 1e-6 of its end at 1e6.
-        settled = abs(far - near) <= 1e-5 * abs(far) and abs(further - far) <= 1e-8 * abs(further)
+            # A power law that ends, r^-1 and steeper, has come within 1e-6 of its end at 1e6.
+            settled = abs(far - near) <= 1e-5 * abs(far)
+            settled &= abs(further - far) <= 1e-8 * abs(further)
         return float(further) if settled and further >= 0.0 else math.inf
 
     @cached_property

@@ -71,6 +71,11 @@ def test_numbers_beyond_all_are_refused(tmp_path, word):
     path.write_text("\n".join(lines))
     with pytest.raises(TableError, match=r"inf' in row 18; expected .* finite numbers"):
         read_bond_table(path)
+    for row in (20, 21):
+        lines[row] = f"{index} {word} {energy} 0"
+    path.write_text("\n".join(lines))
+    with pytest.raises(TableError, match=r"inf 0 0' in row 18; expected .* increasing length"):
+        read_bond_table(path)
 
 
 def honest_rows(rows=401):

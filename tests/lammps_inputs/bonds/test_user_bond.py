@@ -140,3 +140,7 @@ class TestBreaking:
             lambda s: -s + 6 * s**3 - 12 * s**5,
         )
         assert soft.convex_strain == 0.0
+
+
+def test_an_energy_that_overflows_far_out_has_no_end():
+    assert UserBond(lambda s: 5e299 * s**2, lambda s: -1e300 * s).dissociation == np.inf
