@@ -151,6 +151,29 @@ def check_table(
         )
     path = Path(path)
     try:
+        section, *others = read_sections(path, keyword)
+    except TableError as error:
+        return TableReport(
+            str(path), keyword or "", kind or "bond", style, 0, tolerance, (str(error),)
+        )
+    report = _report(section, path, kind or _kind_of(section), style, tolerance)
+    if not others:
+        return report
+    fault = (
+        f"it has {1 + len(others)} sections named {section.keyword}, of which LAMMPS reads the "
+        "first; expected a keyword of its own for each"
+    )
+    return replace(report, faults=(fault, *report.faults))
+
+
+def read_sections(path: Path, keyword: str | None) -> list[Section]:
+    """
+    Return the sections of a table file that have a keyword, or that of all; in rising order.
+
+    Raises InputError where the file cannot be read or it is not clear which section is meant, and
+    TableError where it holds none or what cannot be read.
+    """
+    try:
         refuse_endless(path)
         text = path.read_bytes().decode("utf-8", "replace")
     except (OSError, ValueError) as error:
@@ -160,35 +183,15 @@ def check_table(
             f"the table {str(path)!r} has more than {MOST_LINES} lines; expected fewer rows: none "
             "needs so many"
         )
-    try:
-        sections = sections_of(text, str(path), pair=True)
-        section = _chosen(sections, keyword, path)
-    except TableError as error:
-        return TableReport(
-            str(path), keyword or "", kind or "bond", style, 0, tolerance, (str(error),)
-        )
-    report = _report(section, path, kind or _kind_of(section), style, tolerance)
-    alike = sum(each.keyword == section.keyword for each in sections)
-    if alike == 1:
-        return report
-    fault = (
-        f"it has {alike} sections named {section.keyword}, of which LAMMPS reads the first; "
-        "expected a keyword of its own for each"
-    )
-    return replace(report, faults=(fault, *report.faults))
-
-
-def _chosen(sections: list[Section], keyword: str | None, path: Path) -> Section:
-    """Return the section asked for; raises InputError where it is not clear which."""
-    names = list(dict.fromkeys(each.keyword for each in sections))
+    sections = sections_of(text, str(path), pair=True)
     if not sections:
         raise TableError(
             f"{str(path)!r} has no line 'N rows' and no row 'index length energy force'; expected "
             "a keyword, the line 'N rows', and the rows"
         )
-    if keyword is None and len(names) == 1:
-        return sections[0]
-    found = [each for each in sections if each.keyword == keyword]
+    names = list(dict.fromkeys(each.keyword for each in sections))
+    chosen = names[0] if keyword is None and len(names) == 1 else keyword
+    found = [_in_order(each) for each in sections if each.keyword == chosen]
     if not found:
         named = ", ".join(name or "one without a keyword" for name in names)
         raise InputError(
@@ -196,7 +199,16 @@ def _chosen(sections: list[Section], keyword: str | None, path: Path) -> Section
             f"{'none was chosen' if keyword is None else f'none is {keyword!r}'}; expected "
             "--keyword with one of them"
         )
-    return found[0]
+    return found
+
+
+def _in_order(section: Section) -> Section:
+    """Let rows in the order of their bits, which begins somewhere inside, begin with the least."""
+    if "BITMAP" not in section.header or not len(section.data):
+        return section
+    first = -int(np.argmin(section.data[:, 0]))
+    data, digits = (np.roll(rows, first, axis=0) for rows in (section.data, section.digits))
+    return replace(section, data=data, digits=digits)
 
 
 def _kind_of(section: Section) -> Kind:
@@ -210,14 +222,6 @@ def _kind_of(section: Section) -> Kind:
 def _report(
     section: Section, path: Path, kind: Kind, style: Style, tolerance: float | None
 ) -> TableReport:
-    if "BITMAP" in section.header and len(section.data):
-        # In the order of their bits, which begins somewhere inside.
-        first = -int(np.argmin(section.data[:, 0]))
-        section = replace(
-            section,
-            data=np.roll(section.data, first, axis=0),
-            digits=np.roll(section.digits, first, axis=0),
-        )
     data, faults = section.data, faults_of_header(section, kind)
     head = (str(path), section.keyword, kind, style, len(data), tolerance)
     unusable = fault_of_numbers(data, kind)

@@ -8,6 +8,7 @@ import pytest
 from chaincor import check_table
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.workflows.tables.check import TableReport
+from chaincor.workflows.tables.rewrite import rewrite_table
 
 
 def morse(r):
@@ -270,7 +271,15 @@ def test_what_pair_write_and_bitmaps_look_like(tmp_path):
         head={"BITMAP": [0.9, 2.5]},
         spoil=lambda d, h: h.pop("R") and np.roll(d, 150, axis=0),
     )
-    assert check_table(rolled).is_good
+    report = check_table(rolled)
+    assert report.is_good
+    # Written in the order of their distances, rows are those that were read.
+    new = tmp_path / "new"
+    rewrite_table(report, new, report.rows)
+    assert check_table(new).faults == ()
+    written = np.array([x.split()[1:] for x in new.read_text().splitlines()[3:]], dtype=float)
+    read = np.array([x.split()[1:] for x in rolled.read_text().splitlines()[5:]], dtype=float)
+    np.testing.assert_allclose(written[:, 2], np.roll(read, -150, axis=0)[:, 2], rtol=1e-9)
 
 
 def test_lines_beyond_all_need_are_refused(tmp_path, monkeypatch):
