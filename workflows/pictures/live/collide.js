@@ -74,9 +74,9 @@ function follow(setup, step, { film, most, patience, known, steady, tell = () =>
   const stride = known ? Math.max(1, Math.round((until - known.begin) / FRAMES / step)) : 1;
   const reel = film && new Film(setup, stride, until);
   const sizes = [line.chain.length, line.rigid ? 1 : line.target.length], span = Math.max(...sizes);
-  const heaviness = line.chain.reduce((a, b) => a + b) / line.chain.length;
+  const heaviness = sumOf(line.chain) / line.chain.length;
   const slow = Math.sqrt(line.rigid || line.first === 1 ? heaviness
-    : Math.max(heaviness, line.target.reduce((a, b) => a + b) / line.first));
+    : Math.max(heaviness, sumOf(line.target) / line.first));
   const mostSteps = most / (KICKS.length * line.masses.length);
   // Sound has to cross at least.
   if (span * slow > 2 * mostSteps * step) throw new Refusal(TOO_LONG);
@@ -121,15 +121,14 @@ function follow(setup, step, { film, most, patience, known, steady, tell = () =>
   const end = begin + 1.15 * lastTime + Math.max(2, 0.25 * span) * slow;
   const broken = brokenBonds(bond, line.gap, line.masses, (i) => motion.now.strain[i],
     (i) => motion.now.velocity[i + 1] - motion.now.velocity[i], strain.length);
-  const u = new Float64Array(line.masses.length);
-  for (let i = 0; i < strain.length; i++) u[i + 1] = u[i] + strain[i];
+  const u = displacementsOf(strain);
   return {
     restitution: (line.separation(velocity) / speed) ** 2,
     separation: line.separation(velocity) / speed,
     contacts: motion.contacts.map(([time, closing]) => [time - begin, closing / speed]),
     ending,
     watched: steady ? known.watched : motion.time - begin - lastTime,
-    fragments: steady ? known.fragments : 1 + broken.reduce((a, b) => a + b, 0),
+    fragments: steady ? known.fragments : 1 + sumOf(broken),
     begin,
     end,
     step,
@@ -215,7 +214,7 @@ function collide(scene, options = {}) {
 function spectrumOf({ line, speed }, run, modes) {
   // Of a chain that broke, modes of motion alone mean something.
   const u = run.displacements.slice(line.first).map((x) => (run.fragments > 1 ? 0 : x));
-  const v = run.final.velocity.slice(line.first), whole = line.chain.reduce((a, b) => a + b);
+  const v = run.final.velocity.slice(line.first), whole = sumOf(line.chain);
   const spectrum = modeEnergies(modes, line.chain, u, v).map((e) => e / (0.5 * whole * speed ** 2));
   return { spectrum, modes: { omega: modes.omega, shapes: Float32Array.from(modes.shapes) } };
 }

@@ -1,5 +1,12 @@
 // Hands on the page: controls, keys, theme; and its start.
 
+/** Draw all pictures anew, at the moment shown. */
+function repaint() {
+  for (const picture of PICTURES) picture.forget();
+  seek(state.time);
+  curvePicture.draw();
+}
+
 /** Wear a theme: light, dark, or null for that of the system. */
 function wear(theme) {
   if (theme) document.documentElement.dataset.theme = theme;
@@ -7,9 +14,7 @@ function wear(theme) {
   const dark = theme ? theme === "dark" : matchMedia("(prefers-color-scheme: dark)").matches;
   find("theme").textContent = dark ? "Light" : "Dark";
   find("theme").setAttribute("aria-label", dark ? "Use light colours" : "Use dark colours");
-  for (const picture of PICTURES) picture.forget();
-  seek(state.time);
-  curvePicture.draw();
+  repaint();
 }
 
 /** Where only the other sign of a bond's number is allowed beside the numbers before it, take it. */
@@ -99,11 +104,7 @@ function wire() {
     readAddress();
     change();
   });
-  new ResizeObserver(() => {
-    for (const picture of PICTURES) picture.forget();
-    seek(state.time);
-    curvePicture.draw();
-  }).observe(document.body);
+  new ResizeObserver(repaint).observe(document.body);
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () =>
     wear(document.documentElement.dataset.theme ?? null));
 }

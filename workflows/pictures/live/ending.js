@@ -10,8 +10,8 @@ const LEAST_SHARE = 0.05; // of way and speed between two bodies
 
 /** Sums over the parts w_i of the mass beyond each bond, for the first particle of a piece. */
 function leverOf(masses) {
-  let whole = 0, beyond = 0, total = 0, squares = 0, largest = 0;
-  for (const m of masses) whole += m;
+  const whole = sumOf(masses);
+  let beyond = 0, total = 0, squares = 0, largest = 0;
   for (let i = masses.length - 1; i > 0; i--) {
     beyond += masses[i];
     const share = beyond / whole;
@@ -68,19 +68,14 @@ function cutAt(body, bond, cuts) {
   const pieces = [];
   for (let k = 0; k <= cuts.length; k++) {
     const begin = k ? cuts[k - 1] + 1 : 0, end = k < cuts.length ? cuts[k] + 1 : masses.length;
-    let mass = 0, momentum = 0, moment = 0, energy = 0;
-    for (let i = begin; i < end; i++) {
-      mass += masses[i];
-      momentum += masses[i] * velocities[i];
-      moment += masses[i] * displacements[i];
-    }
-    const speed = momentum / mass;
+    const own = masses.subarray(begin, end), speed = meanOf(velocities, masses, begin, end);
+    let energy = 0;
     for (let i = begin; i < end; i++) {
       energy += 0.5 * masses[i] * (velocities[i] - speed) ** 2;
       if (i + 1 < end) energy += energies[i];
     }
-    const own = masses.subarray(begin, end);
-    pieces.push({ begin, end, mass, speed, mean: moment / mass, energy,
+    pieces.push({ begin, end, mass: sumOf(own), speed, energy,
+                  mean: meanOf(displacements, masses, begin, end),
                   front: leverOf(own), back: leverOf(own.slice().reverse()) });
   }
   const endOf = (energy, lever) => {
@@ -161,9 +156,7 @@ function firstPiece(body, bond) {
 
 /** A body as it leaves a plane: particles from the contact outward, velocities away from it. */
 function bodyOf(bond, strains, velocities, masses) {
-  const displacements = new Float64Array(masses.length);
-  for (let i = 0; i < strains.length; i++) displacements[i + 1] = displacements[i] + strains[i];
-  const energies = strains.map(bond.energy);
+  const displacements = displacementsOf(strains), energies = strains.map(bond.energy);
   return { strains, velocities, masses, displacements, energies };
 }
 

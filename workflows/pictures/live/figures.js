@@ -19,7 +19,7 @@ const tickText = (x) => (x !== 0 && (Math.abs(x) < 1e-3 || Math.abs(x) >= 1e5)
 
 /**
  * A picture with axes. What does not change in time is painted once, into a canvas of its own;
- * `paint(axes)` does that, and `overlay(axes)` what a moment adds.
+ * `paint(axes)` does that, and `overlay(axes, moment)` what a moment adds.
  */
 class Picture {
   constructor(id, { paint, overlay = () => {}, left = 52, bottom = 38, top = 10, right = 12 }) {
@@ -33,7 +33,7 @@ class Picture {
     this.stale = true;
   }
 
-  draw(...moment) {
+  draw(moment) {
     const ratio = window.devicePixelRatio || 1;
     const wide = this.canvas.clientWidth, high = this.canvas.clientHeight;
     if (!wide || !high) return;
@@ -50,7 +50,7 @@ class Picture {
     this.pen.clearRect(0, 0, width, height);
     this.pen.drawImage(this.base, 0, 0);
     this.pen.setTransform(ratio, 0, 0, ratio, 0, 0);
-    this.overlay(this, ...moment);
+    this.overlay(this, moment);
   }
 
   begin(canvas) {

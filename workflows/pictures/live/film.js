@@ -49,7 +49,7 @@ class Film {
 /** Translation, vibration (kinetic) and bonds of the chain, and the same of a free target, over K_i. */
 function partition({ line, bond, speed }, u, v) {
   const split = (begin, end) => {
-    const mean = line.meanVelocity(v, begin, end);
+    const mean = meanOf(v, line.masses, begin, end);
     let mass = 0, motion = 0, held = 0;
     for (let i = begin; i < end; i++) {
       mass += line.masses[i];
@@ -59,8 +59,7 @@ function partition({ line, bond, speed }, u, v) {
     return [0.5 * mass * mean * mean, motion, held];
   };
   const particles = line.masses.length;
-  let mass = 0;
-  for (const m of line.chain) mass += m;
+  const mass = sumOf(line.chain);
   const parts = split(line.first, particles);
   if (!line.rigid) parts.push(...split(0, line.first));
   return parts.map((part) => part / (0.5 * mass * speed * speed));

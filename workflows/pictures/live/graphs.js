@@ -1,13 +1,11 @@
 // Graphs beside the motion: energies, contacts, modes, and the curve over the speed.
 
 /** Where the energy is, stacked. */
-const energyPicture = new Picture("energy", {
-  paint(axes) {
-    const run = shown.run;
-    if (!run) return;
+const energyPicture = new RunPicture("energy", {
+  paint(axes, run) {
     const { times, energies } = run.film;
     let most = 1;
-    for (const parts of energies) most = Math.max(most, parts.reduce((a, b) => a + b, 0));
+    for (const parts of energies) most = Math.max(most, sumOf(parts));
     axes.span(times[0], times[times.length - 1], 0, 1.04 * most);
     const { pen } = axes, below = times.map(() => 0);
     const names = ["translation", "motion", "bonds", "target-translation", "target-motion",
@@ -28,16 +26,9 @@ const energyPicture = new Picture("energy", {
   overlay: cursor,
 });
 
-/** A line at the moment shown. */
-function cursor(axes, moment) {
-  if (shown.run) axes.line([[moment.time, axes.y0], [moment.time, axes.y1]], "mark", 2);
-}
-
 /** Hits so far, with the speeds at which particle 1 comes. */
-const contactPicture = new Picture("contacts", {
-  paint(axes) {
-    const run = shown.run;
-    if (!run) return;
+const contactPicture = new RunPicture("contacts", {
+  paint(axes, run) {
     const { times } = run.film, most = Math.max(1, ...run.contacts.map(([, speed]) => speed));
     axes.span(times[0], times[times.length - 1], 0, 1.1 * most);
     axes.axes(TIME, "speed of approach / v\u2080");
@@ -45,20 +36,17 @@ const contactPicture = new Picture("contacts", {
     for (const [time, speed] of run.contacts)
       axes.dot(axes.x(time), axes.y(speed), 2.5, "faint", false);
   },
-  overlay(axes, moment) {
-    if (!shown.run) return;
-    for (const [time, speed] of shown.run.contacts)
+  overlay(axes, run, moment) {
+    for (const [time, speed] of run.contacts)
       if (time <= moment.time) axes.dot(axes.x(time), axes.y(speed), 3.2, "lines");
-    cursor(axes, moment);
+    cursor(axes, run, moment);
   },
 });
 
 /** Energies of the modes, now and after the last contact. */
-const spectrumPicture = new Picture("spectrum", {
+const spectrumPicture = new RunPicture("spectrum", {
   left: 64,
-  paint(axes) {
-    const run = shown.run;
-    if (!run) return;
+  paint(axes, run) {
     const n = run.count - run.first;
     axes.span(0, n, -8, 0.3);
     axes.axes(`mode j (wavelength 2n/j bond lengths)`, "energy / translational energy before",
@@ -67,12 +55,10 @@ const spectrumPicture = new Picture("spectrum", {
     if (left.length === 1) left.splice(0, 1, [0.9, left[0][1]], [1.1, left[0][1]]);
     axes.line(left, "faint", 1); // none for a single particle
   },
-  overlay(axes, moment) {
-    const run = shown.run;
-    if (!run) return;
+  overlay(axes, run, moment) {
     const { count, first, speed, modes } = run, n = count - first;
     const at = moment.frame * count + first, end = at + n;
-    const masses = run.masses.slice(first), mass = masses.reduce((a, b) => a + b);
+    const masses = run.masses.slice(first), mass = sumOf(masses);
     const u = run.film.displacements.subarray(at, end), v = run.film.velocities.subarray(at, end);
     // Of a chain that broke, modes of motion alone mean something.
     const apart = run.broken[moment.frame].some((b) => b), unit = 0.5 * mass;

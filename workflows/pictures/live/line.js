@@ -13,6 +13,26 @@ const NEAR = KICKS.length + 1;
 /** What cannot be carried out on the page, in words for the reader. */
 class Refusal extends Error {}
 
+const sumOf = (numbers) => numbers.reduce((a, b) => a + b, 0);
+
+/** Mean of the particles from `begin` to `end`, by their masses: that of the centre of mass. */
+function meanOf(values, masses, begin = 0, end = masses.length) {
+  let mass = 0, sum = 0;
+  for (let i = begin; i < end; i++) {
+    mass += masses[i];
+    sum += masses[i] * values[i];
+  }
+  return sum / mass;
+}
+
+/** Displacements of particles in a row, from strains of the bonds between them and the first. */
+function displacementsOf(strains, first = 0) {
+  const u = new Float64Array(strains.length + 1);
+  u[0] = first;
+  for (let i = 0; i < strains.length; i++) u[i + 1] = u[i] + strains[i];
+  return u;
+}
+
 /** Masses, inverse masses and gap of two bodies, along x. */
 class Line {
   constructor(masses, first) {
@@ -26,20 +46,10 @@ class Line {
     this.contactMass = 1 / (this.inverse[this.gap] + this.inverse[first]);
   }
 
-  /** Velocity of the centre of mass of the particles from `begin` to `end`. */
-  meanVelocity(velocity, begin, end) {
-    let mass = 0, momentum = 0;
-    for (let i = begin; i < end; i++) {
-      mass += this.masses[i];
-      momentum += this.masses[i] * velocity[i];
-    }
-    return momentum / mass;
-  }
-
   /** How fast the bodies move apart: velocity of the chain less that of the target. */
   separation(velocity) {
-    const chain = this.meanVelocity(velocity, this.first, this.masses.length);
-    return this.rigid ? chain : chain - this.meanVelocity(velocity, 0, this.first);
+    const chain = meanOf(velocity, this.masses, this.first);
+    return this.rigid ? chain : chain - meanOf(velocity, this.masses, 0, this.first);
   }
 }
 
@@ -226,10 +236,6 @@ class Motion {
 
   /** Displacements along x of all particles. */
   displacements() {
-    const { strain, position } = this.now;
-    const u = new Float64Array(strain.length + 1);
-    u[0] = position;
-    for (let i = 0; i < strain.length; i++) u[i + 1] = u[i] + strain[i];
-    return u;
+    return displacementsOf(this.now.strain, this.now.position);
   }
 }

@@ -70,18 +70,13 @@ function solveTridiagonal(d, e, z) {
 
 /** Energies of all modes, the translation first, of displacements and velocities of a body. */
 function modeEnergies({ omega, shapes }, masses, u, v, to = new Float64Array(masses.length)) {
-  const n = masses.length;
-  let mass = 0, moment = 0;
-  for (let i = 0; i < n; i++) {
-    mass += masses[i];
-    moment += masses[i] * u[i];
-  }
+  const n = masses.length, mean = meanOf(u, masses);
   for (let j = 0; j < n; j++) {
     let p = 0, q = 0;
     for (let i = 0, k = j * n; i < n; i++, k++) {
       const part = shapes[k] * Math.sqrt(masses[i]);
       p += part * v[i];
-      q += part * (u[i] - moment / mass);
+      q += part * (u[i] - mean);
     }
     to[j] = 0.5 * (p * p + omega[j] * omega[j] * q * q);
   }

@@ -204,14 +204,9 @@ function seek(time) {
   const run = shown.run;
   if (!run) return;
   state.time = time;
-  const { times } = run.film;
-  let low = 0, high = times.length - 1;
-  while (high - low > 1) {
-    const middle = (low + high) >> 1;
-    if (times[middle] <= time) low = middle;
-    else high = middle;
-  }
-  const moment = { time, frame: time >= times[high] ? high : low };
+  const { times } = run.film, end = times.length - 1;
+  const frame = time >= times[end] ? end : panelOf(times, time);
+  const moment = { time, frame };
   for (const picture of PICTURES) picture.draw(moment);
   const contacts = run.contacts.filter(([t]) => t <= time).length;
   find("time").value = time;

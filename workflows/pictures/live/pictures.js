@@ -5,6 +5,19 @@ const shown = { run: null, curve: [], speed: null, linear: false };
 
 const TIME = "time since the first contact (\u221a(m/k))";
 
+/** A picture of the run, which is empty while there is none: its parts are given the run, too. */
+class RunPicture extends Picture {
+  constructor(id, { paint, overlay, ...margins }) {
+    const ofRun = (part) => (axes, moment) => shown.run && part(axes, shown.run, moment);
+    super(id, { paint: ofRun(paint), overlay: ofRun(overlay), ...margins });
+  }
+}
+
+/** A line at the moment shown. */
+function cursor(axes, run, moment) {
+  axes.line([[moment.time, axes.y0], [moment.time, axes.y1]], "mark", 2);
+}
+
 /** Prepare a run for drawing: places, strains, which bonds are broken in which frame. */
 function readyRun(run, scene) {
   const { times, displacements: u, velocities: v } = run.film;
@@ -47,10 +60,8 @@ function strainColours() {
 }
 
 /** World lines over the strain of the bonds, which shows the sound. */
-const worldLines = new Picture("world-lines", {
-  paint(axes) {
-    const run = shown.run;
-    if (!run) return;
+const worldLines = new RunPicture("world-lines", {
+  paint(axes, run) {
     const { times, displacements: u } = run.film, { count, rest } = run;
     const margin = 0.03 * (run.highest - run.lowest);
     axes.span(times[0], times[times.length - 1], run.lowest - (run.rigid ? 0 : margin),
@@ -95,24 +106,20 @@ const worldLines = new Picture("world-lines", {
       pen.fillRect(left, axes.y(0), width, 4);
     }
   },
-  overlay(axes, moment) {
-    const run = shown.run;
-    if (!run) return;
+  overlay(axes, run, moment) {
     const { pen, top } = axes, x = axes.x(moment.time), [width, height] = axes.inner;
     pen.globalAlpha = 0.72;
     pen.fillStyle = colour("canvas");
     pen.fillRect(x, top, axes.left + width - x, height - 1);
     pen.globalAlpha = 1;
-    axes.line([[moment.time, axes.y0], [moment.time, axes.y1]], "mark", 2);
+    cursor(axes, run, moment);
   },
 });
 
 /** The chain itself, and how fast each particle goes. */
-const chainPicture = new Picture("chain", {
+const chainPicture = new RunPicture("chain", {
   bottom: 88,
-  paint(axes) {
-    const run = shown.run;
-    if (!run) return;
+  paint(axes, run) {
     const m = run.magnification, count = run.count;
     let low = run.lowest, high = 1;
     for (let k = 0; k < run.film.times.length; k++) {
@@ -125,9 +132,7 @@ const chainPicture = new Picture("chain", {
       : "position (bond lengths)", "velocity / v\u2080");
     axes.line([[axes.x0, 0], [axes.x1, 0]], "ink", 1);
   },
-  overlay(axes, moment) {
-    const run = shown.run;
-    if (!run) return;
+  overlay(axes, run, moment) {
     const { pen } = axes, { count, first, rest, magnification: m } = run;
     const { displacements: u, velocities: v } = run.film, at = moment.frame * count;
     const base = axes.high - 40, paint = strainColours();

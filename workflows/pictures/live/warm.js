@@ -22,6 +22,17 @@ function uniformNumbers(seed, body) {
   return () => ((next() >>> 5) * 2 ** 26 + (next() >>> 6) + 0.5) * 2 ** -53;
 }
 
+/** Where a number lies among rising ones: the place of the one before it, but for the last. */
+function panelOf(rising, number) {
+  let first = 0, last = rising.length - 1;
+  while (last - first > 1) {
+    const middle = (first + last) >> 1;
+    if (rising[middle] <= number) first = middle;
+    else last = middle;
+  }
+  return first;
+}
+
 /** The distribution with density exp(-exponent(x)) between two ends: Simpson's rule on panels. */
 function distribution(exponent, low, high) {
   const width = (high - low) / PANELS, below = new Float64Array(PANELS + 1);
@@ -34,12 +45,7 @@ function distribution(exponent, low, high) {
 
   /** The x below which a number is with a probability: a cubic within the panel. */
   const inverse = (probability) => {
-    let first = 0, last = PANELS;
-    while (last - first > 1) {
-      const middle = (first + last) >> 1;
-      if (below[middle] <= probability * whole) first = middle;
-      else last = middle;
-    }
+    const first = panelOf(below, probability * whole);
     const [p, q, r] = density.slice(2 * first, 2 * first + 3);
     const sought = (probability * whole - below[first]) / width;
     const inside = (t) =>
@@ -49,7 +55,7 @@ function distribution(exponent, low, high) {
 
   /** ln of the mean of exp(slope x), x from the mean. */
   const nodes = Array.from({ length: 257 }, (_, k) => k * PANELS / 128);
-  const weights = nodes.map((k) => density[k]), mass = weights.reduce((a, b) => a + b);
+  const weights = nodes.map((k) => density[k]), mass = sumOf(weights);
   const places = nodes.map((k) => low + 0.5 * k * width);
   const mean = places.reduce((sum, x, k) => sum + x * weights[k], 0) / mass;
   const variance = places.reduce((sum, x, k) => sum + (x - mean) ** 2 * weights[k], 0) / mass;
