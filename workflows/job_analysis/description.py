@@ -4,6 +4,7 @@ from chaincor.analysis.results import CollisionAnalysis
 from chaincor.analysis.showing.numbers import eta_of_dump, named_lines
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.units.unit_system import UnitSystem
+from chaincor.workflows.showing.text import body_text
 
 # A chain whose inner motion is more than so much of its energy came warm.
 _WARM = 1.0 + 1e-9
@@ -68,11 +69,9 @@ def _of_bodies(analysis: CollisionAnalysis) -> list[tuple[str, str]]:
     """Return velocity and energy of the chain, and of a free target."""
     found = []
     for owner, body in analysis.bodies.items():
-        text, energy = f"velocity {body.velocity_after:.6g}", body.energy_end
-        if energy is not None:
-            text += f", energy of translation {energy.translation:.6g}"
-            text += f", of vibration {energy.vibration:.6g}"
-        found.append(("target" if owner else "chain", text))
+        energy = body.energy_end
+        parts = (None, None) if energy is None else (energy.translation, energy.vibration)
+        found.append(("target" if owner else "chain", body_text(body.velocity_after, *parts)))
     return found
 
 

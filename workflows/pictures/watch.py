@@ -5,7 +5,6 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 from rich.console import Console
 from rich.live import Live
 from rich.text import Text
@@ -13,7 +12,6 @@ from rich.text import Text
 from chaincor.analysis.figures.style import rest_positions
 from chaincor.analysis.figures.terminal import draw_moment
 from chaincor.lammps_inputs.errors import InputError
-from chaincor.lammps_inputs.line import Line
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.pictures.recording import follow_to_the_end
@@ -51,12 +49,13 @@ def moments(scene: Scene, outcome: Outcome, columns: int) -> Iterator[Text]:
     x = u + rest_positions(u.shape[1], frames.targets)
     lowest = float(np.min(x)) if frames.targets else 0.0
     longest = max(lowest + 1.0, float(np.max(x)))
-    line, shown = scene.line, min(len(frames.times), int(_SECONDS * _PER_SECOND))
+    masses = [m for m in (scene.line.chain_masses, scene.line.target_masses) if m.size]
+    shown = min(len(frames.times), int(_SECONDS * _PER_SECOND))
     for k in np.linspace(0, len(frames.times) - 1, shown).astype(int):
         velocities = v[k]
         moment = frames.times[k]
         contacts = int(np.searchsorted(outcome.contact_times, moment, side="right"))
-        translation = (line.separation(_with_wall(line, velocities)) / scene.impact_velocity) ** 2
+        translation = (frames.state(k).separation(masses) / scene.impact_velocity) ** 2
         heading = (
             f"t = {moment:6.1f}   contacts {contacts:3d}   "
             f"translation {100.0 * translation:5.1f} % of the energy\n"
@@ -70,7 +69,3 @@ def moments(scene: Scene, outcome: Outcome, columns: int) -> Iterator[Text]:
             lowest=lowest,
             targets=frames.targets,
         )
-
-
-def _with_wall(line: Line, velocities: NDArray[np.float64]) -> NDArray[np.float64]:
-    return np.concatenate(([0.0], velocities)) if line.rigid else velocities

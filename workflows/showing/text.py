@@ -116,19 +116,21 @@ def _bodies_before(result: "Collision") -> list[str]:
 
 def _bodies_after(result: "Collision") -> list[tuple[str, str]]:
     """Say where momentum and energy went; nothing for a plain scene, whose eta says it."""
-    if result.velocity_after is None:
-        return []
-    text = "velocity {:.6g}, energy of translation {:.6g}, of vibration {:.6g}"
-    chain = (result.velocity_after, result.translational_energy, result.vibrational_energy)
-    rows = [("chain", text.format(*chain))]
-    if result.target_particles is not None:
-        target = (
-            result.target_velocity_after,
-            result.target_translational_energy,
-            result.target_vibrational_energy,
-        )
-        rows.append(("target", text.format(*target)))
+    rows = []
+    for name, owner in (("chain", ""), ("target", "target_")):
+        keys = ("velocity_after", "translational_energy", "vibrational_energy")
+        velocity, translation, vibration = (getattr(result, f"{owner}{key}") for key in keys)
+        if velocity is not None:
+            rows.append((name, body_text(velocity, translation, vibration)))
     return rows
+
+
+def body_text(velocity: float, translation: float | None, vibration: float | None) -> str:
+    """Say how a body goes; where its bond is not known, nothing of its energies."""
+    text = f"velocity {velocity:.6g}"
+    if translation is None:
+        return text
+    return f"{text}, energy of translation {translation:.6g}, of vibration {vibration:.6g}"
 
 
 def _meeting(result: "Collision") -> str:
