@@ -1,5 +1,6 @@
 """Files that a command is asked to write: refused before it works where they cannot be written."""
 
+import re
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
@@ -11,17 +12,18 @@ from chaincor.lammps_inputs.script import DATA_FILE, SCENE_FILE, SCRIPT_FILE, TA
 # In which formats figures are drawn.
 PICTURES = (".png", ".pdf", ".svg")
 PICTURES_SAID = ".png, .pdf or .svg"
-# What is near the beginning of a file of a kind.
+# What is near the beginning of a file of a kind, as a pattern.
 _MARKS = {
     "dump": b"ITEM:",
     "arrays": b"PK",
+    "xyz": rb"^\d+\nProp",
     ".csv": b"potential,",
     ".html": b"<!doctype html>",
     ".gif": b"GIF8",
     ".mp4": b"ftyp",
     ".png": b"PNG",
     ".pdf": b"%PDF",
-    ".svg": b"<?xml",
+    ".svg": rb"<\?xml",
     ".parquet": b"PAR1",
 }
 
@@ -63,10 +65,10 @@ def _outputs(scene: Scene) -> dict[str, Path]:
 
 def refuse_other_kinds(path: Path, kind: str) -> None:
     """
-    Refuse to write over what is no earlier output of a kind: "dump", "arrays", or an ending.
+    Refuse to write over what is no earlier output of a kind: "dump", "arrays", "xyz", or an ending.
 
     Raises InputError if there is a folder or a device, or a file that is neither empty nor of this
-    kind.
+    kind; of endings that no command writes nothing is said.
     """
     if not path.exists():
         return
@@ -76,7 +78,7 @@ def refuse_other_kinds(path: Path, kind: str) -> None:
             found = file.read(16)
     except OSError as error:
         raise InputError(f"cannot read {str(path)!r} to replace it: {error.strerror}") from None
-    if found and _MARKS[kind] not in found:
+    if found and not re.search(_MARKS.get(kind, b""), found):
         raise InputError(
             f"{str(path)!r} was given to write to, and holds something else; give another path, or "
             "remove it"

@@ -5,6 +5,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
 from typing import Any
 
 from chaincor.analysis.showing.notebook import in_notebook, session_bar
@@ -80,6 +81,24 @@ def study_progress() -> Iterator[Callable[[str, float], None]]:
         ),
     ) as show:
         yield lambda part, done: show(done, part, f"{part}, {100.0 * done:.0f} % done")
+
+
+@contextlib.contextmanager
+def reading_progress(file: Path) -> Iterator[Callable[[int], None] | None]:
+    """Show how much of a file has been read; yields what to tell the place in it."""
+    with _terminal_bar(
+        lambda rich: (
+            rich.TextColumn("{task.description}"),
+            rich.BarColumn(),
+            rich.TimeRemainingColumn(),
+        )
+    ) as bar:
+        size = file.stat().st_size if file.exists() else 0
+        if bar is None or size == 0:
+            yield None
+            return
+        show, whole = bar, f"{size / 1e6:.1f} MB of {file.name}"
+        yield lambda position: show(position / size, f"reading {position / 1e6:.1f} of {whole}")
 
 
 @contextlib.contextmanager

@@ -1,8 +1,6 @@
 """``chaincor analyze``: from the dump of a LAMMPS job to the physics of the collision."""
 
 import math
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from dataclasses import asdict, replace
 from functools import partial
 from pathlib import Path
@@ -110,10 +108,11 @@ def analyze(
     from chaincor.analysis.dumps.other_formats import write_extended_xyz
     from chaincor.analysis.step_error import analyze_folder
     from chaincor.lammps_inputs.units.unit_system import CHAIN_UNITS
+    from chaincor.workflows.campaign.progress import reading_progress
     from chaincor.workflows.engines.ending import argue_end
     from chaincor.workflows.job_analysis.description import describe, describe_in_units
     from chaincor.workflows.job_analysis.page import PAGE, write_analysis_page
-    from chaincor.workflows.outputs import refuse_overwriting_inputs
+    from chaincor.workflows.outputs import refuse_other_kinds, refuse_overwriting_inputs
 
     analysis = analyze_folder(
         folder,
@@ -122,7 +121,7 @@ def analyze(
         impact_velocity=options["velocity"],
         masses=_masses(options["masses"]),
         target_particles=options["target_particles"],
-        watch=_progress,
+        watch=reading_progress,
         see=partial(_view, options=options),
         end_argument=argue_end,
     )
@@ -133,6 +132,7 @@ def analyze(
     for option_name, path in {"--animation": animation, "--xyz": xyz}.items():
         if path is not None:
             refuse_overwriting_inputs(path, read, option_name)
+            refuse_other_kinds(path, "xyz" if option_name == "--xyz" else path.suffix)
     if animation is not None:
         animate(analysis, animation)
     if xyz is not None:
@@ -154,7 +154,7 @@ def analyze(
         lines.append(f"page: {output / PAGE}")
     tell(found, "\n".join(lines), as_json, job.told_scene)
     if analysis.contradictions:
-        click.get_current_context().exit(1)
+        raise click.exceptions.Exit(1)
 
 
 def _view(job: "Job", options: dict[str, Any]) -> "DumpView":
@@ -162,8 +162,7 @@ def _view(job: "Job", options: dict[str, Any]) -> "DumpView":
     from chaincor.analysis.dumps.other_trajectories import open_trajectory
     from chaincor.lammps_inputs.units.unit_system import CHAIN_UNITS, UnitSystem
 
-    view = job.view
-    wall, direction = options["wall"], options["direction"]
+    view, wall = job.view, options["wall"]
     wanted = {name: options[name] for name in ("length", "mass", "stiffness")}
     wanted["style"] = options["units"]
     given = {name: value for name, value in wanted.items() if value is not None}
@@ -184,11 +183,12 @@ def _view(job: "Job", options: dict[str, Any]) -> "DumpView":
                 f"--length is {str(fields['length'])[:40]!a}; expected a number or auto"
             ) from None
         view = replace(view, units=UnitSystem.from_fields(fields))
-    if wall is not None or direction is not None:
-        if wall is not None and not math.isfinite(wall):
+    if wall is not None:
+        if not math.isfinite(wall):
             raise InputError(f"--wall is {wall}; expected a finite number")
-        upwards = view.upwards if direction is None else direction == "+x"
-        view = replace(view, wall=view.wall if wall is None else wall, upwards=upwards)
+        view = replace(view, wall=wall)
+    if options["direction"] is not None:
+        view = replace(view, upwards=options["direction"] == "+x")
     return view.with_length_of(open_trajectory(job.dump).first()) if auto else view
 
 
@@ -213,19 +213,3 @@ def _masses(text: str | None) -> list[float] | None:
         return None if text is None else read_masses(text)
     except ValueError as error:
         raise InputError(f"--masses is {text!a:.60}: {error}") from None
-
-
-@contextmanager
-def _progress(dump: Path) -> Iterator[Callable[[int], None] | None]:
-    """Show how much of the dump has been read; quiet when stderr is not a terminal."""
-    from rich.console import Console
-    from rich.progress import BarColumn, DownloadColumn, Progress, TextColumn, TimeRemainingColumn
-
-    console = Console(stderr=True)
-    if not console.is_terminal or not dump.exists():
-        yield None
-        return
-    columns = (TextColumn("reading {task.description}"), BarColumn(), DownloadColumn())
-    with Progress(*columns, TimeRemainingColumn(), console=console, transient=True) as bar:
-        task = bar.add_task(dump.name, total=dump.stat().st_size)
-        yield lambda position: bar.update(task, completed=position)

@@ -34,4 +34,4 @@ def collect(folder: str, output: str, as_json: bool) -> None:
     found = {"store": output, "jobs": len(jobs), **counts, "left": plain}
     tell(found, "\n".join(lines), as_json)
     if left:
-        raise SystemExit(1)
+        raise click.exceptions.Exit(1)

@@ -14,8 +14,7 @@ from chaincor.workflows.commands.options import json_option, option, tell
 @click.command()
 @json_option
 @option("--warm", "first compile the loops of all named bonds")
-@click.pass_context
-def doctor(ctx: click.Context, as_json: bool, warm: bool) -> None:
+def doctor(as_json: bool, warm: bool) -> None:
     """
     Say whether this machine can run chaincor, what is missing, and which commands need it.
 
@@ -43,7 +42,7 @@ def doctor(ctx: click.Context, as_json: bool, warm: bool) -> None:
     lines.append("yes, this machine can run chaincor" if healthy else "no: see the lines with NO")
     tell(report, "\n".join(lines), as_json)
     if not healthy:
-        ctx.exit(1)
+        raise click.exceptions.Exit(1)
 
 
 def _describe(command: dict[str, Any]) -> str:

@@ -124,4 +124,4 @@ def _write_grid(
     for name, refusal in refused.items():
         click.echo(f"chaincor: no job for {name}: {refusal}", err=True)
     if refused:
-        raise SystemExit(1)
+        raise click.exceptions.Exit(1)

@@ -74,8 +74,6 @@ def plot(
     click.echo(target)
 
 
-# A store has one row for all tolerances of a collision, so they tell no rows apart.
-_NOT_THE_SCENE = {"tolerance"}
 # Columns of lists, of which one number can be along an axis.
 _LISTS = ("masses", "target_masses")
 # The same thing in two units.
@@ -116,9 +114,7 @@ def _rows(
         if one := ONE_MASS.fullmatch(name):
             _leave_out(scenes, one[1], int(one[2]))
     return [
-        _Row(
-            tuple(values), {k: _comparable(v) for k, v in _plain(scene).items()} | {"speed": speed}
-        )
+        _Row(tuple(values), _comparable(scene) | {"speed": speed})
         for (*values, speed, _), scene in zip(rows, scenes, strict=True)
     ]
 
@@ -140,22 +136,23 @@ def _leave_out(scenes: list[dict[str, Any]], masses: str, particle: int) -> None
             scene[masses] = repeated if fits else [*repeated, len(given)]
 
 
-def _comparable(value: Any) -> Any:
-    """Return a value of a scene as something that can be told from others, and sorted by."""
-    if isinstance(value, list):
-        return ", ".join("..." if item is None else str(item) for item in value)
-    return value
-
-
-def _plain(scene: dict[str, Any]) -> dict[str, Any]:
-    """Return a scene with each parameter of its formula under a name of its own."""
-    parameters = scene.pop("parameters", {})
-    return scene | {f"parameters.{name}": value for name, value in parameters.items()}
+def _comparable(scene: dict[str, Any]) -> dict[str, Any]:
+    """Return a scene whose values can be told apart and sorted by: lists as text, no tables."""
+    found: dict[str, Any] = {}
+    for key, value in scene.items():
+        if key == "parameters":
+            found |= {f"parameters.{name}": number for name, number in value.items()}
+        elif isinstance(value, list):
+            found[key] = ", ".join("..." if item is None else str(item) for item in value)
+        else:
+            found[key] = value
+    return found
 
 
 def _varying(rows: list[_Row], axes: tuple[str, ...]) -> list[str]:
     """Return by what the scenes differ, apart from what is along the axes: no key to spare."""
-    keys = _scene_keys(rows) - _NOT_THE_SCENE - set(axes)
+    # A store has one row for all tolerances of a collision, so they tell no rows apart.
+    keys = _scene_keys(rows) - {"tolerance", *axes}
     # Over a quantity that came out, a curve is followed as the impact speed changes.
     if _IMPACT & set(axes) or not _scene_keys(rows) & set(axes):
         keys -= _IMPACT

@@ -27,10 +27,7 @@ from chaincor.workflows.commands.options import FOLDER, ONE_OR_MORE, option
 @option("--workers", "processes that compute", ONE_OR_MORE, default=2, show_default=True)
 @option("--rocrate", "describe the folder as an RO-Crate, too", name="as_crate")
 @option("--json", "print the contents of report.json", name="as_json")
-@click.pass_context
-def reproduce(
-    ctx: click.Context, folder: Path, quick: bool, workers: int, as_crate: bool, as_json: bool
-) -> None:
+def reproduce(folder: Path, quick: bool, workers: int, as_crate: bool, as_json: bool) -> None:
     """
     Recompute the paper by LAMMPS, check it in-house, and judge each of its claims.
 
@@ -47,7 +44,7 @@ def reproduce(
     else:
         click.echo(describe(contents, folder))
     if contents["health"]["by_lammps"] == 0:
-        ctx.exit(1)
+        raise click.exceptions.Exit(1)
 
 
 def describe(contents: dict[str, Any], folder: Path) -> str:

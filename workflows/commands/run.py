@@ -54,9 +54,7 @@ Examples:
     "also print the derivatives of eta with respect to speed, masses, bonds and contact",
 )
 @json_option
-@click.pass_context
 def run(
-    ctx: click.Context,
     scene_file: str | None,
     animate: str | None,
     watched: bool,
@@ -94,7 +92,7 @@ def run(
                 else f"{name} shows one collision, and --samples are many; drop one of them"
             )
     if samples is not None:
-        _run_samples(ctx, scene, samples, precision, workers, most_seconds, as_json)
+        _run_samples(scene, samples, precision, workers, most_seconds, as_json)
         return
     terminal = None
     if watched:
@@ -125,11 +123,10 @@ def run(
         watch(result, terminal)
     if result.tolerance_met is False:
         click.echo(f"chaincor: {result.reason}", err=True)
-        ctx.exit(1)
+        raise click.exceptions.Exit(1)
 
 
 def _run_samples(
-    ctx: click.Context,
     scene: "Scene",
     samples: int,
     precision: float | None,
@@ -154,4 +151,4 @@ def _run_samples(
             f"{len(result.inexact)} do not meet the tolerance; seed {one.seed}: {one.reason}",
             err=True,
         )
-        ctx.exit(1)
+        raise click.exceptions.Exit(1)

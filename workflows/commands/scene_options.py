@@ -1,5 +1,6 @@
 """Command-line options for the fields of a scene, made from the scene's own description."""
 
+import contextlib
 import types
 from collections.abc import Callable
 from pathlib import Path
@@ -28,18 +29,9 @@ def _plain_types(annotation: Any) -> list[Any]:
     return [] if annotation in (type(None), Potential) else [annotation]
 
 
-class _NumberOrWord(click.ParamType):
-    """A number, or one of a few words."""
-
-    name = "number or word"
-
-    def __init__(self, *words: str) -> None:
-        self.words = words
-
-    def convert(
-        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
-    ) -> float | str:
-        return value if value in self.words else click.FLOAT.convert(value, param, ctx)
+def _number_or(words: tuple[str, ...]) -> Callable[[Any], float | str]:
+    """Return what reads a number, or one of a few words."""
+    return lambda text: text if text in words else click.FLOAT.convert(text, None, None)
 
 
 class WordChoice(click.Choice):
@@ -59,41 +51,30 @@ class WordChoice(click.Choice):
             self.fail(f"{error.message.rstrip('.')}; did you mean '{near}'?", param, ctx)
 
 
-class NamedNumbers(click.ParamType):
-    """Names and numbers: ``D=0.0139,a=6``."""
-
-    name = "named numbers"
-
-    def convert(
-        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
-    ) -> dict[str, float]:
-        """Return the numbers by name."""
-        if isinstance(value, dict):
-            return value
-        numbers: dict[str, float] = {}
-        for part in value.split(","):
-            name, equals, number = (word.strip() for word in part.partition("="))
-            given = number_in(number)
-            if not equals or given is None or name in numbers:
-                self.fail(
-                    f"{value[:60]!a} does not give each name one number; expected NAME=NUMBER, "
-                    "such as D=0.0139,a=6",
-                    param,
-                    ctx,
-                )
-            numbers[name] = given
-        return numbers
+def named_numbers(text: str) -> dict[str, float]:
+    """Read names and numbers: ``D=0.0139,a=6``."""
+    numbers: dict[str, float] = {}
+    for part in text.split(","):
+        name, equals, number = (word.strip() for word in part.partition("="))
+        given = number_in(number)
+        if not equals or given is None or name in numbers:
+            raise click.BadParameter(
+                f"{text[:60]!a} does not give each name one number; expected NAME=NUMBER, such as "
+                "D=0.0139,a=6"
+            )
+        numbers[name] = given
+    return numbers
 
 
 # What help calls a value of each type, and how it is read. Paths stay text here: the scene turns
 # them into paths and says what is wrong with them.
-_VALUES: dict[type, tuple[str, click.ParamType]] = {
+_VALUES: dict[type, tuple[str, click.ParamType | Callable[[str], Any]]] = {
     int: ("N", click.INT),
     float: ("X", click.FLOAT),
     Path: ("FILE", click.STRING),
     tuple: ("LIST|FILE", click.STRING),
     str: ("TEXT", click.STRING),
-    dict: ("NAME=X,...", NamedNumbers()),
+    dict: ("NAME=X,...", named_numbers),
 }
 
 
@@ -112,7 +93,7 @@ def _option(name: str, hidden: bool = False) -> Callable[[Callable], Callable]:
     metavar, read = _VALUES[get_origin(kind) or kind]
     if words:
         choices = get_args(words[0])
-        metavar, read = "|".join(("X", *choices)), _NumberOrWord(*choices)
+        metavar, read = "|".join(("X", *choices)), _number_or(choices)
     metavar = "DIR" if name == "save" else metavar
     return option(f"--{dashed} {metavar}", text, read, hidden=hidden)
 
@@ -216,12 +197,11 @@ def scene_from(
     """
     given = {name: value for name, value in options.items() if value is not None}
     fields = read_scene_fields(Path(scene_file)) if scene_file is not None else {}
-    fields = {key: value for key, value in fields.items() if key not in beside}
+    left_out = set(beside)
     if "speed" in given or "velocity" in given:
-        fields = {k: v for k, v in fields.items() if k not in ("speed", "velocity")}
+        left_out |= {"speed", "velocity"}
     if "potential" in given and given["potential"] != fields.get("potential"):
-        fields = {k: v for k, v in fields.items() if k not in BOND_KEYS}
-    if scene_file is not None:
-        with mistakes_in(scene_file):
-            return Scene(**fields | given)
-    return Scene(**given)
+        left_out |= set(BOND_KEYS)
+    kept = {key: value for key, value in fields.items() if key not in left_out}
+    with contextlib.nullcontext() if scene_file is None else mistakes_in(scene_file):
+        return Scene(**kept | given)

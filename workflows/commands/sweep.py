@@ -18,9 +18,7 @@ if TYPE_CHECKING:
 _MOST_POINTS_SHOWN = 30
 
 
-def _shard(_ctx: click.Context, _parameter: click.Parameter, text: str | None) -> Any:
-    if text is None:
-        return None
+def _shard(text: str) -> tuple[int, int]:
     number, slash, count = text.partition("/")
     if not (slash and number.isdecimal() and count.isdecimal() and 1 <= int(number) <= int(count)):
         raise click.BadParameter(f"'{text}'; expected i/k with i from 1 to k, such as 3/10")
@@ -38,7 +36,7 @@ def _shard(_ctx: click.Context, _parameter: click.Parameter, text: str | None) -
 @option("--dry-run", "print the points, the time and the disk it takes")
 @option("--workers N", "processes on this machine [default: its cores]", ONE_OR_MORE)
 @option("--scheduler ADDRESS", "compute on this Dask cluster, tcp://HOST:8786")
-@option("--shard I/K", "only part I of K, for job arrays", callback=_shard)
+@option("--shard I/K", "only part I of K, for job arrays", _shard)
 @option("--arrays", "keep contacts, mode energies and final states")
 @option("--recompute", "compute also what is there")
 @option("--retry-failed", "also try again collisions that failed in an earlier run")
@@ -48,9 +46,7 @@ def _shard(_ctx: click.Context, _parameter: click.Parameter, text: str | None) -
     PATH,
 )
 @json_option
-@click.pass_context
 def sweep(
-    ctx: click.Context,
     sweep_file: Path,
     store_path: Path | None,
     dry_run: bool,
@@ -122,7 +118,7 @@ def sweep(
     told = {"store": str(path)} | asdict(into.tally)
     tell(told, _report(into.tally, bool(into.todo), path), as_json)
     if into.tally.known_failures or into.tally.failed:
-        ctx.exit(1)
+        raise click.exceptions.Exit(1)
 
 
 def _keep_jobs(into: "IntoStore", folder: Path) -> None:

@@ -43,9 +43,7 @@ _LEAST_ROWS = 4
     click.IntRange(min=_LEAST_ROWS, max=10_000_000),
 )
 @json_option
-@click.pass_context
 def table(
-    ctx: click.Context,
     file: Path,
     keyword: str | None,
     write: Path | None,
@@ -73,7 +71,7 @@ def table(
         rewrite_table(report, write, rows or report.rows)
         click.echo(f"written: {write}", err=as_json)
     if not report.is_good:
-        ctx.exit(1)
+        raise click.exceptions.Exit(1)
 
 
 def describe_table(report: "TableReport") -> str:

@@ -9,7 +9,7 @@ from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.scene import NUMERICS_KEYS, OUTPUT_KEYS
 from chaincor.workflows.commands.options import POSITIVE, json_option, option, tell
 from chaincor.workflows.commands.scene_options import SceneCommand, scene_from, scene_options
-from chaincor.workflows.outputs import PICTURES, PICTURES_SAID
+from chaincor.workflows.outputs import PICTURES, PICTURES_SAID, refuse_other_kinds
 from chaincor.workflows.validation.user_integrator import USER_TIMEOUT
 
 if TYPE_CHECKING:
@@ -35,9 +35,7 @@ if TYPE_CHECKING:
 )
 @option("--plot FILE", "draw the differences against their error bars: PNG, PDF or SVG")
 @json_option
-@click.pass_context
 def validate(
-    ctx: click.Context,
     scene_file: str | None,
     against: str | None,
     timeout: float | None,
@@ -58,10 +56,12 @@ def validate(
     from chaincor.workflows.validation.lammps_result import is_lammps_result
     from chaincor.workflows.validation.user_comparison import climb_ladder, validate_user
 
-    if plot is not None and Path(plot).suffix not in PICTURES:
-        raise click.UsageError(
-            f"--plot is '{plot}', which ends in '{Path(plot).suffix}'; expected {PICTURES_SAID}"
-        )
+    if plot is not None:
+        if Path(plot).suffix not in PICTURES:
+            raise click.UsageError(
+                f"--plot is '{plot}', which ends in '{Path(plot).suffix}'; expected {PICTURES_SAID}"
+            )
+        refuse_other_kinds(Path(plot), Path(plot).suffix)
     is_function = ":" in (against or "")
     if timeout is not None and not is_function:
         raise click.UsageError("--timeout is for a function of yours; expected --against MODULE:F")
@@ -114,7 +114,7 @@ def validate(
     plain = {"agrees": agrees, "validations": [result.to_dict() for result in results]}
     tell(plain, "\n\n".join(said), as_json)
     if not agrees:
-        ctx.exit(1)
+        raise click.exceptions.Exit(1)
 
 
 def _validate_result(scene: "Scene", against: str, is_given: bool) -> "Validation":

@@ -184,6 +184,21 @@ def test_what_is_read_is_not_written_over(job, chaincor, option):
     assert "which this command reads" in err
 
 
+@pytest.mark.parametrize(("option", "name"), [("--xyz", "notes.txt"), ("--animation", "a.gif")])
+def test_files_of_another_kind_stay(job, chaincor, tmp_path, option, name):
+    mine = tmp_path / name
+    mine.write_text("my notes of\nProperties of chains")
+    status, out, err = chaincor("analyze", job, option, mine)
+    assert (status, out, err.count("\n")) == (2, "", 1)
+    assert "holds something else" in err
+    assert mine.read_text().startswith("my notes")
+
+
+def test_an_earlier_file_of_the_motion_is_replaced(job, chaincor, tmp_path):
+    for _ in range(2):
+        assert chaincor("analyze", job, "--xyz", tmp_path / "motion.txt")[0] == 0
+
+
 @pytest.mark.parametrize(
     ("content", "message"),
     [

@@ -153,6 +153,14 @@ def test_pictures_of_unknown_kinds_are_refused_before_anything_runs(
     assert not list(tmp_path.iterdir())
 
 
+def test_a_file_of_another_kind_is_not_drawn_over(tmp_path, chaincor):
+    mine = tmp_path / "a.png"
+    mine.write_text("mine")
+    status, out, err = chaincor("validate", "--plot", mine)
+    assert (status, out, mine.read_text()) == (2, "", "mine")
+    assert "holds something else" in err
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "kind", "order"), [("mirror", "irregular", 1), ("free", "regular", 2)]
