@@ -20,6 +20,8 @@ Kind = Literal["bond", "angle", "pair"]
 # LAMMPS works lengths out of R and RSQ again, and warns of a relative difference beyond this.
 _SAME_LENGTH = 1e-6
 WHOLE_ANGLE = 180.0
+# Cubics between rows that are closer overflow.
+_NEAREST = 1e-30
 # Rows so many times further apart than those on either side have a gap between them, whose error
 # is seen within so many rows.
 _GAP, _AROUND = 1.9, 10
@@ -76,6 +78,9 @@ def fault_of_numbers(data: Array, kind: Kind) -> str | None:
             f"{kind} table values are not increasing: row {row} is at {data[row - 1, 0]:.9g} "
             f"behind {data[row - 2, 0]:.9g}; LAMMPS refuses that or reads past its table"
         )
+    nearest = int(np.argmin(np.diff(data[:, 0])))
+    if np.diff(data[:, 0])[nearest] < _NEAREST:
+        return f"rows {nearest + 1} and {nearest + 2} are closer than {_NEAREST:g}; expected more"
     if np.all(data[:, 2] == 0.0) and np.ptp(data[:, 1]) > 0.0:
         return "all forces are 0; expected -dE/dr in the fourth column"
     return None

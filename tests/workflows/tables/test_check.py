@@ -134,6 +134,13 @@ FAULTY = {
         {"spoil": lambda d, h: _kinked(d)},
         "give more rows near 1.2",
     ),
+    "rows in one place": (
+        {
+            "kind": "angle",
+            "spoil": lambda d, h: h.update(N=[401]) or np.insert(d, 1, [1e-310, *d[0, 1:]], axis=0),
+        },
+        "rows 1 and 2 are closer than 1e-30",
+    ),
     "infinite": ({"kind": "pair", "spoil": lambda d, h: _with(d, 0, 1, np.inf)}, "finite numbers"),
     "slopes of the other sign": ({"head": {"FP": [97.8, -0.3]}}, "dF/dr"),
     "12 rows": ({"rows": 12}, "rows leave an error"),
