@@ -86,19 +86,24 @@ def study_progress() -> Iterator[Callable[[str, float], None]]:
 @contextlib.contextmanager
 def reading_progress(file: Path) -> Iterator[Callable[[int], None] | None]:
     """Show how much of a file has been read; yields what to tell the place in it."""
-    with _terminal_bar(
+    size = file.stat().st_size if file.exists() else 0
+    if size == 0:
+        yield None
+        return
+    with _bar_or_line(
+        LineAMinute(),
         lambda rich: (
-            rich.TextColumn("{task.description}"),
+            rich.TextColumn("reading {task.description}"),
             rich.BarColumn(),
             rich.TimeRemainingColumn(),
-        )
-    ) as bar:
-        size = file.stat().st_size if file.exists() else 0
-        if bar is None or size == 0:
-            yield None
-            return
-        show, whole = bar, f"{size / 1e6:.1f} MB of {file.name}"
-        yield lambda position: show(position / size, f"reading {position / 1e6:.1f} of {whole}")
+        ),
+    ) as show:
+
+        def at(position: int) -> None:
+            place = f"{position / 1e6:.1f} of {size / 1e6:.1f} MB of {file.name}"
+            show(position / size, place, f"{place} read")
+
+        yield at
 
 
 @contextlib.contextmanager
