@@ -65,10 +65,9 @@ def goal_of(scene: Scene, tolerance: float) -> tuple[float, float]:
     the steps that resolve them, as coarse ones may tell of far more.
     """
     goal = goal_above(rounding_error(scene.engine, scene), tolerance)
-    if scene.line.uniform:
-        matters = scene.engine == "lammps" and rounding_matters("lammps", scene, goal)
-    else:  # light particles between heavy ones amplify more than equal ones ever do
-        matters = True
+    # Light particles between heavy ones amplify more than equal ones ever do.
+    matters = not scene.line.uniform
+    matters |= scene.engine == "lammps" and rounding_matters("lammps", scene, goal)
     return goal, find_rounding_sensitivity(scene) if matters and _steps_are_fixed(scene) else 0.0
 
 

@@ -9,7 +9,7 @@ from chaincor.lammps_inputs.bonds.table_bond import SplineBond, TableBond
 from chaincor.lammps_inputs.errors import ChaincorError, TableError
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.accuracy.answer import TABLE_SENSITIVITY, Answer, reason_missed
+from chaincor.workflows.accuracy.answer import Answer, reason_missed, table_error_of
 from chaincor.workflows.accuracy.in_house_runs import eta_of
 from chaincor.workflows.engines.in_house import stepping
 from chaincor.workflows.engines.outcome import Outcome
@@ -52,11 +52,11 @@ def rows_error(scene: Scene, outcome: Outcome, tolerance: float) -> float:
     `outcome` is of the spline through the rows. Zero for other bonds; raises TableError as
     :func:`with_rows` does.
     """
-    bond, speed = scene.bond, scene.impact_velocity
+    bond = scene.bond
     if not isinstance(bond, TableBond):
         return 0.0
     force_error = bond.rows.largest_error(outcome.bond_min - 1.0, outcome.bond_max - 1.0)
-    estimate = TABLE_SENSITIVITY["spline"] * force_error / speed
+    estimate = table_error_of("spline", force_error, scene)
     if estimate <= _NEGLIGIBLE * tolerance:
         return estimate
     numerics = Numerics(scheme="order8", timestep=2.0 * (outcome.timestep or _STEP))
@@ -65,7 +65,7 @@ def rows_error(scene: Scene, outcome: Outcome, tolerance: float) -> float:
         potential="lj",
         bond_file=None,
         speed=None,
-        velocity=speed,
+        velocity=scene.impact_velocity,
         tolerance=None,
         arrays=None,
     )
