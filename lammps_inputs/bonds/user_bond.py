@@ -152,8 +152,12 @@ def _of_arrays(function: Callable, what: str) -> Callable[..., Array]:
     """Return a function of arrays, also where the user's takes one number at a time."""
     three = np.array([-1e-3, 0.0, 1e-3])
     try:
-        returned = np.asarray(function(three), dtype=float)
-        takes_arrays = returned.shape == three.shape
+        # Of two lengths: what always returns as many numbers is no function of a strain.
+        returned = [(part, np.asarray(function(part))) for part in (three, three[1:])]
+        takes_arrays = all(
+            found.shape == part.shape and np.can_cast(found.dtype, float, "same_kind")
+            for part, found in returned
+        )
     except Exception:  # whatever a function of one number does with three
         takes_arrays = False
     if not takes_arrays:

@@ -43,6 +43,8 @@ def read_masses(value: Any) -> Any:
     parts = value if isinstance(value, list | tuple) else [value]
     if any(isinstance(part, bool) for part in parts):
         raise ValueError("expected masses, such as 1,2")
+    if isinstance(value, set | frozenset):
+        raise ValueError("a set has no order; expected a list of masses, such as [1, 2]")
     if isinstance(value, int | float):
         return [value]
     if isinstance(value, np.ndarray):

@@ -246,6 +246,11 @@ def test_masses_of_a_file_say_what_is_wrong_with_it(given, words, folder):
         Scene(masses=given, **FOUR)
 
 
+def test_masses_without_an_order_are_refused():
+    with pytest.raises(SceneError, match=r"masses is .*: a set has no order; expected a list"):
+        Scene(masses={2.0, 1.0}, **FOUR)
+
+
 def test_a_file_of_masses_that_a_scene_file_names_is_named_as_text(folder):
     (folder / "scene.toml").write_text('particles = 4\nmasses = "absent.txt"\n')
     with pytest.raises(SceneError, match=r"masses is '[^']*absent\.txt': expected"):

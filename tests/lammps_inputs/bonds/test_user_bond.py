@@ -108,7 +108,15 @@ class TestFunctionsOfOneNumber:
         assert branches.kinks == (0.0,)
 
     @pytest.mark.parametrize(
-        "force", [lambda s: "much", lambda s: [1.0, 2.0], lambda s: 1 / 0, lambda: 0.0]
+        "force",
+        [
+            lambda s: "much",
+            lambda s: [1.0, 2.0],
+            lambda s: np.zeros(3),
+            lambda s: -s * (1.0 + 0.1j),
+            lambda s: 1 / 0,
+            lambda: 0.0,
+        ],
     )
     def test_others_are_refused_by_name(self, force):
         with pytest.raises(PotentialError, match="force of bond 'mine' fails at strain") as refusal:
