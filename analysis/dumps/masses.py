@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from chaincor.analysis.dumps.chain_frames import ChainLayout
 from chaincor.analysis.dumps.frame import DumpFrame
-from chaincor.analysis.dumps.run_commands import NO_COMMANDS, Command, RunCommands, is_computed
+from chaincor.analysis.dumps.run_commands import Command, RunCommands, is_computed
 from chaincor.analysis.modes import are_equal
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.errors import InputError
@@ -146,7 +146,7 @@ def _by_id(frame: DumpFrame, n: int, declared: DeclaredMasses) -> tuple[Array | 
     return _repeated(by_particle, n), declared.source
 
 
-def declared_masses(data: Path | None, commands: RunCommands = NO_COMMANDS) -> DeclaredMasses:
+def declared_masses(data: Path | None, commands: RunCommands) -> DeclaredMasses:
     """
     Gather what a job declares of masses: section Masses, and the commands ``mass`` and ``set``.
 

@@ -55,8 +55,8 @@ class RunCommands:
     """The commands of one run, as its logs echo them and its scripts hold them."""
 
     #: By file, in order. Logs repeat a command with what its variables stand for.
-    logs: dict[Path, list[Command]] = field(default_factory=dict)
-    scripts: dict[Path, list[Command]] = field(default_factory=dict)  #: See ``logs``.
+    logs: dict[Path, list[Command]]
+    scripts: dict[Path, list[Command]]  #: See ``logs``.
 
     @classmethod
     def read(cls, logs: Iterable[Path] = (), scripts: Iterable[Path] = ()) -> "RunCommands":
@@ -129,9 +129,6 @@ class RunCommands:
         setups = [_setup_of([c for c in each if not is_computed(c)]) for each in found.values()]
         alike = setups and all(each == setups[0] for each in setups)
         return setups[0] if alike else DeclaredSetup()
-
-
-NO_COMMANDS = RunCommands()
 
 
 def _text(path: Path) -> str:

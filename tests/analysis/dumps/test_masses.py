@@ -220,7 +220,7 @@ def test_commands_that_leave_masses_unclear_are_named(tmp_path, scripts, told):
 def test_a_section_of_masses_that_cannot_be_read_is_refused(tmp_path, section):
     (tmp_path / "c.data").write_text(f"title\n\nMasses\n\n{section}\n")
     with pytest.raises(InputError, match=r"section Masses of .* cannot be read"):
-        declared_masses(tmp_path / "c.data")
+        declared_masses(tmp_path / "c.data", RunCommands.read())
 
 
 def test_masses_of_types_that_nothing_assigns_are_asked_for(job):
