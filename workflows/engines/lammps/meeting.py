@@ -2,7 +2,6 @@
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,10 +10,7 @@ from chaincor.lammps_inputs.contact_script import contact_force, contact_force_o
 from chaincor.lammps_inputs.line import Line
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.in_house.contact_search import PathPoint
-
-if TYPE_CHECKING:
-    from chaincor.workflows.engines.lammps.instance import LammpsChain
-
+from chaincor.workflows.engines.lammps.instance import LammpsChain
 
 # So much more is waited than bodies can take to meet.
 _LATEST = 1.1
@@ -42,7 +38,7 @@ class Meeting:
 
     touching = False  #: Whether soft bodies overlap.
 
-    def __init__(self, chain: "LammpsChain", line: Line) -> None:
+    def __init__(self, chain: LammpsChain, line: Line) -> None:
         self.chain, self.line = chain, line
         self.reduced_mass = line.contact_mass
         self._mass = float(line.chain_masses[0])
@@ -106,7 +102,7 @@ class SoftMeeting(Meeting):
     it the order would be q + 1, whatever that of the scheme.
     """
 
-    def __init__(self, chain: "LammpsChain", scene: Scene, order: int) -> None:
+    def __init__(self, chain: LammpsChain, scene: Scene, order: int) -> None:
         super().__init__(chain, scene.line)
         self._graded = grading(scene, order)
         self._began = (0.0, 0.0, 0.0)
