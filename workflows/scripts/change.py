@@ -7,20 +7,22 @@ from chaincor.lammps_inputs.given_numbers import number_in
 from chaincor.workflows.scripts.step_counts import count_positions, plain_style
 
 _TABLES = ("pair_style", "bond_style", "angle_style")
-# Which word of a command is a seed, from 0: by the style of a fix, or by what stands where. These
-# draw random numbers as the run goes on.
-_FIXES = {
-    "langevin": 7, "langevin/eff": 7, "langevin/spin": 6, "temp/csvr": 7, "temp/csld": 7, "gle": 7,
-    "ffl": 7, "brownian": 5, "ttm": 4, "tfmc": 6, "gcmc": 8, "widom": 7, "atom/swap": 6,
-    "mol/swap": 8, "bond/swap": 7,
+# Which word of a command is its style, from 0, and which is a seed. These draw random numbers as a
+# run goes on.
+_STYLE_AT = {
+    "fix": 3, "pair_style": 1, "velocity": 2, "create_atoms": 2, "displace_atoms": 2, "set": 3,
 }  # fmt: skip
-_PAIRS = {"dpd": 4, "dpd/ext": 4, "dpd/fdt": 4, "dpd/tstat": 5, "mdpd": 4, "brownian": 8}
-_FORCES = {("pair_style", 1, style): place for style, place in _PAIRS.items()}
+_FORCES = {
+    "fix langevin": 7, "fix langevin/eff": 7, "fix langevin/spin": 6, "fix temp/csvr": 7,
+    "fix temp/csld": 7, "fix gle": 7, "fix ffl": 7, "fix brownian": 5, "fix ttm": 4, "fix tfmc": 6,
+    "fix gcmc": 8, "fix widom": 7, "fix atom/swap": 6, "fix mol/swap": 8, "fix bond/swap": 7,
+    "pair_style dpd": 4, "pair_style dpd/ext": 4, "pair_style dpd/fdt": 4,
+    "pair_style dpd/tstat": 5, "pair_style mdpd": 4, "pair_style brownian": 8,
+}  # fmt: skip
 # And these a start, or what comes in at its time.
-_FIXES_OF_STARTS = {"deposit": 7, "pour": 6}
 _STARTS = {
-    ("velocity", 2, "create"): 4, ("create_atoms", 2, "random"): 4,
-    ("displace_atoms", 2, "random"): 6, ("set", 3, "type/fraction"): 6, ("set", 3, "type/ratio"): 6,
+    "fix deposit": 7, "fix pour": 6, "velocity create": 4, "create_atoms random": 4,
+    "displace_atoms random": 6, "set type/fraction": 6, "set type/ratio": 6,
 }  # fmt: skip
 _LARGEST_SEED = 900_000_000
 
@@ -70,15 +72,12 @@ class Change:
 
 def _seed(words: list[str], added: int, forces_alone: bool) -> list[str]:
     """Add to the seed in a command; returns lines before it, where that is a variable's value."""
-    fixes = _FIXES if forces_alone else _FIXES | _FIXES_OF_STARTS
-    others = _FORCES if forces_alone else _FORCES | _STARTS
-    at = fixes.get(plain_style(words[3])) if words[0] == "fix" and len(words) > 3 else None
+    place = _STYLE_AT.get(words[0], len(words))
+    seeds = _FORCES if forces_alone else _FORCES | _STARTS
+    at = seeds.get(f"{words[0]} {plain_style(words[place])}") if place < len(words) else None
     if words[0] == "fix" and "langevin" in words[4:]:
         # A thermostat of rigid bodies.
         at = words.index("langevin", 4) + 4
-    for (command, place, style), position in others.items():
-        if words[0] == command and words[place : place + 1] == [style]:
-            at = position
     if at is None or at >= len(words):
         return []
     if words[at].isdigit():

@@ -40,20 +40,19 @@ def describe_script_study(study: ScriptStudy) -> str:
 
 
 def _describe_ladder(study: ScriptStudy, each: ScriptLadder) -> list[str]:
-    assert study.ladder is not None
     lines = [f"at {name} = {value}" for name, value in each.fixed.items()]
     if len(each.numbers) > 1:
-        return [*lines, *_table(study, each)]
+        return [*lines, *_table(each)]
     for number in each.numbers:
         *said, advice = [f"{name:<12} {text}" for name, text in told(study, each, number)]
         lines += said
         lines.append(
-            f"{study.ladder.name:>12} {'mean':>16} {'scatter':>10} {'promises':>10} {'time':>9}"
+            f"{each.ladder.name:>12} {'mean':>16} {'scatter':>10} {'promises':>10} {'time':>9}"
         )
         for k, value in enumerate(each.values):
             keeps = number.verdict.promised[k]
             lines.append(
-                f"{study.ladder.text(float(value)):>12} {number.results[k].mean():>16.10g} "
+                f"{each.ladder.text(float(value)):>12} {number.results[k].mean():>16.10g} "
                 f"{number.verdict.scatter[k]:>10.1e} "
                 f"{f'{keeps:.1e}' if np.isfinite(keeps) else '-':>10} {each.seconds[k]:>7.2g} s"
             )
@@ -61,30 +60,22 @@ def _describe_ladder(study: ScriptStudy, each: ScriptLadder) -> list[str]:
     return lines
 
 
-def _table(study: ScriptStudy, each: ScriptLadder) -> list[str]:
+def _table(each: ScriptLadder) -> list[str]:
     """Return a line for each number: what it is, what to run, and what that keeps."""
-    assert study.ladder is not None
     lines = [f"{'number':<20} {'value':>26} {'verdict':>11} {'advised':>10} {'keeps':>9}  within"]
     for number in each.numbers:
         verdict, advice = number.verdict, number.advice
         value = "-"
         if verdict.value is not None and verdict.value_error is not None:
             value = with_bar(verdict.value, verdict.value_error)
-        advised = "none" if advice is None else study.ladder.text(advice.value)
+        advised = "none" if advice is None else each.ladder.text(advice.value)
         keeps = number.verdict.promised[-1] if advice is None else advice.promised_error
         lines.append(
             f"{number.name:<20} {value:>26} {verdict.kind:>11} {advised:>10} "
             f"{f'{keeps:.1e}' if keeps is not None and np.isfinite(keeps) else '-':>9}  "
             f"{'-' if number.tolerance is None else f'{number.tolerance:.2g}'}"
         )
-    return [*lines, *(f"failed at {text}" for text in _failures(study, each))]
-
-
-def _failures(study: ScriptStudy, each: ScriptLadder) -> list[str]:
-    """Say of every run that failed where that was, and why."""
-    assert study.ladder is not None
-    name = study.ladder.name
-    return [f"{name} = {study.ladder.text(given)}: {why}" for given, why in each.failures]
+    return [*lines, *(f"failed at {text}" for text in each.failures)]
 
 
 def _describe_comparison(each: Comparison) -> list[str]:
@@ -153,14 +144,13 @@ def told(study: ScriptStudy, each: ScriptLadder, number: NumberLadder) -> list[t
         said.append(("value", f"{with_bar(verdict.value, verdict.value_error)}, {told_by}"))
     if number.standard_error is not None:
         said.append(("one run", f"+- {number.standard_error:.1e}, by its own samples"))
-    said += [("failed", text) for text in _failures(study, each)]
+    said += [("failed", text) for text in each.failures]
     return [*said, ("advice", advise(study, each, number))]
 
 
 def advise(study: ScriptStudy, each: ScriptLadder, number: NumberLadder) -> str:
     """Say in one line what to run."""
-    assert study.ladder is not None
-    name, tolerance, advice = study.ladder.name, number.tolerance, number.advice
+    name, tolerance, advice = each.ladder.name, number.tolerance, number.advice
     if number.verdict.kind == "cannot tell":
         return "none, since the error cannot be told"
     if tolerance is None:
@@ -175,12 +165,12 @@ def advise(study: ScriptStudy, each: ScriptLadder, number: NumberLadder) -> str:
             if number.verdict.kind == "noise" and not study.seeds
             else "measure finer values or more runs"
         )
-    text = study.ladder.text(advice.value)
+    text = each.ladder.text(advice.value)
     if not advice.tried:
         return (
             f"{tolerance:.3g} is beyond this ladder, whose finest rung keeps "
             f"{number.verdict.promised[-1]:.1e}; by the order, {name} = {text} may do: measure "
-            f"with --vary {name}={study.ladder.text(float(each.values[-1]))}:{text}:6"
+            f"with --vary {name}={each.ladder.text(float(each.values[-1]))}:{text}:6"
         )
     costs = f"{tolerance:.3g} costs {advice.seconds:.2g} s: "
     if study.own_step is not None:

@@ -21,7 +21,6 @@ def plot_script_ladders(study: ScriptStudy) -> "Axes":
     Dots are single runs, the line of each ladder is what one run on a rung promises, the thin black
     line the fitted law, the grey one the tolerance. Left the variable, right the time.
     """
-    assert study.ladder is not None
     figure, (left, right) = new_figure(1, 2, figsize=(8.0, 3.9), sharey=True)
     curves = [(each, number) for each in study.ladders for number in each.numbers]
     for k, (each, number) in enumerate(curves):
@@ -47,7 +46,7 @@ def plot_script_ladders(study: ScriptStudy) -> "Axes":
                     label="what one run promises" if ax is left else None,
                 )  # fmt: skip
         if verdict.fit is not None:
-            steps = np.vectorize(study.ladder.step)(each.inputs)
+            steps = np.vectorize(each.ladder.step)(each.inputs)
             law = np.abs(verdict.fit.bias(np.median(steps / steps.max(), axis=1)))
             left.plot(
                 np.median(each.inputs, axis=1), np.where(law > 0.0, law, np.nan),
@@ -68,7 +67,7 @@ def plot_script_ladders(study: ScriptStudy) -> "Axes":
         ax.set_yscale("log")
         if study.tolerance is not None:
             ax.axhline(study.tolerance, color=GREY, linewidth=0.8, label="tolerance")
-    left.set(xlabel=study.ladder.name, ylabel="distance from the best value")
+    left.set(xlabel=study.ladders[0].ladder.name, ylabel="distance from the best value")
     right.set_xlabel("processor time of one run (s)")
     figure.legend(*left.get_legend_handles_labels(), loc="outside upper left", ncols=4, fontsize=8)
     return left

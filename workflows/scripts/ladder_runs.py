@@ -10,7 +10,7 @@ from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.workflows.scripts.advice import ScriptAdvice, give_advice, own_tolerance
 from chaincor.workflows.scripts.script_run import Runner, ScriptRun, ScriptRunError
-from chaincor.workflows.scripts.varied import Varied
+from chaincor.workflows.scripts.varied import Ladder, Varied
 
 # The coarse end should not be the dear one: then somebody gave the ends the other way round.
 _DEARER, _SURELY_SECONDS = 2.0, 0.5
@@ -40,6 +40,7 @@ class NumberLadder:
 class ScriptLadder:
     """One ladder of a script."""
 
+    ladder: Ladder  #: What was varied.
     fixed: dict[str, str]  #: Values of the variables that stay, as text.
     #: Every run, failed ones among them, in the order they were made.
     runs: tuple[ScriptRun, ...]
@@ -59,10 +60,11 @@ class ScriptLadder:
         return self.inputs[:, 0]
 
     @property
-    def failures(self) -> list[tuple[float, str]]:
-        """The varied value and what went wrong of every run that failed."""
+    def failures(self) -> list[str]:
+        """Of every run that failed where that was, and why."""
+        name, text = self.ladder.name, self.ladder.text
         runs = zip(self.given, self.runs, strict=True)
-        return [(given, run.failure) for given, run in runs if run.failure]
+        return [f"{name} = {text(given)}: {run.failure}" for given, run in runs if run.failure]
 
     @property
     def ends_apart(self) -> bool:
@@ -182,6 +184,7 @@ def measure_ladder(
     seconds = np.array([np.median([run.seconds for run in row]) for row in rows])
     ends = [run.samples.end for row in rows for run in row if run.samples is not None]
     return ScriptLadder(
+        ladder=ladder,
         fixed=fixed,
         runs=tuple(runs.done.values()),
         given=tuple(varied.value(*place) for place in runs.done),

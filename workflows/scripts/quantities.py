@@ -271,27 +271,21 @@ class Frames(NamedTuple):
 
 def read_frames(path: Path) -> Frames:
     """Read the positions of a run; raises InputError where there are none."""
+    lines = path.read_text("utf-8").splitlines() if path.is_file() else []
+    if not lines:
+        raise InputError("the script wrote no positions; expected a 'run' with particles")
     times: list[float] = []
     frames: list[Array] = []
-    spacing = 1.0
-    lines = path.read_text("utf-8").splitlines() if path.is_file() else []
-    k = 0
-    while k < len(lines):
-        item = lines[k]
-        if item.startswith("ITEM: TIME") and item != "ITEM: TIMESTEP":
-            times.append(float(lines[k + 1]))
-        elif item.startswith("ITEM: NUMBER"):
-            count = int(lines[k + 1])
-        elif item.startswith("ITEM: BOX"):
-            box = [[float(x) for x in line.split()] for line in lines[k + 1 : k + 4]]
-            spacing = (math.prod(row[1] - row[0] for row in box) / max(count, 1)) ** (1.0 / 3.0)
-        elif item.startswith("ITEM: ATOMS"):
-            rows = [line.split() for line in lines[k + 1 : k + 1 + count]]
-            frames.append(np.array(rows, dtype=float).reshape(-1, 4)[:, 1:])
-            k += count
-        k += 1
-    if not frames:
-        raise InputError("the script wrote no positions; expected a 'run' with particles")
+    at = 0
+    while at < len(lines):
+        # Time, step, number of particles, box, and positions, each below a line that names it.
+        count, first = int(lines[at + 5]), at + 11
+        times.append(float(lines[at + 1]))
+        edges = [[float(x) for x in line.split()] for line in lines[at + 7 : at + 10]]
+        rows = [line.split() for line in lines[first : first + count]]
+        frames.append(np.array(rows, dtype=float).reshape(-1, 4)[:, 1:])
+        at = first + count
+    spacing = (math.prod(edge[1] - edge[0] for edge in edges) / max(count, 1)) ** (1.0 / 3.0)
     most = max(len(frame) for frame in frames)
     padded = [np.pad(f, ((0, most - len(f)), (0, 0)), constant_values=np.nan) for f in frames]
     return Frames(np.array(times), np.array(padded), spacing)

@@ -179,6 +179,16 @@ def timestep_study(
     varied = read_varied(
         text, vary, fix, seeds, phases, printed=printed, scale_periods=scale_periods
     )
+    compared = varied.kind in (LAST_DIGIT, RANKS)
+    options = {"--fix": fix, "--seeds": seeds, "--phases": phases, "--tolerance": tolerance}
+    unused = [
+        name for name, value in (options | {"--scale-periods": scale_periods}).items() if value
+    ]
+    if compared and unused:
+        raise InputError(
+            f"--vary {varied.kind} compares runs of the script as it stands, so that "
+            f"{', '.join(unused)} would not be used; expected one or the other: drop it"
+        )
     command = _command(lmp)
     files = list_files(text.path.resolve().parent)
     scratch = Path(tempfile.mkdtemp(prefix="chaincor-script-")).resolve()
@@ -187,7 +197,7 @@ def timestep_study(
     comparisons: tuple[Comparison, ...] = ()
     found: list[ScriptLadder] = []
     try:
-        if varied.kind in (LAST_DIGIT, RANKS):
+        if compared:
             comparisons = compare_runs(runner, varied.ranks)
         else:
             varied = _with_step(runner, varied)

@@ -100,6 +100,20 @@ def test_a_crystal_does_not_part(tmp_path, vary):
     print(f"{vary}: {found.kind}, at most {np.max(found.distances):.2g} apart")
 
 
+def test_a_run_may_begin_without_particles(tmp_path):
+    """As those of `fix pour`: such frames count nowhere."""
+    path = script(tmp_path, 1.0, 0.1)
+    head = path.read_text().split("create_atoms")[0]
+    more = "mass 1 1.0\npair_style lj/cut 2.5\npair_coeff 1 1 1.0 1.0\nfix 1 all nve\nrun 9\n"
+    path.write_text(f"{head}{more}create_atoms 1 single 1 1 1 units box\nrun 5\n")
+    times, positions, spacing = frames_of(path, tmp_path, 0.0)
+    assert times == pytest.approx(0.005 * np.arange(1, 15))
+    assert np.all(np.isnan(positions[:9]))
+    assert np.all(positions[9:] == 1.0)
+    # The box holds 3 cells of 4 particles at density 1, and one particle.
+    assert spacing == pytest.approx(3.0 * 4.0 ** (1.0 / 3.0))
+
+
 def test_verdicts_on_distances():
     times = np.linspace(0.0, 10.0, 201)
     assert judge_distances(times, np.zeros(201))[0] == "same"

@@ -333,6 +333,7 @@ def test_random_forces_have_seeds_of_their_own_and_starts_keep_theirs(tmp_path):
         ("fix g all gcmc 10 1000 0 2 29494 298 -0.5 0.01",
          "fix g all gcmc 10 1000 0 2 29500 298 -0.5 0.01"),
         ("pair_style dpd 1.0 2.5 100", "pair_style dpd 1.0 2.5 106"),
+        ("pair_style dpd/kk 1.0 2.5 100", "pair_style dpd/kk 1.0 2.5 106"),
         ("fix r all rigid molecule langevin 1 1 1 428984",
          "fix r all rigid molecule langevin 1 1 1 428990"),
         ("velocity all create 1.0 100 dist gaussian", "velocity all create 1.0 100 dist gaussian"),
@@ -386,6 +387,12 @@ def test_what_cannot_be_studied_is_refused(tmp_path):
         ("run 10\n", {"vary": "ranks=2"}, "two numbers of processes"),
         ("run 10\n", {"vary": "seed=3", "seeds": 3}, "drop the other"),
         ("run 10\n", {"lmp": "'"}, "expected a command"),
+        ("run 10\n", {"vary": "lastdigit", "phases": 5}, "--phases would not be used"),
+        (
+            "variable n index 10\nrun $n\n",
+            {"vary": "ranks=1,2", "fix": ["n=20"], "tolerance": 1.0, "scale_periods": True},
+            "--fix, --tolerance, --scale-periods would not be used",
+        ),
     ):
         path.write_text(text)
         with pytest.raises(InputError, match=said):
