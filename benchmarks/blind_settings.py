@@ -8,6 +8,7 @@ Run: python -m benchmarks.blind_settings
 """
 
 import argparse
+from dataclasses import replace
 
 import numpy as np
 
@@ -18,7 +19,7 @@ from chaincor.workflows.engines.lammps import engine as lammps
 from chaincor.workflows.engines.rounding import rounding_error
 from chaincor.workflows.errors import RunError
 from chaincor.workflows.tradeoff.front import CheapestRow
-from chaincor.workflows.tradeoff.settings import Setting, time_unit
+from chaincor.workflows.tradeoff.settings import time_unit
 from chaincor.workflows.tradeoff.study import tradeoff
 from chaincor.workflows.tradeoff.truth import find_truth
 
@@ -50,14 +51,13 @@ def draw_scenes(seed: int) -> list[Scene]:
 
 def numerics_in(scene: Scene, row: CheapestRow) -> Numerics:
     """Return the numerics of a row in another scene: the same step of its fastest bond's time."""
-    series = row.setting.series
-    step = row.scaled_timestep * time_unit(scene, series.wall)
-    return Setting(series, step).numerics(scene)
+    step = row.scaled_timestep * time_unit(scene, row.setting.wall)
+    return replace(row.setting, timestep=step).numerics(scene)
 
 
 def promised_in(scene: Scene, row: CheapestRow) -> float:
     """Return what a row promises in another scene: no less than rounding of coordinates does."""
-    return max(row.error, rounding_error(row.setting.series.engine, scene))
+    return max(row.error, rounding_error(row.setting.engine, scene))
 
 
 def errors_over_promises(scene: Scene, rows: list[CheapestRow]) -> np.ndarray:

@@ -179,16 +179,12 @@ def judge_means(steps: Array, values: Array, scatter: Array) -> Means:
     steepest slope between the three finest rungs, twice, down to step 0, stands for what is left.
 
     `steps` and `values`, of shape (R, M), are rung by rung from coarse to fine; `scatter`, of shape
-    (R,), is the standard deviation of one run, by rung, positive. Raises ValueError if there are
-    fewer than three rungs or two runs a rung.
+    (R,), is the standard deviation of one run, by rung, positive; there are three rungs and two
+    runs a rung at least.
     """
     from scipy.stats import chi2, t
 
     rungs, columns = values.shape
-    if rungs < _LEAST_RUNGS or columns < 2:
-        raise ValueError(
-            f"{rungs} rungs with {columns} runs; expected {_LEAST_RUNGS} and 2 at least"
-        )
     h = steps.mean(axis=1) / steps.max()
     means, errors = values.mean(axis=1), scatter / np.sqrt(columns)
     gaussian = float(t.ppf(0.975, rungs * (columns - 1)))

@@ -15,7 +15,6 @@ from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.tradeoff.settings import (
     STOCK_PHASES,
     Measurement,
-    Series,
     Setting,
     stock_setting,
     time_unit,
@@ -57,7 +56,7 @@ def compare(fields: dict, phases: int = STOCK_PHASES) -> EqualTime:
     stock = Measurement(stock_setting(scene))
     unit = time_unit(scene, "event")
     events = [
-        Measurement(Setting(Series("lammps", "event", scheme, spline), unit * step))
+        Measurement(Setting("lammps", "event", scheme, spline, unit * step))
         for scheme, steps in STEPS.items()
         for step in steps
     ]
@@ -72,7 +71,7 @@ def compare(fields: dict, phases: int = STOCK_PHASES) -> EqualTime:
         floor = max(chosen.rms_error, truth.restitution_error)
         ratios[factor] = stock.rms_error / floor
         setting = chosen.setting
-        best[factor] = f"{setting.series.scheme} H {setting.timestep:.3g}: {floor:.1e}"
+        best[factor] = f"{setting.scheme} H {setting.timestep:.3g}: {floor:.1e}"
     name = " ".join(str(value) for value in fields.values())
     return EqualTime(name, stock.rms_error, stock.time, ratios, best)
 

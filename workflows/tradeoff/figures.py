@@ -17,7 +17,7 @@ from chaincor.analysis.figures.style import (
     new_figure,
 )
 from chaincor.workflows.tradeoff.budget import CAUSES, ErrorBudget, TablePoint
-from chaincor.workflows.tradeoff.front import find_series, pareto_front
+from chaincor.workflows.tradeoff.front import pareto_front
 from chaincor.workflows.tradeoff.settings import Measurement
 
 if TYPE_CHECKING:
@@ -45,18 +45,19 @@ def plot_work_precision(measurements: Sequence[Measurement], floor: float | None
     """
     figure, ax = new_figure(figsize=(7.2, 4.4))
     done = [m for m in measurements if not m.failure and m.seconds]
-    front = pareto_front(m for m in done if m.setting.series.engine == "lammps")
+    front = pareto_front(m for m in done if m.setting.engine == "lammps")
     ax.plot(
         [m.time for m in front], np.maximum([m.rms_error for m in front], _LEAST), color="#D9D9D9",
         linewidth=9.0, zorder=1, solid_capstyle="round", label="Pareto front of LAMMPS",
     )  # fmt: skip
-    for series in find_series(done):
+    for series in dict.fromkeys(m.setting.series for m in done):
         own = [m for m in done if m.setting.series == series]
         error = np.maximum([m.rms_error for m in own], _LEAST)
         lowest = np.maximum([m.errors.min() for m in own], _LEAST)
         highest = np.array([m.worst_error for m in own])
-        stock, in_house = series.wall == "reflect", series.engine == "reference"
-        colour, marker = (GREY, "X") if stock else _SCHEMES[series.scheme]
+        setting = own[0].setting
+        stock, in_house = setting.wall == "reflect", setting.engine == "reference"
+        colour, marker = (GREY, "X") if stock else _SCHEMES[setting.scheme]
         ax.errorbar(
             [m.time for m in own],
             error,
@@ -65,10 +66,10 @@ def plot_work_precision(measurements: Sequence[Measurement], floor: float | None
             marker=marker,
             markerfacecolor="white" if in_house and not stock else None,
             markersize=6.0 if stock else 4.0,
-            linestyle="--" if series.table == "linear" else ":" if in_house and not stock else "-",
+            linestyle="--" if setting.table == "linear" else ":" if in_house and not stock else "-",
             elinewidth=0.7,
             linewidth=1.2,
-            label=series.label,
+            label=series,
             zorder=3,
         )
     if floor is not None and floor > 0.0:

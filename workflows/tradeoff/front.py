@@ -9,7 +9,7 @@ from chaincor.lammps_inputs.scene_parts.scene_fields import Engine
 from chaincor.lammps_inputs.schemes import SCHEME_ORDERS, Scheme
 from chaincor.workflows.accuracy.by_lammps import usual_schemes
 from chaincor.workflows.measured import measured
-from chaincor.workflows.tradeoff.settings import Measurement, Series, Setting, time_unit
+from chaincor.workflows.tradeoff.settings import Measurement, Setting, time_unit
 
 # An error that a setting promises is this many times the worst that was measured. Between scenes,
 # errors at equal steps (in units of the fastest bond) scatter, as contacts graze the wall or
@@ -29,12 +29,12 @@ def promised_errors(measurements: Iterable[Measurement]) -> dict[Setting, float]
     series from its step downwards, times the reserve of its scheme.
     """
     promises: dict[Setting, float] = {}
-    largest: dict[Series, float] = {}
+    largest: dict[str, float] = {}
     done = [m for m in measurements if m.failure is None]
     for each in sorted(done, key=lambda m: m.setting.timestep):
         series = each.setting.series
         largest[series] = max(each.worst_error, largest.get(series, 0.0))
-        promises[each.setting] = RESERVE[series.scheme] * largest[series]
+        promises[each.setting] = RESERVE[each.setting.scheme] * largest[series]
     return promises
 
 
@@ -68,7 +68,7 @@ def cheapest_settings(
     scene: Scene, measurements: Iterable[Measurement], engine: Engine
 ) -> list[CheapestRow]:
     """Return an engine's cheapest setting for each decade of error of eta, from 1e-2 on."""
-    usable = [m for m in measurements if m.failure is None and m.setting.series.engine == engine]
+    usable = [m for m in measurements if m.failure is None and m.setting.engine == engine]
     promises = promised_errors(usable)
     rows = []
     for decade in range(LOOSEST_DECADE, TIGHTEST_DECADE + 1):
@@ -81,7 +81,7 @@ def cheapest_settings(
             CheapestRow(
                 error=error,
                 setting=best.setting,
-                scaled_timestep=best.setting.timestep / time_unit(scene, best.setting.series.wall),
+                scaled_timestep=best.setting.timestep / time_unit(scene, best.setting.wall),
                 measured_error=best.worst_error,
                 contact_time_error=best.contact_time_error,
                 mode_energy_error=best.mode_energy_error,
@@ -112,7 +112,7 @@ def give_advice(scene: Scene, rows: list[CheapestRow], tolerance: float) -> str:
 
 def describe(setting: Setting) -> str:
     """Describe a setting in a few words."""
-    return f"{setting.series.label}, H {setting.timestep:.3g}"
+    return f"{setting.series}, H {setting.timestep:.3g}"
 
 
 def format_seconds(seconds: float) -> str:
@@ -121,8 +121,3 @@ def format_seconds(seconds: float) -> str:
         return f"{seconds:.2g} s"
     digits = max(0, 1 - math.floor(math.log10(max(1e3 * seconds, 1e-9))))
     return f"{1e3 * seconds:.{digits}f} ms"
-
-
-def find_series(measurements: Iterable[Measurement]) -> list[Series]:
-    """Return the series of a study, each once, in the order they were measured."""
-    return list(dict.fromkeys(m.setting.series for m in measurements))

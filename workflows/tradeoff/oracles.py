@@ -14,7 +14,6 @@ from chaincor.workflows.engines.in_house.finish import KNOWN_MARGIN
 from chaincor.workflows.engines.lammps.flight import flight_of
 from chaincor.workflows.engines.lammps.instance import LammpsChain
 from chaincor.workflows.engines.outcome import Outcome
-from chaincor.workflows.errors import RunError
 
 State = tuple[NDArray, NDArray, NDArray]
 
@@ -34,11 +33,10 @@ def restitution_with_exact_bonds(scene: Scene, numerics: Numerics, like: Outcome
 
     It compiles the formula anew at every force call, 100 us and more: an oracle, not an engine.
     Forces are exact to rounding; the run ends with as many contacts as `like`, that with the table.
-    Raises RunError if the bond has no formula, or LAMMPS fails.
+    The bond has a formula. Raises RunError if LAMMPS fails.
     """
     formula = lepton_formula(scene)
-    if formula is None:
-        raise RunError("this bond has no formula; expected a named potential for bond_style lepton")
+    assert formula is not None
     with (
         tempfile.TemporaryDirectory(prefix="chaincor-") as name,
         LammpsChain(scene, numerics, None, Path(name)) as chain,

@@ -15,10 +15,10 @@ from chaincor.workflows.accuracy.cost_model import cost_model
 from chaincor.workflows.accuracy.step_guess import sharpness
 from chaincor.workflows.engines.in_house import stepping
 from chaincor.workflows.engines.lammps import engine as lammps
-from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.errors import RunError
 from chaincor.workflows.tradeoff.truth import Deviation, Truth
 
+_ENGINES = {"lammps": lammps, "reference": stepping}
 _ENGINE_NAMES = {"lammps": "LAMMPS", "reference": "in-house"}
 # Force error of the linear tables that are compared with splines, in units of v0: some thousands
 # of rows. Splines get as many rows as they need to be exact to rounding, which is fewer.
@@ -37,18 +37,19 @@ _IN_HOUSE_COST = 0.1
 
 
 @dataclass(frozen=True)
-class Series:
-    """Settings that differ in the step only."""
+class Setting:
+    """One point of a work-precision study."""
 
     #: As in scenes.
     engine: Engine
     wall: Wall  #: See ``engine``.
     scheme: Scheme  #: See ``engine``.
     table: TableStyle | None  #: ``linear`` or ``spline``; None where there is no table.
+    timestep: float  #: The composed step H.
 
     @property
-    def label(self) -> str:
-        """Name for people."""
+    def series(self) -> str:
+        """What people call it together with those of the study that differ in the step only."""
         parts = [_ENGINE_NAMES[self.engine]]
         if self.engine == "lammps":
             parts.append("stock wall" if self.wall == "reflect" else "event wall")
@@ -56,18 +57,6 @@ class Series:
         if self.table == "linear":
             parts.append("linear table")
         return ", ".join(parts)
-
-    def run(self, scene: Scene, numerics: Numerics) -> Outcome:
-        """Run a scene with the engine of these settings."""
-        return (lammps if self.engine == "lammps" else stepping).run(scene, numerics)
-
-
-@dataclass(frozen=True)
-class Setting:
-    """One point of a work-precision study."""
-
-    series: Series  #: Engine, wall, scheme, table.
-    timestep: float  #: The composed step H.
 
     def numerics(
         self, scene: Scene, bond_range: tuple[float, float] | None = None, phase: float = 0.0
@@ -78,12 +67,12 @@ class Setting:
         `bond_range` is what the table must hold; None lets the engine find it. `phase`, from 0 to
         1, shortens the step by up to 2 %.
         """
-        series, linear = self.series, self.series.table == "linear"
+        linear = self.table == "linear"
         return Numerics(
-            wall=series.wall,
-            scheme=series.scheme,
+            wall=self.wall,
+            scheme=self.scheme,
             timestep=self.timestep * (1.0 - PHASE_WIDTH * phase),
-            table=series.table or "spline",
+            table=self.table or "spline",
             bond_range=bond_range,
             force_error=_LINEAR_FORCE_ERROR * scene.impact_velocity if linear else None,
         )
@@ -92,8 +81,7 @@ class Setting:
 def stock_setting(scene: Scene, step: float = STOCK_TIMESTEP) -> Setting:
     """Return the stock recipe, at a step in its unit of time."""
     spline: TableStyle | None = None if scene.bond.is_harmonic else "spline"
-    series = Series("lammps", "reflect", "verlet", spline)
-    return Setting(series, step * time_unit(scene, "reflect"))
+    return Setting("lammps", "reflect", "verlet", spline, step * time_unit(scene, "reflect"))
 
 
 def time_unit(scene: Scene, wall: Wall) -> float:
@@ -111,13 +99,16 @@ _STOCK_STEPS = {
     False: (0.05, 0.02, 0.01, STOCK_TIMESTEP, 0.002, 0.001),
     True: (0.02, STOCK_TIMESTEP),
 }
-_EVENT_ENDS = {
+_EVENT_ENDS: dict[Scheme, tuple[float, float]] = {
     "verlet": (0.2, 0.003),
     "order4": (0.8, 0.05),
     "order6": (0.8, 0.07),
     "order8": (0.8, 0.1),
 }
-_NOT_WHEN_QUICK = {"lammps": ("order4",), "reference": ("verlet", "order4")}
+_NOT_WHEN_QUICK: dict[Engine, tuple[Scheme, ...]] = {
+    "lammps": ("order4",),
+    "reference": ("verlet", "order4"),
+}
 
 
 def study_settings(scene: Scene, quick: bool) -> list[list[Setting]]:
@@ -127,19 +118,20 @@ def study_settings(scene: Scene, quick: bool) -> list[list[Setting]]:
     ratio = 2.0 if quick else 2.0**0.5
     ladders = [[stock_setting(scene, step) for step in _STOCK_STEPS[quick]]]
     unit = time_unit(scene, "event")
-    for engine in ("lammps", "reference"):
+    for engine, left_out in _NOT_WHEN_QUICK.items():
         for scheme, (first, last) in _EVENT_ENDS.items():
-            if quick and scheme in _NOT_WHEN_QUICK[engine]:
+            if quick and scheme in left_out:
                 continue
             styles: tuple[TableStyle | None, ...] = (spline if engine == "lammps" else None,)
             if tabulated and engine == "lammps" and scheme in ("verlet", "order6") and not quick:
                 styles = ("spline", "linear")
-            for style in styles:
-                series = Series(engine, "event", scheme, style)  # type: ignore[arg-type]
-                steps = [first]
-                while steps[-1] / ratio > 0.99 * last:
-                    steps.append(steps[-1] / ratio)
-                ladders.append([Setting(series, unit * step) for step in steps])
+            steps = [first]
+            while steps[-1] / ratio > 0.99 * last:
+                steps.append(steps[-1] / ratio)
+            ladders += [
+                [Setting(engine, "event", scheme, style, unit * step) for step in steps]
+                for style in styles
+            ]
     return ladders
 
 
@@ -197,7 +189,7 @@ class Measurement:
         numerics = self.setting.numerics(truth.scene, truth.bond_range, phase)
         started, worked = time.perf_counter(), time.thread_time()
         try:
-            outcome = self.setting.series.run(truth.scene, numerics)
+            outcome = _ENGINES[self.setting.engine].run(truth.scene, numerics)
         except RunError as error:
             self.failure = str(error)
             return
@@ -257,7 +249,7 @@ def measure_ladders(
     for turn in range(1, STOCK_PHASES):
         for measurement in found:
             # The stock wall's error is irregular.
-            stock = measurement.setting.series.wall == "reflect"
+            stock = measurement.setting.wall == "reflect"
             wanted = STOCK_PHASES if stock else 2 if quick else 4
             if turn >= wanted or measurement.failure or not measurement.seconds:
                 continue
@@ -271,6 +263,6 @@ def expected_seconds(truth: Truth, setting: Setting) -> float:
     """Return the seconds that one run of a setting should take, well enough for planning."""
     numerics = setting.numerics(truth.scene)
     seconds = cost_model().integration(truth.scene, numerics, truth.scouting.end.last_contact_time)
-    if setting.series.engine == "reference":
+    if setting.engine == "reference":
         return _IN_HOUSE_COST * seconds
     return seconds if math.isfinite(seconds) else 0.0

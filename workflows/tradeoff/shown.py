@@ -1,7 +1,7 @@
 """A study as people see it: in words, and in files, with a page, JSON, CSV and figures."""
 
 import platform
-from dataclasses import asdict, fields
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -49,6 +49,7 @@ REPORT = StudyReport(
         ),
     },
 )
+_SETTING = ("engine", "wall", "scheme", "table")
 _ERRORS = ("median_error", "rms_error", "worst_error", "contact_time_error", "mode_energy_error")
 # Of the truth and of budgets, in this order, beside their other numbers.
 _TRUTH = (
@@ -115,10 +116,10 @@ def measurement_row(
     setting, done = measurement.setting, bool(measurement.seconds) and not measurement.failure
     setups = sorted(measurement.setup_seconds)
     return {
-        **asdict(setting.series),
+        **{name: getattr(setting, name) for name in _SETTING},
         "table_points": measurement.table_points,
         "timestep": setting.timestep,
-        "scaled_timestep": setting.timestep / time_unit(study.scene, setting.series.wall),
+        "scaled_timestep": setting.timestep / time_unit(study.scene, setting.wall),
         "phases": len(measurement.seconds),
         "failure": measurement.failure,
         "on_front": on_front,
@@ -131,9 +132,8 @@ def measurement_row(
 
 
 def _cheapest_row(row: CheapestRow) -> dict[str, Any]:
-    setting = row.setting
-    head = {"error": row.error, **asdict(setting.series), "timestep": setting.timestep}
-    return head | {f.name: finite(getattr(row, f.name)) for f in fields(row)[2:]}
+    plain = asdict(row)
+    return finite({"error": row.error, **plain.pop("setting"), **plain})
 
 
 def to_dict(study: Tradeoff) -> dict[str, Any]:

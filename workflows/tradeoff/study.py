@@ -89,7 +89,7 @@ class Tradeoff:
     @property
     def stock(self) -> list[Measurement]:
         """Those by the stock reflecting wall that ran."""
-        return [m for m in self.measurements if m.setting.series.wall == "reflect" and m.seconds]
+        return [m for m in self.measurements if m.setting.wall == "reflect" and m.seconds]
 
     @property
     def failed(self) -> list[Measurement]:
@@ -197,7 +197,7 @@ def _setting_of(
     """Return the setting the advice names, or the most exact one that LAMMPS has."""
     if row := advised(rows, tolerance):
         return row.setting
-    usable = [m for m in measurements if not m.failure and m.setting.series.engine == "lammps"]
+    usable = [m for m in measurements if not m.failure and m.setting.engine == "lammps"]
     return min(usable, key=lambda m: m.rms_error).setting if usable else None
 
 

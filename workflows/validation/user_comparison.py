@@ -7,7 +7,6 @@ import numpy as np
 
 from chaincor.analysis.ladders.verdict import LadderVerdict, judge_ladder
 from chaincor.analysis.modes import mode_energies
-from chaincor.analysis.restitution import restitution
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.scene import DEFAULT_TOLERANCE, Scene
@@ -52,21 +51,21 @@ def validate_user(
 
 def _compare_user_arrays(user: UserOutcome, judge: Collision, scene: Scene) -> list[Comparison]:
     """Compare what the user gives; only the number of contacts has an error bar: none."""
-    k, line = scene.bond.stiffness, scene.line
-    given: dict[str, Array | None] = {
+    line = scene.line
+
+    def energies(displacements: Array | None, velocities: Any, masses: Array) -> Array | None:
+        if displacements is None:
+            return None
+        return mode_energies(displacements, velocities, scene.bond.stiffness, masses)
+
+    target = user.target_displacements, user.target_velocities, line.target_masses
+    given = {
         "contact_times": user.contact_times,
         "contact_speeds": user.contact_speeds,
-        "mode_energies": None,
+        "mode_energies": energies(user.displacements, user.velocities, line.chain_masses),
         "target_velocities": user.target_velocities,
-        "target_mode_energies": None,
+        "target_mode_energies": energies(*target),
     }
-    if user.displacements is not None:
-        masses = None if line.plain else line.chain_masses
-        given["mode_energies"] = mode_energies(user.displacements, user.velocities, k, masses)
-    if user.target_displacements is not None:
-        assert user.target_velocities is not None
-        state = user.target_displacements, user.target_velocities
-        given["target_mode_energies"] = mode_energies(*state, k, line.target_masses)
     comparisons = [
         Comparison(name, largest_difference(values, getattr(judge, name)), None)
         for name, values in given.items()
@@ -79,11 +78,9 @@ def _compare_user_arrays(user: UserOutcome, judge: Collision, scene: Scene) -> l
 
 def _restitution_of(user: UserOutcome, scene: Scene) -> float:
     """Return eta: of the relative translation, where the target is free."""
-    line, v0 = scene.line, scene.impact_velocity
-    if line.plain:
-        return float(restitution(user.velocities, v0))
     target = np.zeros(1) if user.target_velocities is None else user.target_velocities[::-1]
-    return (line.separation(np.concatenate((target, user.velocities))) / v0) ** 2
+    e = scene.line.separation(np.concatenate((target, user.velocities))) / scene.impact_velocity
+    return e * e
 
 
 @dataclass(frozen=True, repr=False)

@@ -191,12 +191,10 @@ def _checked(source: str, found: dict[str, Any], scene: Scene) -> UserOutcome:
             f"{source} gives no target_velocities; expected those of the free target's {targets} "
             "particles beside the chain's: return a mapping, or write an NPZ file"
         )
-    arrays: dict[str, Array | None] = dict.fromkeys(_ARRAYS)
-    for name in _ARRAYS:
-        if name not in found:
-            continue
+    arrays: dict[str, Array] = {}
+    for name, given in found.items():
         try:
-            values = np.asarray(found[name], dtype=float)
+            values = np.asarray(given, dtype=float)
         except (TypeError, ValueError):
             raise UserIntegratorError(f"{source}: {name} are not numbers") from None
         size = targets if name.startswith("target") else scene.particles
@@ -214,4 +212,4 @@ def _checked(source: str, found: dict[str, Any], scene: Scene) -> UserOutcome:
                 f"{source}: {name} are not a list of finite numbers; check the integrator"
             )
         arrays[name] = values
-    return UserOutcome(**arrays)  # type: ignore[arg-type]
+    return UserOutcome(**arrays)

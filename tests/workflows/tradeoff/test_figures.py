@@ -9,7 +9,7 @@ from chaincor.workflows.tradeoff.figures import (
     plot_table_errors,
     plot_work_precision,
 )
-from chaincor.workflows.tradeoff.settings import Measurement, Series, Setting
+from chaincor.workflows.tradeoff.settings import Measurement, Setting
 from chaincor.workflows.tradeoff.truth import Deviation
 
 
@@ -17,7 +17,7 @@ def measured(series, *errors):
     """Return a measurement for each error, of two runs between which it is the rms error."""
     return [
         Measurement(
-            Setting(series, 1.0 / (k + 1)),
+            Setting(*series, 1.0 / (k + 1)),
             [Deviation(part * error, 0.0, 0.0) for part in (0.5, 1.75**0.5)],
             seconds=[0.1 * (k + 1)] * 2,
         )
@@ -38,8 +38,8 @@ def legend_box(figure):
 
 
 def test_work_precision_shows_errors_bars_and_front():
-    lammps = measured(Series("lammps", "event", "order8", "spline"), 1e-3, 1e-6)
-    stock = measured(Series("lammps", "reflect", "verlet", "spline"), 1e-3, 1e-4)
+    lammps = measured(("lammps", "event", "order8", "spline"), 1e-3, 1e-6)
+    stock = measured(("lammps", "reflect", "verlet", "spline"), 1e-3, 1e-4)
     ax = plot_work_precision([*lammps, *stock], floor=1e-12)
     assert (ax.get_xscale(), ax.get_yscale()) == ("log", "log")
     np.testing.assert_allclose(ax.get_lines()[0].get_ydata(), [1e-3, 1e-6])
@@ -53,7 +53,7 @@ def test_work_precision_shows_errors_bars_and_front():
 
 
 def test_an_error_of_zero_has_a_place():
-    exact = measured(Series("reference", "event", "order8", None), 1e-3, 0.0)
+    exact = measured(("reference", "event", "order8", None), 1e-3, 0.0)
     ax = plot_work_precision(exact)
     assert 0.0 < ax.containers[0][0].get_ydata()[1] < 1e-15
 

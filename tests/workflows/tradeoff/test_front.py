@@ -14,19 +14,19 @@ from chaincor.workflows.tradeoff.front import (
     pareto_front,
     promised_errors,
 )
-from chaincor.workflows.tradeoff.settings import Measurement, Series, Setting, time_unit
+from chaincor.workflows.tradeoff.settings import Measurement, Setting, time_unit
 from chaincor.workflows.tradeoff.truth import Deviation
 
-VERLET = Series("lammps", "event", "verlet", "spline")
-ORDER8 = Series("lammps", "event", "order8", "spline")
-IN_HOUSE = Series("reference", "event", "order8", None)
+VERLET = ("lammps", "event", "verlet", "spline")
+ORDER8 = ("lammps", "event", "order8", "spline")
+IN_HOUSE = ("reference", "event", "order8", None)
 SCENE = Scene()
 
 
 def measured(series, timestep, errors, seconds, failure=None):
     deviations = [Deviation(error, 0.0, 0.0) for error in np.atleast_1d(errors)]
     return Measurement(
-        Setting(series, timestep), deviations, [seconds] * len(deviations), failure=failure
+        Setting(*series, timestep), deviations, [seconds] * len(deviations), failure=failure
     )
 
 
@@ -41,9 +41,9 @@ def test_a_lucky_step_promises_no_more_than_the_finer_ones_keep():
     study = [measured(VERLET, h, e, 1.0) for h, e in ((0.1, 1e-9), (0.05, 1e-5), (0.025, 2e-6))]
     promises = promised_errors(study)
     reserve = RESERVE["verlet"]
-    assert promises[Setting(VERLET, 0.025)] == pytest.approx(reserve * 2e-6)
-    assert promises[Setting(VERLET, 0.05)] == pytest.approx(reserve * 1e-5)
-    assert promises[Setting(VERLET, 0.1)] == pytest.approx(reserve * 1e-5)
+    assert promises[Setting(*VERLET, 0.025)] == pytest.approx(reserve * 2e-6)
+    assert promises[Setting(*VERLET, 0.05)] == pytest.approx(reserve * 1e-5)
+    assert promises[Setting(*VERLET, 0.1)] == pytest.approx(reserve * 1e-5)
 
 
 def test_no_setting_on_the_front_is_beaten():
@@ -79,7 +79,7 @@ def test_the_cheapest_setting_of_each_decade_keeps_it(study):
     assert all(promises[row.setting] <= row.error for row in rows)
     steps = [row.setting.timestep for row in rows]
     assert steps == [0.1, 0.4, 0.4, 0.2, 0.2, 0.2]
-    assert cheapest_settings(SCENE, study, "reference")[0].setting.series == IN_HOUSE
+    assert cheapest_settings(SCENE, study, "reference")[0].setting == Setting(*IN_HOUSE, 0.2)
 
 
 def test_rows_carry_over_to_other_scenes_by_the_fastest_bond(study):

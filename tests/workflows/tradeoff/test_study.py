@@ -48,13 +48,11 @@ def test_progress_goes_from_nothing_to_all(study, heard):
 
 @pytest.mark.slow
 def test_the_stock_wall_is_shown_with_its_phases_and_loses(study):
-    stock = [m for m in study.measurements if m.setting.series.wall == "reflect"]
+    stock = [m for m in study.measurements if m.setting.wall == "reflect"]
     assert all(len(m.errors) == 8 for m in stock)
     assert all(m.median_error <= m.worst_error and m.rms_error <= m.worst_error for m in stock)
     verlet = [
-        m
-        for m in study.measurements
-        if m.setting.series.scheme == "verlet" and m.setting.series.wall == "event"
+        m for m in study.measurements if m.setting.scheme == "verlet" and m.setting.wall == "event"
     ]
     finest = min(verlet, key=lambda m: m.setting.timestep)
     assert min(m.worst_error for m in stock) > 10.0 * finest.worst_error
@@ -65,7 +63,7 @@ def test_steps_of_order_eight_converge_as_they_should(study):
     errors = {
         m.setting.timestep: m.median_error
         for m in study.measurements
-        if m.setting.series.engine == "reference" and m.setting.series.scheme == "order8"
+        if m.setting.engine == "reference" and m.setting.scheme == "order8"
     }
     steps = sorted(errors, reverse=True)
     slope = math.log2(errors[steps[1]] / errors[steps[2]])
