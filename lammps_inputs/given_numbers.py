@@ -38,6 +38,13 @@ def number_in(word: str) -> float | None:
         return None
 
 
+def last_digit(word: str) -> float:
+    """Return one unit of the last digit that a number is written with."""
+    mantissa, _, exponent = word.lower().partition("e")
+    decimals = len(mantissa.partition(".")[2])
+    return float(f"1e{int(exponent or 0) - decimals}")
+
+
 def shown(value: Any) -> str:
     """Return what a value says of itself, in one line of 60 characters, whatever it is."""
     try:

@@ -8,6 +8,7 @@ import numpy as np
 
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.errors import TableError
+from chaincor.lammps_inputs.given_numbers import last_digit
 
 # Rounding of numbers that are written with all their digits.
 _EPSILON = 1e-14
@@ -100,7 +101,7 @@ def _section(
     for *words, line in rows:
         try:
             read.append([float(word) for word in words])
-            digits.append([_last_digit(word) for word in words])
+            digits.append([last_digit(word) for word in words])
         except ValueError:
             raise TableError(
                 f"table {path!r} has the row {line.strip()[:60]!r}; expected "
@@ -108,13 +109,6 @@ def _section(
             ) from None
     shape = (-1, 3)
     return Section(keyword, header, np.array(read).reshape(shape), np.array(digits).reshape(shape))
-
-
-def _last_digit(word: str) -> float:
-    """Return one unit of the last digit a number was written with."""
-    mantissa, _, exponent = word.lower().partition("e")
-    decimals = len(mantissa.partition(".")[2])
-    return float(f"1e{int(exponent or 0) - decimals}")
 
 
 @np.errstate(over="ignore", invalid="ignore")

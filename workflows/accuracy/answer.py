@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from chaincor.analysis.modes import mode_energies
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.in_house_runs import relative_velocity
 from chaincor.workflows.durations import format_duration
@@ -189,12 +190,14 @@ def differences(first: Outcome, second: Outcome, scene: Scene) -> dict[str, floa
             mode_energies(second.displacements, second.velocities, stiffness, masses),
         ),
     }
-    apart = {}
-    for name, (one, other) in pairs.items():
-        apart[name] = math.inf
-        if len(one) == len(other):
-            apart[name] = float(np.max(np.abs(one - other), initial=0.0))
-    return apart
+    return {name: farthest(*pair) for name, pair in pairs.items()}
+
+
+def farthest(one: Array, other: Array) -> float:
+    """Return the largest absolute difference of two arrays; inf where they differ in length."""
+    if len(one) != len(other):
+        return math.inf
+    return float(np.max(np.abs(one - other), initial=0.0))
 
 
 def spread_of(

@@ -16,7 +16,7 @@ from chaincor.analysis.dumps.printed import end_of
 from chaincor.analysis.ladders.series import standard_error
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.errors import InputError
-from chaincor.lammps_inputs.given_numbers import number_in
+from chaincor.lammps_inputs.given_numbers import last_digit, number_in
 from chaincor.workflows.errors import RunError
 
 # What is asked for without a word.
@@ -239,9 +239,7 @@ def read_observed(pattern: str, text: str | None) -> Observed:
         )
     if not math.isfinite(value):
         raise RunError(f"the script prints {text!r} for {pattern!r}; expected a finite number")
-    mantissa, _, exponent = shown.lower().partition("e")
-    decimals = len(mantissa.partition(".")[2])
-    return Observed(value, 10.0 ** (int(exponent or 0) - decimals))
+    return Observed(value, last_digit(shown))
 
 
 def _search(pattern: str, text: str) -> dict[str, Any] | None:

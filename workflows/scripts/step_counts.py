@@ -72,7 +72,7 @@ def find_step_counts(script: ScriptText, coarsest: float | None) -> tuple[StepCo
     Damping times are compared with the `coarsest` step of the ladder, where it is known.
     """
     found = (_of_fix(each, coarsest) or _of_others(each) for each in script.commands)
-    return tuple(count for count in found if count is not None)
+    return tuple(filter(None, found))
 
 
 def _of_fix(command: Command, coarsest: float | None) -> StepCount | None:

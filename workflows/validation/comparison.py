@@ -7,10 +7,10 @@ from typing import Any, Self
 
 import numpy as np
 
-from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.scene import DEFAULT_TOLERANCE, NUMERICS_KEYS, OUTPUT_KEYS, Scene
 from chaincor.lammps_inputs.scene_parts.given_bodies import given_bodies
+from chaincor.workflows.accuracy.answer import farthest
 from chaincor.workflows.collision import collide
 from chaincor.workflows.engines.in_house import hard_sphere
 from chaincor.workflows.error_bar import error_alone
@@ -203,7 +203,7 @@ def validate(scene: Scene, tolerance: float | None = None) -> Validation:
     hinges = any(map(_hinges_on_contacts, (subject, judge)))
     for name in names:
         allowed = math.inf if hinges else _spread(subject, name) + _spread(judge, name)
-        distance = largest_difference(getattr(subject, name), getattr(judge, name))
+        distance = farthest(getattr(subject, name), getattr(judge, name))
         comparisons.append(Comparison(name, distance, allowed if np.isfinite(allowed) else None))
     name = f"LAMMPS, {subject.wall} wall, {subject.scheme}, H = {subject.timestep:.4g}"
     error = error_alone(subject.details, subject.restitution_error or 0.0)
@@ -240,10 +240,3 @@ def _hinges_on_contacts(result: Collision) -> bool:
 
 def _spread(result: Collision, name: str) -> float:
     return float(result.details.get("spread", {}).get(name, np.inf))
-
-
-def largest_difference(first: Array, second: Array) -> float:
-    """Return the largest absolute difference of two arrays; inf where they differ in length."""
-    if len(first) != len(second):
-        return np.inf
-    return float(np.max(np.abs(first - second), initial=0.0))

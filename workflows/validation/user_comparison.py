@@ -10,6 +10,7 @@ from chaincor.analysis.modes import mode_energies
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.scene import DEFAULT_TOLERANCE, Scene
+from chaincor.workflows.accuracy.answer import farthest
 from chaincor.workflows.given import scene_given
 from chaincor.workflows.result import Collision
 from chaincor.workflows.validation.comparison import (
@@ -17,7 +18,6 @@ from chaincor.workflows.validation.comparison import (
     Validation,
     compare_contacts,
     judge_for,
-    largest_difference,
 )
 from chaincor.workflows.validation.user_integrator import (
     USER_TIMEOUT,
@@ -67,7 +67,7 @@ def _compare_user_arrays(user: UserOutcome, judge: Collision, scene: Scene) -> l
         "target_mode_energies": energies(*target),
     }
     comparisons = [
-        Comparison(name, largest_difference(values, getattr(judge, name)), None)
+        Comparison(name, farthest(values, getattr(judge, name)), None)
         for name, values in given.items()
         if values is not None
     ]

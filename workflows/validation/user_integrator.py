@@ -106,8 +106,8 @@ def _work(module: str, function: str, scene: Scene, folder: str) -> dict[str, An
         integrate = getattr(importlib.import_module(module), function)
     except (ImportError, AttributeError) as error:
         return InputError(
-            f"cannot find {module}:{function}: {_one_line(error)}; expected a function in a module "
-            "on the Python path or in this folder"
+            f"cannot find {module}:{function}: {one_line(error)[:200]}; expected a function in a "
+            "module on the Python path or in this folder"
         )
     except (Exception, SystemExit) as error:  # a module may not compile, or do anything
         return InputError(
@@ -122,7 +122,7 @@ def _work(module: str, function: str, scene: Scene, folder: str) -> dict[str, An
 
 def _with_line(error: BaseException, module: str) -> str:
     """Return an error in one line, with the last line of the user's module that led to it."""
-    said = f"{type(error).__name__}: {_one_line(error)}"
+    said = f"{type(error).__name__}: {one_line(error)[:200]}"
     if isinstance(error, SyntaxError):
         return said
     name = f"{module.rsplit('.', 1)[-1]}.py"
@@ -137,10 +137,6 @@ def _with_velocity(scene: Scene) -> Scene:
     if scene.velocity is not None or scene.comes_moving:
         return scene
     return scene.replace(speed=None, velocity=scene.impact_velocity)
-
-
-def _one_line(error: BaseException) -> str:
-    return one_line(error)[:200]
 
 
 def _plain(value: Any) -> dict[str, Any]:
