@@ -36,17 +36,8 @@ from chaincor.workflows.tradeoff.truth import Truth, find_truth
 ENGINES: tuple[Engine, ...] = ("lammps", "reference")
 
 
-@dataclass(frozen=True)
-class Plan:
-    """How long the parts of a study may take."""
-
-    ladder_seconds: float  #: All settings together.
-    oracle_seconds: float  #: One run with exact bonds or wider floats.
-    stock_budget: bool  #: Whether the stock recipe gets an error budget as well.
-
-
-FULL = Plan(ladder_seconds=55.0, oracle_seconds=12.0, stock_budget=True)
-QUICK = Plan(ladder_seconds=7.0, oracle_seconds=5.0, stock_budget=False)
+# Seconds that all settings may take together, and one run with exact bonds or wider floats.
+FULL, QUICK = (55.0, 12.0), (7.0, 5.0)
 
 
 @dataclass(frozen=True)
@@ -149,7 +140,7 @@ def tradeoff(
             "runs by --scheme and --timestep"
         )
     started = time.perf_counter()
-    plan = QUICK if quick else FULL
+    ladder_seconds, oracle_seconds = QUICK if quick else FULL
     tolerance = scene.tolerance or DEFAULT_TOLERANCE
     scene = bare_scene(scene)
     progress("converged value", 0.0)
@@ -158,7 +149,7 @@ def tradeoff(
         truth,
         study_settings(scene, quick),
         quick=quick,
-        seconds=plan.ladder_seconds,
+        seconds=ladder_seconds,
         floor=truth.restitution_error + 0.1 * rounding_error("lammps", scene),
         advance=_share_of(progress, "settings", 0.05, 0.65),
     )
@@ -167,9 +158,8 @@ def tradeoff(
     cheapest: dict[str, list[CheapestRow]] = {
         engine: cheapest_settings(scene, measurements, engine) for engine in ENGINES
     }
-    budgets, tables = _find_causes(
-        truth, _setting_of(measurements, cheapest["lammps"], tolerance), plan, progress
-    )
+    chosen = _setting_of(measurements, cheapest["lammps"], tolerance)
+    budgets, tables = _find_causes(truth, chosen, oracle_seconds, quick, progress)
     progress("done", 1.0)
     return Tradeoff(
         scene=scene,
@@ -202,13 +192,13 @@ def _setting_of(
 
 
 def _find_causes(
-    truth: Truth, setting: Setting | None, plan: Plan, progress: Progress
+    truth: Truth, setting: Setting | None, oracle_seconds: float, quick: bool, progress: Progress
 ) -> tuple[tuple[ErrorBudget, ...], tuple[TablePoint, ...]]:
     if setting is None:
         return (), ()
     scene, numerics = truth.scene, setting.numerics(truth.scene, truth.bond_range)
     asked = [("advised", numerics, 1, 0.66, 0.74)]
-    if plan.stock_budget:
+    if not quick:
         stock = stock_setting(scene).numerics(scene, truth.bond_range)
         asked.append(("stock recipe", stock, STOCK_PHASES, 0.74, 0.9))
     budgets = tuple(
@@ -217,7 +207,7 @@ def _find_causes(
             name,
             each,
             phases=phases,
-            oracle_seconds=plan.oracle_seconds,
+            oracle_seconds=oracle_seconds,
             advance=_share_of(progress, "causes", first, last),
         )
         for name, each, phases, first, last in asked
@@ -225,7 +215,7 @@ def _find_causes(
     tables: list[TablePoint] = []
     exact = budgets[0].exact_restitution
     if exact is not None and not scene.bond.is_harmonic:
-        advance, quick = _share_of(progress, "tables", 0.9, 1.0), not plan.stock_budget
+        advance = _share_of(progress, "tables", 0.9, 1.0)
         tables = measure_tables(truth, numerics, exact, quick=quick, advance=advance)
     return budgets, tuple(tables)
 

@@ -10,7 +10,7 @@ from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.tradeoff import study as study_module
 from chaincor.workflows.tradeoff.front import describe
 from chaincor.workflows.tradeoff.shown import describe_study, to_dict, write_study
-from chaincor.workflows.tradeoff.study import Plan, bare_scene, tradeoff
+from chaincor.workflows.tradeoff.study import bare_scene, tradeoff
 from tests.page_checks import check_file_list, read_page, words_of
 
 
@@ -25,7 +25,7 @@ def study(heard):
     # A study leaves out what its time does not allow. What a busy machine would leave out is not
     # what is looked at here: an idle one needs two seconds, this one gets ten minutes.
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(study_module, "QUICK", Plan(600.0, 600.0, stock_budget=False))
+        patch.setattr(study_module, "QUICK", (600.0, 600.0))
         return tradeoff(scene, quick=True, progress=lambda *said: heard.append(said))
 
 
@@ -109,7 +109,7 @@ def test_files_hold_what_was_measured(study, tmp_path):
 
 
 def test_the_command_prints_the_advice_and_writes_the_files(tmp_path, chaincor, monkeypatch):
-    monkeypatch.setattr(study_module, "QUICK", Plan(0.5, 1.0, stock_budget=False))
+    monkeypatch.setattr(study_module, "QUICK", (0.5, 1.0))
     words = ("--quick", "--particles", "3", "-o", tmp_path / "out", "--json")
     status, out, err = chaincor("tradeoff", *words)
     assert status == 0, err
