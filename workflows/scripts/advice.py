@@ -62,8 +62,6 @@ def give_advice(
     each. With `repeats` the mean of several runs, at nearby values or with other seeds, is advice
     as well.
     """
-    if verdict.kind == "cannot tell":
-        return None
     # What differs from a finer rung's cost upwards is the machine's noise.
     seconds = np.minimum.accumulate(seconds[::-1])[::-1]
     promised = verdict.promised

@@ -60,8 +60,6 @@ def rewrite(text: str, folder: Path, change: Change) -> str:
 def _quoted(found: re.Match[str], folder: Path, change: Change) -> str:
     """Rewrite a command in quotes, as it stands behind ``then``."""
     quote, text = found[0][0], found[1] if found[1] is not None else found[2]
-    if not text.split():
-        return found[0]
     commands = _command(text, folder, change)
     return " ".join(f"{quote}{each}{quote}" for each in commands or [_NOTHING])
 
