@@ -1,5 +1,6 @@
 """Numbers with as many digits as are known, and the lines in which results are told."""
 
+import math
 from collections.abc import Iterable
 
 
@@ -16,6 +17,12 @@ def known_digits(value: float, error: float) -> str:
     while digits < 16 and error < 2.0 * 10.0**-digits:
         digits += 1
     return f"{value:.{digits}f}"
+
+
+def root_of_known(root: float, error: float | None) -> str:
+    """Return a number, with six digits or as many as an error of its square leaves."""
+    lost = 0.0 if not error else error / max(2.0 * abs(root), math.sqrt(error))
+    return f"{root:.6g}" if lost < 2e-6 else known_digits(root, lost)
 
 
 # Of a run whose error is not known, more digits would promise too much.

@@ -1,7 +1,7 @@
 """An analysis in lines of text, as ``chaincor analyze`` prints it."""
 
 from chaincor.analysis.results import CollisionAnalysis
-from chaincor.analysis.showing.numbers import eta_of_dump, named_lines
+from chaincor.analysis.showing.numbers import eta_of_dump, named_lines, root_of_known
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.units.unit_system import UnitSystem
 from chaincor.workflows.showing.text import body_text
@@ -21,9 +21,10 @@ def rows(analysis: CollisionAnalysis) -> list[tuple[str, str]]:
     statistics = analysis.contact_statistics
     contacts = f"at least {statistics.count}" if analysis.contacts is None else statistics.count
     eta = eta_of_dump(analysis.restitution, analysis.restitution_error, analysis.data_error)
+    known = max(analysis.restitution_error or 0.0, analysis.data_error)
     found = [
         ("restitution (energy)", f"eta = {eta}"),
-        ("restitution (speed)", f"e   = {analysis.kinematic_restitution:.6g}"),
+        ("restitution (speed)", f"e   = {root_of_known(analysis.kinematic_restitution, known)}"),
     ]
     if analysis.soft:
         found.append(("contacts", "not told"))

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from chaincor.analysis.results import CollisionAnalysis
-from chaincor.analysis.showing.numbers import known_digits
+from chaincor.analysis.showing.numbers import known_digits, root_of_known
 from chaincor.lammps_inputs.units.unit_system import CHAIN_UNITS, UnitSystem
 from chaincor.workflows.job_analysis.description import describe_in_units, rows
 from chaincor.workflows.pages.page import drawn_figures, files_written, listed_file, write_page
@@ -73,6 +73,7 @@ def write_analysis_page(
     """
     statistics = analysis.contact_statistics
     error = analysis.restitution_error
+    known = max(error or 0.0, analysis.data_error)
     job = analysis.job
     assert job is not None
     scene = job.told_scene
@@ -92,10 +93,10 @@ def write_analysis_page(
         settings["in the dump's units"] = describe_in_units(analysis, units)
     contents = {
         "heading": analysis.heading,
-        "eta": known_digits(analysis.restitution, max(error or 0.0, analysis.data_error, 1e-12)),
+        "eta": known_digits(analysis.restitution, max(known, 1e-12)),
         "eta_error": None if error is None else f"{error:.1e}",
         "data_error": f"{analysis.data_error:.1e}",
-        "kinematic": f"{analysis.kinematic_restitution:.6g}",
+        "kinematic": root_of_known(analysis.kinematic_restitution, known),
         "contacts": f"{'≥ ' if analysis.contacts is None else ''}{statistics.count}",
         "rows": [(name, text, terms[name]) for name, text in rows(analysis)],
         "terms": {name: terms[name] for name in _BESIDE},

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from html import escape
 from typing import TYPE_CHECKING
 
-from chaincor.analysis.showing.numbers import with_error
+from chaincor.analysis.showing.numbers import root_of_known, with_error
 from chaincor.workflows.showing.terms import TERMS
 from chaincor.workflows.showing.text import closing, heading, rows
 
@@ -75,7 +75,7 @@ def _line(result: "Collision") -> tuple[str, ...]:
         str(result.particles),
         speed,
         with_error(result.restitution, result.restitution_error),
-        f"{result.kinematic_restitution:.6g}",
+        root_of_known(result.kinematic_restitution, result.restitution_error),
         str(result.contacts),
         f"{result.ending}{missed}",
     )

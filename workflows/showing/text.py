@@ -3,7 +3,12 @@
 import math
 from typing import TYPE_CHECKING
 
-from chaincor.analysis.showing.numbers import impact_speed, named_lines, with_error
+from chaincor.analysis.showing.numbers import (
+    impact_speed,
+    named_lines,
+    root_of_known,
+    with_error,
+)
 
 if TYPE_CHECKING:
     from chaincor.workflows.result import Collision
@@ -29,7 +34,7 @@ def describe_shortly(result: "Collision") -> str:
         [
             ", ".join(heading(result)),
             f"eta = {with_error(result.restitution, result.restitution_error)}, "
-            f"e = {result.kinematic_restitution:.6g}, "
+            f"e = {root_of_known(result.kinematic_restitution, result.restitution_error)}, "
             f"{result.contacts} contact{'s' if result.contacts != 1 else ''}, the last at "
             f"t = {result.last_contact_time:.6g}",
             f"{closing(result)[0]}; end {result.ending}{asked}",
@@ -50,9 +55,10 @@ def rows(result: "Collision") -> list[tuple[str, str]]:
     """Return what came out, each with its name; `terms` explains the names."""
     relative = "" if result.target_particles is None else ", of the relative motion"
     eta = with_error(result.restitution, result.restitution_error)
+    root = root_of_known(result.kinematic_restitution, result.restitution_error)
     found = [
         ("restitution (energy)", f"eta = {eta}{relative}"),
-        ("restitution (speed)", f"e   = {result.kinematic_restitution:.6g}{relative}"),
+        ("restitution (speed)", f"e   = {root}{relative}"),
         ("contacts", f"{result.contacts}, the last at t = {result.last_contact_time:.6g}"),
         ("end", f"{result.ending}: {_ENDINGS[result.ending]}"),
         *_bodies_after(result),

@@ -13,6 +13,7 @@ from PIL import Image
 
 from chaincor.analysis.figures.style import new_figure
 from chaincor.analysis.modes import kinetic_mode_energies
+from chaincor.analysis.showing.numbers import root_of_known
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.collision import collide
@@ -31,6 +32,16 @@ SCENES = {
     "broken": Scene(particles=20, speed=1.5, tolerance=1e-4, engine="reference"),
 }
 PICTURES = ("world_lines", "spectrum", "energy", "contacts")
+
+
+def test_the_root_of_eta_has_no_digits_that_its_error_drowns():
+    # e = sqrt(eta) errs by 1/(2 e) of what eta does; of an eta near zero, by the root of that.
+    result = collide(SCENES["reference"])
+    e = result.kinematic_restitution
+    for error, digits in ((None, 6), (1e-9, 6), (2e-3, 4), (0.1, 2)):
+        shown = dataclasses.replace(result, restitution_error=error)
+        assert rows(shown)[1][1] == f"e   = {e:.{digits}f}"
+    assert root_of_known(1e-4, 1e-4) == "0.000"
 
 
 @pytest.fixture(scope="module", params=SCENES)
