@@ -16,7 +16,7 @@ from chaincor.workflows.engines.in_house.bookkeeping import (
     OUTSIDE,
     SPARE_CONTACTS,
 )
-from chaincor.workflows.engines.in_house.events import Path, build_contact, build_event
+from chaincor.workflows.engines.in_house.events import Path, build_event
 from chaincor.workflows.engines.in_house.line_kinds import Source, read_parameters
 from chaincor.workflows.engines.in_house.stages import Parameters, Stages, State
 from chaincor.workflows.engines.schemes import Rule
@@ -152,7 +152,7 @@ def build_coarse_steps(source: Source, stages: Stages) -> Callable:
     and the last part of a flight: the state is half a step off between parts.
     """
     stage, drift, are_allowed = stages.stage, stages.drift, stages.are_allowed
-    opening = build_contact(source).opening
+    wall = source.kind.contact == "wall"
 
     def take_coarse_steps(ledger: Any, state: State, asked: tuple, parameters: Parameters) -> int:
         strain, velocity = state
@@ -164,7 +164,10 @@ def build_coarse_steps(source: Source, stages: Stages) -> Callable:
             stage(strain, velocity, bonds, ahead, step, parameters)
             ahead = step
             ledger.evaluations += 1
-            if not opening(ledger.position, state, parameters)[0] > clearance:
+            gap = ledger.position
+            if not wall:
+                gap = strain[parameters.gap]
+            if not gap > clearance:
                 return taken
             if not are_allowed(ledger, strain, bonds, parameters):
                 return taken
