@@ -30,6 +30,7 @@ from chaincor.workflows.accuracy.step_guess import (
     effective_order,
     guess_step,
     largest_step,
+    pair_energy,
     sharpness,
 )
 from chaincor.workflows.accuracy.step_proof import share_of_difference
@@ -203,7 +204,7 @@ def _too_sharp(scene: Scene, sharp: float) -> str:
         )
     line = scene.line
     at_first = float(np.min(np.delete(line.strains, line.gap), initial=0.0))
-    shortest = 1.0 + min(at_first, scene.bond.compressed_strain(scene.impact_velocity**2))
+    shortest = 1.0 + min(at_first, scene.bond.compressed_strain(pair_energy(line)))
     return (
         f"bonds would be compressed to about {shortest:.2g} of their length, where they swing "
         f"{sharp:.2g} times faster than at rest; {expected}: lower the speed, or use engine "

@@ -48,7 +48,7 @@ def sharpness(scene: Scene) -> float:
     line, bond = scene.line, scene.bond
     sharpest = 1.0
     if line.heaviest_pair > 0.0:
-        energy = _pair_energy(line)
+        energy = pair_energy(line)
         # A user's own object need not be hashable.
         if isinstance(scene.potential, str):
             if (bond, energy) not in _compressed:
@@ -72,13 +72,13 @@ def foresee_sharpness(scenes: Iterable[Scene]) -> None:
     for scene in scenes:
         named = isinstance(scene.potential, str)
         if named and scene.engine == "reference" and scene.line.heaviest_pair > 0.0:
-            energies.setdefault(scene.bond, set()).add(_pair_energy(scene.line))
+            energies.setdefault(scene.bond, set()).add(pair_energy(scene.line))
     for bond, asked in energies.items():
         if new := [energy for energy in asked if (bond, energy) not in _compressed]:
             _keep_compressed(bond, new)
 
 
-def _pair_energy(line: Line) -> float:
+def pair_energy(line: Line) -> float:
     """Return the energy that the bond of two particles gets that meet at 2 v0."""
     v0 = float(np.max(np.abs(line.velocities)))
     return 2.0 * line.heaviest_pair * (v0 * v0)
