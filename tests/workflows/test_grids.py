@@ -182,6 +182,20 @@ def test_a_grid_is_not_overwritten_unasked(tmp_path):
     assert [job.state for job in collect_grid(tmp_path)] == ["missing"]
 
 
+@pytest.mark.parametrize("contacts", ["1e25", "nan", "inf", "-3", "0", "2.5"])
+def test_a_log_whose_contacts_are_no_count_is_named(chaincor, tmp_path, contacts):
+    (tmp_path / "grid.toml").write_text("[axes]\nparticles = [2]\n")
+    jobs = tmp_path / "jobs"
+    assert chaincor("inputs", tmp_path / "grid.toml", "-o", jobs)[0] == 0
+    (folder,) = (path for path in jobs.iterdir() if path.is_dir())
+    log = f"restitution = 1\nrestitution_error = 1e-9\ncontacts = {contacts}\n"
+    (folder / "log.lammps").write_text(log)
+    status, out, _ = chaincor("collect", jobs, "-o", tmp_path / "results.sqlite")
+    assert status == 1
+    assert "1 unfinished" in out
+    assert f"its log says contacts = {float(contacts):g}; expected a whole number" in out
+
+
 def test_a_folder_without_a_manifest_is_no_grid(chaincor, tmp_path):
     status, out, err = chaincor("collect", str(tmp_path), "-o", str(tmp_path / "s.sqlite"))
     assert (status, out, err.count("\n")) == (2, "", 1)

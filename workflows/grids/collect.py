@@ -21,6 +21,8 @@ _NAMES = (
     *("restitution", "restitution_error", "contacts", "last_contact_time"),
     *("momentum_change", "wall_impulse"),
 )
+# What a store holds, and a float counts.
+_MOST_CONTACTS = 2**53
 _WALL_TIME = re.compile(r"^Total wall time: (\d+):(\d+):(\d+)", re.MULTILINE)
 
 
@@ -99,6 +101,12 @@ def _missing(found: dict[str, float]) -> str | None:
         return (
             "its log has the contacts of its first run no more, as chaincor of that time left them "
             "out: move log.lammps and chain.state away and submit it again"
+        )
+    contacts = found["contacts"]
+    if not (1.0 <= contacts <= _MOST_CONTACTS and contacts.is_integer()):
+        return (
+            f"its log says contacts = {contacts:g}; expected a whole number, 1 or more: move the "
+            "log away and submit it again"
         )
     return None
 
