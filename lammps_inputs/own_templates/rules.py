@@ -36,7 +36,9 @@ _REFUSED = {
 }
 # What a whole script of a user's own must not have, either; of its fixes, the last of those below.
 _PROGRAMS = {
-    **dict.fromkeys(("shell", "python", "plugin"), "a job runs LAMMPS alone"),
+    **dict.fromkeys(
+        ("shell", "python", "plugin", "geturl", "mdi", "message"), "a job runs LAMMPS alone"
+    ),
     "include": "a job is complete",
     "partition": "a job has one",
 }
@@ -54,7 +56,7 @@ _REFUSED_FIXES = [
     (r"halt", "the wall is seen by a `fix halt` of the job's own, and a second one stops its runs"),
     (r"deform|balance|adapt.*|dt/reset", "the job relies on a box and steps that stay"),
     (r"shake|rattle", "a chain of fixed bonds cannot be compressed"),
-    (r"python.*|external|plumed|client.*|mdi.*", "a job runs LAMMPS alone"),
+    (r"python.*|external|plumed|client.*|mdi.*|ipi", "a job runs LAMMPS alone"),
 ]
 _FORCES = (
     r"addforce|aveforce|setforce|efield|gravity|spring.*|momentum|recenter|heat|ehex|smd.*|drag"

@@ -36,7 +36,8 @@ from chaincor.workflows.tradeoff.truth import Truth, find_truth
 ENGINES: tuple[Engine, ...] = ("lammps", "reference")
 
 
-# Seconds that all settings may take together, and one run with exact bonds or wider floats.
+# Seconds of a processor that all settings may take together; those of one run with exact bonds or
+# wider floats.
 FULL, QUICK = (55.0, 12.0), (7.0, 5.0)
 
 
