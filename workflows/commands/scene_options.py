@@ -31,7 +31,14 @@ def _plain_types(annotation: Any) -> list[Any]:
 
 def _number_or(words: tuple[str, ...]) -> Callable[[Any], float | str]:
     """Return what reads a number, or one of a few words."""
-    return lambda text: text if text in words else click.FLOAT.convert(text, None, None)
+
+    def read(text: str) -> float | str:
+        given = number_in(text)
+        if given is None and text not in words:
+            raise click.BadParameter(f"{text[:60]!a} is neither a number nor {' nor '.join(words)}")
+        return text if given is None else given
+
+    return read
 
 
 class WordChoice(click.Choice):
