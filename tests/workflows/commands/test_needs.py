@@ -129,7 +129,8 @@ def test_needs_are_what_is_loaded(folder, command):
 @cache
 def imports_of(module):
     path = ROOT / module.replace(".", "/")
-    path = path / "__init__.py" if path.is_dir() else path.with_suffix(".py")
+    package = path / "__init__.py"  # a folder may be what an older state has left
+    path = package if package.exists() else path.with_suffix(".py")
     found = set()
     for node in ast.walk(ast.parse(path.read_text())):
         if isinstance(node, ast.Import):
