@@ -109,6 +109,15 @@ def test_soft_chains_agree_over_steps_and_keep_their_energy(exponent):
     assert close.error < 1e-11
 
 
+def test_runs_that_err_alike_are_told_by_their_energy(tmp_path):
+    # Of an eta of 102, both err by 1e-8, a hundred times what they differ by.
+    scene = draw(94, 15, "lammps", tmp_path)
+    rough = judge(bonds_of(scene), bodies_of(scene), closer=1.0)
+    close = judge(bonds_of(scene), bodies_of(scene), closer=CLOSE)
+    assert abs(rough.seen.restitution - close.seen.restitution) < rough.error < 1e-6
+    assert close.error < 1e-10
+
+
 def test_it_says_where_a_bond_runs_away():
     scene = Scene(
         potential="power", power_order=3, power_c=-1.0, particles=5, speed=0.28,
