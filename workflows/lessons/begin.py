@@ -59,20 +59,13 @@ def _new_folder(home: Path, lesson: str) -> Path:
 
 def _let_the_shell_find_commands() -> None:
     """Put this environment first, as activating it does: Jupyter may have been started without."""
-    from chaincor.workflows.engines.lammps.library import find_mpi_library
+    from chaincor.workflows.engines.lammps.library import folder_first, lmp_environment
 
-    _put_first("PATH", Path(sys.executable).parent)
+    os.environ["PATH"] = folder_first("PATH", Path(sys.executable).parent)
+    os.environ.update(lmp_environment())
     # IPython runs programs as if on a terminal, but shows no bar that moves.
     os.environ.pop("FORCE_COLOR", None)
     os.environ["TERM"] = "dumb"
-    library = find_mpi_library()
-    if library is not None:
-        _put_first("LD_LIBRARY_PATH", library.parent)
-
-
-def _put_first(variable: str, folder: Path) -> None:
-    before = [place for place in os.environ.get(variable, "").split(os.pathsep) if place]
-    os.environ[variable] = os.pathsep.join([str(folder), *(p for p in before if p != str(folder))])
 
 
 def prepared(name: str) -> Path:

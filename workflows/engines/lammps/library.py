@@ -62,8 +62,13 @@ def lmp_environment() -> dict[str, str]:
     library, variable = find_mpi_library(), "LD_LIBRARY_PATH"
     if library is None:
         return dict(os.environ)
-    folders = [str(library.parent), os.environ.get(variable, "")]
-    return os.environ | {variable: os.pathsep.join(filter(None, folders))}
+    return os.environ | {variable: folder_first(variable, library.parent)}
+
+
+def folder_first(variable: str, folder: Path) -> str:
+    """Return what a variable of the environment, such as PATH, is with a folder first, and once."""
+    others = os.environ.get(variable, "").split(os.pathsep)
+    return os.pathsep.join([str(folder), *(o for o in others if o not in ("", str(folder)))])
 
 
 @cache
