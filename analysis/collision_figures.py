@@ -75,14 +75,14 @@ def mode_theory(analysis: CollisionAnalysis) -> Array | None:
 
 def draw_figures(analysis: CollisionAnalysis, folder: Path) -> None:
     """Draw every figure of one collision as PNG."""
-    from chaincor.analysis.figures.course import (
+    from chaincor.analysis.figures.modes import plot_mode_heat_map, plot_spectrum
+    from chaincor.analysis.figures.style import new_figure
+    from chaincor.analysis.figures.time_series import (
         plot_bond_lengths,
         plot_contact_intervals,
         plot_contact_speeds,
         plot_energy_partition,
     )
-    from chaincor.analysis.figures.modes import plot_mode_heat_map, plot_spectrum
-    from chaincor.analysis.figures.style import new_figure
     from chaincor.analysis.figures.trajectories import plot_trajectories
 
     history = analysis.history

@@ -19,7 +19,7 @@ import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-from benchmarks.peers import c_loops, equal_time, event_overhead, in_house_engine, lammps_engine
+from benchmarks.peers import c_loops, equal_time, event_overhead, lammps_engine, reference_engine
 from chaincor.workflows.versions import versions
 
 HISTORY = Path(__file__).parent / "history"
@@ -67,8 +67,8 @@ def measure_lammps_peers() -> FigureStream:
 
 def measure_reference_peers() -> FigureStream:
     """Yield peers over the in-house schemes at 1e-11, and the in-house loops over C."""
-    for row in in_house_engine.compare_integrators(0.4):
-        for task in in_house_engine.TASKS:
+    for row in reference_engine.compare_integrators(0.4):
+        for task in reference_engine.TASKS:
             for scheme, ending in (("order8", "8"), ("extrapolated14", "x14")):
                 if row["integrator"] in PEERS:
                     name = f"{row['integrator']} over in-house {scheme}, {task}"

@@ -14,7 +14,7 @@ import numpy as np
 
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.accuracy.in_house_runs import eta_of
+from chaincor.workflows.accuracy.reference_runs import eta_of
 from chaincor.workflows.engines.lammps import engine as lammps
 from chaincor.workflows.engines.rounding import rounding_error
 from chaincor.workflows.errors import RunError

@@ -13,8 +13,8 @@ import numpy as np
 from chaincor.analysis.restitution import restitution
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.engines.in_house import stepping
 from chaincor.workflows.engines.lammps import engine as lammps
+from chaincor.workflows.engines.reference import stepping
 
 SCENE = Scene(potential="lj", particles=100, speed=0.4)
 BOND_RANGE = (0.9, 1.2)

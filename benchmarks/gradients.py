@@ -27,9 +27,9 @@ from numpy.typing import NDArray
 
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.accuracy.in_house_runs import eta_of
+from chaincor.workflows.accuracy.reference_runs import eta_of
 from chaincor.workflows.collision import collide
-from chaincor.workflows.engines.in_house import stepping
+from chaincor.workflows.engines.reference import stepping
 from chaincor.workflows.result import Collision
 from chaincor.workflows.sensitivity.sensitivity import gradient
 from chaincor.workflows.sensitivity.trace import SCHEME, trace

@@ -19,10 +19,10 @@ import numpy as np
 
 from chaincor.analysis.distribution import wilson_interval
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.engines.ending import quiet_time, return_risk
-from chaincor.workflows.engines.in_house import bookkeeping
-from chaincor.workflows.engines.in_house.moving import Motion, Stepper
-from chaincor.workflows.engines.pieces import Pieces
+from chaincor.workflows.engines.ending import return_risk, sound_round_trip
+from chaincor.workflows.engines.fragments import Fragments
+from chaincor.workflows.engines.reference import bookkeeping
+from chaincor.workflows.engines.reference.moving import Motion, Stepper
 
 PARTICLES, SPEEDS = (4, 41), (0.3, 1.8)
 # Motions need not be exact to be drawn from; Verlet steps of a tenth of the stiffest bond's time.
@@ -46,7 +46,7 @@ def trials_of(scene: Scene) -> list[Trial]:
     stepper = Stepper.of(scene.line, bond, "verlet", STEP)
     moving = Motion.at_start(scene, stepper)
     bookkeeping.never_argue(moving.ledger)
-    crossing, quiet = n / math.sqrt(bond.stiffness), quiet_time(n, bond.stiffness)
+    crossing, quiet = n / math.sqrt(bond.stiffness), sound_round_trip(n, bond.stiffness)
     found: list[Trial] = []
     asked: Trial | None = None
     contacts = 1
@@ -73,7 +73,7 @@ def trials_of(scene: Scene) -> list[Trial]:
             return [*found, asked]
 
 
-def _energy(pieces: Pieces) -> float:
+def _energy(pieces: Fragments) -> float:
     """Return the internal energy for each bond of the first piece."""
     return float(pieces.energies[0]) / max(1, int(pieces.sizes[0]) - 1)
 

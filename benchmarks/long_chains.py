@@ -21,8 +21,8 @@ import numpy as np
 
 from chaincor import collide
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.engines.in_house import bookkeeping
-from chaincor.workflows.engines.in_house.moving import Motion, Stepper
+from chaincor.workflows.engines.reference import bookkeeping
+from chaincor.workflows.engines.reference.moving import Motion, Stepper
 
 SCHEME, STEP = "extrapolated14", 0.6
 # Bonds times steps of one timed run: a third of a second.

@@ -18,12 +18,12 @@ from unittest.mock import patch
 from chaincor.lammps_inputs.bond_table import choose_rows
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.accuracy.by_in_house import converge
-from chaincor.workflows.accuracy.in_house_runs import eta_of
-from chaincor.workflows.engines.in_house import adaptive, hard_sphere, modal, stepping
-from chaincor.workflows.engines.in_house.look_ahead import LookAhead
-from chaincor.workflows.engines.in_house.moving import Motion
+from chaincor.workflows.accuracy.by_reference import converge
+from chaincor.workflows.accuracy.reference_runs import eta_of
 from chaincor.workflows.engines.lammps import engine as lammps
+from chaincor.workflows.engines.reference import adaptive, hard_sphere, modal, stepping
+from chaincor.workflows.engines.reference.look_ahead import LookAhead
+from chaincor.workflows.engines.reference.moving import Motion
 
 # Of the table's force: a thousandth of what v0 = 1e-3 and eta to 1e-9 need.
 FORCE_ERROR = 1e-12

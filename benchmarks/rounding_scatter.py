@@ -18,7 +18,7 @@ import numpy as np
 
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.engines.in_house import stepping
+from chaincor.workflows.engines.reference import stepping
 from chaincor.workflows.sensitivity.sensitivity import first_step, gradient
 from chaincor.workflows.sensitivity.trace import SCHEME, trace
 

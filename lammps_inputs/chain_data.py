@@ -23,7 +23,7 @@ def format_data(line: Line, bond_types: int = 1, units: UnitSystem = CHAIN_UNITS
     masses = np.concatenate((line.chain_masses, line.target_masses))
     count, n = len(masses), len(line.chain_masses)
     values, types = np.unique(masses, return_inverse=True)
-    reach = _ROOM * (count + 10.0) * (1.0 if line.plain else _slowness(masses, velocities))
+    reach = _ROOM * (count + 10.0) * (1.0 if line.is_standard else _slowness(masses, velocities))
     reach, half = units.length * reach, 0.5 * units.length
     positions, velocities = units.length * positions, units.speed * velocities
     values = units.mass * values

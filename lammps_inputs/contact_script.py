@@ -68,7 +68,7 @@ def contact_values(scene: Scene, units: UnitSystem) -> dict[str, Any]:
     targets = line.targets
     place = n + 1 if targets else None
     gap, opening, bend = "x[1]", "vx[1]", "fx[1]"
-    if not line.plain:
+    if not line.is_standard:
         bend = f"(fx[1]/{number(line.chain_masses[0])})"
     if place is not None:
         gap, opening = f"(x[1]-x[{place}])", f"(vx[1]-vx[{place}])"
@@ -86,7 +86,7 @@ def contact_values(scene: Scene, units: UnitSystem) -> dict[str, Any]:
         "bend": bend,
         # Twice the reduced mass of the two that meet.
         "doubled_mass": number(2.0 * units.mass)
-        if line.plain
+        if line.is_standard
         else f"2.0*{number(units.mass * line.contact_mass)}",
         "chain": chain,
         "targets": targets,

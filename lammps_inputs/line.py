@@ -59,12 +59,12 @@ class Line:
         return self.rigid and not self.soft
 
     @cached_property
-    def plain(self) -> bool:
+    def is_standard(self) -> bool:
         """Whether this is a cold chain of unit masses before a hard, rigid wall."""
         return self.at_wall and self.cold and self.unit
 
     @cached_property
-    def uniform(self) -> bool:
+    def has_equal_masses(self) -> bool:
         """
         Whether this is a cold chain of masses that are alike, before a hard, rigid wall.
 

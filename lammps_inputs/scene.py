@@ -138,7 +138,7 @@ class Scene(SceneFields):
         return self.line.energy(self.bond, self.line.strains, self.line.velocities)
 
     @property
-    def span(self) -> int:
+    def longest_body(self) -> int:
         """Particles of the longer body, which sound has to cross."""
         return max(self.particles, self.target_particles or 0)
 
@@ -147,7 +147,7 @@ class Scene(SceneFields):
         """Time between the frames of a dump; None where its frames are those of contacts."""
         if isinstance(self.dump_frames, str):
             return None
-        return self.span / self.slow_stiffness**0.5 / self.dump_frames
+        return self.longest_body / self.slow_stiffness**0.5 / self.dump_frames
 
     @property
     def comes_moving(self) -> bool:

@@ -11,7 +11,7 @@ _TERMS = 45
 class Sharp:
     """What came out: exact but for the last of the digits, and rounded."""
 
-    opening: float
+    separation_rate: float
     contact_times: list[float]
     contact_speeds: list[float]
     velocities: list[float]

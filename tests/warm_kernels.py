@@ -18,7 +18,7 @@ from multiprocessing import get_context
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.campaign.collide_many import collide_many
-from chaincor.workflows.engines.in_house import adaptive, modal, stepping
+from chaincor.workflows.engines.reference import adaptive, modal, stepping
 
 HARMONIC = {"potential": "harmonic", "velocity": 0.1}
 # From the one that takes longest.

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, overload
 from chaincor.lammps_inputs.errors import ChaincorError, InputError
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.expected_cost import refuse_endless
-from chaincor.workflows.accuracy.step_guess import foresee_sharpness
+from chaincor.workflows.accuracy.step_guess import foresee_frequency_ratio
 from chaincor.workflows.campaign.carry_out import TASKS_PER_WORKER, Done, carry_out, workers_for
 from chaincor.workflows.campaign.progress import progress_bar
 from chaincor.workflows.campaign.work import (
@@ -139,7 +139,7 @@ def collide(
     if tolerance is not None:
         scenes = [each.replace(tolerance=tolerance) for each in scenes]
     refuse_shared_outputs(scenes)
-    foresee_sharpness(scenes)
+    foresee_frequency_ratio(scenes)
     for each in scenes:
         refuse_unusable_outputs(each)
         refuse_endless(each, most_seconds)

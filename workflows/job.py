@@ -15,8 +15,8 @@ from chaincor.lammps_inputs.scene_parts.scene_file import read_from_anywhere
 from chaincor.lammps_inputs.script import DATA_FILE, SCENE_FILE, SCRIPT_FILE, TABLE_FILE
 from chaincor.lammps_inputs.script_plan import NO_WISHES, JobWishes, ScriptPlan
 from chaincor.lammps_inputs.units.unit_system import CHAIN_UNITS, UNITS_FILE, UnitSystem
+from chaincor.workflows.engines.lammps.contact import approach_time
 from chaincor.workflows.engines.lammps.kept_script import job_script
-from chaincor.workflows.engines.lammps.meeting import approach_time
 from chaincor.workflows.given import scene_given
 from chaincor.workflows.scripted import plan_script
 

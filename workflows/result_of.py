@@ -21,10 +21,10 @@ from chaincor.lammps_inputs.scene_parts.given_bodies import (
     seed_of,
 )
 from chaincor.lammps_inputs.schemes import StepSchemeName
-from chaincor.workflows.accuracy.answer import Answer
-from chaincor.workflows.accuracy.in_house_runs import eta_of
-from chaincor.workflows.engines.in_house import adaptive, modal
+from chaincor.workflows.accuracy.bounded_run import BoundedRun
+from chaincor.workflows.accuracy.reference_runs import eta_of
 from chaincor.workflows.engines.outcome import Outcome
+from chaincor.workflows.engines.reference import adaptive, modal
 from chaincor.workflows.engines.replay import Replay
 from chaincor.workflows.result import Collision
 from chaincor.workflows.versions import versions
@@ -34,15 +34,15 @@ _ROUNDED = 1e-9
 
 
 def result_of(
-    scene: Scene, answer: Answer, started: float, energies: Array | None = None
+    scene: Scene, bounded_run: BoundedRun, started: float, energies: Array | None = None
 ) -> Collision:
     """
-    Return the result of a collision, the run that gives the number and its error being `answer`.
+    Return the result of a collision from the run and error bar in `bounded_run`.
 
     Work on it began at `started`, by ``time.perf_counter``; `energies`, of shape (n,), are those of
     its vibration modes, where they are known already.
     """
-    outcome, bar, found = answer.outcome, answer.bar, answer.details
+    outcome, bar, found = bounded_run.outcome, bounded_run.bar, bounded_run.details
     if energies is None:
         state = outcome.displacements, outcome.velocities
         energies = mode_energies(*state, scene.bond.stiffness, scene.line.chain_masses)
@@ -90,7 +90,7 @@ def result_of(
         crossed=outcome.crossed,
         tolerance=asked,
         tolerance_met=met,
-        reason=answer.reason,
+        reason=bounded_run.reason,
         error_parts=bar,
         seconds=outcome.seconds,
         seconds_total=time.perf_counter() - started,
@@ -122,7 +122,7 @@ def _bond_fields(bond: Potential) -> dict[str, Any]:
 def _bodies_after(scene: Scene, outcome: Outcome) -> dict[str, Any]:
     """Return what a result says of both bodies; nothing for a plain scene."""
     line = scene.line
-    if line.plain:
+    if line.is_standard:
         return {}
     k = scene.bond.stiffness
     chain = energy_split(
@@ -197,10 +197,10 @@ def _between_steps(scene: Scene, strains: tuple[float, float], step: float | Non
     with the largest force F and the lightest mass m: no farther than :math:`h^2 F/2m`. None where
     steps have no fixed length.
     """
-    if scene.span < 2:
+    if scene.longest_body < 2:
         return 0.0
     if step is None:
-        if not scene.line.plain or not scene.bond.is_harmonic:
+        if not scene.line.is_standard or not scene.bond.is_harmonic:
             return None
         step = modal.SAMPLE_INTERVAL
     with np.errstate(all="ignore"):

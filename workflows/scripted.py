@@ -11,15 +11,15 @@ from chaincor.lammps_inputs.errors import SceneError
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.script_plan import ScriptedBar, ScriptPlan
-from chaincor.workflows.accuracy.answer import (
+from chaincor.workflows.accuracy.bounded_run import (
     PROOF_SHARE,
     PROOF_STEPS,
     ending_error,
     table_error_of,
 )
 from chaincor.workflows.accuracy.by_lammps import COARSER, SCRIPTED_SCHEMES, LammpsSearch
-from chaincor.workflows.accuracy.meet import goal_of
-from chaincor.workflows.accuracy.scouting import Scouting, scouted_run, scouting_from
+from chaincor.workflows.accuracy.pilot_run import PilotRun, pilot_run_from, reference_pilot
+from chaincor.workflows.accuracy.solve import target_error_of
 from chaincor.workflows.accuracy.step_guess import effective_order
 from chaincor.workflows.accuracy.step_proof import share_of_difference
 from chaincor.workflows.accuracy.table_rows import rows_error
@@ -54,14 +54,14 @@ def plan_script(scene: Scene, table_range: tuple[float, float] | None = None) ->
     """
     if table_range is not None:
         _refuse_range(scene, table_range)
-    asked, goal, sensitivity = scene.asked_tolerance, 0.0, 0.0
+    asked, target_error, sensitivity = scene.asked_tolerance, 0.0, 0.0
     if asked is None:
-        truth, numerics = scouted_run(scene), Numerics.from_scene(scene)
+        truth, numerics = reference_pilot(scene), Numerics.from_scene(scene)
     else:
-        goal, sensitivity = goal_of(scene, asked)
-        search = LammpsSearch(scene, goal, sensitivity, SCRIPTED_SCHEMES)
+        target_error, sensitivity = target_error_of(scene, asked)
+        search = LammpsSearch(scene, target_error, sensitivity, SCRIPTED_SCHEMES)
         truth, numerics = search.truth, replace(search.numerics, bond_range=None)
-    scouting = None if truth is None else scouting_from(truth, scene, flown_on(scene))
+    scouting = None if truth is None else pilot_run_from(truth, scene, flown_on(scene))
     table = _tabulate(scene, numerics, scouting, table_range)
     bar = None
     if truth is not None and (scene.error or asked is not None):
@@ -70,7 +70,7 @@ def plan_script(scene: Scene, table_range: tuple[float, float] | None = None) ->
             multiples=(1.0, *PROOF_STEPS),
             share=known,
             share_alone=known,
-            table=_table_part(table, scene, truth.outcome, goal),
+            table=_table_part(table, scene, truth.outcome, target_error),
             rounding=rounding_of_steps(scene, numerics.scheme, numerics.timestep),
             ending=ending_error(truth.outcome, scene),
         )
@@ -127,7 +127,7 @@ def _fastest_held(scene: Scene, table: BondTable) -> float | None:
 def _tabulate(
     scene: Scene,
     numerics: Numerics,
-    scouting: Scouting | None,
+    scouting: PilotRun | None,
     table_range: tuple[float, float] | None,
 ) -> BondTable | None:
     if scene.bond.is_harmonic:

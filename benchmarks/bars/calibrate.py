@@ -70,7 +70,7 @@ _WHAT_SCHEMES = (
 )
 SCHEMES = {
     "lammps_schemes": (scheme_costs.lammps_costs, scheme_costs.LAMMPS_SCHEMES, 0.05),
-    "in_house_schemes": (scheme_costs.in_house_costs, scheme_costs.IN_HOUSE_SCHEMES, 0.1),
+    "reference_schemes": (scheme_costs.reference_costs, scheme_costs.IN_HOUSE_SCHEMES, 0.1),
 }
 
 

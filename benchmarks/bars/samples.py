@@ -11,21 +11,21 @@ import numpy as np
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.schemes import StepSchemeName
-from chaincor.workflows.accuracy.answer import PROOF_STEPS, differences, table_error
-from chaincor.workflows.accuracy.by_in_house import (
+from chaincor.workflows.accuracy.bounded_run import PROOF_STEPS, differences, table_error
+from chaincor.workflows.accuracy.by_reference import (
     converge,
 )
-from chaincor.workflows.accuracy.in_house_runs import (
-    Refined,
+from chaincor.workflows.accuracy.pilot_run import pilot_run_from
+from chaincor.workflows.accuracy.reference_runs import (
+    ConvergedRun,
     eta_of,
     find_rounding_sensitivity,
-    run_in_house,
+    run_reference,
 )
-from chaincor.workflows.accuracy.scouting import scouting_from
-from chaincor.workflows.accuracy.step_guess import guess_step, largest_step, sharpness
+from chaincor.workflows.accuracy.step_guess import frequency_ratio, guess_step, largest_step
 from chaincor.workflows.engines.compositions import COMPOSITIONS
-from chaincor.workflows.engines.in_house import adaptive, hard_sphere, modal
 from chaincor.workflows.engines.lammps import engine as lammps
+from chaincor.workflows.engines.reference import adaptive, hard_sphere, modal
 from chaincor.workflows.engines.rounding import SHORT_DRIFT, rounding_error, rounding_of
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
 from chaincor.workflows.errors import RunError
@@ -52,7 +52,7 @@ def draw_scene(random: Random, most: int = 150, potentials: tuple[str, ...] = ()
     return Scene(**fields, speed=float(fastest * 10 ** random.uniform(-2, 0)))
 
 
-def find_truth(scene: Scene) -> Refined:
+def find_truth(scene: Scene) -> ConvergedRun:
     """Converge a scene as far as rounding lets it."""
     return converge(scene, 3.0 * rounding_error("reference", scene))
 
@@ -66,7 +66,7 @@ def draw_numerics(random: Random, scene: Scene, wall: str) -> Numerics:
         step = float(10 ** random.uniform(np.log10(0.0025), np.log10(0.05)))
         return Numerics(scheme="verlet", timestep=step)
     scheme = str(random.choice([name for name in COMPOSITIONS if name != "verlet"]))
-    largest = min(largest_step(scheme, 1.0), 0.5) / sharpness(scene)
+    largest = min(largest_step(scheme, 1.0), 0.5) / frequency_ratio(scene)
     return Numerics(scheme=scheme, timestep=largest * float(10 ** random.uniform(-1, 0)))
 
 
@@ -86,7 +86,7 @@ def proof_share(random: Random, count: int) -> Samples:
             numerics = draw_numerics(random, scene, wall)
             try:
                 truth = find_truth(scene)
-                bonds = scouting_from(truth, scene).table_range(scene)
+                bonds = pilot_run_from(truth, scene).table_range(scene)
                 steps = [share * numerics.timestep for share in (1.0, *PROOF_STEPS)]
                 runs = lammps.run_at_steps(scene, replace(numerics, bond_range=bonds), steps)
             except RunError:
@@ -137,7 +137,7 @@ def table_sensitivity(random: Random, count: int) -> Samples:
             )
             try:
                 truth = find_truth(scene)
-                bonds = scouting_from(truth, scene).table_range(scene)
+                bonds = pilot_run_from(truth, scene).table_range(scene)
                 numerics = replace(numerics, bond_range=bonds)
                 rough = lammps.run(scene, replace(numerics, table_points=rows))
             except RunError:
@@ -220,7 +220,7 @@ def nudge_reserve(random: Random, count: int) -> Samples:
             usual = find_rounding_sensitivity(scene)
             step = guess_step(scene, "order8", 1e-9)
             one, other = (
-                eta_of(each, run_in_house(each, "order8", step))
+                eta_of(each, run_reference(each, "order8", step))
                 for each in (
                     scene,
                     scene.replace(speed=None, velocity=nudge * scene.impact_velocity),
@@ -241,7 +241,7 @@ def arithmetic_floor(random: Random, count: int) -> Samples:
     while len(samples) < count:
         scene = draw_scene(random, most=500, potentials=("harmonic",))
         exact = modal.run(scene)
-        stepped = run_in_house(scene, "extrapolated14", 0.4)
+        stepped = run_reference(scene, "extrapolated14", 0.4)
         samples.append(abs(eta_of(scene, stepped) - eta_of(scene, exact)) / scene.particles)
     return {"": samples}
 
@@ -253,7 +253,7 @@ def array_sensitivity(random: Random, count: int) -> Samples:
         scene = draw_scene(random, most=100, potentials=("lj", "toda", "harmonic"))
         try:
             truth = find_truth(scene)
-            bonds = scouting_from(truth, scene).table_range(scene)
+            bonds = pilot_run_from(truth, scene).table_range(scene)
             step = guess_step(scene, "order8", 1e-12)
             run = lammps.run(scene, Numerics(scheme="order8", timestep=step, bond_range=bonds))
         except RunError:
@@ -279,7 +279,7 @@ def unseen_stretch(random: Random, count: int) -> Samples:
         scene = draw_scene(random, potentials=("lj", "toda", "log"))
         try:
             truth = find_truth(scene)
-            low, high = scouting_from(truth, scene).table_range(scene)
+            low, high = pilot_run_from(truth, scene).table_range(scene)
             numerics = Numerics(timestep=guess_step(scene, "order6", 1e-6))
             run = lammps.run(scene, replace(numerics, bond_range=(low, 1.0 + 1.5 * (high - 1.0))))
         except RunError:

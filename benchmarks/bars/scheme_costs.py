@@ -10,15 +10,15 @@ from collections.abc import Callable
 import numpy as np
 
 from benchmarks.bars.samples import Random, draw_scene
-from chaincor.workflows.accuracy.by_in_house import converge
 from chaincor.workflows.accuracy.by_lammps import (
     LAMMPS_SCHEMES,
     choose_numerics,
     serves_in_lammps,
 )
+from chaincor.workflows.accuracy.by_reference import converge
 from chaincor.workflows.accuracy.cost_model import shipped_cost_model
-from chaincor.workflows.accuracy.in_house_runs import find_step, run_in_house
-from chaincor.workflows.accuracy.scouting import scouting_from
+from chaincor.workflows.accuracy.pilot_run import pilot_run_from
+from chaincor.workflows.accuracy.reference_runs import find_step, run_reference
 from chaincor.workflows.accuracy.step_guess import guess_step
 from chaincor.workflows.accuracy.step_proof import COARSER, usual_share
 from chaincor.workflows.engines.lammps import engine as lammps
@@ -37,7 +37,7 @@ def lammps_costs(random: Random, goal: float) -> dict[str, float]:
     """Return the seconds of meeting a goal in LAMMPS, each scheme, in a scene drawn at random."""
     scene = draw_scene(random, most=300)
     truth = converge(scene, 0.03 * goal)
-    scouting = scouting_from(truth, scene)
+    scouting = pilot_run_from(truth, scene)
     model = shipped_cost_model()
     numerics = {}
     for scheme in LAMMPS_SCHEMES:
@@ -59,7 +59,7 @@ def lammps_costs(random: Random, goal: float) -> dict[str, float]:
     return costs
 
 
-def in_house_costs(random: Random, goal: float) -> dict[str, float]:
+def reference_costs(random: Random, goal: float) -> dict[str, float]:
     """Return the seconds of meeting a goal in-house, each scheme, in a scene drawn at random."""
     scene = draw_scene(random, most=300, potentials=("lj", "toda", "log", "power"))
     truth = converge(scene, max(0.03 * goal, 3e-14 * scene.particles))
@@ -69,7 +69,7 @@ def in_house_costs(random: Random, goal: float) -> dict[str, float]:
         coarse = find_step(scene, scheme, wanted, truth, guess_step(scene, scheme, wanted))
         if coarse is not None:
             step = coarse / COARSER[0]
-            costs[scheme] = _least(lambda: run_in_house(scene, scheme, step))  # noqa: B023
+            costs[scheme] = _least(lambda: run_reference(scene, scheme, step))  # noqa: B023
     return costs
 
 

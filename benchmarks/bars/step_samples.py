@@ -6,9 +6,9 @@ from benchmarks.bars.samples import Random, Samples, draw_scene, find_truth
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.schemes import SCHEME_ORDERS, StepSchemeName
-from chaincor.workflows.accuracy.in_house_runs import eta_of, run_in_house
-from chaincor.workflows.accuracy.scouting import scouting_from
-from chaincor.workflows.accuracy.step_guess import USUAL_STEPS, sharpness
+from chaincor.workflows.accuracy.pilot_run import pilot_run_from
+from chaincor.workflows.accuracy.reference_runs import eta_of, run_reference
+from chaincor.workflows.accuracy.step_guess import USUAL_STEPS, frequency_ratio
 from chaincor.workflows.engines.compositions import COMPOSITIONS
 from chaincor.workflows.engines.lammps import engine as lammps
 from chaincor.workflows.errors import RunError
@@ -18,17 +18,17 @@ _PHASES = tuple(np.linspace(0.97, 1.0, 8).tolist())
 
 
 def _error(scene: Scene, scheme: StepSchemeName, truth: float) -> float:
-    step = USUAL_STEPS[scheme] / sharpness(scene)
-    return abs(eta_of(scene, run_in_house(scene, scheme, step)) - truth)
+    step = USUAL_STEPS[scheme] / frequency_ratio(scene)
+    return abs(eta_of(scene, run_reference(scene, scheme, step)) - truth)
 
 
 def _lammps_errors(scene: Scene, shares: tuple[float, ...]) -> dict[str, float]:
     """Return the worst error by LAMMPS at some shares of each scheme's usual step."""
     truth = find_truth(scene)
-    bonds = scouting_from(truth, scene).table_range(scene)
+    bonds = pilot_run_from(truth, scene).table_range(scene)
     worst = {}
     for scheme in COMPOSITIONS.values():
-        steps = [share * USUAL_STEPS[scheme.name] / sharpness(scene) for share in shares]
+        steps = [share * USUAL_STEPS[scheme.name] / frequency_ratio(scene) for share in shares]
         numerics = Numerics(scheme=scheme.name, timestep=steps[0], bond_range=bonds)
         runs = lammps.run_at_steps(scene, numerics, steps)
         worst[str(scheme.name)] = max(abs(eta_of(scene, run) - truth.restitution) for run in runs)

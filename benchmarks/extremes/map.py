@@ -76,9 +76,9 @@ def answer(cell: Cell, engine: str) -> dict[str, Any]:
 
 def judge(cell: Cell, scheme: str) -> dict[str, Any]:
     """Answer by another method than `scheme`, twice, the second time more exactly."""
-    from chaincor.workflows.accuracy.in_house_runs import eta_of, run_in_house
+    from chaincor.workflows.accuracy.reference_runs import eta_of, run_reference
     from chaincor.workflows.accuracy.step_guess import guess_step
-    from chaincor.workflows.engines.in_house import adaptive
+    from chaincor.workflows.engines.reference import adaptive
 
     scene = cell.scene("reference")
     rounding = 1e-14 * cell.particles
@@ -94,7 +94,7 @@ def judge(cell: Cell, scheme: str) -> dict[str, Any]:
 
     if scheme == "adaptive8":
         steps = [guess_step(scene, "order8", goal) for goal in JUDGE_STEP_GOALS]
-        return compare([run_in_house(scene, "order8", step) for step in steps])
+        return compare([run_reference(scene, "order8", step) for step in steps])
     for accuracies in JUDGE_ACCURACIES:
         try:
             said = compare([adaptive.run(scene, accuracy) for accuracy in accuracies])
@@ -108,7 +108,7 @@ def judge(cell: Cell, scheme: str) -> dict[str, Any]:
 
 def confirm(scene: Scene, accuracy: float, fact: RunError) -> None:
     """See that a more exact run is stopped by the same at the same time; a judge must be sure."""
-    from chaincor.workflows.engines.in_house import adaptive
+    from chaincor.workflows.engines.reference import adaptive
 
     try:
         adaptive.run(scene, 0.1 * accuracy)

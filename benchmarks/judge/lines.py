@@ -86,7 +86,7 @@ def draw(seed: int, index: int, engine: str | None, folder: Path, kind: str = "l
             scene = draw_line_scene(random, folder, engine)
         except ChaincorError:
             continue
-        if not scene.line.plain:
+        if not scene.line.is_standard:
             return scene
     raise AssertionError("no valid scene in 100")
 

@@ -21,8 +21,8 @@ from chaincor.lammps_inputs.bonds.potentials import Harmonic, LennardJones, Loga
 from chaincor.lammps_inputs.line import Line
 from chaincor.workflows.engines.end_watch import EndWatch
 from chaincor.workflows.engines.ending import Ending
-from chaincor.workflows.engines.in_house import bookkeeping
-from chaincor.workflows.engines.in_house.moving import Motion, Stepper
+from chaincor.workflows.engines.reference import bookkeeping
+from chaincor.workflows.engines.reference.moving import Motion, Stepper
 
 _BONDS = {"lj": LennardJones(), "harmonic": Harmonic(), "log": Logarithmic()}
 _LOOKS = 60

@@ -13,13 +13,13 @@ import argparse
 
 import numpy as np
 
-from benchmarks.peers.in_house_engine import (
+from benchmarks.peers.integrators import coarsest, lj_powers, start_state, timed
+from benchmarks.peers.reference_engine import (
     ERROR,
     restitution,
     run_ours,
     seconds_to_last_contact,
 )
-from benchmarks.peers.integrators import coarsest, lj_powers, start_state, timed
 from chaincor.lammps_inputs.scene import Scene
 
 SPEEDS = (0.1, 0.15, 0.2, 0.25, 0.3, 0.35, 0.4, 0.45)

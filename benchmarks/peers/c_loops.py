@@ -10,9 +10,9 @@ import numpy as np
 from benchmarks.peers.integrators import timed
 from chaincor.lammps_inputs.bonds.potential import NoParameters
 from chaincor.lammps_inputs.bonds.potentials import lj_force
-from chaincor.workflows.engines.in_house.compile import LoopCompiler
-from chaincor.workflows.engines.in_house.line_kinds import Source
-from chaincor.workflows.engines.in_house.stages import looped_stages
+from chaincor.workflows.engines.reference.compile import LoopCompiler
+from chaincor.workflows.engines.reference.line_traits import KernelSpec
+from chaincor.workflows.engines.reference.stages import looped_stages
 
 C_LOOPS = r"""
 static inline double force(double s) {
@@ -50,7 +50,7 @@ def compile_ours() -> tuple[Callable, Callable]:
     """Return our loops, repeated inside compiled code so that calls cost nothing."""
     compiler = LoopCompiler.for_force(lj_force, keep=False)
     kernel, parameters = compiler.register(lj_force), NoParameters()
-    stage = looped_stages(Source(kernel, compiler.register)).stage
+    stage = looped_stages(KernelSpec(kernel, compiler.register)).stage
 
     def forces(repeats, strain, force):
         for _ in range(repeats):

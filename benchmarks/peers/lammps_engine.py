@@ -20,7 +20,7 @@ import numpy as np
 from benchmarks.peers.integrators import Dop853Chain, HeyokaChain, coarsest, timed
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.accuracy.in_house_runs import eta_of
+from chaincor.workflows.accuracy.reference_runs import eta_of
 from chaincor.workflows.engines.lammps import engine as lammps
 from chaincor.workflows.tradeoff.truth import find_truth
 

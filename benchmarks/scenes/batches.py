@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.accuracy.together import kind_of
+from chaincor.workflows.accuracy.batching import kind_of
 from chaincor.workflows.campaign.work import collide_together
 from chaincor.workflows.collision import collide
 from chaincor.workflows.result import Collision

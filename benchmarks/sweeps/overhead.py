@@ -28,8 +28,8 @@ from unittest import mock
 
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.collision import collide
-from chaincor.workflows.engines.in_house import stepping
-from chaincor.workflows.engines.lammps.course import ChainCollision
+from chaincor.workflows.engines.lammps.lammps_collision import ChainCollision
+from chaincor.workflows.engines.reference import stepping
 
 ROOT = Path(__file__).resolve().parents[2]
 # Bonds that LAMMPS can follow at all these speeds: log ones get too short for it from 1.2 v* on,

@@ -14,7 +14,7 @@ from scipy import stats
 
 from chaincor import Scene
 from chaincor.workflows.campaign.warm import group_scenes
-from chaincor.workflows.engines.in_house.batch.runner import Batch
+from chaincor.workflows.engines.reference.batch.runner import Batch
 
 SCHEME = "order8"
 

@@ -129,7 +129,7 @@ def given_bodies(scene: "Scene") -> dict[str, Any]:
 def body_fields(scene: "Scene") -> dict[str, Any]:
     """Return what a scene says of its bodies in one way of many to write it (JSON-ready)."""
     line = scene.line
-    if line.plain:
+    if line.is_standard:
         return {}
     fields: dict[str, Any] = {"masses": _period(line.chain_masses)}
     if not line.rigid:

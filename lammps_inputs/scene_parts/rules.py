@@ -192,7 +192,7 @@ def _check_speed(scene: "Scene") -> Iterator[str]:
         yield (
             f"speed is in units of v*, which the {scene.label} bond does not have; give velocity"
         )
-    largest = 1e150 if scene.line.plain else 1e120
+    largest = 1e150 if scene.line.is_standard else 1e120
     if not 1.0 / largest < scene.impact_velocity < largest:
         yield (
             f"the impact velocity would be {scene.impact_velocity:g}; expected a number that "

@@ -5,7 +5,7 @@ import pytest
 
 from benchmarks.bars.calibrate import CONSTANTS, SCHEMES, Constant, draw
 from benchmarks.bars.scheme_costs import best_table
-from chaincor.workflows.accuracy.answer import PROOF_SHARE
+from chaincor.workflows.accuracy.bounded_run import PROOF_SHARE
 from chaincor.workflows.engines.rounding import ARITHMETIC_FLOOR, COORDINATE_ROUNDING
 from chaincor.workflows.measured import measured, measurements
 

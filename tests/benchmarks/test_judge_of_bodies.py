@@ -11,8 +11,8 @@ from benchmarks.judge.bodies import KINDS, Bodies, Bonds, Unsure, judge, run_onc
 from benchmarks.judge.lines import bodies_of, bonds_of, draw, judge_scene
 from benchmarks.scenes.lines import draw_line_scene
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.accuracy.in_house_runs import eta_of
-from chaincor.workflows.engines.in_house import modal
+from chaincor.workflows.accuracy.reference_runs import eta_of
+from chaincor.workflows.engines.reference import modal
 
 ROOT = Path(__file__).parents[2]
 CASES = json.loads((ROOT / "tests" / "reference_general.json").read_text())["cases"]
@@ -129,7 +129,7 @@ def test_it_says_where_a_bond_runs_away():
 
 def test_draws_are_valid_and_of_all_kinds(tmp_path):
     scenes = [draw(1, index, None, tmp_path) for index in range(80)]
-    assert all(not scene.line.plain for scene in scenes)
+    assert all(not scene.line.is_standard for scene in scenes)
     assert {scene.engine for scene in scenes} == {"lammps", "reference"}
     assert {scene.potential for scene in scenes} == set(KINDS)
     for key in ("masses", "target_particles", "contact", "initial", "compression"):

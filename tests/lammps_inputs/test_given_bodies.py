@@ -124,7 +124,7 @@ def test_one_scene_has_one_hash_however_it_is_written():
     plain = sha256()
     assert sha256(masses=[1, 1]) == sha256(masses=1) == plain
     assert sha256(contact="hard") == sha256(compression=0.0) == plain
-    assert Scene(masses=[1, 1], **FOUR).line.plain
+    assert Scene(masses=[1, 1], **FOUR).line.is_standard
     twice = sha256(masses=[1, 2])
     assert twice == sha256(masses=[1, 2, 1, 2]) == sha256(masses="1,2") != plain
     # Masses of 2 are no plain scene: its bonds swing more slowly.
@@ -226,7 +226,7 @@ def test_a_list_and_what_it_repeats_are_one_scene(masses, particles):
     short = Scene(masses=masses, particles=particles)
     long = Scene(masses=spelled, particles=particles)
     assert short.sha256 == long.sha256
-    assert (short.line.plain) == (set(spelled) == {1.0})
+    assert (short.line.is_standard) == (set(spelled) == {1.0})
 
 
 @pytest.mark.parametrize(

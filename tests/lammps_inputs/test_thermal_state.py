@@ -15,8 +15,8 @@ from chaincor.lammps_inputs.bonds.potentials import LennardJones
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.thermal_state import draw, start_margin
-from chaincor.workflows.accuracy.in_house_runs import relative_velocity
-from chaincor.workflows.engines.in_house import modal
+from chaincor.workflows.accuracy.reference_runs import relative_velocity
+from chaincor.workflows.engines.reference import modal
 
 NONE = np.zeros(0)
 TEMPERATURES = (1e-6, 1e-4, 1.5e-3)

@@ -15,7 +15,7 @@ from chaincor.lammps_inputs.errors import SceneError
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.script_plan import ScriptPlan
-from chaincor.workflows.accuracy.in_house_runs import eta_of
+from chaincor.workflows.accuracy.reference_runs import eta_of
 from chaincor.workflows.collision import collide
 from chaincor.workflows.engines.lammps import engine as lammps
 from chaincor.workflows.engines.lammps.kept_script import job_script

@@ -11,10 +11,10 @@ from chaincor.lammps_inputs.errors import SceneError
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.by_lammps import LammpsSearch
-from chaincor.workflows.accuracy.in_house_runs import eta_of
+from chaincor.workflows.accuracy.reference_runs import eta_of
 from chaincor.workflows.collision import collide
-from chaincor.workflows.engines.in_house import stepping
 from chaincor.workflows.engines.lammps import engine as lammps
+from chaincor.workflows.engines.reference import stepping
 from chaincor.workflows.errors import CrossingError
 
 SHARP = Numerics(scheme="order8", timestep=0.05)

@@ -12,7 +12,7 @@ from chaincor.analysis.job_folder import find_job
 from chaincor.analysis.modes import mode_energies
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.accuracy.in_house_runs import eta_of
+from chaincor.workflows.accuracy.reference_runs import eta_of
 from chaincor.workflows.collision import collide
 from chaincor.workflows.engines.lammps import engine as lammps
 from chaincor.workflows.job import write_job

@@ -12,32 +12,44 @@ from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.scene_parts.given_bodies import DEFAULT_CONTACT_STIFFNESS
 from chaincor.lammps_inputs.scene_parts.scene_fields import TableStyle
 from chaincor.lammps_inputs.schemes import SCHEME_ORDERS, StepSchemeName
-from chaincor.workflows.accuracy.answer import TABLE_SENSITIVITY, Answer, answer, error_bar
-from chaincor.workflows.accuracy.by_in_house import converge
+from chaincor.workflows.accuracy.bounded_run import (
+    TABLE_SENSITIVITY,
+    BoundedRun,
+    bounded_run,
+    error_bar,
+)
+from chaincor.workflows.accuracy.by_reference import converge
 from chaincor.workflows.accuracy.cost_model import cost_model
-from chaincor.workflows.accuracy.in_house_runs import (
-    Refined,
+from chaincor.workflows.accuracy.pilot_run import PilotRun, pilot_run_from
+from chaincor.workflows.accuracy.reference_runs import (
+    ConvergedRun,
     estimate_step,
     eta_of,
     find_step,
     largest_difference,
 )
-from chaincor.workflows.accuracy.refining import Policy, Try, by_order, refine, that_ran, told
-from chaincor.workflows.accuracy.scouting import Scouting, scouting_from
+from chaincor.workflows.accuracy.refining import (
+    Attempt,
+    Policy,
+    by_order,
+    refine,
+    steps_record,
+    that_ran,
+)
 from chaincor.workflows.accuracy.step_guess import (
     STEP_SHARE,
-    contact_is_sharpest,
+    contact_is_stiffest,
     effective_order,
+    frequency_ratio,
     guess_step,
     largest_step,
     pair_energy,
-    sharpness,
 )
 from chaincor.workflows.accuracy.step_proof import share_of_difference
 from chaincor.workflows.engines.compositions import COMPOSITIONS
-from chaincor.workflows.engines.in_house.modal import serves
 from chaincor.workflows.engines.lammps import engine as lammps
 from chaincor.workflows.engines.outcome import Outcome
+from chaincor.workflows.engines.reference.modal import supports
 from chaincor.workflows.engines.rounding import (
     amplified_rounding,
     coarsening,
@@ -96,19 +108,19 @@ class LammpsSearch:
     def __init__(
         self,
         scene: Scene,
-        goal: float,
+        target_error: float,
         sensitivity: float,
         schemes: Sequence[StepSchemeName] = LAMMPS_SCHEMES,
     ) -> None:
-        self.scene, self.goal, self.sensitivity = scene, goal, sensitivity
+        self.scene, self.target_error, self.sensitivity = scene, target_error, sensitivity
         amplified = amplified_rounding("lammps", sensitivity, scene)
         self.floor = max(rounding_error("lammps", scene), amplified)
         # Below the rounding floor a finer step buys nothing.
-        self.reachable = max(goal - self.floor, self.floor)
-        if not serves(scene) and (sharp := sharpness(scene)) > SHARPEST_LAMMPS:
+        self.reachable = max(target_error - self.floor, self.floor)
+        if not supports(scene) and (sharp := frequency_ratio(scene)) > SHARPEST_LAMMPS:
             raise RunError(_too_sharp(scene, sharp))
         self.truth = converge(scene, TRUTH_SHARE * self.reachable)
-        self.scouting = scouting_from(self.truth, scene)
+        self.scouting = pilot_run_from(self.truth, scene)
         usual = usual_schemes(scene, self.reachable, schemes, sensitivity)
         known = self.truth, self.scouting
         self.numerics = choose_numerics(scene, self.reachable, *known, usual)
@@ -128,20 +140,26 @@ class LammpsSearch:
         longer = min(numerics.timestep * expected / available, longest)
         return replace(numerics, timestep=max(longer, numerics.timestep))
 
-    def attempt(self, step: float) -> Try[tuple[Outcome, Outcome]]:
+    def attempt(self, step: float) -> Attempt[tuple[Outcome, Outcome]]:
         """Run at a step."""
-        scene, truth, goal = self.scene, self.truth, self.goal
+        scene, truth, target_error = self.scene, self.truth, self.target_error
         numerics = self.numerics = replace(self.numerics, timestep=step)
         fine, coarse = lammps.run_at_steps(scene, numerics, (step, COARSER * step))
         order = effective_order(scene, numerics.scheme)
-        told = share_of_difference(order, COARSER) * largest_difference(scene, fine, [coarse])
-        error = max(told, abs(eta_of(scene, fine) - truth.restitution)) + truth.error
+        steps_record = share_of_difference(order, COARSER) * largest_difference(
+            scene, fine, [coarse]
+        )
+        error = max(steps_record, abs(eta_of(scene, fine) - truth.restitution)) + truth.error
         # Where an in-house motion is in doubt about a late contact, so is this one.
         doubt = truth.outcome.ending.missed_momentum
         fine = replace(fine, ending=fine.ending.doubted(doubt))
         bar = error_bar(fine, scene, error, self.sensitivity)
         assert bar.total is not None
-        done = bar.total <= goal or bar.rounding + bar.ending > goal or error < 0.3 * self.floor
+        done = (
+            bar.total <= target_error
+            or bar.rounding + bar.ending > target_error
+            or error < 0.3 * self.floor
+        )
         done |= truth.kinked and step <= _least_step(scene, self.scouting)
         smaller = numerics
         wanted = STEP_SHARE * self.reachable
@@ -154,15 +172,15 @@ class LammpsSearch:
         done |= not done and self.within_time(smaller) is not smaller
         if not done:
             self.numerics = smaller
-        return Try(step, error, (fine, coarse), done, smaller.timestep)
+        return Attempt(step, error, (fine, coarse), done, smaller.timestep)
 
 
-def meet_with_lammps(
+def solve_with_lammps(
     scene: Scene,
-    goal: float,
+    target_error: float,
     sensitivity: float,
     schemes: Sequence[StepSchemeName] = LAMMPS_SCHEMES,
-) -> Answer:
+) -> BoundedRun:
     """
     Choose LAMMPS's numerics with the in-house integrator, then prove them with both.
 
@@ -171,7 +189,7 @@ def meet_with_lammps(
     `sensitivity` and `schemes` see :class:`LammpsSearch`.
     """
     started = time.perf_counter()
-    search = LammpsSearch(scene, goal, sensitivity, schemes)
+    search = LammpsSearch(scene, target_error, sensitivity, schemes)
     chosen = time.perf_counter() - started
     search.numerics = search.within_time(search.numerics)
     policy = Policy(_MOST_REFINEMENTS, retried=(TimestepError, LostAtomsError, CrossingError))
@@ -179,10 +197,10 @@ def meet_with_lammps(
     error, runs = ran[-1].error, ran[-1].found
     assert runs is not None
     fine, coarse = runs
-    found = answer(scene, fine, error, coarse, told(ran), sensitivity)
-    if found.error > goal and search.numerics.scheme not in COMPOSITIONS:
+    found = bounded_run(scene, fine, error, coarse, steps_record(ran), sensitivity)
+    if found.error > target_error and search.numerics.scheme not in COMPOSITIONS:
         # More exact at a price: rounding is not amplified.
-        return meet_with_lammps(scene, goal, sensitivity, SCRIPTED_SCHEMES)
+        return solve_with_lammps(scene, target_error, sensitivity, SCRIPTED_SCHEMES)
     found.details["choice"] |= {
         "seconds": chosen,
         "in_house_restitution": search.truth.restitution,
@@ -196,7 +214,7 @@ def meet_with_lammps(
 def _too_sharp(scene: Scene, sharp: float) -> str:
     """Say what LAMMPS's fixed steps cannot follow: the contact or the bonds."""
     expected = f"expected less than {SHARPEST_LAMMPS:g} times for LAMMPS's fixed steps"
-    if contact_is_sharpest(scene):
+    if contact_is_stiffest(scene):
         return (
             f"with contact_stiffness {scene.contact_stiffness or DEFAULT_CONTACT_STIFFNESS:g} the "
             f"contact would swing {sharp:.2g} times faster than bonds at rest; {expected}: give a "
@@ -215,8 +233,8 @@ def _too_sharp(scene: Scene, sharp: float) -> str:
 def choose_numerics(
     scene: Scene,
     tolerance: float,
-    truth: Refined,
-    scouting: Scouting,
+    truth: ConvergedRun,
+    scouting: PilotRun,
     schemes: Sequence[StepSchemeName],
 ) -> Numerics:
     """
@@ -233,23 +251,23 @@ def choose_numerics(
         force_error = _TABLE_SHARE * tolerance * scene.impact_velocity / TABLE_SENSITIVITY[style]
         numerics = replace(numerics, force_error=force_error)
     if truth.kinked:
-        goal = coarser_goal(scene, "verlet", tolerance)
-        start = guess_step(scene, "verlet", goal)
-        found = find_step(scene, "verlet", goal, truth, start) or 0.1 * start
+        target_error = coarser_target_error(scene, "verlet", tolerance)
+        start = guess_step(scene, "verlet", target_error)
+        found = find_step(scene, "verlet", target_error, truth, start) or 0.1 * start
         step = max(found / COARSER, _least_step(scene, scouting))
         return replace(numerics, timestep=step, table=style)
-    goals = {scheme: coarser_goal(scene, scheme, tolerance) for scheme in schemes}
+    target_errors = {scheme: coarser_target_error(scene, scheme, tolerance) for scheme in schemes}
     guessed: Iterable[tuple[StepSchemeName, float]] = (
         (scheme, estimate)
         for scheme in schemes
-        if (estimate := estimate_step(scene, scheme, goals[scheme], truth)) is not None
+        if (estimate := estimate_step(scene, scheme, target_errors[scheme], truth)) is not None
     )
-    if not scene.line.uniform:
+    if not scene.line.has_equal_masses:
         # By the steps that these lead to expect. Long flights between contacts, and heavy particles
         # among light ones, amplify errors: what usually costs least, low orders, may cost most.
         guessed = sorted(guessed, key=lambda each: STEP_SCHEMES[each[0]].evaluations / each[1])
     for scheme, guess in guessed:
-        coarse = find_step(scene, scheme, goals[scheme], truth, guess)
+        coarse = find_step(scene, scheme, target_errors[scheme], truth, guess)
         if coarse is not None:
             return replace(numerics, scheme=scheme, timestep=coarse / COARSER)
     raise RunError(
@@ -258,13 +276,13 @@ def choose_numerics(
     )
 
 
-def coarser_goal(scene: Scene, scheme: StepSchemeName, goal: float) -> float:
+def coarser_target_error(scene: Scene, scheme: StepSchemeName, target_error: float) -> float:
     """Return the in-house error at `COARSER` times a step with which LAMMPS meets a goal."""
     share = share_of_difference(effective_order(scene, scheme), COARSER)
-    return STEP_SHARE * goal / (_LAMMPS_OVER_IN_HOUSE * share)
+    return STEP_SHARE * target_error / (_LAMMPS_OVER_IN_HOUSE * share)
 
 
-def _least_step(scene: Scene, scouting: Scouting) -> float:
+def _least_step(scene: Scene, scouting: PilotRun) -> float:
     """Return the smallest Verlet step of a run that comes to an end within minutes."""
     particles = scene.all_particles
     return scouting.end.last_contact_time * particles / _MOST_BOND_STEPS
@@ -302,4 +320,4 @@ def serves_in_lammps(
         return True
     rounding = rounding_of_steps(scene, scheme, largest_step(scheme, scene.fast_stiffness))
     amplified = amplified_rounding("lammps", coarsening(scheme) * sensitivity, scene)
-    return scene.line.plain and max(rounding, amplified) <= _ROUNDING_SHARE * tolerance
+    return scene.line.is_standard and max(rounding, amplified) <= _ROUNDING_SHARE * tolerance

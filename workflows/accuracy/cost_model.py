@@ -69,7 +69,7 @@ class CostModel:
         per_step = scheme.evaluations * (self.step + per_bond * bonds)
         steps = duration / numerics.timestep
         if numerics.scheme == "verlet":
-            if not scene.line.plain:
+            if not scene.line.is_standard:
                 per_step += _LOOK * self.stage
             return steps * per_step + contacts * self.contact
         # A contact costs about one more step.

@@ -6,26 +6,26 @@ from collections.abc import Sequence
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.accuracy.answer import PROOF_STEPS
-from chaincor.workflows.accuracy.by_in_house import SHARPEST_FIXED
+from chaincor.workflows.accuracy.bounded_run import PROOF_STEPS
 from chaincor.workflows.accuracy.by_lammps import (
     COARSER,
     LAMMPS_RUNS,
     SHARPEST_LAMMPS,
     TRUTH_SHARE,
-    coarser_goal,
+    coarser_target_error,
     usual_schemes,
 )
+from chaincor.workflows.accuracy.by_reference import SHARPEST_FIXED
 from chaincor.workflows.accuracy.cost_model import cost_model
 from chaincor.workflows.accuracy.fixed_steps import first_step, usual_scheme
 from chaincor.workflows.accuracy.step_guess import (
-    contact_is_sharpest,
+    contact_is_stiffest,
+    frequency_ratio,
     guess_step,
-    sharpness,
 )
 from chaincor.workflows.durations import format_duration
-from chaincor.workflows.engines.in_house.modal import serves
-from chaincor.workflows.engines.piece_bounds import breaking_energy
+from chaincor.workflows.engines.fragment_bounds import breaking_energy
+from chaincor.workflows.engines.reference.modal import supports
 from chaincor.workflows.engines.rounding import rounding_error
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
 from chaincor.workflows.errors import CostError
@@ -61,7 +61,7 @@ def expected_seconds(scene: Scene) -> float:
     holds and whose steps have to be finer, may take 15 times longer, and chains that break 100.
     """
     # Sound crosses the chain and comes back, at the low speeds at which that takes longest.
-    duration = 2.2 * scene.span / math.sqrt(scene.slow_stiffness)
+    duration = 2.2 * scene.longest_body / math.sqrt(scene.slow_stiffness)
     duration += float(scene.line.strains[scene.line.gap]) / scene.impact_velocity
     duration += scene.contact_duration
     if scene.explicit:
@@ -69,30 +69,30 @@ def expected_seconds(scene: Scene) -> float:
     asked = scene.asked_tolerance
     assert asked is not None
     # A wish below rounding is not worked for.
-    goal = max(asked, rounding_error(scene.engine, scene))
-    sharp = sharpness(scene)
-    modal = _MODAL_PAIR * scene.span**2 if serves(scene) else 0.0
+    target_error = max(asked, rounding_error(scene.engine, scene))
+    sharp = frequency_ratio(scene)
+    modal = _MODAL_PAIR * scene.longest_body**2 if supports(scene) else 0.0
     if scene.engine == "reference":
         if modal:
             return _IN_HOUSE_SECONDS + modal
-        if sharp > SHARPEST_FIXED and scene.line.plain:
+        if sharp > SHARPEST_FIXED and scene.line.is_standard:
             return _ADAPTIVE_PAIR * scene.particles**2 * math.log10(sharp)
-        return _IN_HOUSE_SECONDS + _in_house_seconds(scene, duration, goal)
+        return _IN_HOUSE_SECONDS + _reference_seconds(scene, duration, target_error)
     if sharp > SHARPEST_LAMMPS:
         return _LAMMPS_SECONDS  # refused at once
-    scheme = usual_schemes(scene, goal)[0]
+    scheme = usual_schemes(scene, target_error)[0]
     if scheme == "verlet":  # which is taken where it is cheaper than this
         scheme = "order8"
-    step = guess_step(scene, scheme, coarser_goal(scene, scheme, goal)) / COARSER
+    step = guess_step(scene, scheme, coarser_target_error(scene, scheme, target_error)) / COARSER
     numerics = Numerics(scheme=scheme, timestep=step)
     run = cost_model().integration(scene, numerics, duration)
-    choice = _in_house_seconds(scene, duration, TRUTH_SHARE * goal)
+    choice = _reference_seconds(scene, duration, TRUTH_SHARE * target_error)
     return _LAMMPS_SECONDS + LAMMPS_RUNS * run + choice + modal
 
 
 def may_take_longer(scene: Scene) -> bool:
     """Return whether several times what is expected is usual: for chains longer than measured."""
-    return scene.span > _MOST_MEASURED and not serves(scene)
+    return scene.longest_body > _MOST_MEASURED and not supports(scene)
 
 
 def usually_shatters(scene: Scene) -> bool:
@@ -114,7 +114,7 @@ def refuse_endless(scene: Scene, most_seconds: float) -> None:
     expected = expected_seconds(scene)
     if expected <= most_seconds:
         return
-    cheaper = ", or a smaller contact_stiffness" if contact_is_sharpest(scene) else ""
+    cheaper = ", or a smaller contact_stiffness" if contact_is_stiffest(scene) else ""
     if scene.engine != "reference" and not scene.explicit:
         in_house = expected_seconds(scene.replace(engine="reference"))
         cheaper += f", or use engine 'reference' (about {format_duration(in_house)})"
@@ -131,14 +131,14 @@ def _given_seconds(scene: Scene, duration: float) -> float:
     if scene.engine == "lammps":
         return _LAMMPS_SECONDS + works * cost_model().integration(scene, numerics, duration)
     stages = STEP_SCHEMES[numerics.scheme].evaluations * duration / numerics.timestep
-    return _IN_HOUSE_SECONDS + works * stages * _in_house_stage(scene)
+    return _IN_HOUSE_SECONDS + works * stages * _reference_stage(scene)
 
 
-def _in_house_seconds(scene: Scene, duration: float, goal: float) -> float:
-    scheme = usual_scheme(goal)
-    stages = duration / first_step(scene, scheme, goal) * STEP_SCHEMES[scheme].evaluations
-    return _IN_HOUSE_RUNS * stages * _in_house_stage(scene)
+def _reference_seconds(scene: Scene, duration: float, target_error: float) -> float:
+    scheme = usual_scheme(target_error)
+    stages = duration / first_step(scene, scheme, target_error) * STEP_SCHEMES[scheme].evaluations
+    return _IN_HOUSE_RUNS * stages * _reference_stage(scene)
 
 
-def _in_house_stage(scene: Scene) -> float:
+def _reference_stage(scene: Scene) -> float:
     return _IN_HOUSE_STAGE + _IN_HOUSE_BOND * scene.all_particles

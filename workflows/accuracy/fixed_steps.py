@@ -8,28 +8,28 @@ import numpy as np
 
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.schemes import StepSchemeName
-from chaincor.workflows.accuracy.answer import Answer, answer, ending_error
-from chaincor.workflows.accuracy.in_house_runs import (
+from chaincor.workflows.accuracy.bounded_run import BoundedRun, bounded_run, ending_error
+from chaincor.workflows.accuracy.reference_runs import (
     LONG,
-    Refined,
+    ConvergedRun,
     differ,
     eta_of,
     largest_difference,
     nudged_change,
     refined,
-    run_in_house,
+    run_reference,
 )
-from chaincor.workflows.accuracy.refining import Policy, Try, by_order, refine
+from chaincor.workflows.accuracy.refining import Attempt, Policy, by_order, refine
 from chaincor.workflows.accuracy.step_guess import STEP_SHARE, effective_order, guess_step
 from chaincor.workflows.accuracy.step_proof import COARSER, proved_error, telling_step, usual_share
-from chaincor.workflows.engines.ending import quiet_time
+from chaincor.workflows.engines.ending import sound_round_trip
 from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.engines.rounding import amplified_rounding, rounding_error, rounding_matters
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
 from chaincor.workflows.measured import measured
 
 # Schemes, and above which goal each is usually the cheapest.
-_SCHEMES: dict[StepSchemeName, float] = measured("in_house_schemes")
+_SCHEMES: dict[StepSchemeName, float] = measured("reference_schemes")
 # This one amplifies rounding least: longer chains than so many particles, where contacts that graze
 # make much of the last digit, take it at any goal. Costs only.
 _PLAINEST: StepSchemeName = "srkn14"
@@ -55,72 +55,78 @@ _MOST_REFINEMENTS = 15
 _LEAST_STEP = 1e-5
 
 
-def usual_scheme(goal: float) -> StepSchemeName:
+def usual_scheme(target_error: float) -> StepSchemeName:
     """Return the scheme of fixed steps that usually meets a goal most cheaply."""
-    return next(name for name, least in _SCHEMES.items() if goal > least)
+    return next(name for name, least in _SCHEMES.items() if target_error > least)
 
 
-def _plain_scheme(scene: Scene, goal: float, sensitivity: float) -> StepSchemeName:
+def _plain_scheme(scene: Scene, target_error: float, sensitivity: float) -> StepSchemeName:
     """Return the usual scheme, or one that amplifies rounding less where there is much of it."""
-    scheme = usual_scheme(goal)
-    if scene.line.uniform:
+    scheme = usual_scheme(target_error)
+    if scene.line.has_equal_masses:
         much = scene.particles > LONG
     else:
         amplified = sensitivity * STEP_SCHEMES[scheme].amplification
-        much = amplified_rounding("reference", amplified, scene) > STEP_SHARE * goal
+        much = amplified_rounding("reference", amplified, scene) > STEP_SHARE * target_error
     return _PLAINEST if much else scheme
 
 
-def meet_with_fixed_steps(
-    scene: Scene, goal: float, sensitivity: float, followed: Outcome | None = None
-) -> Answer:
+def solve_with_fixed_steps(
+    scene: Scene, target_error: float, sensitivity: float, followed: Outcome | None = None
+) -> BoundedRun:
     """
     Start from the usual step of a scheme and refine until three steps agree.
 
     For `sensitivity` and `followed` see
-    :func:`chaincor.workflows.accuracy.by_in_house.meet_in_house`.
+    :func:`chaincor.workflows.accuracy.by_reference.solve_with_reference`.
     """
-    scheme = _plain_scheme(scene, goal, sensitivity)
-    found = _meet_with_scheme(scene, goal, scheme, sensitivity, followed)
+    scheme = _plain_scheme(scene, target_error, sensitivity)
+    found = _meet_with_scheme(scene, target_error, scheme, sensitivity, followed)
     assert found.bar.step is not None
-    reachable = max(goal, rounding_error("reference", scene))
+    reachable = max(target_error, rounding_error("reference", scene))
     if scheme != _PLAINEST and found.bar.rounding > reachable >= found.bar.step:
-        plainest = _meet_with_scheme(scene, goal, _PLAINEST, found.rounding_sensitivity, followed)
+        plainest = _meet_with_scheme(
+            scene, target_error, _PLAINEST, found.rounding_sensitivity, followed
+        )
         return min(found, plainest, key=lambda each: each.error)
     return found
 
 
 def _meet_with_scheme(
-    scene: Scene, goal: float, scheme: StepSchemeName, sensitivity: float, followed: Outcome | None
-) -> Answer:
+    scene: Scene,
+    target_error: float,
+    scheme: StepSchemeName,
+    sensitivity: float,
+    followed: Outcome | None,
+) -> BoundedRun:
     """Refine the steps of one scheme, and ask what comes after them and what roundings make."""
     floor = rounding_error("reference", scene)
-    found = refine_regularly(scene, goal, scheme, floor, followed)
+    found = refine_regularly(scene, target_error, scheme, floor, followed)
     fine, error, proof = found.outcome, found.error, found.proofs[0]
     step = fine.timestep
     assert step is not None
     if followed is None and fine is not found.first:
-        whole = run_in_house(scene, scheme, step)
+        whole = run_reference(scene, scheme, step)
         error = max(error, abs(eta_of(scene, whole) - eta_of(scene, fine)))
         fine = with_doubts(whole, (fine, proof))
-    silent = fine.longest_silence > quiet_time(scene.span, scene.slow_stiffness)
+    silent = fine.longest_silence > sound_round_trip(scene.longest_body, scene.slow_stiffness)
     # Light particles between heavy ones, bodies and warm chains were looked at before, at a step
     # that is long for those that need many tries. What comes after a long silence of a chain that
     # broke amplifies rounding, too; where a step makes or takes a contact, roundings may as well,
     # and in long chains that need finer steps than usual.
     refined = scene.particles > LONGEST_TRUSTED and len(found.tries) > 1
-    matters = sensitivity > 0.0 or refined or rounding_matters("reference", scene, goal)
-    hard = not scene.line.uniform and len(found.tries) > _USUAL_TRIES
-    if (scene.line.uniform and matters) or silent or found.grazes or found.stalled or hard:
+    matters = sensitivity > 0.0 or refined or rounding_matters("reference", scene, target_error)
+    hard = not scene.line.has_equal_masses and len(found.tries) > _USUAL_TRIES
+    if (scene.line.has_equal_masses and matters) or silent or found.grazes or found.stalled or hard:
         amplification = STEP_SCHEMES[scheme].amplification  # which the bar multiplies with
         changed = found.nudged or nudged_change(scene, scheme, step, fine)
         sensitivity = max(sensitivity, changed / amplification)
-        sure = not scene.line.uniform and fine.ending.kind == "proved"
-        if silent and max(amplification * sensitivity, error) > goal and not sure:
+        sure = not scene.line.has_equal_masses and fine.ending.kind == "proved"
+        if silent and max(amplification * sensitivity, error) > target_error and not sure:
             # Where roundings decide how hard it is, they may decide whether another one comes.
             another = 2.0 * float(fine.contact_speeds[-1])
             fine = replace(fine, ending=fine.ending.doubted(another))
-    return answer(scene, fine, error, proof, found.tries, sensitivity)
+    return bounded_run(scene, fine, error, proof, found.tries, sensitivity)
 
 
 def with_doubts(outcome: Outcome, others: Sequence[Outcome]) -> Outcome:
@@ -146,19 +152,23 @@ def first_step(scene: Scene, scheme: StepSchemeName, reachable: float) -> float:
 
 
 def refine_regularly(
-    scene: Scene, goal: float, scheme: StepSchemeName, floor: float, followed: Outcome | None
-) -> Refined:
+    scene: Scene,
+    target_error: float,
+    scheme: StepSchemeName,
+    floor: float,
+    followed: Outcome | None,
+) -> ConvergedRun:
     """
-    Refine until three steps agree, or finer ones help no more.
+    Refine the step until three steps agree, or finer steps do not help.
 
-    Bonds are smooth. `goal` is the error asked of eta, `floor` what the arithmetic leaves of it;
-    `followed` the same collision, at some step, followed to its end, else the first run is. The
-    runs that tell are the best ones, but where roundings decide the first of the last few. Raises
-    RunError, what stopped the finest runs.
+    Bonds are smooth. `target_error` is the required error of eta and `floor` the rounding error.
+    `followed` is this collision at some step, followed to its end; without it the first run is
+    followed. The best runs decide. If rounding decides, the first of the last few runs does.
+    Raises RunError, with the cause that stopped the finest runs.
     """
-    search = _Search(scene, goal, floor, scheme, followed)
+    search = _Search(scene, target_error, floor, scheme, followed)
     policy = Policy(_MOST_REFINEMENTS, stalls=True)
-    tries = refine(first_step(scene, scheme, max(goal, floor)), search.attempt, policy)
+    tries = refine(first_step(scene, scheme, max(target_error, floor)), search.attempt, policy)
     return refined(scene, tries, search.known, search.nudged)
 
 
@@ -172,47 +182,47 @@ class _Search:
     """
 
     scene: Scene
-    goal: float
+    target_error: float
     floor: float
     scheme: StepSchemeName
     known: Outcome | None
     last: Outcome | None = None
     nudged: float = 0.0
 
-    def attempt(self, step: float) -> Try[list[Outcome]]:
-        scene, scheme, goal, floor = self.scene, self.scheme, self.goal, self.floor
+    def attempt(self, step: float) -> Attempt[list[Outcome]]:
+        scene, scheme, target_error, floor = self.scene, self.scheme, self.target_error, self.floor
         last, self.last = self.last, None
-        fine = run_in_house(scene, scheme, step, self.known)
+        fine = run_reference(scene, scheme, step, self.known)
         self.known = self.known or fine
         telling = telling_step(scheme, step, fine.lasted)
         if telling < step:
-            return Try(step, math.inf, following=telling, anew=True)
+            return Attempt(step, math.inf, following=telling, anew=True)
         proofs = self._proofs(fine, last)
         self.last = fine
         error, regular = self._error(fine, proofs)
         resolved = step <= first_step(scene, scheme, _RESOLVED)
-        if scene.particles > LONG and resolved and not regular and error > goal:
+        if scene.particles > LONG and resolved and not regular and error > target_error:
             # Where roundings account for what steps differ by, finer ones do not help either.
             enough = error / amplified_rounding("reference", 1.0, scene)
             changed = nudged_change(scene, scheme, step, fine, enough)
             self.nudged = changed if changed >= enough else 0.0
-        done = error + floor <= goal or error < 0.3 * floor or step < _LEAST_STEP
+        done = error + floor <= target_error or error < 0.3 * floor or step < _LEAST_STEP
         # What contacts after an open end could change, no step makes less.
         ending = ending_error(self.known, scene)
-        done |= scene.particles > LONG and regular and error <= ending > goal
+        done |= scene.particles > LONG and regular and error <= ending > target_error
         if done and self.nudged == 0.0 and differ(fine, [self.known]):
             # The end was taken over from a run with other contacts: this one may have one more.
-            whole = run_in_house(scene, scheme, step)
+            whole = run_reference(scene, scheme, step)
             late, self.known = differ(fine, [whole]), whole
             if late:
-                return Try(step, math.inf, [whole, *proofs], following=step)
+                return Attempt(step, math.inf, [whole, *proofs], following=step)
             fine = whole
         share = 0.5  # where no order holds: this run serves as one to compare the next with
         if regular:
             order = effective_order(scene, scheme)
             # Below the rounding floor a finer step buys nothing.
-            share = by_order(STEP_SHARE * max(goal, floor), error, order, 0.3)
-        return Try(step, error, [fine, *proofs], done or self.nudged > 0.0, step * share)
+            share = by_order(STEP_SHARE * max(target_error, floor), error, order, 0.3)
+        return Attempt(step, error, [fine, *proofs], done or self.nudged > 0.0, step * share)
 
     def _proofs(self, fine: Outcome, last: Outcome | None) -> list[Outcome]:
         """
@@ -227,10 +237,10 @@ class _Search:
         for k in COARSER:
             step = k * fine.timestep
             if last is None or last.timestep != step:
-                runs.append(run_in_house(scene, self.scheme, step, fine))
+                runs.append(run_reference(scene, self.scheme, step, fine))
             else:
                 runs.append(last)
-            missed = abs(eta_of(scene, runs[0]) - eta_of(scene, fine)) > self.goal
+            missed = abs(eta_of(scene, runs[0]) - eta_of(scene, fine)) > self.target_error
             if scene.particles > LONG and missed and differ(fine, runs):
                 break
         return runs
@@ -238,7 +248,7 @@ class _Search:
     def _error(self, fine: Outcome, proofs: Sequence[Outcome]) -> tuple[float, bool]:
         """Return the error of a run's step, and whether it falls as an order lets it."""
         far, *nearer = (largest_difference(self.scene, fine, [run]) for run in proofs)
-        amplifies = not self.scene.line.uniform
+        amplifies = not self.scene.line.has_equal_masses
         if amplifies and nearer and not _converge(fine, proofs[1], proofs[0]):
             return math.inf, False
         alike = not differ(fine, proofs)

@@ -5,22 +5,22 @@ from dataclasses import dataclass
 
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.schemes import StepSchemeName
-from chaincor.workflows.accuracy.in_house_runs import (
-    Refined,
+from chaincor.workflows.accuracy.reference_runs import (
+    ConvergedRun,
     largest_difference,
     refined,
-    run_in_house,
+    run_reference,
 )
-from chaincor.workflows.accuracy.refining import Policy, Try, by_order, refine
+from chaincor.workflows.accuracy.refining import Attempt, Policy, by_order, refine
 from chaincor.workflows.accuracy.step_guess import (
     STEP_SHARE,
     effective_order,
+    frequency_ratio,
     guess_step,
-    sharpness,
 )
 from chaincor.workflows.accuracy.step_proof import telling_step
-from chaincor.workflows.engines.in_house.kernels import kernels_for
 from chaincor.workflows.engines.outcome import Outcome
+from chaincor.workflows.engines.reference.kernels import kernels_for
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
 from chaincor.workflows.errors import RunError
 
@@ -50,8 +50,8 @@ def meets_kinks(scene: Scene) -> bool:
     if not kinks or scene.particles == 1:
         return False
     try:
-        step = _FIRST_STEP / (scene.fast_stiffness**0.5 * sharpness(scene))
-        outcome = run_in_house(scene, "verlet", step)
+        step = _FIRST_STEP / (scene.fast_stiffness**0.5 * frequency_ratio(scene))
+        outcome = run_reference(scene, "verlet", step)
     except RunError:
         return True
     low, high = _RESERVE * (outcome.bond_min - 1.0), _RESERVE * (outcome.bond_max - 1.0)
@@ -67,7 +67,7 @@ def least_step(scene: Scene, scheme: StepSchemeName, duration: float) -> float:
     return duration * parts.evaluations / steps
 
 
-def refine_irregularly(scene: Scene, goal: float, floor: float) -> Refined:
+def refine_irregularly(scene: Scene, target_error: float, floor: float) -> ConvergedRun:
     """
     Refine the in-house integrator until its error is below a goal, or costs too much.
 
@@ -76,10 +76,10 @@ def refine_irregularly(scene: Scene, goal: float, floor: float) -> Refined:
     runs.
     """
     kinked = meets_kinks(scene)
-    search = _Search(scene, goal, floor, "verlet" if kinked else _SCHEME, kinked)
+    search = _Search(scene, target_error, floor, "verlet" if kinked else _SCHEME, kinked)
     step = 0.5 * guess_step(scene, search.scheme, STEP_SHARE * search.reachable / search.share)
     # Sound crosses the chain and comes back: about as long as most collisions take.
-    crossings = 2.0 * scene.span / scene.slow_stiffness**0.5
+    crossings = 2.0 * scene.longest_body / scene.slow_stiffness**0.5
     step = max(step, least_step(scene, search.scheme, crossings))
     tries = refine(step, search.attempt, Policy(_MOST_REFINEMENTS, stalls=True))
     return refined(scene, tries, kinked=search.kinked)
@@ -90,16 +90,16 @@ class _Search:
     """Runs at ever smaller steps, each at `COARSER` times its step as well."""
 
     scene: Scene
-    goal: float
+    target_error: float
     floor: float
     scheme: StepSchemeName
     kinked: bool
-    before: Try[list[Outcome]] | None = None
+    before: Attempt[list[Outcome]] | None = None
     lost: int = 0
 
     @property
     def reachable(self) -> float:
-        return max(self.goal - self.floor, self.floor, 1e-15)
+        return max(self.target_error - self.floor, self.floor, 1e-15)
 
     @property
     def share(self) -> float:
@@ -107,19 +107,19 @@ class _Search:
             return KINKED_SHARE
         return _SEEMINGLY_SMOOTH_SHARE
 
-    def attempt(self, step: float) -> Try[list[Outcome]]:
+    def attempt(self, step: float) -> Attempt[list[Outcome]]:
         scene, scheme, floor = self.scene, self.scheme, self.floor
         before, self.before = self.before, None
-        fine = run_in_house(scene, scheme, step)
+        fine = run_reference(scene, scheme, step)
         telling = telling_step(scheme, step, fine.lasted)
         if telling < step:
-            return Try(step, math.inf, following=telling, anew=True)
-        proofs = [run_in_house(scene, scheme, k * step, fine) for k in COARSER]
+            return Attempt(step, math.inf, following=telling, anew=True)
+        proofs = [run_reference(scene, scheme, k * step, fine) for k in COARSER]
         runs = [fine, *proofs]
         error = self.share * largest_difference(scene, fine, proofs)
         order = _observed_order(before, step, error, effective_order(scene, scheme))
         least = least_step(scene, scheme, float(fine.contact_times[-1]))
-        done = error + floor <= self.goal or error < 0.3 * floor or step <= least
+        done = error + floor <= self.target_error or error < 0.3 * floor or step <= least
         self.lost = self.lost + 1 if order < _LOST_ORDER and error > 10.0 * floor else 0
         anew = scheme != "verlet" and self.lost == 2 and scene.line.smooth
         if anew:
@@ -128,12 +128,12 @@ class _Search:
         else:
             smaller = step * by_order(STEP_SHARE * self.reachable, error, order, 0.2)
             smaller = max(smaller, least)
-        self.before = Try(step, error, runs, done, smaller, anew)
+        self.before = Attempt(step, error, runs, done, smaller, anew)
         return self.before
 
 
 def _observed_order(
-    last: Try[list[Outcome]] | None, step: float, error: float, most: float
+    last: Attempt[list[Outcome]] | None, step: float, error: float, most: float
 ) -> float:
     """Return the order by which errors fell from the last step to this one."""
     if last is None or error <= 0.0:

@@ -18,7 +18,7 @@ _CONFIRMATIONS = 4
 
 
 @dataclass(frozen=True)
-class Try(Generic[Found]):
+class Attempt(Generic[Found]):
     """What came of one step."""
 
     step: float  #: The step, or whatever else is made smaller.
@@ -43,7 +43,9 @@ class Policy:
     stalls: bool = False  #: Whether the search ends where smaller steps have stopped to help.
 
 
-def refine(step: float, attempt: Callable[[float], Try[Found]], policy: Policy) -> list[Try[Found]]:
+def refine(
+    step: float, attempt: Callable[[float], Attempt[Found]], policy: Policy
+) -> list[Attempt[Found]]:
     """
     Try ever smaller steps; return all in turn.
 
@@ -51,7 +53,7 @@ def refine(step: float, attempt: Callable[[float], Try[Found]], policy: Policy) 
     Where time is up, what was found before serves. Raises RunError, what several steps agree on or
     what no smaller step cures; CostError where time is up and nothing was found.
     """
-    tries: list[Try[Found]] = []
+    tries: list[Attempt[Found]] = []
     while len(tries) < policy.most:
         try:
             tries.append(attempt(step))
@@ -60,7 +62,7 @@ def refine(step: float, attempt: Callable[[float], Try[Found]], policy: Policy) 
                 raise
             break
         except policy.retried as refusal:
-            tries.append(Try(step, math.inf, following=policy.refused * step, refusal=refusal))
+            tries.append(Attempt(step, math.inf, following=policy.refused * step, refusal=refusal))
             if policy.believed and _is_believed(tries):
                 raise
         if tries[-1].done or (policy.stalls and has_stalled(tries)):
@@ -69,12 +71,14 @@ def refine(step: float, attempt: Callable[[float], Try[Found]], policy: Policy) 
     return tries
 
 
-def by_order(goal: float, error: float, order: float, least: float, most: float = 0.8) -> float:
+def by_order(
+    target_error: float, error: float, order: float, least: float, most: float = 0.8
+) -> float:
     """Return the share of a step with which its error is a goal, between two bounds."""
-    return min(max((goal / max(error, 1e-300)) ** (1.0 / order), least), most)
+    return min(max((target_error / max(error, 1e-300)) ** (1.0 / order), least), most)
 
 
-def has_stalled(tries: Sequence[Try[Found]]) -> bool:
+def has_stalled(tries: Sequence[Attempt[Found]]) -> bool:
     """Return whether the last few steps that ran have not halved the error."""
     best, since, anew = math.nan, 0, False
     for each in tries:
@@ -87,7 +91,7 @@ def has_stalled(tries: Sequence[Try[Found]]) -> bool:
     return since == STALLED and tries[-1].refusal is None
 
 
-def that_ran(tries: Sequence[Try[Found]]) -> list[Try[Found]]:
+def that_ran(tries: Sequence[Attempt[Found]]) -> list[Attempt[Found]]:
     """Return the steps that ran; raise what stopped the last where none did."""
     ran = [each for each in tries if each.refusal is None]
     if not ran:
@@ -96,12 +100,12 @@ def that_ran(tries: Sequence[Try[Found]]) -> list[Try[Found]]:
     return ran
 
 
-def told(tries: Sequence[Try[Found]], name: str = "timestep") -> list[dict[str, float]]:
+def steps_record(tries: Sequence[Attempt[Found]], name: str = "timestep") -> list[dict[str, float]]:
     """Return steps and errors, for the record."""
     return [{name: each.step, "step_error": each.error} for each in tries]
 
 
-def _is_believed(tries: Sequence[Try[Found]]) -> bool:
+def _is_believed(tries: Sequence[Attempt[Found]]) -> bool:
     """
     Return whether steps that became ever smaller agree on what stops them.
 

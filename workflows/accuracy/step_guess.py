@@ -39,7 +39,7 @@ _USUAL_SCATTER = {"srkn14": 20.0}
 _LARGEST = {"srkn14": 1.4, "extrapolated12": 0.7, "extrapolated14": 1.2}
 
 
-def sharpness(scene: Scene) -> float:
+def frequency_ratio(scene: Scene) -> float:
     """
     Return how much faster than at rest the most compressed bond swings, or a soft contact.
 
@@ -66,8 +66,8 @@ def sharpness(scene: Scene) -> float:
     return math.sqrt(sharpest)
 
 
-def foresee_sharpness(scenes: Iterable[Scene]) -> None:
-    """Work out at once what :func:`sharpness` will be asked for: a tenth of the time of each."""
+def foresee_frequency_ratio(scenes: Iterable[Scene]) -> None:
+    """Compute the frequency ratios of many scenes at once, in a tenth of the time."""
     energies: dict[Potential, set[float]] = {}
     for scene in scenes:
         named = isinstance(scene.potential, str)
@@ -102,11 +102,11 @@ def _compressed_by(bond: Potential, energies: list[float]) -> list[tuple[float, 
     return [(strain, float(bond.curvature(strain))) for strain in strains]
 
 
-def contact_is_sharpest(scene: Scene) -> bool:
+def contact_is_stiffest(scene: Scene) -> bool:
     """Return whether it is the contact of soft bodies that swings fastest, not a bond."""
     if not scene.line.soft:
         return False
-    return sharpness(scene) <= math.sqrt(scene.line.contact_rate / scene.fast_stiffness)
+    return frequency_ratio(scene) <= math.sqrt(scene.line.contact_rate / scene.fast_stiffness)
 
 
 def is_smooth(scene: Scene) -> bool:
@@ -141,14 +141,14 @@ def _heaviest(scheme: StepSchemeName) -> float:
     return max(abs(weight) for weight in COMPOSITIONS[scheme].weights)
 
 
-def guess_step(scene: Scene, scheme: StepSchemeName, goal: float) -> float:
+def guess_step(scene: Scene, scheme: StepSchemeName, target_error: float) -> float:
     """Guess the step that meets an error."""
-    return usual_step(scheme, goal, scene.fast_stiffness) / sharpness(scene)
+    return usual_step(scheme, target_error, scene.fast_stiffness) / frequency_ratio(scene)
 
 
-def usual_step(scheme: StepSchemeName, goal: float, stiffness: float) -> float:
+def usual_step(scheme: StepSchemeName, target_error: float, stiffness: float) -> float:
     """Return the step that meets an error with bonds that are hardly compressed."""
     order = _USUAL_ORDERS.get(scheme, STEP_SCHEMES[scheme].order)
     error = _USUAL_SCATTER.get(scheme, 1.0) * _USUAL_ERROR[scheme]
-    usual = USUAL_STEPS[scheme] * (goal / error) ** (1.0 / order)
+    usual = USUAL_STEPS[scheme] * (target_error / error) ** (1.0 / order)
     return min(largest_step(scheme, stiffness), usual / stiffness**0.5)

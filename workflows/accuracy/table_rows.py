@@ -9,10 +9,10 @@ from chaincor.lammps_inputs.bonds.table_bond import SplineBond, TableBond
 from chaincor.lammps_inputs.errors import ChaincorError, TableError
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.accuracy.answer import Answer, reason_missed, table_error_of
-from chaincor.workflows.accuracy.in_house_runs import eta_of
-from chaincor.workflows.engines.in_house import stepping
+from chaincor.workflows.accuracy.bounded_run import BoundedRun, reason_missed, table_error_of
+from chaincor.workflows.accuracy.reference_runs import eta_of
 from chaincor.workflows.engines.outcome import Outcome
+from chaincor.workflows.engines.reference import stepping
 
 if TYPE_CHECKING:
     from scipy.interpolate import CubicSpline
@@ -31,17 +31,17 @@ _BETWEEN = 3.0
 _SHAKEN = 4.0
 
 
-def with_rows(scene: Scene, answer: Answer, tolerance: float | None) -> Answer:
+def with_rows(scene: Scene, bounded_run: BoundedRun, tolerance: float | None) -> BoundedRun:
     """
     Return an answer whose bar for the table holds what a user's rows leave open; else the same.
 
     It is of the spline through the rows. Raises TableError if no such table can be told from one
     with which the collision cannot be carried out.
     """
-    error = rows_error(scene, answer.outcome, tolerance or 0.0)
+    error = rows_error(scene, bounded_run.outcome, tolerance or 0.0)
     if error == 0.0:
-        return answer
-    found = replace(answer, bar=replace(answer.bar, table=answer.bar.table + error))
+        return bounded_run
+    found = replace(bounded_run, bar=replace(bounded_run.bar, table=bounded_run.bar.table + error))
     return found if tolerance is None else replace(found, reason=reason_missed(found, tolerance))
 
 

@@ -9,21 +9,21 @@ from numpy.typing import NDArray
 
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.accuracy.answer import Answer, answer, decade_within
-from chaincor.workflows.accuracy.by_in_house import SHARPEST_FIXED
+from chaincor.workflows.accuracy.batching import compare_many
+from chaincor.workflows.accuracy.bounded_run import BoundedRun, bounded_run, decade_within
+from chaincor.workflows.accuracy.by_reference import SHARPEST_FIXED
 from chaincor.workflows.accuracy.fixed_steps import usual_scheme
-from chaincor.workflows.accuracy.in_house_runs import differ, largest_difference, run_in_house
+from chaincor.workflows.accuracy.reference_runs import differ, largest_difference, run_reference
 from chaincor.workflows.accuracy.step_guess import STEP_SHARE, usual_step
 from chaincor.workflows.accuracy.step_proof import COARSER, proved_error, usual_share
-from chaincor.workflows.accuracy.together import compare_many
-from chaincor.workflows.engines.ending import quiet_time
-from chaincor.workflows.engines.in_house.batch.chains import (
+from chaincor.workflows.engines.ending import sound_round_trip
+from chaincor.workflows.engines.outcome import Outcome
+from chaincor.workflows.engines.reference.batch.chains import (
     ManyRuns,
     StartStates,
     chain_energies,
 )
-from chaincor.workflows.engines.in_house.batch.runner import Batch, serves
-from chaincor.workflows.engines.outcome import Outcome
+from chaincor.workflows.engines.reference.batch.runner import Batch, supports
 from chaincor.workflows.engines.rounding import arithmetic_error
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
 from chaincor.workflows.errors import CostError, RunError
@@ -68,10 +68,10 @@ def is_warm(scene: Scene) -> bool:
         return False
     asked = scene.asked_tolerance
     assert asked is not None
-    return decade_within(asked) >= SHARPEST_GOAL and serves(scene.line, scene.bond)
+    return decade_within(asked) >= SHARPEST_GOAL and supports(scene.line, scene.bond)
 
 
-class WarmMeetings:
+class WarmSolver:
     """
     Meets the tolerance of a scene for many initial states, or for its own.
 
@@ -87,7 +87,7 @@ class WarmMeetings:
         self._goal = decade_within(asked)
         self.scheme = usual_scheme(self._goal)
         self._rungs: dict[int, tuple[int, int]] = {}
-        self._quiet = quiet_time(scene.particles, scene.slow_stiffness)
+        self._quiet = sound_round_trip(scene.particles, scene.slow_stiffness)
 
     @cached_property
     def batch(self) -> Batch:
@@ -98,7 +98,7 @@ class WarmMeetings:
         """Return how many to meet at once, so that progress is seen."""
         return self.batch.share(self._step(max(self._rungs_of(velocity)[0], 0)))
 
-    def meet(self, starts: StartStates, velocities: Array) -> Any:
+    def solve(self, starts: StartStates, velocities: Array) -> Any:
         """
         Carry many collisions out.
 
@@ -130,7 +130,7 @@ class WarmMeetings:
             rungs[now] = np.minimum(self._finer(rungs[now], errors, tries[now]), last_rungs[now])
         return found
 
-    def meet_alone(self) -> Answer | None:
+    def solve_alone(self) -> BoundedRun | None:
         """Meet the tolerance of the scene itself; None where more has to be looked at."""
         scene, velocity = self._scene, self._scene.impact_velocity
         rung, last_rung = self._rungs_of(velocity)
@@ -142,7 +142,7 @@ class WarmMeetings:
             runs, error, over = self._compare_alone(step, floor)
             if runs is not None and error + floor <= self._goal:
                 tried = {"timestep": step, "step_error": error}
-                return answer(scene, runs[0], error, runs[1], [tried])
+                return bounded_run(scene, runs[0], error, runs[1], [tried])
             if over or rung >= last_rung:
                 return None
             rung = min(int(self._finer(rung, error, tries)), last_rung)
@@ -157,18 +157,20 @@ class WarmMeetings:
         place = math.ceil(math.log(energy) / _ENERGY_LADDER)
         if place not in self._rungs:
             energy = math.exp(place * _ENERGY_LADDER)
-            goals = (STEP_SHARE * self._goal, _SMALLEST_ERROR)
-            first, last = (self._rung_at(energy, goal) for goal in goals)
+            target_errors = (STEP_SHARE * self._goal, _SMALLEST_ERROR)
+            first, last = (self._rung_at(energy, target_error) for target_error in target_errors)
             self._rungs[place] = first, max(first, last)
         return self._rungs[place]
 
-    def _rung_at(self, energy: float, goal: float) -> int:
+    def _rung_at(self, energy: float, target_error: float) -> int:
         scene, bond = self._scene, self._scene.bond
         strain = bond.compressed_strain(energy)
         sharpness = math.sqrt(max(1.0, float(bond.curvature(strain)) / bond.stiffness))
         if sharpness > SHARPEST_FIXED:
             return -1
-        step = 0.5 * usual_step(self.scheme, goal / usual_share(self.scheme), scene.fast_stiffness)
+        step = 0.5 * usual_step(
+            self.scheme, target_error / usual_share(self.scheme), scene.fast_stiffness
+        )
         smaller = math.log(step / sharpness / self._step(0)) / math.log(_STEP_LADDER)
         return max(math.ceil(smaller), 0)
 
@@ -220,12 +222,12 @@ class WarmMeetings:
         """
         scene, scheme = self._scene, self.scheme
         try:
-            fine = run_in_house(scene, scheme, step)
+            fine = run_reference(scene, scheme, step)
             kind = fine.ending.kind
             silent = fine.longest_silence > self._quiet
             if kind == "open" or (silent and kind != "proved"):
                 return None, math.inf, True
-            coarse = [run_in_house(scene, scheme, times * step, fine) for times in COARSER]
+            coarse = [run_reference(scene, scheme, times * step, fine) for times in COARSER]
         except CostError:
             raise
         except RunError:

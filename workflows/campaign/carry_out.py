@@ -116,7 +116,7 @@ def _ended(future: Future, task: Task) -> tuple[Done, list[Task]]:
     return [pair for pair in pairs if pair[1] is not None], unsettled
 
 
-class Here(Executor):
+class SerialExecutor(Executor):
     """An executor that carries out each task in this thread, as it is handed over."""
 
     def submit(self, function: Callable, /, *args: Any, **kwargs: Any) -> Future:
@@ -133,7 +133,7 @@ class Here(Executor):
 def workers_for(tasks: Sequence[Task], workers: int) -> Iterator[tuple[Executor, int]]:
     """Yield who carries out some tasks, and how many at a time: processes if they are worth it."""
     if workers < 2 or sum(asked.cost for task in tasks for asked in task) < SOONER_HERE:
-        yield Here(), 1
+        yield SerialExecutor(), 1
         return
     with ProcessPool(workers) as pool:
         yield pool, TASKS_PER_WORKER * workers

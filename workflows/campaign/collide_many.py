@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.accuracy.warm import WarmMeetings, is_warm
+from chaincor.workflows.accuracy.warm import WarmSolver, is_warm
 from chaincor.workflows.campaign.carry_out import (
     MACHINE_FAILURES,
     TASKS_PER_WORKER,
@@ -128,23 +128,23 @@ def collide_many(
 
 def _met_together(group: Group, workers: int) -> Iterator[Sample | None]:
     """Carry out a group in compiled loops; yields each sample, None for what has to go alone."""
-    meetings = WarmMeetings(group.scene)
+    warm_solver = WarmSolver(group.scene)
     # Compiling, and what is worked out once, is not for threads at once.
-    meetings.meet(group[:1].starts(), group.velocities[:1])
-    share = min(meetings.share(float(np.median(group.velocities))), -(-len(group) // workers))
+    warm_solver.solve(group[:1].starts(), group.velocities[:1])
+    share = min(warm_solver.share(float(np.median(group.velocities))), -(-len(group) // workers))
     parts = (group[k : k + share] for k in range(0, len(group), share))
     with ThreadPoolExecutor(workers) as threads:
         try:
-            for met in threads.map(partial(_samples, meetings), parts):
+            for met in threads.map(partial(_samples, warm_solver), parts):
                 yield from met
         except BaseException:
-            meetings.batch.stopped = True  # threads leave their loops at once
+            warm_solver.batch.stopped = True  # threads leave their loops at once
             raise
 
 
-def _samples(meetings: WarmMeetings, group: Group) -> list[Sample | None]:
+def _samples(warm_solver: WarmSolver, group: Group) -> list[Sample | None]:
     try:
-        met = meetings.meet(group.starts(), group.velocities)
+        met = warm_solver.solve(group.starts(), group.velocities)
     except MACHINE_FAILURES as error:
         # Of several, the one that it is about will tell.
         return [Sample.of(group[0], error) if len(group) == 1 else None] * len(group)
@@ -161,7 +161,7 @@ def _samples(meetings: WarmMeetings, group: Group) -> list[Sample | None]:
             contacts=int(met.contacts[k]),
             last_contact_time=float(met.last_contact_time[k]),
             ending="proved" if met.proved[k] else "argued",
-            scheme=meetings.scheme,
+            scheme=warm_solver.scheme,
             timestep=float(met.timestep[k]),
             tolerance_met=True,
         )

@@ -10,7 +10,7 @@ from typing import Any
 
 from chaincor.analysis.showing.notebook import in_notebook, session_bar
 from chaincor.workflows.durations import format_duration
-from chaincor.workflows.engines.in_house.loops.processes import COMPILING
+from chaincor.workflows.engines.reference.loops.processes import COMPILING
 
 # Called after every collision with what it was expected to cost.
 Advance = Callable[[float], None]

@@ -18,7 +18,7 @@ from chaincor.lammps_inputs.scene_parts.given_bodies import seed_of
 from chaincor.lammps_inputs.scene_parts.identity import plain_fields
 from chaincor.lammps_inputs.thermal_state import LARGEST_SEED, draw
 from chaincor.workflows.accuracy.expected_cost import expected_seconds
-from chaincor.workflows.engines.in_house.batch.chains import StartStates
+from chaincor.workflows.engines.reference.batch.chains import StartStates
 from chaincor.workflows.given import scenes_given
 
 MOST_SAMPLES = 10_000_000

@@ -11,22 +11,22 @@ from chaincor.lammps_inputs.errors import ChaincorError
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.thermal_state import GENERATOR
-from chaincor.workflows.accuracy import meet
-from chaincor.workflows.accuracy.answer import (
+from chaincor.workflows.accuracy import solve
+from chaincor.workflows.accuracy.batching import batches, solve_batch
+from chaincor.workflows.accuracy.bounded_run import (
     PROOF_SHARE,
     PROOF_STEPS,
-    Answer,
+    BoundedRun,
     error_bar,
     spread_of,
 )
 from chaincor.workflows.accuracy.expected_cost import expected_of_task
-from chaincor.workflows.accuracy.in_house_runs import largest_difference
-from chaincor.workflows.accuracy.scouting import scouted_run, scouting_from
+from chaincor.workflows.accuracy.pilot_run import pilot_run_from, reference_pilot
+from chaincor.workflows.accuracy.reference_runs import largest_difference
 from chaincor.workflows.accuracy.table_rows import with_rows
-from chaincor.workflows.accuracy.together import batches, meet_together
 from chaincor.workflows.campaign.carry_out import MACHINE_FAILURES, Asked, Task
-from chaincor.workflows.engines.in_house import stepping
 from chaincor.workflows.engines.lammps import engine as lammps
+from chaincor.workflows.engines.reference import stepping
 from chaincor.workflows.engines.time_limit import limited_to
 from chaincor.workflows.errors import MissingLibraryError
 from chaincor.workflows.result import Collision
@@ -50,7 +50,7 @@ def collide_one(scene: Scene, most_seconds: float) -> Collision:
     started = time.perf_counter()
     asked = scene.asked_tolerance
     with limited_to(most_seconds):
-        answer = _run_as_given(scene) if asked is None else meet.meet(scene, asked)
+        answer = _run_as_given(scene) if asked is None else solve.solve_to_tolerance(scene, asked)
         answer = with_rows(scene, answer, asked)
     if scene.temperature is not None:
         gap = float(scene.line.strains[scene.line.gap])
@@ -65,7 +65,7 @@ def collide_one(scene: Scene, most_seconds: float) -> Collision:
 def collide_together(scenes: Sequence[Scene]) -> list[Collision | None]:
     """Return what :func:`collide_one` would, found at once; None where that has to be asked."""
     started = time.perf_counter()
-    answers = meet_together(scenes)
+    answers = solve_batch(scenes)
     whole = time.perf_counter() - started
     return [
         None
@@ -75,12 +75,12 @@ def collide_together(scenes: Sequence[Scene]) -> list[Collision | None]:
     ]
 
 
-def _run_as_given(scene: Scene) -> Answer:
+def _run_as_given(scene: Scene) -> BoundedRun:
     numerics = Numerics.from_scene(scene)
     details: dict[str, Any] = {}
     # The in-house engine sees its bonds.
-    if scene.engine == "lammps" and (found := scouted_run(scene)) is not None:
-        scouting = scouting_from(found, scene)
+    if scene.engine == "lammps" and (found := reference_pilot(scene)) is not None:
+        scouting = pilot_run_from(found, scene)
         numerics = replace(numerics, bond_range=scouting.table_range(scene))
         details["scouting"] = scouting.to_dict()
     timesteps = [numerics.timestep]
@@ -97,7 +97,7 @@ def _run_as_given(scene: Scene) -> Answer:
         # Arrays err by as much more than they differ as eta does.
         spreads = [spread_of(scene, outcome, run) for run in others]
         details["spread"] = {name: share * max(s[name] for s in spreads) for name in spreads[0]}
-    return Answer(outcome, error_bar(outcome, scene, step), details=details)
+    return BoundedRun(outcome, error_bar(outcome, scene, step), details=details)
 
 
 def collide_scenes(scenes: Sequence[Scene]) -> list[Collision | Exception | None]:

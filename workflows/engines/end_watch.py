@@ -14,11 +14,11 @@ from chaincor.workflows.engines.ending import (
     Ending,
     approach,
     evaporation,
-    quiet_time,
     return_risk,
+    sound_round_trip,
 )
-from chaincor.workflows.engines.piece_bounds import reach
-from chaincor.workflows.engines.pieces import Body, Pieces
+from chaincor.workflows.engines.fragment_bounds import reach
+from chaincor.workflows.engines.fragments import Body, Fragments
 
 # A collision is followed for so many times its own length and a few times that of one sound
 # crossing, and for so many crossings however late contacts come. Choices: the judge of many scenes
@@ -111,7 +111,7 @@ class EndWatch:
         self._bond = bond
         self._particles = particles
         self._stiffness = bond.stiffness if stiffness is None else stiffness
-        self._quiet = quiet_time(particles, self._stiffness)
+        self._quiet = sound_round_trip(particles, self._stiffness)
         self._last_contact = -math.inf
         self._calm_since = 0.0
         self._first_sizes: tuple[int, ...] = ()
@@ -164,7 +164,7 @@ class EndWatch:
                 return None
         return Ending("open", approach(*parted))
 
-    def _is_awaited(self, now: float, parted: Sequence[Pieces]) -> bool:
+    def _is_awaited(self, now: float, parted: Sequence[Fragments]) -> bool:
         """
         Return whether it will soon be certain that whole bodies meet, or that they do not.
 

@@ -33,14 +33,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chaincor.lammps_inputs.bonds.potential import Potential
-from chaincor.workflows.engines.piece_bounds import (
+from chaincor.workflows.engines.fragment_bounds import (
     PAID,
     VIBRATIONS,
     breaking_energy,
     escape_risk,
     reach,
 )
-from chaincor.workflows.engines.pieces import Body, Pieces
+from chaincor.workflows.engines.fragments import Body, Fragments
 
 # Sound in stretched bonds is slower than at natural length; the quiet time allows for a tenth.
 QUIET_ROUND_TRIPS = 1.1
@@ -79,7 +79,7 @@ class Ending:
         return Ending("open", momentum) if momentum > self.missed_momentum else self
 
 
-def quiet_time(particles: int, stiffness: float) -> float:
+def sound_round_trip(particles: int, stiffness: float) -> float:
     """
     Return how long an argument must hold: until sound has crossed the chain and come back.
 
@@ -88,7 +88,7 @@ def quiet_time(particles: int, stiffness: float) -> float:
     return QUIET_ROUND_TRIPS * 2.0 * particles / stiffness**0.5
 
 
-def return_risk(pieces: Pieces, bond: Potential) -> float:
+def return_risk(pieces: Fragments, bond: Potential) -> float:
     """
     Estimate how likely particle 1 is to hit the wall again.
 
@@ -111,7 +111,7 @@ def return_risk(pieces: Pieces, bond: Potential) -> float:
     return min(1.0, pieces.return_risk + alone)
 
 
-def approach(*bodies: Pieces) -> float:
+def approach(*bodies: Fragments) -> float:
     r"""
     Return the largest momentum that a first piece which approaches the wall can be given there.
 
@@ -126,7 +126,7 @@ def approach(*bodies: Pieces) -> float:
     return mass * abs(speed) + math.sqrt(2.0 * mass * internal + (mass * speed) ** 2)
 
 
-def evaporation(pieces: Pieces, bond: Potential) -> float:
+def evaporation(pieces: Fragments, bond: Potential) -> float:
     r"""
     Return the largest momentum that a part thrown out by a piece would be given at the wall.
 
@@ -170,5 +170,5 @@ def argue_end(
     risk = return_risk(Body(first_displacement, strains, velocities).pieces(bond), bond)
     if risk == 0.0:
         return "proved"
-    silent = since_contact > quiet_time(len(velocities), bond.stiffness)
+    silent = since_contact > sound_round_trip(len(velocities), bond.stiffness)
     return "argued" if silent and risk <= RISK_ALLOWED else None

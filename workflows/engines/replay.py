@@ -33,7 +33,7 @@ class Replay:
         LAMMPS takes them at the ends of steps. Raises RunError if the run was the limit of hard
         spheres, which has no motion of bonds; otherwise as the engine.
         """
-        from chaincor.workflows.engines.in_house import adaptive, hard_sphere, modal, stepping
+        from chaincor.workflows.engines.reference import adaptive, hard_sphere, modal, stepping
 
         scene = self.scene.without(*FILE_KEYS)
         if self.scheme == hard_sphere.SCHEME:

@@ -54,7 +54,7 @@ _KICKS = (
 _HALF = (*_KICKS, 0.5 - sum(_KICKS))
 
 
-class Rule(NamedTuple):
+class StepCoefficients(NamedTuple):
     """What a step is made of, in numbers."""
 
     fractions: Any  #: Of the scheme, as its `take_step` knows them; Splitting or Mixture.
@@ -69,7 +69,7 @@ class Splitting(NamedTuple):
     kicks: Array  #: b_k; of a composition w_k; of shape (stages,).
 
 
-class Mixture(NamedTuple):
+class Extrapolation(NamedTuple):
     """Fractions of an extrapolated step."""
 
     weights: Array  #: c_m; of shape (k,).
@@ -93,7 +93,7 @@ class StepScheme:
     @property
     def extrapolated(self) -> bool:
         """Whether steps are extrapolated; else they are split."""
-        return isinstance(self.fractions, Mixture)
+        return isinstance(self.fractions, Extrapolation)
 
     @cached_property
     def evaluations(self) -> int:
@@ -136,7 +136,7 @@ def build_split_step(stages: Any) -> Callable:
         bonds: int,
         wanted: int,
         step: float,
-        rule: Rule,
+        rule: StepCoefficients,
     ) -> float:
         drifts, kicks = rule.fractions
         parameters = rule.parameters
@@ -168,7 +168,7 @@ def build_extrapolated_step(stages: Any) -> Callable:
         bonds: int,
         wanted: int,
         step: float,
-        rule: Rule,
+        rule: StepCoefficients,
     ) -> float:
         weights, counts = rule.fractions
         parameters = rule.parameters
@@ -209,7 +209,7 @@ def _extrapolated(counts: tuple[int, ...]) -> StepScheme:
     """Return the step taken as so many Verlet steps, k numbers, and mixed to order 2k."""
     order = 2 * len(counts)
     weights = [math.prod(m * m / (m * m - k * k) for k in counts if k != m) for m in counts]
-    mixture = Mixture(np.array(weights), np.array(counts, dtype=float))
+    mixture = Extrapolation(np.array(weights), np.array(counts, dtype=float))
     return StepScheme(f"extrapolated{order}", order, mixture, build_extrapolated_step)
 
 

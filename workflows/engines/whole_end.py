@@ -18,7 +18,7 @@ from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.line import Line
 from chaincor.workflows.engines.end_watch import LOOK_GROWTH, longest_collision
-from chaincor.workflows.engines.piece_bounds import ENERGY_LADDER, Lever, breaking_energy, reach
+from chaincor.workflows.engines.fragment_bounds import ENERGY_LADDER, Lever, breaking_energy, reach
 
 # Steps of a run keep the energy to far less than this part of it.
 ENERGY_MARGIN = 0.01

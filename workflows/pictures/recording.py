@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Final
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.step_guess import guess_step
-from chaincor.workflows.engines.in_house import adaptive, modal, stepping
 from chaincor.workflows.engines.outcome import Outcome
+from chaincor.workflows.engines.reference import adaptive, modal, stepping
 
 if TYPE_CHECKING:
     from chaincor.workflows.result import Collision
@@ -24,9 +24,9 @@ def record_motion(scene: Scene, interval: float) -> Outcome:
     Frames are `interval` apart, from the first contact to the end of the run, and show a free
     target as well; the scene's engine and numerics are not used.
     """
-    if modal.serves(scene):
+    if modal.supports(scene):
         return modal.run(scene, interval)
-    if not scene.line.plain:
+    if not scene.line.is_standard:
         step = guess_step(scene, _SCHEME, _ACCURACY)
         return stepping.run(scene, Numerics(scheme=_SCHEME, timestep=step), interval)
     return adaptive.run(scene, _ACCURACY, interval)

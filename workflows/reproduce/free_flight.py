@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 from chaincor.analysis.modes import kinetic_mode_energies
 from chaincor.analysis.pair_theory import compressed_strain
 from chaincor.lammps_inputs.arrays import Array
-from chaincor.workflows.engines.in_house import bookkeeping
-from chaincor.workflows.engines.in_house.coarse_run import highest_frequency
-from chaincor.workflows.engines.in_house.look_ahead import STEP
-from chaincor.workflows.engines.in_house.moving import Motion, Stepper
-from chaincor.workflows.engines.pieces import Pieces
+from chaincor.workflows.engines.fragments import Fragments
+from chaincor.workflows.engines.reference import bookkeeping
+from chaincor.workflows.engines.reference.coarse_run import highest_frequency
+from chaincor.workflows.engines.reference.look_ahead import STEP
+from chaincor.workflows.engines.reference.moving import Motion, Stepper
 from chaincor.workflows.reproduce.measurements import Answer, Measurements, Point
 
 # Times are since the last contact, in crossings of sound, n - 1; kinetic energies are means over
@@ -104,7 +104,7 @@ def fly(point: Point) -> FreeFlight:
     )
 
 
-def _break(point: Point, answer: Answer) -> tuple[list[int], Pieces]:
+def _break(point: Point, answer: Answer) -> tuple[list[int], Fragments]:
     """Return how many pieces there are at the times, -1 after another contact; those at the end."""
     crossing, counts = point.particles - 1.0, []
     for chain in _flight(point, answer, [time * crossing for time in SAMPLED]):
@@ -112,7 +112,7 @@ def _break(point: Point, answer: Answer) -> tuple[list[int], Pieces]:
     return counts + [-1] * (len(SAMPLED) - len(counts)), _pieces(chain)
 
 
-def _pieces(chain: Motion) -> Pieces:
+def _pieces(chain: Motion) -> Fragments:
     return chain.bodies()[0].pieces(chain.stepper.bond)
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.engines.in_house.hard_sphere import SCHEME
+from chaincor.workflows.engines.reference.hard_sphere import SCHEME
 from chaincor.workflows.error_bar import error_alone
 from chaincor.workflows.reproduce.plan import Plan, Study
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from chaincor.analysis.slow_chains.harmonic import collide_long_chains
 from chaincor.lammps_inputs.scene import DEFAULT_TOLERANCE, Scene
 from chaincor.workflows.accuracy.by_lammps import SHARPEST_LAMMPS
-from chaincor.workflows.accuracy.step_guess import sharpness
+from chaincor.workflows.accuracy.step_guess import frequency_ratio
 from chaincor.workflows.campaign.into_store import collide_into_store
 from chaincor.workflows.reproduce.measurements import Answer, Measurements, Point
 from chaincor.workflows.reproduce.plan import Plan, Study
@@ -20,7 +20,7 @@ Runner = Callable[[Sequence[Scene]], Sequence[Answer]]
 def measure(plan: Plan, planned: tuple[Study, ...], run: Runner) -> Measurements:
     """Compute the points of a plan's studies, asking `run` once; a failed scene has no result."""
     for_lammps = dict.fromkeys(scene for study in planned for scene in study.scenes)
-    in_house = {scene: _in_house_twin(scene) for scene in for_lammps}
+    in_house = {scene: _reference_twin(scene) for scene in for_lammps}
     for scene in (scene for study in planned for scene in study.in_house):
         in_house.setdefault(scene, scene.replace(wall=None, engine="reference"))
     wanted = list(dict.fromkeys([*for_lammps, *in_house.values()]))
@@ -37,14 +37,14 @@ def measure(plan: Plan, planned: tuple[Study, ...], run: Runner) -> Measurements
     return Measurements(plan, planned, points)
 
 
-def _in_house_twin(scene: Scene) -> Scene:
+def _reference_twin(scene: Scene) -> Scene:
     """
     Return the scene that cross-checks one of LAMMPS.
 
     It asks for a tenth of the tolerance; for the tolerance itself where bonds are too sharp for
     LAMMPS, so that this is the value shown.
     """
-    share = 1.0 if sharpness(scene) > SHARPEST_LAMMPS else SHARPER
+    share = 1.0 if frequency_ratio(scene) > SHARPEST_LAMMPS else SHARPER
     return judging_scene(scene, share * (scene.tolerance or DEFAULT_TOLERANCE))
 
 

@@ -20,12 +20,12 @@ from typing import Any, NamedTuple
 
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.potential import Potential
-from chaincor.workflows.engines.in_house.compile import (
+from chaincor.workflows.engines.reference.compile import (
     KEPT,
     LoopCompiler,
     scalar_force,
 )
-from chaincor.workflows.engines.in_house.line_kinds import LineParameters, contact_force
+from chaincor.workflows.engines.reference.line_traits import LineParameters, contact_force
 
 # Of a force whose curvature has no formula: difference over so much strain to either side.
 _DIFFERENCE = 1e-5

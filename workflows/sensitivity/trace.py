@@ -10,9 +10,9 @@ import numpy as np
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.line import Line
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.engines.in_house import bookkeeping, motion
-from chaincor.workflows.engines.in_house.line_kinds import LineParameters
-from chaincor.workflows.engines.in_house.moving import Motion, Stepper
+from chaincor.workflows.engines.reference import bookkeeping, motion
+from chaincor.workflows.engines.reference.line_traits import LineParameters
+from chaincor.workflows.engines.reference.moving import Motion, Stepper
 from chaincor.workflows.engines.time_limit import check_time
 from chaincor.workflows.errors import SensitivityError
 from chaincor.workflows.sensitivity.loops import Loops, Substeps, Tape, loops_for

@@ -132,7 +132,7 @@ class Plots:
         InputError, RunError
             If the motion cannot be carried out again: see ``result.trajectory``.
         """
-        from chaincor.analysis.figures.course import plot_energy_partition
+        from chaincor.analysis.figures.time_series import plot_energy_partition
 
         result = self._result
         bodies = [b for b in (result.history, result.target_history) if b is not None]
@@ -170,7 +170,10 @@ class Plots:
         InputError
             If the quantity is another.
         """
-        from chaincor.analysis.figures.course import plot_contact_intervals, plot_contact_speeds
+        from chaincor.analysis.figures.time_series import (
+            plot_contact_intervals,
+            plot_contact_speeds,
+        )
 
         result = self._result
         if quantity not in ("intervals", "speeds"):

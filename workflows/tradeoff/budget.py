@@ -9,7 +9,7 @@ from chaincor.analysis.restitution import restitution
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.scene_parts.scene_fields import TableStyle
-from chaincor.workflows.accuracy.in_house_runs import eta_of
+from chaincor.workflows.accuracy.reference_runs import eta_of
 from chaincor.workflows.engines.lammps import engine as lammps
 from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.errors import ChaincorError

@@ -10,10 +10,10 @@ from chaincor.analysis.restitution import restitution
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.compositions import COMPOSITIONS
-from chaincor.workflows.engines.in_house.finish import KNOWN_MARGIN
 from chaincor.workflows.engines.lammps.flight import flight_of
 from chaincor.workflows.engines.lammps.instance import LammpsChain
 from chaincor.workflows.engines.outcome import Outcome
+from chaincor.workflows.engines.reference.finish import KNOWN_MARGIN
 
 State = tuple[NDArray, NDArray, NDArray]
 

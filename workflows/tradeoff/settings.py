@@ -12,9 +12,9 @@ from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.scene_parts.scene_fields import Engine, TableStyle, Wall
 from chaincor.lammps_inputs.schemes import Scheme
 from chaincor.workflows.accuracy.cost_model import cost_model
-from chaincor.workflows.accuracy.step_guess import sharpness
-from chaincor.workflows.engines.in_house import stepping
+from chaincor.workflows.accuracy.step_guess import frequency_ratio
 from chaincor.workflows.engines.lammps import engine as lammps
+from chaincor.workflows.engines.reference import stepping
 from chaincor.workflows.errors import RunError
 from chaincor.workflows.tradeoff.truth import Deviation, Truth
 
@@ -92,7 +92,7 @@ def time_unit(scene: Scene, wall: Wall) -> float:
     compression, of one at natural length.
     """
     unit = scene.bond.stiffness**-0.5
-    return unit if wall == "reflect" else unit / sharpness(scene)
+    return unit if wall == "reflect" else unit / frequency_ratio(scene)
 
 
 _STOCK_STEPS = {

@@ -134,7 +134,7 @@ def tradeoff(
     1e-06 costs ... ms: ...
     """
     scene = scene_given(scene)
-    if not scene.line.plain:
+    if not scene.line.is_standard:
         raise InputError(
             "a study takes its truth and its oracles from a cold chain of unit masses before a "
             f"hard wall; expected none of {', '.join(given_bodies(scene))}: drop them, or compare "

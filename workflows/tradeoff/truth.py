@@ -7,11 +7,11 @@ import numpy as np
 from chaincor.analysis.modes import mode_energies
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.accuracy.by_in_house import MODAL_ERROR, converge
-from chaincor.workflows.accuracy.in_house_runs import Refined, eta_of
-from chaincor.workflows.accuracy.scouting import Scouting, scouting_from
-from chaincor.workflows.engines.in_house import modal
+from chaincor.workflows.accuracy.by_reference import MODAL_ERROR, converge
+from chaincor.workflows.accuracy.pilot_run import PilotRun, pilot_run_from
+from chaincor.workflows.accuracy.reference_runs import ConvergedRun, eta_of
 from chaincor.workflows.engines.outcome import Outcome
+from chaincor.workflows.engines.reference import modal
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
 
 # Near-grazing contacts and sharp bonds keep some scenes from it: these are refined while it helps.
@@ -42,7 +42,7 @@ class Truth:
     mode_energies: Array  #: E_j right after the last contact; of shape (n,).
     mode_energies_error: float  #: Largest error of any of them, in units of the energy at impact.
     contacts: int  #: Hits on the wall.
-    scouting: Scouting  #: Bond lengths and duration.
+    scouting: PilotRun  #: Bond lengths and duration.
     source: str  #: What computed it.
 
     @property
@@ -72,7 +72,7 @@ def find_truth(scene: Scene) -> Truth:
     """
     if scene.bond.is_harmonic:
         exact = modal.run(scene)
-        found = Refined(exact, [exact], eta_of(scene, exact), MODAL_ERROR, exact.seconds)
+        found = ConvergedRun(exact, [exact], eta_of(scene, exact), MODAL_ERROR, exact.seconds)
         source = "exact modes"
     else:
         found = converge(scene, _GOAL)
@@ -89,7 +89,7 @@ def find_truth(scene: Scene) -> Truth:
         mode_energies=_modes(scene, outcome),
         mode_energies_error=rounding,
         contacts=len(outcome.contact_times),
-        scouting=scouting_from(found, scene),
+        scouting=pilot_run_from(found, scene),
         source=source,
     )
     spread = bare.deviation(found.proofs[-1])

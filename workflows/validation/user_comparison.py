@@ -10,7 +10,7 @@ from chaincor.analysis.modes import mode_energies
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.scene import DEFAULT_TOLERANCE, Scene
-from chaincor.workflows.accuracy.answer import farthest
+from chaincor.workflows.accuracy.bounded_run import farthest
 from chaincor.workflows.given import scene_given
 from chaincor.workflows.result import Collision
 from chaincor.workflows.validation.comparison import (

@@ -6,15 +6,15 @@ import pytest
 from PIL import Image
 
 from chaincor.analysis.figures.animation import _stage, animate_collision
-from chaincor.analysis.figures.course import (
+from chaincor.analysis.figures.modes import plot_mode_heat_map, plot_spectrum
+from chaincor.analysis.figures.store_plots import plot_curves
+from chaincor.analysis.figures.style import CYCLE, new_figure
+from chaincor.analysis.figures.time_series import (
     plot_bond_lengths,
     plot_contact_intervals,
     plot_contact_speeds,
     plot_energy_partition,
 )
-from chaincor.analysis.figures.modes import plot_mode_heat_map, plot_spectrum
-from chaincor.analysis.figures.store_plots import plot_curves
-from chaincor.analysis.figures.style import CYCLE, new_figure
 from chaincor.analysis.figures.trajectories import plot_trajectories
 from chaincor.analysis.modes import mode_energies
 from chaincor.lammps_inputs.errors import InputError

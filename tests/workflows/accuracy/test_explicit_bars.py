@@ -4,11 +4,11 @@ import pytest
 
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.accuracy.answer import PROOF_SHARE, error_bar
-from chaincor.workflows.accuracy.in_house_runs import eta_of
+from chaincor.workflows.accuracy.bounded_run import PROOF_SHARE, error_bar
+from chaincor.workflows.accuracy.reference_runs import eta_of
 from chaincor.workflows.collision import collide
-from chaincor.workflows.engines.in_house import modal
 from chaincor.workflows.engines.lammps import engine as lammps
+from chaincor.workflows.engines.reference import modal
 
 
 def exact(scene):

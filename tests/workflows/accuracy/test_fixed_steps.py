@@ -8,15 +8,15 @@ import pytest
 from chaincor import Scene, collide
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.workflows.accuracy import fixed_steps
-from chaincor.workflows.accuracy.answer import ending_error
-from chaincor.workflows.accuracy.in_house_runs import eta_of, run_in_house
+from chaincor.workflows.accuracy.bounded_run import ending_error
+from chaincor.workflows.accuracy.reference_runs import eta_of, run_reference
 from chaincor.workflows.engines.ending import Ending
-from chaincor.workflows.engines.in_house import stepping
+from chaincor.workflows.engines.reference import stepping
 
 
 def truths(scene: Scene, *steps: float) -> list[float]:
     """Return eta at steps that are far below what the tolerances here choose."""
-    return [eta_of(scene, run_in_house(scene, "order8", step)) for step in steps]
+    return [eta_of(scene, run_reference(scene, "order8", step)) for step in steps]
 
 
 def nudged(scene: Scene, ulps: float) -> Scene:
@@ -85,7 +85,7 @@ def test_an_open_end_does_not_hide_steps_that_are_too_long(monkeypatch):
         eta = 0.71686 if resolved else 0.71803 + 1.7e-4 * step
         return made_up(scene, step, eta, 2702 if resolved else 2700 + round(10 * step), missed)
 
-    monkeypatch.setattr(fixed_steps, "run_in_house", run)
+    monkeypatch.setattr(fixed_steps, "run_reference", run)
     monkeypatch.setattr(fixed_steps, "nudged_change", lambda *_given: 0.0)
     found = fixed_steps.refine_regularly(scene, 1e-6, "srkn14", 1e-12, None)
     assert ending_error(found.outcome, scene) == pytest.approx(6e-4, rel=1e-3)

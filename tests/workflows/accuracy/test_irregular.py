@@ -13,9 +13,9 @@ from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy import irregular
 from chaincor.workflows.collision import collide
-from chaincor.workflows.engines.in_house import kernels
 from chaincor.workflows.engines.lammps.certificate import certify_table
 from chaincor.workflows.engines.lammps.instance import LammpsChain
+from chaincor.workflows.engines.reference import kernels
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
 from chaincor.workflows.errors import BondRangeError, CrossingError
 

@@ -6,13 +6,13 @@ import pytest
 
 from chaincor.workflows.accuracy.refining import (
     STALLED,
+    Attempt,
     Policy,
-    Try,
     by_order,
     has_stalled,
     refine,
+    steps_record,
     that_ran,
-    told,
 )
 from chaincor.workflows.errors import BarrierError, CostError, TimestepError
 
@@ -25,7 +25,7 @@ def trying(*outcomes, enough=0.0):
         outcome = left.pop(0)
         if isinstance(outcome, Exception):
             raise outcome
-        return Try(step, outcome, "ran", done=outcome <= enough, following=0.5 * step)
+        return Attempt(step, outcome, "ran", done=outcome <= enough, following=0.5 * step)
 
     return attempt
 
@@ -36,7 +36,7 @@ def errors(tries):
 
 def test_it_ends_with_the_first_step_that_is_enough():
     tries = refine(1.0, trying(1e-3, 1e-5, 1e-9, 1e-12, enough=1e-6), Policy(10))
-    assert told(tries) == [
+    assert steps_record(tries) == [
         {"timestep": 1.0, "step_error": 1e-3},
         {"timestep": 0.5, "step_error": 1e-5},
         {"timestep": 0.25, "step_error": 1e-9},
@@ -60,9 +60,9 @@ def test_steps_that_do_not_halve_the_error_end_it_only_where_that_is_asked():
 
 
 def test_of_steps_of_another_kind_what_did_not_help_before_does_not_count():
-    tries = [Try(1.0, 0.1, "ran") for _ in range(1 + STALLED)]
+    tries = [Attempt(1.0, 0.1, "ran") for _ in range(1 + STALLED)]
     assert has_stalled(tries)
-    tries[-2] = Try(1.0, 0.1, "ran", anew=True)
+    tries[-2] = Attempt(1.0, 0.1, "ran", anew=True)
     assert not has_stalled(tries)
 
 

@@ -8,10 +8,10 @@ import pytest
 from chaincor import Scene, collide
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.workflows.accuracy.fixed_steps import refine_regularly
-from chaincor.workflows.accuracy.in_house_runs import eta_of
 from chaincor.workflows.accuracy.irregular import refine_irregularly
+from chaincor.workflows.accuracy.reference_runs import eta_of
 from chaincor.workflows.accuracy.step_proof import COARSER, proved_error, runs_differ
-from chaincor.workflows.engines.in_house import stepping
+from chaincor.workflows.engines.reference import stepping
 
 
 @pytest.mark.parametrize("order", [3.0, 6.0, 8.0])

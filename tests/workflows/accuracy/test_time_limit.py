@@ -8,9 +8,9 @@ import pytest
 
 from chaincor.lammps_inputs.bonds.user_bond import UserBond
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.accuracy import by_in_house, irregular
+from chaincor.workflows.accuracy import by_reference, irregular
 from chaincor.workflows.collision import collide
-from chaincor.workflows.engines.in_house import adaptive
+from chaincor.workflows.engines.reference import adaptive
 from chaincor.workflows.engines.time_limit import check_time, limited_to, time_limit
 from chaincor.workflows.errors import CostError
 
@@ -85,7 +85,7 @@ def time_is_up_after(monkeypatch):
 
 def test_past_kinks_too_what_ran_by_then_is_the_answer(time_is_up_after, monkeypatch):
     # A coarse run, the first try at five steps, and the second one, which is too late.
-    runs = time_is_up_after(irregular, "run_in_house", 6)
+    runs = time_is_up_after(irregular, "run_reference", 6)
     monkeypatch.setattr(irregular, "guess_step", lambda *_: 0.1)  # too long to do at once
     slack = UserBond(
         lambda s: 0.5 * np.minimum(s, 0.0) ** 2, lambda s: -np.minimum(s, 0.0), kinks=(0.0,)
@@ -106,7 +106,7 @@ def test_adaptive_steps_too_end_with_what_ran_by_then(time_is_up_after, monkeypa
     # One of hard spheres, two that the first try is compared with, that, and the second one, which
     # is too late.
     runs = time_is_up_after(adaptive, "run", 4)
-    monkeypatch.setattr(by_in_house, "_ADAPTIVE_SHARES", (1e3, 1e3))  # as if it had not converged
+    monkeypatch.setattr(by_reference, "_ADAPTIVE_SHARES", (1e3, 1e3))  # as if it had not converged
     found = collide(scene, tolerance=1e-8, most_seconds=1000.0)
     assert len(runs) == 5
     assert found.tolerance_met is False

@@ -8,10 +8,10 @@ import pytest
 
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.accuracy.warm import WarmMeetings
+from chaincor.workflows.accuracy.warm import WarmSolver
 from chaincor.workflows.campaign.collide_many import collide_many
 from chaincor.workflows.collision import collide
-from chaincor.workflows.engines.in_house.batch.chains import StartStates
+from chaincor.workflows.engines.reference.batch.chains import StartStates
 from chaincor.workflows.errors import CostError
 from tests.interrupting import interrupted
 
@@ -153,14 +153,14 @@ def test_bars_are_honest_against_sharper_ones():
 
 def test_a_step_that_is_too_large_is_found_out(monkeypatch):
     # Without refinement, a first step ten times too large must not pass for a number.
-    meetings = WarmMeetings(WARM)
+    warm_solver = WarmSolver(WARM)
     line = WARM.line
     starts, v = StartStates.of([line]), np.array([0.08])
-    good = meetings.meet(starts, v)
+    good = warm_solver.solve(starts, v)
     monkeypatch.setattr("chaincor.workflows.accuracy.warm._LARGEST_STEP", 1.1)
     # The first one is too large; finer ones may be tried.
-    monkeypatch.setattr(WarmMeetings, "_rungs_of", lambda *_: (0, 30))
-    coarse = WarmMeetings(WARM).meet(starts, v)
+    monkeypatch.setattr(WarmSolver, "_rungs_of", lambda *_: (0, 30))
+    coarse = WarmSolver(WARM).solve(starts, v)
     assert not coarse.met[0] or coarse.timestep[0] < 0.8
     if coarse.met[0]:
         bars = coarse.step_error[0] + good.step_error[0]
@@ -181,9 +181,9 @@ def test_a_step_that_is_too_large_is_found_out(monkeypatch):
 )
 def test_what_finer_steps_do_not_help_is_left_to_be_met_alone(monkeypatch, fields, least):
     steps = []
-    compare = WarmMeetings._compare
+    compare = WarmSolver._compare
     monkeypatch.setattr(
-        WarmMeetings,
+        WarmSolver,
         "_compare",
         lambda self, starts, step, *given: (
             steps.append(step.min()) or compare(self, starts, step, *given)
@@ -191,17 +191,17 @@ def test_what_finer_steps_do_not_help_is_left_to_be_met_alone(monkeypatch, field
     )
     scene = Scene(potential="toda", temperature=1e-3, engine="reference", **fields)
     velocity = np.array([scene.velocity])
-    meetings = WarmMeetings(scene)
-    met = meetings.meet(StartStates.of([scene.line]), velocity)
+    warm_solver = WarmSolver(scene)
+    met = warm_solver.solve(StartStates.of([scene.line]), velocity)
     assert not met.met[0]
     assert min(steps) > least
 
 
 def test_states_are_those_of_the_scenes(monkeypatch):
     seen = []
-    meet = WarmMeetings.meet
+    solve = WarmSolver.solve
     monkeypatch.setattr(
-        WarmMeetings, "meet", lambda self, starts, v: seen.append(starts) or meet(self, starts, v)
+        WarmSolver, "solve", lambda self, starts, v: seen.append(starts) or solve(self, starts, v)
     )
     scene = WARM.replace(masses=(1.0, 2.0, 3.0))
     collide_many(scene, 3, workers=1)
@@ -212,14 +212,14 @@ def test_states_are_those_of_the_scenes(monkeypatch):
 
 
 def test_no_memory_costs_the_sample_that_met_it(monkeypatch):
-    meet = WarmMeetings.meet
+    solve = WarmSolver.solve
 
-    def meet_first(self, starts, velocities):
+    def solve_first(self, starts, velocities):
         if np.array_equal(starts.strains[0], WARM.line.strains):
-            return meet(self, starts, velocities)
+            return solve(self, starts, velocities)
         raise MemoryError("no memory")
 
-    monkeypatch.setattr(WarmMeetings, "meet", meet_first)
+    monkeypatch.setattr(WarmSolver, "solve", solve_first)
     first, second = collide_many(WARM, 2, workers=2).samples
     assert (first.seed, first.tolerance_met, first.reason) == (1, True, None)
     assert (second.seed, second.restitution, second.reason) == (2, None, "no memory")

@@ -204,7 +204,7 @@ def test_an_interruption_keeps_what_is_done(store, make_attempt, monkeypatch):
 
 
 def test_what_was_finished_when_an_interruption_came_is_kept(store, counted):
-    class Interrupted(carry_out.Here):
+    class Interrupted(carry_out.SerialExecutor):
         def submit(self, function, /, *args, **kwargs):
             if counted:
                 raise KeyboardInterrupt
@@ -317,7 +317,7 @@ def test_workers_begin_with_different_bonds(store, monkeypatch, make_attempt):
         for name in ("lj", "toda", "log")
         for k in range(64)
     ]
-    IntoStore(store, scenes).run(carry_out.Here(), in_flight=4)
+    IntoStore(store, scenes).run(carry_out.SerialExecutor(), in_flight=4)
     assert len(begun) == 12
     assert set.union(*begun[:3]) == {"lj", "toda", "log"}
 

@@ -10,7 +10,7 @@ from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.expected_cost import expected_seconds, may_take_longer
 from chaincor.workflows.campaign import progress
 from chaincor.workflows.campaign.progress import show_elapsed
-from chaincor.workflows.engines.in_house.loops.processes import COMPILING, a_loop_is_compiled
+from chaincor.workflows.engines.reference.loops.processes import COMPILING, a_loop_is_compiled
 
 
 def test_a_long_run_shows_how_long_it_takes(capsys, monkeypatch):

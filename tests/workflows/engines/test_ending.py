@@ -15,12 +15,12 @@ from chaincor.workflows.engines.ending import (
     RISK_ALLOWED,
     approach,
     argue_end,
-    quiet_time,
     return_risk,
+    sound_round_trip,
 )
-from chaincor.workflows.engines.in_house import stepping
-from chaincor.workflows.engines.in_house.look_ahead import LookAhead, follow
-from chaincor.workflows.engines.pieces import Body
+from chaincor.workflows.engines.fragments import Body
+from chaincor.workflows.engines.reference import stepping
+from chaincor.workflows.engines.reference.look_ahead import LookAhead, follow
 from chaincor.workflows.engines.whole_end import ENERGY_MARGIN, certain_at
 
 LJ = LennardJones()
@@ -80,7 +80,7 @@ def test_an_approaching_body_is_waited_for_as_long_as_it_takes_to_meet_for_certa
 
 def test_how_long_a_collision_is_followed():
     for last in (0.0, 10.0, 100.0):
-        assert longest_collision(20, 1.0, last) > 20.0 * last + quiet_time(20, 1.0)
+        assert longest_collision(20, 1.0, last) > 20.0 * last + sound_round_trip(20, 1.0)
         # The same motion, four times as stiff, is twice as fast.
         assert longest_collision(20, 4.0, last / 2.0) == pytest.approx(
             longest_collision(20, 1.0, last) / 2.0
@@ -106,7 +106,7 @@ def test_silence_counts_from_when_the_piece_exists():
     assert 0.0 < risk <= RISK_ALLOWED
     whole = (0.01, np.zeros(6), np.array([0.1, 0.3, -0.2, 0.3, -0.2, 0.3, -0.2]))
     assert return_risk(Body(*whole).pieces(LJ), LJ) > RISK_ALLOWED
-    quiet, watch, last = quiet_time(7, 1.0), EndWatch(7, LJ), 100.0
+    quiet, watch, last = sound_round_trip(7, 1.0), EndWatch(7, LJ), 100.0
     born = last + 5.0 * quiet
     assert look(watch, born - 1.0, last, *whole) is None
     assert look(watch, born, last, *broken) is None
@@ -124,7 +124,7 @@ def test_silence_counts_anew_after(reason):
     assert 0.0 < return_risk(Body(*smaller).pieces(LJ), LJ) <= RISK_ALLOWED
     hotter = hot_piece(0.1, energy=0.08)
     assert return_risk(Body(*hotter).pieces(LJ), LJ) > RISK_ALLOWED
-    quiet, watch = quiet_time(7, 1.0), EndWatch(7, LJ)
+    quiet, watch = sound_round_trip(7, 1.0), EndWatch(7, LJ)
     assert look(watch, 1.0, 0.0, *broken) is None
     between = {"a contact": broken, "another piece": smaller, "a risk": hotter}[reason]
     last = 0.9 * quiet if reason == "a contact" else 0.0
@@ -149,7 +149,7 @@ def test_a_long_piece_may_lose_a_few_in_silence(size, anew):
     before, after = long_piece(850), long_piece(size)
     for state in (before, after):
         assert 0.0 < return_risk(Body(*state).pieces(LJ), LJ) <= RISK_ALLOWED
-    quiet, watch = quiet_time(900, 1.0), EndWatch(900, LJ)
+    quiet, watch = sound_round_trip(900, 1.0), EndWatch(900, LJ)
     assert look(watch, 1.0, 0.0, *before) is None
     assert look(watch, 0.5 * quiet, 0.0, *after) is None
     ending = look(watch, 1.1 * quiet, 0.0, *after)
@@ -158,7 +158,7 @@ def test_a_long_piece_may_lose_a_few_in_silence(size, anew):
 
 
 def test_few_losses_of_a_long_piece_add_up():
-    quiet, watch = quiet_time(900, 1.0), EndWatch(900, LJ)
+    quiet, watch = sound_round_trip(900, 1.0), EndWatch(900, LJ)
     for share, size in ((0.01, 850), (0.3, 849), (0.5, 848), (0.7, 847), (1.1, 846)):
         assert look(watch, share * quiet, 0.0, *long_piece(size)) is None
     assert look(watch, 1.65 * quiet, 0.0, *long_piece(846)) is None

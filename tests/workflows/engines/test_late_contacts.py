@@ -10,10 +10,10 @@ from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.fixed_steps import with_doubts
 from chaincor.workflows.collision import collide
 from chaincor.workflows.engines import end_watch
-from chaincor.workflows.engines.ending import quiet_time
-from chaincor.workflows.engines.in_house import look_ahead, stepping
-from chaincor.workflows.engines.in_house.look_ahead import LookAhead
-from chaincor.workflows.engines.in_house.moving import Motion
+from chaincor.workflows.engines.ending import sound_round_trip
+from chaincor.workflows.engines.reference import look_ahead, stepping
+from chaincor.workflows.engines.reference.look_ahead import LookAhead
+from chaincor.workflows.engines.reference.moving import Motion
 from chaincor.workflows.showing.text import describe
 
 # By three integrators that share no code with the engines; all digits shown are theirs.
@@ -99,7 +99,7 @@ def test_one_that_takes_all_cores_is_not_followed_again(monkeypatch):
     monkeypatch.setattr(LookAhead, "_follow_again", lambda *_: pytest.fail("it was"))
     found = stepping.run(scene, numerics)
     assert found.ending.kind == "argued"
-    assert found.duration > whole.contact_times[-1] + quiet_time(48, 1.0)
+    assert found.duration > whole.contact_times[-1] + sound_round_trip(48, 1.0)
     assert np.array_equal(found.contact_times, whole.contact_times)
 
 

@@ -12,11 +12,11 @@ import pytest
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines import time_limit
-from chaincor.workflows.engines.in_house import adaptive, modal, stepping
-from chaincor.workflows.engines.in_house import moving as chain_module
-from chaincor.workflows.engines.in_house.moving import Motion, Stepper
 from chaincor.workflows.engines.lammps import engine as lammps
 from chaincor.workflows.engines.lammps.instance import LammpsChain
+from chaincor.workflows.engines.reference import adaptive, modal, stepping
+from chaincor.workflows.engines.reference import moving as chain_module
+from chaincor.workflows.engines.reference.moving import Motion, Stepper
 from chaincor.workflows.errors import CostError
 from tests.waiting import HANGS
 

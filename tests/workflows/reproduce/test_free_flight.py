@@ -9,7 +9,7 @@ from scipy.integrate import solve_ivp
 
 from chaincor import Scene, collide
 from chaincor.analysis.modes import kinetic_mode_energies, mode_frequencies
-from chaincor.workflows.engines.pieces import Body
+from chaincor.workflows.engines.fragments import Body
 from chaincor.workflows.reproduce import free_flight
 from chaincor.workflows.reproduce.figures import mode_spectra
 from chaincor.workflows.reproduce.figures.breaking_and_two_restitutions import breaking

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from chaincor.workflows.engines.in_house.compile import scalar_force
+from chaincor.workflows.engines.reference.compile import scalar_force
 from chaincor.workflows.sensitivity.loops import contact_curvature, differences_of
 
 

@@ -9,8 +9,8 @@ import pytest
 
 from chaincor import Scene, UserBond, collide
 from chaincor.lammps_inputs.numerics import Numerics
-from chaincor.workflows.accuracy.in_house_runs import eta_of
-from chaincor.workflows.engines.in_house import stepping
+from chaincor.workflows.accuracy.reference_runs import eta_of
+from chaincor.workflows.engines.reference import stepping
 from chaincor.workflows.errors import SensitivityError
 from chaincor.workflows.sensitivity import trace as tracing
 from chaincor.workflows.sensitivity.sensitivity import gradient, sensitivity_of, variants_of

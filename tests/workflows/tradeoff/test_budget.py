@@ -5,7 +5,7 @@ import pytest
 
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.accuracy.in_house_runs import eta_of
+from chaincor.workflows.accuracy.reference_runs import eta_of
 from chaincor.workflows.engines.lammps import engine as lammps
 from chaincor.workflows.tradeoff.budget import (
     measure_budget,

@@ -21,7 +21,7 @@ from chaincor.workflows.validation.user_comparison import validate_user
 MODULE = """
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.bonds.user_bond import UserBond
-from chaincor.workflows.engines.in_house import stepping as reference
+from chaincor.workflows.engines.reference import stepping as reference
 
 def collide(scene, timestep=0.1, force=1.0):
     if force != 1.0:

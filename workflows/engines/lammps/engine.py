@@ -17,10 +17,10 @@ from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.script import DATA_FILE, DUMP_FILE
 from chaincor.workflows.engines.end_watch import longest_collision
 from chaincor.workflows.engines.lammps.certificate import certify_table
-from chaincor.workflows.engines.lammps.course import ChainCollision
 from chaincor.workflows.engines.lammps.flight import flight_of
 from chaincor.workflows.engines.lammps.instance import LammpsChain
 from chaincor.workflows.engines.lammps.kept_script import kept_files
+from chaincor.workflows.engines.lammps.lammps_collision import ChainCollision
 from chaincor.workflows.engines.outcome import MOST_ENERGY_GROWTH, Outcome
 from chaincor.workflows.engines.rounding import rounding_error
 from chaincor.workflows.errors import (
@@ -146,7 +146,7 @@ def _run_in_folder(
     def collide_all(table: BondTable | None) -> _Runs:
         return _collide(scene, numerics, timesteps, table, frame_interval, folder)
 
-    if bond.is_harmonic or scene.span == 1:
+    if bond.is_harmonic or scene.longest_body == 1:
         runs = collide_all(None)
         if runs.stopped is not None:
             raise runs.stopped
@@ -214,7 +214,7 @@ def _is_impossible(scene: Scene, length: float) -> bool:
     energy = scene.start_energy
     # All energy in one bond, or in two particles that part for as long as may be.
     speed = 2.0 * (energy / scene.line.lightest) ** 0.5
-    longest = 1.0 + speed * longest_collision(scene.span, scene.slow_stiffness, np.inf)
+    longest = 1.0 + speed * longest_collision(scene.longest_body, scene.slow_stiffness, np.inf)
     if length > longest:
         return True
     return float(scene.bond.energy(np.array(length - 1.0))) > MOST_ENERGY_GROWTH * energy

@@ -26,11 +26,11 @@ from chaincor.lammps_inputs.script_plan import (
 )
 from chaincor.workflows.engines.compositions import COMPOSITIONS, SOURCES
 from chaincor.workflows.engines.end_watch import longest_collision, look_interval
-from chaincor.workflows.engines.ending import quiet_time
-from chaincor.workflows.engines.in_house.coarse_run import bonds_in_flight
-from chaincor.workflows.engines.lammps.course import PATIENCE
-from chaincor.workflows.engines.lammps.meeting import approach_time, grading
+from chaincor.workflows.engines.ending import sound_round_trip
+from chaincor.workflows.engines.lammps.contact import approach_time, grading
+from chaincor.workflows.engines.lammps.lammps_collision import PATIENCE
 from chaincor.workflows.engines.outcome import Outcome
+from chaincor.workflows.engines.reference.coarse_run import bonds_in_flight
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
 
 # Strains of the flight after the last contact are known to some parts in 1e3, for whole chains.
@@ -41,8 +41,8 @@ _INSTEAD: Scheme = "order8"
 
 def job_script(scene: Scene, plan: ScriptPlan, wishes: JobWishes = NO_WISHES) -> str:
     """Render a script that does not end before the in-house engine, which follows a chain, does."""
-    span, stiffness, time = scene.span, scene.slow_stiffness, wishes.units.time
-    quiet = quiet_time(span, stiffness)
+    span, stiffness, time = scene.longest_body, scene.slow_stiffness, wishes.units.time
+    quiet = sound_round_trip(span, stiffness)
     last = 0.0 if plan.end is None else plan.end.last_contact_time
     cap = longest_collision(span, stiffness, max(quiet, last)) + approach_time(scene)
     times = EndTimes(time * quiet, time * cap, time * look_interval(span, stiffness))
@@ -80,8 +80,8 @@ def flown_on(scene: Scene) -> float:
 
     For that time its bond table must hold the bonds.
     """
-    span, stiffness = scene.span, scene.slow_stiffness
-    return quiet_time(span, stiffness) + 2.0 * look_interval(span, stiffness)
+    span, stiffness = scene.longest_body, scene.slow_stiffness
+    return sound_round_trip(span, stiffness) + 2.0 * look_interval(span, stiffness)
 
 
 def scouted_end(outcome: Outcome) -> ScoutedEnd:
@@ -131,7 +131,7 @@ def _range_in_flight(
 ) -> tuple[float, float]:
     """Return the lengths of a table for the engine's bonds, and for those of the flight after."""
     low, high = float(table.lengths[0]), table.longest
-    if outcome is None or scene.span == 1:
+    if outcome is None or scene.longest_body == 1:
         return low, high
     shortest, longest = bonds_in_flight(scene, outcome, flown_on(scene))
     # Coarse steps, and steps of the script's own, may see other bonds.

@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chaincor.lammps_inputs.arrays import Array
-from chaincor.workflows.engines.in_house.compile import LoopCompiler
-from chaincor.workflows.engines.in_house.loops.kept_loops import KeptLoop, tell_address
+from chaincor.workflows.engines.reference.compile import LoopCompiler
+from chaincor.workflows.engines.reference.loops.cached_kernels import CachedKernel, tell_address
 from chaincor.workflows.engines.schemes import StepScheme
 
 _COMMAND = "lammps_command"
@@ -107,7 +107,7 @@ def build_extrapolation(command: Callable) -> Callable:
 
 
 @lru_cache
-def _loop(build: Callable) -> KeptLoop:
+def _loop(build: Callable) -> CachedKernel:
     compiler = LoopCompiler("lammps", keep=True)
     return compiler.compile(build(compiler.register_foreign(_COMMAND)))
 

@@ -1,4 +1,4 @@
-// When a collision is over. As in workflows/engines/ending.py and pieces.py, in a simpler form that
+// When a collision is over. As in workflows/engines/ending.py and fragments.py, in a simpler form that
 // proves less: a body is cut where it breaks, and no first piece may have the energy to come back.
 
 const PAID = 0.9; // energy of a broken bond taken as paid once an end particle is far out

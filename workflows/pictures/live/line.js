@@ -1,5 +1,5 @@
 // Two bodies on a line, and their motion: symmetric compositions of Verlet steps between contacts,
-// which are located to rounding on the composed map. As in workflows/engines/in_house/lines.
+// which are located to rounding on the composed map. As in workflows/engines/reference/lines.
 //
 // All particles stand along x, from the far end of the target to the far end of the chain, joined
 // by bonds, but for one gap: there lies the contact. A rigid wall is one particle of infinite mass.

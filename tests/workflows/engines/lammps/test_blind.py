@@ -10,12 +10,12 @@ from chaincor.lammps_inputs.bond_table import tabulate
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.collision import collide
-from chaincor.workflows.engines.in_house import modal
 from chaincor.workflows.engines.lammps import engine as lammps
 from chaincor.workflows.engines.lammps import flight
 from chaincor.workflows.engines.lammps.flight import flight_of
 from chaincor.workflows.engines.lammps.guard import WallGuard
 from chaincor.workflows.engines.lammps.instance import LammpsChain
+from chaincor.workflows.engines.reference import modal
 
 
 def random_scene(seed):

@@ -12,8 +12,8 @@ from chaincor.lammps_inputs.bonds.potentials import LennardJones
 from chaincor.lammps_inputs.bonds.user_bond import UserBond
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.engines.lammps import course
 from chaincor.workflows.engines.lammps import engine as lammps
+from chaincor.workflows.engines.lammps import lammps_collision
 from chaincor.workflows.errors import BondRangeError, LostAtomsError, TimestepError
 from tests.reference_cases import CASES, case_name, case_scene
 
@@ -280,7 +280,7 @@ def test_impatience_changes_nothing(monkeypatch):
     scene, numerics = Scene(particles=12, speed=1.5), Numerics(scheme="order6", timestep=0.05)
     plain = lammps.run(scene, numerics)
     for patience in (1.0, 10.0):
-        monkeypatch.setattr(course, "PATIENCE", patience)
+        monkeypatch.setattr(lammps_collision, "PATIENCE", patience)
         outcome = lammps.run(scene, numerics)
         # Who flies on longer sees longer bonds, and takes a wider table: forces good to 1e-12,
         # whose errors grow by some hundred times where the chain breaks.

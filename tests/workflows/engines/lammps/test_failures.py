@@ -14,8 +14,8 @@ from chaincor.lammps_inputs.bond_table import tabulate
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.engines.lammps import course, guard
 from chaincor.workflows.engines.lammps import engine as lammps
+from chaincor.workflows.engines.lammps import guard, lammps_collision
 from chaincor.workflows.engines.lammps import library as lammps_library
 from chaincor.workflows.engines.lammps.instance import LammpsChain
 from chaincor.workflows.engines.lammps.library import (
@@ -105,8 +105,8 @@ def test_a_bond_over_its_barrier():
 
 @pytest.mark.parametrize("scheme", ["verlet", "order8"])
 def test_a_collision_that_does_not_end(monkeypatch, scheme):
-    monkeypatch.setattr(course, "longest_collision", lambda _n, _k, _last: 0.0)
-    monkeypatch.setattr(course, "PATIENCE", 0.5)  # shorter than between contacts
+    monkeypatch.setattr(lammps_collision, "longest_collision", lambda _n, _k, _last: 0.0)
+    monkeypatch.setattr(lammps_collision, "PATIENCE", 0.5)  # shorter than between contacts
     line = failure(
         UnfinishedCollisionError, Scene(particles=20), Numerics(scheme=scheme, timestep=0.05)
     )

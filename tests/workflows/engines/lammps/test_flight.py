@@ -5,9 +5,9 @@ import pytest
 
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.engines.in_house import modal
 from chaincor.workflows.engines.lammps import engine as lammps
 from chaincor.workflows.engines.lammps.flight import first_crossing, foretold_crossing
+from chaincor.workflows.engines.reference import modal
 from chaincor.workflows.errors import LostAtomsError
 
 

@@ -18,7 +18,7 @@ from chaincor.analysis.theory import (
     harmonic_dissipation_limit,
 )
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.engines.in_house import modal
+from chaincor.workflows.engines.reference import modal
 from tests.workflows.reproduce.slips.slip import Kind, Matters, Slip
 
 _CHAIN = 50

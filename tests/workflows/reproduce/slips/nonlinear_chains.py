@@ -11,7 +11,7 @@ from chaincor.analysis.restitution import restitution
 from chaincor.analysis.theory import PAIR_INTERVAL, basile_dumont_energies
 from chaincor.lammps_inputs.bonds.potentials import LennardJones, Logarithmic, Toda
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.engines.in_house import modal
+from chaincor.workflows.engines.reference import modal
 from tests.workflows.reproduce.slips.slip import Kind, Matters, Slip
 
 # What the paper prints for the shortening of the interval of two lj particles, eq. (15).

@@ -1,0 +1,208 @@
+"""A tolerance for many cold chains at once, which differ in speed: met as each is met alone."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chaincor.analysis.modes import mode_energies
+from chaincor.analysis.restitution import centre_of_mass_velocity
+from chaincor.lammps_inputs.arrays import Array
+from chaincor.lammps_inputs.scene import FILE_KEYS, Scene
+from chaincor.lammps_inputs.schemes import StepSchemeName
+from chaincor.workflows.accuracy.bounded_run import BoundedRun, bounded_run, decade_above
+from chaincor.workflows.accuracy.by_reference import SHARPEST_FIXED
+from chaincor.workflows.accuracy.expected_cost import expected_of_task, usually_shatters
+from chaincor.workflows.accuracy.fixed_steps import LONGEST_TRUSTED, first_step, usual_scheme
+from chaincor.workflows.accuracy.step_guess import (
+    foresee_frequency_ratio,
+    frequency_ratio,
+    is_smooth,
+)
+from chaincor.workflows.accuracy.step_proof import COARSER, proved_error
+from chaincor.workflows.engines.ending import sound_round_trip
+from chaincor.workflows.engines.outcome import Outcome
+from chaincor.workflows.engines.reference.batch.chains import ManyRuns, StartStates
+from chaincor.workflows.engines.reference.batch.runner import Batch
+from chaincor.workflows.engines.reference.finish import End, LastContact, finish, kinetic_energy
+from chaincor.workflows.engines.reference.modal import supports as is_exact
+from chaincor.workflows.engines.rounding import rounding_error, rounding_matters
+
+# Longer chains are met one by one: so many runs are not enough for them, and their steps leave
+# nothing to be gained.
+LONGEST_TOGETHER = LONGEST_TRUSTED
+# Fewer of a kind are met one by one: lanes would stay empty, and their loop has to be loaded.
+LEAST_TOGETHER = 16
+# So many at most, and so many seconds of work, so that progress is seen and little is lost.
+_MOST_TOGETHER, _SECONDS_TOGETHER = 256, 0.5
+
+
+# What collisions must share to be carried out together: the bond (the objects of named ones are
+# shared), how many particles, and the scheme of the steps.
+Kind = tuple[int, int, StepSchemeName]
+
+
+def kind_of(scene: Scene) -> Kind | None:
+    """
+    Return with which others a collision may be carried out; None where it is met alone.
+
+    Served are cold chains of unit masses before a hard wall, by the in-house engine with fixed
+    steps, to a tolerance that no rounding comes near.
+    """
+    if scene.engine != "reference" or scene.explicit or not scene.line.is_standard:
+        return None
+    if not 2 <= scene.particles <= LONGEST_TOGETHER or scene.bond.force_kernel is None:
+        return None
+    if not is_smooth(scene) or is_exact(scene):
+        return None
+    if any(key in scene.model_fields_set for key in FILE_KEYS):
+        return None
+    target_error = _goal(scene, rounding_error("reference", scene))
+    if rounding_matters("reference", scene, target_error):
+        return None
+    if frequency_ratio(scene) > SHARPEST_FIXED:
+        return None
+    if usually_shatters(scene):
+        return None  # it needs several steps, and most time goes to its end
+    return id(scene.bond), scene.particles, usual_scheme(target_error)
+
+
+def batches(scenes: Sequence[Scene], parts: int) -> list[list[int]]:
+    """
+    Share collisions out: those to be carried out together, and each of the others by itself.
+
+    Returns their places. Those of a kind are divided into so many parts at least, if they are
+    enough; what comes of a collision does not depend on it.
+    """
+    foresee_frequency_ratio(scenes)
+    kinds: dict[Kind | int, list[int]] = {}
+    for place, scene in enumerate(scenes):
+        kinds.setdefault(kind_of(scene) or place, []).append(place)
+    found = []
+    for places in kinds.values():
+        size = 1
+        if len(places) >= LEAST_TOGETHER:
+            each = expected_of_task([scenes[place] for place in places[:2]])[0]
+            quick = int(_SECONDS_TOGETHER / each)
+            size = max(min(-(-len(places) // parts), quick, _MOST_TOGETHER), LEAST_TOGETHER)
+        found += [places[k : k + size] for k in range(0, len(places), size)]
+    return found
+
+
+def _goal(scene: Scene, floor: float) -> float:
+    asked = scene.asked_tolerance
+    assert asked is not None
+    return decade_above(floor, asked)
+
+
+def solve_batch(scenes: Sequence[Scene]) -> list[tuple[BoundedRun, Array] | None]:
+    """
+    Meet the tolerances of scenes of one :func:`kind_of`, as far as that is done at once.
+
+    Each is run at the step that usually meets its goal, at twice and at 1.3 times that. Where the
+    goal is not met so, or contacts come or go, it is to be met alone: None. Else returns what
+    ``solve_to_tolerance`` does for each, to the last bit, and the energies of its modes afterwards.
+    Nothing of this depends on which others there are.
+    """
+    foresee_frequency_ratio(scenes)
+    kind = kind_of(scenes[0])
+    assert kind is not None
+    _, particles, scheme = kind
+    batch = Batch(scenes[0].line, scenes[0].bond, scheme)
+    floor = rounding_error("reference", scenes[0])
+    target_errors = [_goal(scene, floor) for scene in scenes]
+    steps = np.array(
+        [first_step(s, scheme, max(g, floor)) for s, g in zip(scenes, target_errors, strict=True)]
+    )
+    found: list[tuple[BoundedRun, Array] | None] = [None] * len(scenes)
+    fine = batch.follow_cold(scenes, steps)
+    places = np.flatnonzero(fine.settled)
+    if len(places) == 0:
+        return found
+    fine, steps = fine.chosen(places), steps[places]
+    followed = [scenes[place] for place in places.tolist()]
+    both = np.concatenate([times * steps for times in COARSER])
+    lasts = np.tile(fine.last_contact_times, len(COARSER))
+    speeds = np.array([scene.impact_velocity for scene in followed])
+    approaches = np.tile(speeds, len(COARSER))
+    compared = batch.compare(StartStates.cold(approaches, particles), both, lasts, approaches)
+    coarse = [compared.chosen(part) for part in np.split(np.arange(len(both)), len(COARSER))]
+    runs, masses = [fine, *coarse], scenes[0].line.chain_masses
+    _, errors, agree = compare_many(scheme, steps, runs, speeds, masses, floor)
+    agree &= fine.longest_silences <= sound_round_trip(particles, scenes[0].slow_stiffness)
+    energies, apart = _compared(scenes[0], fine, coarse[0])
+    for k, (place, scene) in enumerate(zip(places.tolist(), followed, strict=True)):
+        target_error, error = target_errors[place], float(errors[k])
+        if not (agree[k] and error + floor <= target_error):
+            continue
+        outcome = _outcome(scene, fine, k, scheme, float(steps[k]))
+        differences = {name: float(each[k]) for name, each in apart.items()}
+        tries = [{"timestep": float(steps[k]), "step_error": error}]
+        met = bounded_run(scene, outcome, error, differences, tries)
+        if met.error <= target_error:
+            found[place] = met, energies[k]
+    return found
+
+
+def compare_many(
+    scheme: StepSchemeName,
+    steps: Array,
+    runs: Sequence[ManyRuns],
+    speeds: Array,
+    masses: Array,
+    floor: Any,
+) -> tuple[Array, Array, NDArray[np.bool_]]:
+    """
+    Compare runs at some steps with those at `COARSER` times them.
+
+    Returns, of shape (runs,), eta of the first, what it errs by, and whether all are settled and
+    have as many contacts. `masses` are those of the chain, `floor` is the rounding.
+    """
+    fine, *coarse = runs
+    # As `eta_of` gives it for each.
+    eta, *others = (
+        np.square(centre_of_mass_velocity(run.velocities, masses) / speeds) for run in runs
+    )
+    settled = np.array([run.settled for run in coarse])
+    far, near = np.where(settled, np.abs(np.array(others) - eta), np.inf)
+    alike = np.all([run.counts == fine.counts for run in coarse], axis=0)
+    errors, _ = proved_error(scheme, fine.lasted / steps, far, near, floor, alike)
+    return eta, errors, alike & np.all(settled, axis=0)
+
+
+def _compared(scene: Scene, fine: ManyRuns, coarse: ManyRuns) -> tuple[Array, dict[str, Array]]:
+    """Return the mode energies of fine runs, and the `differences` of each to a coarse one."""
+    alike = fine.counts == coarse.counts
+    contacts = np.where(fine.listed[:, None, :], np.abs(fine.contacts - coarse.contacts), 0.0)
+    times, speeds = np.where(alike, np.max(contacts, axis=2).T, np.inf)
+    energies, others = (
+        mode_energies(run.displacements, run.velocities, scene.bond.stiffness)
+        for run in (fine, coarse)
+    )
+    return energies, {
+        "contact_times": times,
+        "contact_speeds": speeds,
+        "velocities": np.max(np.abs(fine.velocities - coarse.velocities), axis=1),
+        "target_velocities": np.zeros(len(times)),
+        "mode_energies": np.max(np.abs(energies - others), axis=1),
+    }
+
+
+def _outcome(scene: Scene, runs: ManyRuns, k: int, scheme: str, step: float) -> Outcome:
+    velocities, count = runs.velocities[k], runs.counts[k]
+    return finish(
+        scene,
+        LastContact(
+            strains=runs.strains[k],
+            velocities=velocities,
+            contact_times=runs.contacts[k, 0, :count].copy(),
+            contact_speeds=runs.contacts[k, 1, :count].copy(),
+            bond_range=(float(runs.bond_min[k]), float(runs.bond_max[k])),
+            energy=kinetic_energy(velocities) + float(runs.energies[k]),
+        ),
+        End(runs.endings[k], float(runs.durations[k]), int(runs.evaluations[k])),
+        scheme=scheme,
+        timestep=step,
+        seconds=float(runs.seconds[k]),
+    )

@@ -1,0 +1,151 @@
+"""Meeting a tolerance with the in-house engines; the reference solution for others."""
+
+import math
+from dataclasses import replace
+
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.accuracy.bounded_run import BoundedRun, bounded_run
+from chaincor.workflows.accuracy.fixed_steps import refine_regularly, solve_with_fixed_steps
+from chaincor.workflows.accuracy.irregular import refine_irregularly
+from chaincor.workflows.accuracy.reference_runs import (
+    ConvergedRun,
+    eta_of,
+    find_rounding_sensitivity,
+)
+from chaincor.workflows.accuracy.refining import Attempt, Policy, refine, steps_record
+from chaincor.workflows.accuracy.step_guess import frequency_ratio, is_smooth
+from chaincor.workflows.engines.outcome import Outcome
+from chaincor.workflows.engines.reference import adaptive, hard_sphere, modal
+from chaincor.workflows.engines.rounding import rounding_error, rounding_matters
+from chaincor.workflows.errors import CrossingError, RunError
+from chaincor.workflows.measured import measured
+
+# With bonds sharper than this, adaptive steps are cheaper than fixed ones: about where, by
+# processor time, decides costs only.
+SHARPEST_FIXED = 60.0
+# Error of an adaptive run against its difference to those at ten and a hundred times its accuracy.
+# By choice 0.3, nearly three times what 20 scenes showed at most: they are few.
+_ADAPTIVE_SHARES = tuple(measured("adaptive_share", 0.3) * weight for weight in (1.0, 0.4))
+# Kinks make it fall irregularly: as of fixed steps, three times as much.
+_IRREGULAR_SHARES = tuple(3.0 * share for share in _ADAPTIVE_SHARES)
+_MOST_REFINEMENTS = 15
+# A run of adaptive steps takes up to 8e-10 s times (n ln(sharpness))^3 (log bonds; others less in
+# long chains), a minute for this much; beyond, hard spheres answer wherever they are good to
+# three digits, with the bar that they have.
+_MOST_STEPPED = 7.5e10
+_ROUGH_SPHERES = 1e-3
+# Of the exact propagator, which only rounds: against itself in higher precision it is below this.
+MODAL_ERROR = 1e-13
+
+
+def solve_with_reference(
+    scene: Scene, target_error: float, sensitivity: float, known: Outcome | None = None
+) -> BoundedRun:
+    """
+    Run a scene with the engine that does most with least: exact where it can be.
+
+    `sensitivity` is the rounding sensitivity of eta, where that matters; `known` the collision
+    followed to its end at some step, else that is done here.
+    """
+    if modal.supports(scene):
+        outcome = modal.run(scene)
+        return bounded_run(scene, outcome, modal_error(scene), outcome)
+    if not scene.line.is_standard or frequency_ratio(scene) <= SHARPEST_FIXED:
+        if is_smooth(scene):
+            return solve_with_fixed_steps(scene, target_error, sensitivity, known)
+        return _solve_irregularly(scene, target_error, sensitivity)
+    deviation = hard_sphere.deviation(scene)
+    reached = deviation + rounding_error("reference", scene)
+    senseless = (scene.particles * math.log(frequency_ratio(scene))) ** 3 > _MOST_STEPPED
+    if reached <= target_error or (senseless and deviation <= _ROUGH_SPHERES):
+        return _as_spheres(scene, deviation)
+    if senseless:
+        raise RunError(
+            f"{scene.particles} particles with bonds {frequency_ratio(scene):.2g} times faster "
+            "than at rest would take hours or more to step, and the limit of hard spheres is good "
+            f"to {deviation:.1g} only. Take fewer particles or another speed"
+        )
+    stepped = _solve_with_adaptive_steps(scene, target_error)
+    return _as_spheres(scene, deviation) if reached < stepped.error else stepped
+
+
+def _as_spheres(scene: Scene, deviation: float) -> BoundedRun:
+    """Answer with hard spheres: how far off their times, speeds and modes are is not known."""
+    return bounded_run(scene, hard_sphere.run(scene), deviation, {})
+
+
+def _solve_irregularly(scene: Scene, target_error: float, sensitivity: float) -> BoundedRun:
+    """Refine without trust in an order: bonds of users may have kinks."""
+    found = refine_irregularly(scene, target_error, rounding_error("reference", scene))
+    if found.stalled or rounding_matters("reference", scene, target_error):
+        sensitivity = sensitivity or find_rounding_sensitivity(scene)
+    return bounded_run(scene, found.outcome, found.error, found.proofs[0], found.tries, sensitivity)
+
+
+def _solve_with_adaptive_steps(scene: Scene, target_error: float) -> BoundedRun:
+    """Ask the adaptive integrator for ever more accuracy until three runs agree."""
+    floor = rounding_error("reference", scene)
+    shares = _ADAPTIVE_SHARES if scene.bond.smooth else _IRREGULAR_SHARES
+    accuracy = max(target_error, floor)
+    runs = [adaptive.run(scene, k * accuracy) for k in (1.0, 10.0)]
+
+    def attempt(accuracy: float) -> Attempt[Outcome]:
+        fine = adaptive.run(scene, accuracy)
+        # An error shrinks by less than ten now and then: one difference can be small by chance.
+        eta = eta_of(scene, fine)
+        error = max(
+            share * abs(eta_of(scene, run) - eta)
+            for share, run in zip(shares, runs[:2], strict=True)
+        )
+        runs.insert(0, fine)
+        done = error + floor <= target_error or accuracy < 1e-14
+        return Attempt(accuracy, error, fine, done, 0.1 * accuracy)
+
+    tries = refine(0.1 * accuracy, attempt, Policy(_MOST_REFINEMENTS, retried=()))
+    return bounded_run(scene, runs[0], tries[-1].error, runs[1], steps_record(tries, "accuracy"))
+
+
+def converge(scene: Scene, target_error: float) -> ConvergedRun:
+    """
+    Refine the in-house integrator until its error is below a goal, or steps help no more.
+
+    Harmonic chains are exact. The error has the rounding in it. Raises RunError, what stopped the
+    finest runs.
+    """
+    if modal.supports(scene):
+        return exact_modes(scene)
+    floor = rounding_error("reference", scene)
+    if is_smooth(scene):
+        # What steps of LAMMPS are tried with in-house is compiled for this scheme, too.
+        found = refine_regularly(scene, target_error, "order8", floor, None)
+    else:
+        found = refine_irregularly(scene, target_error, floor)
+    return replace(found, error=found.error + floor)
+
+
+def exact_modes(scene: Scene) -> ConvergedRun:
+    """
+    Return the exact collision of a harmonic chain, for LAMMPS to follow.
+
+    Its error is the rounding of modes. Raises CrossingError if particles pass through each other,
+    which LAMMPS cannot follow.
+    """
+    outcome = modal.run(scene)
+    if outcome.crossed:
+        raise CrossingError(
+            f"particles of a harmonic chain pass through each other at velocity "
+            f"{scene.impact_velocity:g}, which LAMMPS cannot represent (it knows only the "
+            "absolute bond length); expected less than about 0.69: use engine 'reference'"
+        )
+    error = max(MODAL_ERROR, modal_error(scene))
+    return ConvergedRun(outcome, [outcome], eta_of(scene, outcome), error, outcome.seconds)
+
+
+def modal_error(scene: Scene) -> float:
+    """
+    Return the error of eta of an exact propagation, beyond that of a plain chain at a wall.
+
+    Light particles between heavy ones, and long bodies that bounce often, amplify rounding: what
+    some changes of all roundings change, with a reserve of three.
+    """
+    return 0.0 if scene.line.is_standard else 3.0 * modal.rounding_sensitivity(scene)

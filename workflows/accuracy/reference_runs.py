@@ -1,0 +1,214 @@
+"""Runs of the in-house integrator at several steps, or with other roundings, to be compared."""
+
+import math
+import sys
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from chaincor.lammps_inputs.line import Line
+from chaincor.lammps_inputs.numerics import Numerics
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.lammps_inputs.schemes import StepSchemeName
+from chaincor.workflows.accuracy.refining import (
+    STALLED,
+    Attempt,
+    Policy,
+    by_order,
+    has_stalled,
+    refine,
+    steps_record,
+    that_ran,
+)
+from chaincor.workflows.accuracy.step_guess import effective_order, guess_step, largest_step
+from chaincor.workflows.engines.outcome import Outcome
+from chaincor.workflows.engines.reference import stepping
+
+# Longer chains have contacts that graze the wall and make much of the last digit.
+LONG = 1500
+# By how many units of rounding the impact velocity is changed. Of lj chains of 3000 at 0.39 v*,
+# one in three has other last contacts than the rest, and eta 0.7833 to 0.7842 in place of 0.7813:
+# two nudges and three steps all agreed. Eight and three do so by chance in one case of a hundred.
+_NUDGES = (-5.0, 3.0)
+_NUDGES_OF_LONG = (*_NUDGES, -9.0, 7.0, -2.0, 11.0, -14.0, 5.0)
+# Steps for this error resolve whatever amplifies rounding.
+_GOAL = 1e-9
+# Where the usual step does not run: a thousandth of it.
+_MOST_HALVINGS = 10
+# An estimate from one step is taken with this reserve: the next step's error is a different draw,
+# and to miss the goal costs another search, while 0.3 costs a tenth of the step at order 8. It
+# decides costs only, as the step found is proved.
+_RESERVE = 0.3
+_MOST_TRIES = 5
+
+
+def eta_of(scene: Scene, outcome: Outcome) -> float:
+    """Return the restitution of an outcome: of relative translation, where the target is free."""
+    e = relative_velocity(scene.line, outcome) / scene.impact_velocity
+    return e * e
+
+
+def largest_difference(scene: Scene, run: Outcome, others: Iterable[Outcome]) -> float:
+    """Return how far the restitution of other runs is from that of one, at most."""
+    eta = eta_of(scene, run)
+    return max(abs(eta_of(scene, other) - eta) for other in others)
+
+
+def relative_velocity(line: Line, outcome: Outcome) -> float:
+    """Return how fast the bodies part: the chain's centre of mass against the target's."""
+    target = outcome.target_velocities[::-1] if line.targets else np.zeros(1)
+    return line.separation(np.concatenate((target, outcome.velocities)))
+
+
+def run_reference(
+    scene: Scene, scheme: StepSchemeName, timestep: float, known: Outcome | None = None
+) -> Outcome:
+    """
+    Run the in-house integrator with one scheme and step.
+
+    For `known` see :func:`chaincor.workflows.engines.reference.stepping.run`.
+    """
+    return stepping.run(scene, Numerics(scheme=scheme, timestep=timestep), known=known)
+
+
+@dataclass(frozen=True)
+class ConvergedRun:
+    """A collision at ever smaller steps."""
+
+    outcome: Outcome  #: The run that gives the number.
+    #: Runs at larger steps, the first at twice its step; the same run where it has no step.
+    proofs: list[Outcome]
+    restitution: float  #: Its eta.
+    error: float  #: Its error, of the step alone or with the rounding.
+    seconds: float  #: Integration time of all runs that were compared.
+    stalled: bool = False  #: Whether smaller steps had stopped to help.
+    tries: list[dict[str, float]] = field(default_factory=list)  #: Steps and errors on the way.
+    first: Outcome | None = None  #: The run whose end all others took over, where they did.
+    #: Change of eta by other roundings, where that is why steps do not help; else 0.
+    nudged: float = 0.0
+    kinked: bool = False  #: Whether bonds pass kinks, where no scheme has an order above 2.
+
+    @property
+    def grazes(self) -> bool:
+        """Whether a step makes or takes a contact."""
+        return differ(self.outcome, self.proofs)
+
+
+def differ(fine: Outcome, proofs: Sequence[Outcome]) -> bool:
+    """Return whether runs have not all as many contacts."""
+    return any(len(run.contact_times) != len(fine.contact_times) for run in proofs)
+
+
+def refined(
+    scene: Scene,
+    tries: Sequence[Attempt[list[Outcome]]],
+    first: Outcome | None = None,
+    nudged: float = 0.0,
+    kinked: bool = False,
+) -> ConvergedRun:
+    """
+    Return the best of several tries, each of a run and its proofs, with what it errs by.
+
+    Where smaller steps have stopped to help, or the collision forgets them for its roundings, which
+    have `nudged` it, the truth may be wherever one of the last runs went. Where each step is
+    another nudge, the finest is no better than the first, whose end may have been followed.
+    """
+    ran = [(each.error, each.found or []) for each in that_ran(tries)]
+    error, runs = min(ran, key=lambda each: each[0])
+    forgets = nudged > 0.0
+    stuck = forgets or has_stalled(tries)
+    if stuck:
+        alike = ran[-STALLED:] if forgets else ran[-STALLED - 1 :]
+        runs = alike[0][1] if forgets else runs
+        error = largest_difference(scene, runs[0], (run for _, each in alike for run in each))
+    nudged = max(nudged, error) if forgets else 0.0
+    # A run may be compared with those at two steps.
+    seconds = sum({id(run): run.seconds for _, each in ran for run in each}.values())
+    found = runs[0], runs[1:], eta_of(scene, runs[0]), error, seconds
+    return ConvergedRun(*found, stuck, steps_record(tries), first, nudged, kinked)
+
+
+def nudged_change(
+    scene: Scene, scheme: StepSchemeName, step: float, plain: Outcome, enough: float = math.inf
+) -> float:
+    """
+    Return how much eta of a run changes for impact velocities a few units of rounding away.
+
+    That is the largest change, or the first that is `enough`.
+    """
+    worst, eta = 0.0, eta_of(scene, plain)
+    for ulps in _NUDGES_OF_LONG if scene.particles > LONG else _NUDGES:
+        change = 1.0 + ulps * sys.float_info.epsilon
+        if scene.line.has_equal_masses:
+            nudged, near = scene.replace(speed=None, velocity=change * scene.impact_velocity), step
+        else:  # given velocities are not changed: another step rounds everything as well
+            nudged, near = scene, change * step
+        other = run_reference(nudged, scheme, near, plain)
+        worst = max(worst, abs(eta_of(nudged, other) - eta))
+        if worst >= enough:
+            break
+    return worst
+
+
+def find_rounding_sensitivity(scene: Scene) -> float:
+    """
+    Return how much eta changes when all roundings change.
+
+    That is the largest change for impact velocities a few units in the last place away, with a step
+    that depends on the scene alone; for bonds that fixed steps can follow.
+    """
+    # A warm chain that comes slowly is thrown back to the target long after it was there.
+    follow = scene.temperature is not None
+
+    def attempt(step: float) -> Attempt[float]:
+        plain = stepping.run(scene, Numerics(scheme="order8", timestep=step), follow=follow)
+        return Attempt(step, 0.0, nudged_change(scene, "order8", step, plain), done=True)
+
+    step = guess_step(scene, "order8", _GOAL)
+    found = that_ran(refine(step, attempt, Policy(_MOST_HALVINGS)))[-1].found
+    assert found is not None
+    return found
+
+
+def _error_at(scene: Scene, scheme: StepSchemeName, step: float, truth: ConvergedRun) -> float:
+    """Return the error of eta at a step; RunError where it is too large to run at all."""
+    outcome = run_reference(scene, scheme, step, truth.outcome)
+    return max(abs(eta_of(scene, outcome) - truth.restitution), 1e-17)
+
+
+def estimate_step(
+    scene: Scene, scheme: StepSchemeName, target_error: float, truth: ConvergedRun
+) -> float | None:
+    """
+    Estimate, from one run and with a reserve, the step whose error is a goal.
+
+    None where even a much smaller step does not run.
+    """
+    order = effective_order(scene, scheme)
+
+    def attempt(step: float) -> Attempt[float]:
+        error = _error_at(scene, scheme, step, truth)
+        growth = by_order(_RESERVE * target_error, error, order, 0.1, 3.0)
+        return Attempt(step, error, growth, done=True)
+
+    policy = Policy(_MOST_TRIES, refused=0.4, believed=False)
+    last = refine(guess_step(scene, scheme, target_error), attempt, policy)[-1]
+    if last.found is None:
+        return None
+    return min(largest_step(scheme, scene.fast_stiffness), last.step * last.found)
+
+
+def find_step(
+    scene: Scene, scheme: StepSchemeName, target_error: float, truth: ConvergedRun, start: float
+) -> float | None:
+    """Return a step whose error is within a goal, near the largest; None if none was found."""
+    order = effective_order(scene, scheme)
+
+    def attempt(step: float) -> Attempt[None]:
+        error = _error_at(scene, scheme, step, truth)
+        smaller = step * by_order(_RESERVE * target_error, error, order, 0.25)
+        return Attempt(step, error, done=error <= target_error, following=smaller)
+
+    last = refine(start, attempt, Policy(_MOST_TRIES, refused=0.25, believed=False))[-1]
+    return last.step if last.done else None

@@ -1,0 +1,81 @@
+"""Tolerance in, numerics and error bar out."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.accuracy.bounded_run import BoundedRun, decade_above, reason_missed
+from chaincor.workflows.accuracy.by_lammps import SHARPEST_LAMMPS, solve_with_lammps
+from chaincor.workflows.accuracy.by_reference import SHARPEST_FIXED, solve_with_reference
+from chaincor.workflows.accuracy.reference_runs import find_rounding_sensitivity
+from chaincor.workflows.accuracy.step_guess import frequency_ratio
+from chaincor.workflows.accuracy.warm import WarmSolver, is_warm
+from chaincor.workflows.engines.reference.modal import supports
+from chaincor.workflows.engines.rounding import amplified_rounding, rounding_error, rounding_matters
+from chaincor.workflows.engines.time_limit import time_limit
+
+# Where one goal is missed: rounding may take more of a short step than was foreseen, by up to one
+# decade; more decades are missed only where nothing converges, and then the bar is not small.
+_MOST_LOOSER = 2
+
+
+def solve_to_tolerance(scene: Scene, tolerance: float) -> BoundedRun:
+    """
+    Run a scene with the numerics that usually meet a tolerance most cheaply, and prove it.
+
+    Numerics are chosen for goals that are powers of ten, the largest within the tolerance or, where
+    that is below rounding, the first below rounding. Where a goal is missed the next looser one is
+    tried, too, and the smallest bar counts.
+    """
+    if is_warm(scene) and (usual := WarmSolver(scene).solve_alone()):
+        return usual
+    target_error, sensitivity = target_error_of(scene, tolerance)
+    in_house = scene.engine != "lammps"
+    solve_goal: Callable[..., BoundedRun] = solve_with_reference if in_house else solve_with_lammps
+    loosest = target_error * 10.0**_MOST_LOOSER
+    best = found = solve_goal(scene, target_error, sensitivity)
+    for _ in range(_MOST_LOOSER):
+        # What contacts after an open end could change, no step makes less; and where refinement
+        # stalled above the roundings, a smaller bar at looser steps would be luck.
+        assert found.bar.step is not None
+        stalled = found.bar.step > max(target_error, found.bar.rounding)
+        # Nor is it less where steps that amplify no rounding leave more than the loosest goal.
+        hopeless = (
+            loosest
+            < found.bar.rounding
+            <= amplified_rounding(scene.engine, found.rounding_sensitivity, scene)
+        )
+        short = time_limit().was_short  # for looser goals, too
+        if found.error - found.bar.ending <= target_error or stalled or hopeless or short:
+            break
+        target_error *= 10.0
+        # What roundings make of a collision they make of it at any step: none is lucky.
+        sensitivity = max(sensitivity, found.rounding_sensitivity)
+        known = (found.outcome,) if in_house else ()
+        found = solve_goal(scene, target_error, sensitivity, *known)
+        best = min(best, found, key=lambda each: each.error)
+    return replace(best, reason=reason_missed(best, tolerance))
+
+
+def target_error_of(scene: Scene, tolerance: float) -> tuple[float, float]:
+    """
+    Return the goal that numerics are chosen for, and the rounding sensitivity of the in-house eta.
+
+    The latter where numerics hinge on it, else 0: cold chains at a wall are nudged in-house with
+    the steps that resolve them, as coarse ones may tell of far more.
+    """
+    target_error = decade_above(rounding_error(scene.engine, scene), tolerance)
+    # Light particles between heavy ones amplify more than equal ones ever do.
+    matters = not scene.line.has_equal_masses
+    matters |= scene.engine == "lammps" and rounding_matters("lammps", scene, target_error)
+    return target_error, find_rounding_sensitivity(scene) if matters and _steps_are_fixed(
+        scene
+    ) else 0.0
+
+
+def _steps_are_fixed(scene: Scene) -> bool:
+    """Return whether eta comes from fixed steps, whose rounding a collision may amplify."""
+    if supports(scene):
+        return False  # no chaos
+    sharpest = SHARPEST_LAMMPS if scene.engine == "lammps" else SHARPEST_FIXED
+    return frequency_ratio(scene) <= sharpest

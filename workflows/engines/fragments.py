@@ -1,0 +1,263 @@
+r"""
+Pieces of a broken chain, and what keeps them apart.
+
+A stretched bond only ever pulls its ends towards each other. A piece in front of a stretched bond
+is therefore pulled away from the wall, never towards it, and what the rest of the chain can do to
+it is bounded as long as that bond stays stretched. Cuts are stretched bonds beyond their
+inflection, where the pull falls with the length. If the gap at a cut never gets shorter than
+:math:`g + w t`, the pull across it gives each side the momentum
+
+.. math:: J \le \int_0^\infty U'(g + w t)\,dt = \frac{U(\infty) - U(g)}{w}
+
+at most, and since no particle moves faster in the frame of its piece than
+:math:`\sqrt{2 I/m}`, where I is the internal energy and m its mass, :math:`\sqrt{2 I}` grows by
+:math:`J/\sqrt m` at most. Where the
+gaps so worsened still grow as was assumed, they do so for ever: a proof.
+"""
+
+import math
+from dataclasses import dataclass, field, replace
+from itertools import starmap
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chaincor.lammps_inputs.arrays import Array
+from chaincor.lammps_inputs.bonds.potential import Potential
+from chaincor.workflows.engines.fragment_bounds import PAID, VIBRATIONS, Lever, escape_risk, reach
+
+# Part of the present speed of separation that must be left when all pulls are counted.
+_LEFT = 0.5
+# The pull is reckoned with gaps that the pull itself makes smaller.
+_RESERVE = 1.5
+# Verlet steps that look ahead keep energies to some parts in a thousand.
+_ENERGY_RESERVE = 1.01
+
+
+@dataclass(frozen=True)
+class Fragments:
+    """A chain cut at stretched bonds: what is known of its pieces, and of each cut."""
+
+    cuts: NDArray[np.int64]  #: Bonds; of shape (pieces - 1,).
+    sizes: NDArray[np.int64]  #: Particles in each; of shape (pieces,).
+    masses: Array  #: Of all particles; of shape (n,).
+    weights: Array  #: Masses of the pieces; of shape (pieces,).
+    speeds: Array  #: Centre-of-mass velocities, positive away from the wall; of shape (pieces,).
+    #: Internal energies, with what pulls across the cuts can ever add; of shape (pieces,).
+    energies: Array
+    displacements: Array  #: Mean of x_i - (i - 1); of shape (pieces,).
+    levers: list[tuple[Lever, Lever]]  #: Of both ends of every piece.
+    #: For which cuts it is proved that the pieces stay apart; of shape (pieces - 1,).
+    apart: NDArray[np.bool_] = field(default_factory=lambda: np.empty(0, bool))
+    #: Energy of relative motion across each cut less what breaks the bond, negative where pieces
+    #: approach; of shape (pieces - 1,).
+    binding: Array = field(default_factory=lambda: np.empty(0))
+    #: How likely the others are to disturb the first piece so that it meets the wall again: 0 where
+    #: that is ruled out.
+    return_risk: float = 0.0
+
+    @property
+    def lever(self) -> Lever:
+        """That of particle 1 in the first piece."""
+        return self.levers[0][0]
+
+
+class Body(NamedTuple):
+    """A body that leaves another: the chain, or a free target."""
+
+    #: How far its particle at the contact is from a plane between both bodies; for the chain at a
+    #: wall, from that.
+    first_displacement: float
+    strains: Array  #: Bond lengths less one, from the contact outward; of shape (n - 1,).
+    velocities: Array  #: Relative to that plane, positive away from it; of shape (n,).
+    masses: Array | None = None  #: None where all are 1; of shape (n,).
+
+    def pieces(self, bond: Potential) -> Fragments:
+        """
+        Cut it into as many pieces as move apart, one at least.
+
+        Pieces that approach, or whose motion does not break the bond between them, are taken as
+        one.
+        """
+        chain = _Chain(self, bond)
+        cuts = np.empty(0, dtype=np.int64)
+        if math.isfinite(bond.dissociation):
+            cuts = np.flatnonzero(self.strains > bond.convex_strain)
+        while True:
+            pieces = chain.cut_at(cuts)
+            failing = np.flatnonzero(~pieces.apart & (pieces.binding <= 0.0))
+            if len(failing) == 0:
+                risk = chain.return_risk(pieces)
+                return replace(pieces, return_risk=risk) if risk > 0.0 else pieces
+            # Those most firmly bound first: with them taken as one, the others may move apart.
+            bound = failing[np.argsort(pieces.binding[failing])]
+            cuts = np.delete(cuts, bound[: max(1, len(failing) // 3)])
+
+
+class _Chain:
+    """A state, with what all its partitions need."""
+
+    def __init__(self, body: Body, bond: Potential) -> None:
+        first, strains, velocities, masses = body
+        self.masses = np.ones(len(velocities)) if masses is None else masses
+        self.displacements = np.cumsum(np.concatenate(([first], strains)))
+        self.strains, self.velocities, self.bond = strains, velocities, bond
+        self.patience = VIBRATIONS * len(velocities)
+        with np.errstate(over="ignore"):  # an exploded motion, which its energy gives away
+            self.bond_energies = np.append(bond.energy(strains), 0.0)
+
+    def cut_at(self, cuts: NDArray[np.int64]) -> Fragments:
+        """Take the chain as cut there."""
+        bond = self.bond
+        starts = np.concatenate(([0], cuts + 1))
+        sizes = np.diff(np.append(starts, len(self.velocities)))
+        weights = np.add.reduceat(self.masses, starts)
+        speeds = np.add.reduceat(self.masses * self.velocities, starts) / weights
+        means = np.add.reduceat(self.masses * self.displacements, starts) / weights
+        inner = self.bond_energies.copy()
+        inner[cuts] = 0.0
+        with np.errstate(over="ignore"):
+            motion = 0.5 * self.masses * (self.velocities - np.repeat(speeds, sizes)) ** 2
+            energies = _ENERGY_RESERVE * np.add.reduceat(motion + inner, starts)
+        levers = self._levers(starts, sizes)
+        pieces = Fragments(cuts, sizes, self.masses, weights, speeds, energies, means, levers)
+        if len(cuts) == 0:
+            return pieces
+        opening = np.diff(speeds)
+        reduced = 1.0 / (1.0 / weights[:-1] + 1.0 / weights[1:])
+        binding = 0.5 * reduced * opening * np.abs(opening)
+        binding += self.bond_energies[cuts] - bond.dissociation
+        binding = np.where(opening > 0.0, binding, np.minimum(binding, -np.abs(opening)))
+        gaps, growths = self._gaps(cuts, levers, means, speeds[:-1], speeds[1:], energies)
+        kept = _LEFT * growths
+        apart = (gaps >= bond.convex_strain) & (kept > 0.0)
+        pulls = _RESERVE * self._pull(gaps, kept, apart)
+        worse = self._worsened(energies, pulls, levers)
+        later, slower = self._gaps(
+            cuts,
+            levers,
+            means,
+            speeds[:-1] + pulls / weights[:-1],
+            speeds[1:] - pulls / weights[1:],
+            worse,
+        )
+        apart &= (later >= bond.convex_strain) & (slower >= kept)
+        apart &= self._pull(later, kept, apart) <= pulls
+        # Where nothing is proved, the pull is that of the present motion.
+        present = self._pull(self.strains[cuts], _LEFT * opening, opening > 0.0)
+        worse = self._worsened(energies, np.where(apart, pulls, present), levers)
+        return replace(pieces, energies=worse, apart=apart, binding=binding)
+
+    def return_risk(self, pieces: Fragments) -> float:
+        """Work out how likely what happens at any cut is to reach the wall."""
+        speeds, energies, levers = pieces.speeds, pieces.energies, pieces.levers
+        disturbed = 0.0
+        for k in range(len(pieces.cuts) - 1, -1, -1):
+            risk = 0.0
+            if not pieces.apart[k]:
+                opening = float(speeds[k + 1] - speeds[k])
+                risk = max(
+                    self._escape(float(energy), lever, opening)
+                    for energy, lever in (
+                        (energies[k], levers[k][1]),
+                        (energies[k + 1], levers[k + 1][0]),
+                    )
+                )
+            if disturbed > 0.0:
+                risk += disturbed * self._group_escape(pieces.cuts[k] + 1, float(speeds[k]))
+            disturbed = min(risk, 1.0)
+        return disturbed * self._group_escape(0, 0.0) if disturbed > 0.0 else 0.0
+
+    def _levers(
+        self, starts: NDArray[np.int64], sizes: NDArray[np.int64]
+    ) -> list[tuple[Lever, Lever]]:
+        """Return those of both ends of every piece."""
+        through, last = np.cumsum(self.masses), starts + sizes - 1
+        whole = np.add.reduceat(self.masses, starts)
+        # Of each particle's piece, the part of the mass that is beyond it, seen from either end.
+        beyond = np.repeat(through[last], sizes) - through
+        before = np.repeat(whole, sizes) - beyond - self.masses
+        before[starts] = 0.0
+        ends = []
+        for masses, end, far in ((beyond, starts, last), (before, last, starts)):
+            weights = masses / np.repeat(whole, sizes)
+            weights[far] = 0.0
+            columns = (
+                *(sizes, np.add.reduceat(weights, starts), np.add.reduceat(weights**2, starts)),
+                *(weights[end], self.masses[end], whole),
+            )
+            ends.append(list(starmap(Lever, zip(*(c.tolist() for c in columns), strict=True))))
+        return list(zip(*ends, strict=True))
+
+    def _escape(self, energy: float, lever: Lever, speed: float) -> float:
+        return escape_risk(self.bond, energy, lever, speed, self.patience)
+
+    def _group_escape(self, start: int, speed: float) -> float:
+        """Return the risk that all from a particle on, taken as one, throw one back to a speed."""
+        velocities, masses = self.velocities[start:], self.masses[start:]
+        mean = float(np.sum(masses * velocities)) / float(np.sum(masses))
+        energy = 0.5 * float(np.sum(masses * (velocities - mean) ** 2))
+        energy += float(np.sum(self.bond_energies[start:]))
+        return self._escape(_ENERGY_RESERVE * energy, Lever.of(masses), mean - speed)
+
+    def _gaps(
+        self,
+        cuts: NDArray[np.int64],
+        levers: list[tuple[Lever, Lever]],
+        means: Array,
+        behind: Array,
+        ahead: Array,
+        energies: Array,
+    ) -> tuple[Array, Array]:
+        """Return strains of the cut bonds, and their growth, that no motion can fall below."""
+        far = zip(energies[:-1], levers[:-1], strict=True)
+        near = zip(energies[1:], levers[1:], strict=True)
+        last = np.array([self._end(float(energy), lever[1]) for energy, lever in far])
+        first = np.array([self._end(float(energy), lever[0]) for energy, lever in near])
+        # Displacements now, where they are beyond what is reckoned with.
+        back = np.maximum(last[:, 0], self.displacements[cuts] - means[:-1])
+        front = np.maximum(first[:, 0], means[1:] - self.displacements[cuts + 1])
+        gaps = (means[1:] - front) - (means[:-1] + back)
+        return gaps, ahead - behind - first[:, 1] - last[:, 1]
+
+    def _end(self, energy: float, lever: Lever) -> tuple[float, float]:
+        """Return how far an end particle gets, and how fast it leaves beyond that."""
+        bond = self.bond
+        if energy < PAID * bond.dissociation or lever.particles == 1:
+            return reach(bond, energy, lever), 0.0
+        paid = PAID * bond.dissociation
+        rest = 2.0 * (energy - paid) * lever.rest / lever.whole / lever.mass
+        return reach(bond, paid, lever), math.sqrt(rest)
+
+    def _pull(self, gaps: Array, growths: Array, where: NDArray[np.bool_]) -> Array:
+        """Return the momentum that the pull across gaps gives in all the future."""
+        bond = self.bond
+        gaps, growths = np.where(where, gaps, 1.0), np.where(where, growths, 1.0)
+        return np.where(where, (bond.dissociation - bond.energy(gaps)) / growths, 0.0)
+
+    @staticmethod
+    def _worsened(energies: Array, pulls: Array, levers: list[tuple[Lever, Lever]]) -> Array:
+        """Return internal energies with what pulls from both sides add."""
+        first, last = (np.array([lever[end].mass for lever in levers]) ** -0.5 for end in (0, 1))
+        sides = np.append(0.0, pulls) * first + np.append(pulls, 0.0) * last
+        return 0.5 * (np.sqrt(2.0 * energies) + sides) ** 2
+
+
+def count_fragments(
+    strains: Array, velocities: Array, bond: Potential, masses: Array | None = None
+) -> int:
+    """
+    Return how many connected pieces a chain has at a moment, one at least.
+
+    A bond counts as broken while it stretches and the energy of the relative motion of its ends (of
+    equal masses 1: reduced mass 1/2) plus U exceeds dissociation. Strains are n - 1, velocities and
+    masses, 1 by default, n.
+    """
+    if math.isinf(bond.dissociation):
+        return 1
+    opening = velocities[1:] - velocities[:-1]
+    reduced = 0.5 if masses is None else 1.0 / (1.0 / masses[1:] + 1.0 / masses[:-1])
+    relative = 0.5 * reduced * opening**2 + bond.energy(strains)
+    broken = (strains > 0.0) & (opening > 0.0) & (relative > bond.dissociation)
+    return 1 + int(np.count_nonzero(broken))

@@ -1,0 +1,257 @@
+"""The course of one collision in LAMMPS: contacts, bonds, frames and the end."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from chaincor.lammps_inputs.arrays import Array
+from chaincor.lammps_inputs.numerics import Numerics
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.engines.end_watch import longest_collision, look_interval
+from chaincor.workflows.engines.ending import Ending, sound_round_trip
+from chaincor.workflows.engines.fragments import count_fragments
+from chaincor.workflows.engines.lammps.contact import Contact, approach_time
+from chaincor.workflows.engines.lammps.flight import Flight
+from chaincor.workflows.engines.outcome import Frames, Outcome
+from chaincor.workflows.engines.reference.finish import unfinished_error
+from chaincor.workflows.engines.reference.look_ahead import follow
+from chaincor.workflows.errors import (
+    BarrierError,
+    BondRangeError,
+    CrossingError,
+    LostAtomsError,
+    RunError,
+)
+
+# Contacts are 1.4 to 2.3 apart, in units of 1/sqrt(U''), and seldom more than this: to ask earlier
+# what comes next is cheap, but for nothing.
+PATIENCE = 3.5
+
+
+class ChainCollision:
+    """
+    The course of one collision: contacts, looks for the end, frames.
+
+    A flight carries the chain from contact to contact. `frame_interval` is the least time between
+    frames; None for those of the scene's dump, if it has one: at contacts, or so many per sound
+    crossing.
+    """
+
+    def __init__(self, scene: Scene, flight: Flight, frame_interval: float | None) -> None:
+        self.scene, self.bond, self.line = scene, scene.bond, scene.line
+        self.flight, self.chain = flight, flight.chain
+        # Of both bodies, the chain's particles first, as LAMMPS has them: where they are at rest,
+        # and their order along x.
+        n, targets = scene.particles, scene.line.targets
+        self._rest = np.append(np.arange(n, dtype=float), -np.arange(targets, dtype=float))
+        self._order = np.append(np.arange(n + targets)[: n - 1 : -1], np.arange(n))
+        self.contacts: list[Contact] = []
+        self.after_contact = self._state()
+        # Of all bonds so far, the flight after the last contact included, and of those up to it.
+        lengths = self.chain.lengths() if scene.longest_body > 1 else np.ones(1)
+        self.shortest_seen, self.longest_seen = float(lengths.min()), float(lengths.max())
+        self.shortest, self.longest = self.shortest_seen, self.longest_seen
+        self.ending: Ending | None = None
+        dumped = scene.dump is not None and frame_interval is None
+        self.frames_at_contacts = dumped and scene.frame_interval is None
+        if dumped:
+            frame_interval = scene.frame_interval
+        self.frame_interval = frame_interval
+        self.next_frame = np.inf if frame_interval is None else 0.0
+        self.frames: list[tuple[float, Array, Array]] = []
+        # How long after a contact, and when, a next one would be late.
+        self.patience = PATIENCE / scene.slow_stiffness**0.5
+        self.overdue = np.inf
+        # When the end was seen, and until when frames are wanted nevertheless.
+        self.ended_at, self.flown_on = 0.0, np.inf
+        # Momentum of late contacts that hardly different motions have or have not.
+        self.doubt = 0.0
+
+    def _state(self) -> tuple[Array, Array]:
+        """Return displacements and velocities along x, where a rigid wall is a particle."""
+        u, v = (self.chain.x - self._rest)[self._order], self.chain.v[self._order]
+        return (np.append(0.0, u), np.append(0.0, v)) if self.line.rigid else (u, v)
+
+    def carry_out(self) -> None:
+        """Go from contact to contact until no further one can come."""
+        if self.scene.longest_body == 1:  # neither body has parts
+            self._bounce_once()
+            return
+        self._approach()
+        interval = look_interval(self.scene.longest_body, self.scene.slow_stiffness)
+        next_watch = self.flight.time + interval
+        while self.ending is None or self.flight.time < self.flown_on:
+            limit = min(next_watch, self.next_frame, self.overdue, self.flown_on)
+            contact = self._advance(limit)
+            self._watch_bonds()
+            if contact is not None:
+                self._take_contact(contact)
+            now = self.flight.time
+            if now >= next_watch:
+                next_watch = now + interval
+            if now >= self.next_frame:
+                self._take_frame()
+            if now >= self.overdue:
+                if self.flight.meeting.touching:
+                    self.overdue = now + self.patience
+                else:
+                    self._ask_what_comes()
+        if self.frames and self.frames[-1][0] < self.flight.time:
+            self._take_frame()
+
+    def _advance(self, limit: float) -> Contact | None:
+        try:
+            return self.flight.advance(limit)
+        except BondRangeError as error:
+            raise self._named(error) from None
+        except OverflowError:
+            raise LostAtomsError(
+                f"coordinates at time {self.flight.time:g} are beyond all numbers; expected a "
+                "stable integration: use a smaller timestep"
+            ) from None
+
+    def _approach(self) -> None:
+        """Set the clock so that the first contact is at 0, where the bodies start before it."""
+        gap, opening, _ = self.flight.meeting.state()
+        if gap == 0.0 and opening < 0.0:
+            return
+        start, stages = self.chain.snapshot(), self.chain.stages_done
+        longest = approach_time(self.scene)
+        while self._advance(self.flight.time + self.patience) is None:
+            self._watch_bonds()
+            if self.flight.meeting.touching:
+                break
+            if self.flight.time > longest:
+                raise unfinished_error(self.scene, self.flight.time)
+        self.flight.meeting.reset()
+        self.chain.restore(start)
+        self.chain.stages_done = stages
+        self.flight.time *= -1.0
+        if self.frame_interval is not None:
+            self.next_frame = self.flight.time
+
+    def _bounce_once(self) -> None:
+        contact = None
+        while contact is None:
+            contact = self.flight.advance(self.flight.time + self.patience)
+        self._take_contact(contact)
+        if self.frame_interval is not None:
+            self._take_frame()
+        self.ending = Ending("proved")
+
+    def _take_contact(self, contact: Contact) -> None:
+        if not self.contacts:  # the clock starts with it
+            self.flight.time -= contact.time
+            contact = replace(contact, time=0.0, end=contact.end - contact.time)
+        self.contacts.append(contact)
+        self.after_contact = self._state()
+        self.shortest, self.longest = self.shortest_seen, self.longest_seen
+        self.ending, self.flown_on = None, np.inf
+        self.overdue = contact.end + self.patience
+        if self.frames_at_contacts:
+            self._take_frame()
+
+    def _named(self, error: BondRangeError) -> BondRangeError:
+        """Say which bond it was, and when: LAMMPS tells only its length."""
+        lengths = np.abs(self.chain.lengths())
+        bond = int(np.argmin(np.abs(lengths - error.length))) + 1
+        side = "below" if error.length < 1.0 else "beyond"
+        named = BondRangeError(
+            f"bond {bond} is {error.length:.6g} long, {side} the end of its table, after step "
+            f"{self.chain.stages_done} at time {self.flight.time:.6g}"
+        )
+        named.length = error.length
+        return named
+
+    def _watch_bonds(self) -> None:
+        lengths = self.chain.lengths()
+        shortest, longest = float(lengths.min()), float(lengths.max())
+        if not shortest > 0.0:
+            bond = int(np.argmin(lengths)) + 1
+            raise CrossingError(
+                f"bond {bond} is {shortest:g} long at time {self.flight.time:g}; LAMMPS knows only "
+                "its absolute length, so particles that pass through each other come out wrong: "
+                "lower the speed or the timestep, or use engine 'reference'"
+            )
+        self.shortest_seen = min(self.shortest_seen, shortest)
+        self.longest_seen = max(self.longest_seen, longest)
+        barrier = self.bond.barrier_strain
+        if longest - 1.0 > barrier:
+            bond = int(np.argmax(lengths)) + 1
+            raise BarrierError(
+                f"bond {bond} is {longest:g} long at time {self.flight.time:g}, beyond the barrier "
+                f"of its potential at {1.0 + barrier:g}, from where it runs away; expected bonds "
+                "that hold: lower the speed"
+            )
+
+    def _ask_what_comes(self) -> None:
+        """Ask the in-house integrator whether to wait for a contact."""
+        now, last = self.flight.time, self.contacts[-1].end
+        displacements, velocities = self._state()
+        if self.line.is_standard and not self.line.separation(velocities) > 0.0:
+            if now > longest_collision(self.scene.longest_body, self.scene.slow_stiffness, last):
+                raise unfinished_error(self.scene, now)
+            self.overdue = now + self.patience
+            return
+        times = {"now": now, "last_contact": last, "shortest": self.shortest_seen}
+        # The two that meet rest at one place.
+        next_event = follow(self.scene, np.diff(displacements), velocities, **times)
+        self.overdue = next_event.time + self.patience
+        self.doubt = max(self.doubt, next_event.doubt)
+        if next_event.ending is None:
+            return
+        self.ending = next_event.ending.doubted(self.doubt)
+        self.ended_at, self.overdue = next_event.time, np.inf
+        self.flown_on = now
+        if self.frame_interval is not None or self.frames_at_contacts:
+            quiet = sound_round_trip(self.scene.longest_body, self.scene.slow_stiffness)
+            self.flown_on = min(self.ended_at, last + quiet)
+
+    def _take_frame(self) -> None:
+        now = self.flight.time
+        displacements, velocities = self._state()
+        self.frames.append((now, displacements, velocities))
+        if self.scene.dump is not None:
+            self.chain.write_frame(now)
+        if self.frame_interval is None or self.next_frame > now:
+            return
+        self.next_frame += self.frame_interval
+        if self.next_frame <= now:
+            # A step may be longer than any number of them, and time may not tell two apart.
+            past = math.fmod(now - self.next_frame, self.frame_interval)
+            later = now + (self.frame_interval - past)
+            self.next_frame = max(later, math.nextafter(now, math.inf))
+
+    def outcome(self, numerics: Numerics, seconds: float) -> Outcome:
+        """Gather what is known at the end."""
+        assert self.ending is not None
+        line, bond, contacts = self.line, self.bond, self.contacts
+        first, targets = line.first, line.targets
+        u, v = self.after_contact
+        displacements, velocities = u[first:].copy(), v[first:].copy()
+        if not np.all(np.isfinite(velocities)):
+            raise RunError("the final velocities are not finite; use a smaller timestep")
+        return Outcome(
+            engine="lammps",
+            wall=numerics.wall,
+            scheme=numerics.scheme,
+            timestep=numerics.timestep,
+            displacements=displacements,
+            velocities=velocities,
+            target_displacements=u[:targets][::-1].copy(),
+            target_velocities=v[:targets][::-1].copy(),
+            contact_times=np.array([contact.time for contact in contacts]),
+            contact_speeds=np.array([contact.speed for contact in contacts]),
+            impulses=np.array([contact.impulse for contact in contacts]),
+            ending=self.ending,
+            duration=max(self.flight.time, self.ended_at),
+            bond_min=self.shortest,
+            bond_max=self.longest,
+            energy_start=self.scene.start_energy,
+            energy_end=line.energy(bond, np.diff(u), v),
+            fragments=count_fragments(np.diff(displacements), velocities, bond, line.chain_masses),
+            seconds=seconds,
+            force_evaluations=self.chain.stages_done,
+            frames=Frames.of(line, *zip(*self.frames, strict=True)) if self.frames else None,
+        )

@@ -1,0 +1,272 @@
+"""The adaptive engine, for bonds so compressed that no fixed step resolves them."""
+
+import math
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from chaincor.lammps_inputs.arrays import Array
+from chaincor.lammps_inputs.bonds.potential import Potential
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.engines.end_watch import EndWatch, longest_collision
+from chaincor.workflows.engines.ending import Ending, sound_round_trip
+from chaincor.workflows.engines.fragments import Body
+from chaincor.workflows.engines.outcome import Frames, Outcome
+from chaincor.workflows.engines.reference import adaptive_loops as adaptive
+from chaincor.workflows.engines.reference import bookkeeping
+from chaincor.workflows.engines.reference.compile import (
+    KEPT,
+    LoopCompiler,
+    scalar_force,
+)
+from chaincor.workflows.engines.reference.finish import (
+    End,
+    LastContact,
+    allowed_strains,
+    displacements_from,
+    finish,
+    run_single_particle,
+    strain_error,
+    unfinished_error,
+)
+from chaincor.workflows.engines.reference.line_traits import as_it_is
+from chaincor.workflows.engines.reference.look_ahead import follow
+from chaincor.workflows.engines.time_limit import check_time, steps_at_once
+from chaincor.workflows.errors import RunError, TimestepError
+
+SCHEME = "adaptive8"
+
+# Errors of single steps allowed, relative to the accuracy asked of the restitution: over the 1e3
+# to 1e6 steps of a collision they mostly cancel.
+LOCAL_SHARE = 0.03
+# Below this rounding, not the step, decides; the control would only be misled.
+FINEST_LOCAL = 1e-15
+
+# While a bond is this short its strain has no digits, and the end is not argued.
+_LOG_LENGTH_TO_ARGUE = -20.0
+
+
+def run(scene: Scene, accuracy: float, frame_interval: float | None = None) -> Outcome:
+    """
+    Carry a chain through its collision with steps that adapt to the stiffest bond.
+
+    The accuracy is the error aimed at in the restitution; a run at a tenth of it tells the error
+    reached. Snapshots, if there is a time between them, are taken by partial steps beside the
+    motion. Raises TimestepError if no step however small is accurate, others as ``stepping.run``.
+    """
+    if scene.particles == 1:
+        return run_single_particle(scene, SCHEME, None, frame_interval)
+    bond = _bond_loops(scene.bond)
+    flight = _Flight(scene, bond, accuracy, frame_interval)
+    flight.warm_up()
+    started = time.perf_counter()
+    ending = flight.run()
+    seconds = time.perf_counter() - started
+    ledger = flight.ledger
+    times, speeds, _ = flight.arrays.contacts[:, : ledger.contacts].copy()
+    lowest, highest = (bond.length_of(y) for y in (ledger.contact_min, ledger.contact_max))
+    last_bonds, last_velocities = flight.split(flight.arrays.last)
+    potential_energy = float(np.sum(bond.energy(last_bonds)))
+    return finish(
+        scene,
+        LastContact(
+            bond.strains(last_bonds),
+            last_velocities,
+            contact_times=times,
+            contact_speeds=speeds,
+            bond_range=(float(lowest), float(highest)),
+            energy=0.5 * float(last_velocities @ last_velocities) + potential_energy,
+        ),
+        End(ending, float(ledger.time), int(ledger.evaluations)),
+        scheme=SCHEME,
+        timestep=None,
+        seconds=seconds,
+        frames=flight.collected(),
+    )
+
+
+@dataclass(frozen=True)
+class BondLoops:
+    """The loops for one potential and the meaning of its coordinate y."""
+
+    advance: Callable  #: See ``adaptive_loops``.
+    parameters: tuple[float, ...]  #: Of the force; NamedTuple.
+    strains: Callable  #: s of y.
+    length_of: Callable  #: r of y.
+    energy: Callable  #: U of y.
+    logarithmic: bool  #: Whether y is ln r, else the strain.
+
+
+def _bond_loops(bond: Potential) -> BondLoops:
+    log_length = bond.log_length
+    if log_length is not None:
+        advance = _compile(log_length.kernel, keep=True, logarithmic=True)
+        return BondLoops(advance, bond.parameters, np.expm1, np.exp, log_length.energy, True)
+    force = scalar_force(bond)
+    if force is None:
+        rates = adaptive.array_rates(bond.force)
+        advance, parameters = adaptive.build_flight(rates, as_it_is), bond.parameters
+    else:
+        advance = _compile(force.function, keep=force.keep, logarithmic=False)
+        parameters = force.parameters
+    return BondLoops(advance, parameters, np.array, lambda y: 1.0 + y, bond.energy, False)
+
+
+@lru_cache(maxsize=KEPT)
+def _compile(function: Callable, *, keep: bool, logarithmic: bool) -> Callable:
+    compiler = LoopCompiler.for_force(function, keep)
+    register = compiler.register
+    kernel = register(function)
+    bond = kernel if logarithmic else register(adaptive.strain_bond(kernel))
+    rates = register(adaptive.looped_rates(bond))
+    flight = adaptive.build_flight(rates, register)
+    return compiler.compile(flight)
+
+
+class _Flight:
+    """A collision in progress: the arrays of the adaptive loops, and when to stop them."""
+
+    def __init__(
+        self, scene: Scene, bond: BondLoops, accuracy: float, frame_interval: float | None
+    ) -> None:
+        from scipy.integrate import DOP853
+
+        particles, speed = scene.particles, scene.impact_velocity
+        self._scene, self._bond, self._interval = scene, bond, frame_interval
+        self._particles = particles
+        state = np.zeros(2 * particles)
+        state[particles:] = -speed
+        state[particles] = speed
+        contacts = np.zeros((3, 2 * particles + 64))
+        local = max(FINEST_LOCAL, LOCAL_SHARE * accuracy)
+        scale = np.full(2 * particles, local * min(1.0, speed))
+        scale[particles:] = local * speed
+        slopes = np.zeros((DOP853.n_stages + 1, 2 * particles))
+        self.arrays = adaptive.Arrays(
+            state=state,
+            last=state.copy(),
+            contacts=contacts,
+            frames=np.zeros((1 if frame_interval is None else 64, 2 * particles)),
+            scale=scale,
+            kept=state.copy(),
+            slopes=slopes,
+            trial=state.copy(),
+            trial_slopes=slopes.copy(),
+            part=state.copy(),
+            errors=np.zeros((2, 2 * particles)),
+        )
+        tableau = (DOP853.A, DOP853.B, DOP853.E3, DOP853.E5)
+        self._method = adaptive.Tableau(*(np.ascontiguousarray(part) for part in tableau))
+        self._not_before = 0.0
+        stiffness = scene.bond.stiffness
+        self.ledger = ledger = np.zeros(1, adaptive.LEDGER)[0]
+        ledger.momentum = -particles * speed
+        bookkeeping.argue_when_silent(ledger, stiffness)
+        ledger.longest = longest_collision(particles, stiffness, 0.0)
+        ledger.frame_interval = math.inf if frame_interval is None else frame_interval
+        ledger.next_frame = math.inf if frame_interval is None else 0.0
+        floor, ceiling = allowed_strains(scene.bond)
+        ledger.strain_floor = -math.inf if bond.logarithmic else floor
+        ledger.strain_ceiling = ceiling
+        # A guess only: steps that are too large are refused and shrink.
+        ledger.step = 0.05 / (math.sqrt(stiffness) * max(1.0, speed))
+        bookkeeping.record_contact(ledger, contacts, 0.0, speed)
+        bookkeeping.note_impulse(ledger, contacts, 2.0 * speed)
+        bookkeeping.note_parting(ledger, 0.0, 0.0, 0.0)
+
+    def _advance(self) -> int:
+        stages = len(self._method.b)
+        while True:
+            check_time()
+            self.ledger.pause = self.ledger.steps + steps_at_once(stages * self._particles)
+            status = self._bond.advance(
+                self.ledger, self.arrays, self._method, self._bond.parameters
+            )
+            if status != adaptive.PAUSE:
+                return int(status)
+
+    def warm_up(self) -> None:
+        """Load or compile the loops, which is not integration."""
+        longest, self.ledger.longest = float(self.ledger.longest), -1.0
+        self._advance()
+        self.ledger.longest = longest
+
+    def run(self) -> Ending:
+        """Fly until the end and return it."""
+        ledger, scene = self.ledger, self._scene
+        watch = EndWatch(scene.particles, scene.bond)
+        while True:
+            status = self._advance()
+            now, last = float(ledger.time), float(ledger.last_contact)
+            if status == adaptive.FULL:
+                self._make_room()
+            elif status in (adaptive.ARGUE, adaptive.LATE):
+                ending = self._look(watch)
+                if ending is not None:
+                    return ending
+                ledger.argue_after = watch.next_look(now, last) - last
+                if status == adaptive.LATE:
+                    if now > watch.followed_until(last):
+                        raise unfinished_error(scene, now)
+                    ledger.longest = 1.01 * watch.followed_until(last)
+            else:
+                raise self._failure(status)
+
+    def _make_room(self) -> None:
+        contacts, frames = self.arrays.contacts, self.arrays.frames
+        if self.ledger.contacts == contacts.shape[1]:
+            contacts = np.concatenate((contacts, np.zeros_like(contacts)), axis=1)
+        else:
+            frames = np.concatenate((frames, np.zeros_like(frames)))
+        self.arrays = self.arrays._replace(contacts=contacts, frames=frames)
+
+    def _look(self, watch: EndWatch) -> Ending | None:
+        bonds, velocities = self.split(self.arrays.state)
+        if self._bond.logarithmic and bonds.min() < _LOG_LENGTH_TO_ARGUE:
+            return None
+        ledger, scene = self.ledger, self._scene
+        now, last = float(ledger.time), float(ledger.last_contact)
+        first, strains = float(self.arrays.state[0]), self._bond.strains(bonds)
+        ending = watch.look_at(now, last, [Body(first, strains, velocities)])
+        quiet = sound_round_trip(scene.particles, scene.bond.stiffness)
+        if ending is not None or now - last < quiet or now < self._not_before:
+            return ending
+        # What has fallen apart and flown for so long is followed with fixed steps.
+        shortest = float(self._bond.length_of(bonds.min()))
+        along_x = np.append(first, strains), np.append(0.0, velocities)
+        ahead = follow(scene, *along_x, now=now, last_contact=last, shortest=shortest)
+        self._not_before = ahead.time
+        return ahead.ending
+
+    def _failure(self, status: int) -> RunError:
+        ledger, scene = self.ledger, self._scene
+        now = float(ledger.time)
+        if status == adaptive.OUTSIDE:
+            low, high = (
+                float(self._bond.length_of(y)) for y in (ledger.strain_min, ledger.strain_max)
+            )
+            return strain_error(scene, low - 1.0, high - 1.0, now, "lower the speed")
+        return TimestepError(
+            f"no step resolves the {scene.label} bonds at time {now:.6g} to the accuracy asked; "
+            "ask for less, or lower the speed"
+        )
+
+    def split(self, state: Array) -> tuple[Array, Array]:
+        """Return bond coordinates and velocities of a state."""
+        return state[1 : self._particles], state[self._particles :]
+
+    def collected(self) -> Frames | None:
+        """Return the snapshots, if any were asked for."""
+        if self._interval is None:
+            return None
+        count = int(self.ledger.frames)
+        states = self.arrays.frames[:count]
+        strains = [self._bond.strains(self.split(state)[0]) for state in states]
+        return Frames(
+            np.array([k * self._interval for k in range(count)]),
+            np.array([displacements_from(s[0], e) for s, e in zip(states, strains, strict=True)]),
+            states[:, self._particles :].copy(),
+        )

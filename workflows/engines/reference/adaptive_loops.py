@@ -1,0 +1,272 @@
+r"""
+The loops of the adaptive engine: Dormand and Prince's order 8 with contacts by the step itself.
+
+The state is one array, :math:`(x_1, y_1 \dots y_{n-1}, v_1 \dots v_n)`. The coordinate y of a bond
+is its strain or, for bonds that shrink without bound, the logarithm of its length:
+
+.. math:: \dot x_1 = v_1, \qquad \dot y_i = \frac{v_{i+1} - v_i}{dr/dy}, \qquad
+          \dot v_i = F(y_{i-1}) - F(y_i).
+
+A contact is located on the step: the step from the state before it to the moment of contact is
+taken with the same method, so that no interpolation limits it.
+"""
+
+from collections.abc import Callable
+from functools import partial
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from chaincor.lammps_inputs.arrays import Array
+from chaincor.workflows.engines.reference import bookkeeping
+from chaincor.workflows.engines.reference.contact_search import PathPoint, build_contact_search
+from chaincor.workflows.engines.reference.stages import Parameters
+
+# Why `advance` came back.
+ARGUE, FULL, STUCK, OUTSIDE, LATE, PAUSE = range(6)
+
+# Step-size control: aim below the error allowed, change by no more than this in one step.
+SAFETY = 0.9
+SHRINK, GROW = 0.2, 8.0
+ORDER = 8
+# Steps refused one after the other before the method is stuck: 0.2^60 spans 42 orders.
+MOST_REFUSALS = 80
+
+# Strains are coordinates y here.
+LEDGER: Any = np.dtype(
+    (
+        np.record,
+        [
+            *bookkeeping.LEDGER.descr,
+            ("time", "f8"),
+            ("step", "f8"),  # to be tried next
+            ("longest", "f8"),  # time at which the run stops
+            ("next_frame", "f8"),
+            ("frame_interval", "f8"),
+            ("frames", "i8"),
+            ("pause", "i8"),  # steps after which it comes back
+        ],
+    )
+)
+
+
+class Tableau(NamedTuple):
+    """An embedded method of Runge and Kutta."""
+
+    a: Array  #: What each stage takes of the slopes before it; of shape (stages, stages).
+    b: Array  #: What the step takes of them; of shape (stages,).
+    #: The same of the errors of the embedded orders 3 and 5; of shape (stages + 1,).
+    third: Array
+    fifth: Array  #: See ``third``.
+
+
+class Arrays(NamedTuple):
+    """What the loops work on."""
+
+    #: The chain now and right after its last contact; of shape (2n,).
+    state: Array
+    last: Array  #: See ``state``.
+    #: Times, incoming speeds, and the momentum given to the chain; of shape (3, capacity).
+    contacts: Array
+    frames: Array  #: Snapshots; of shape (capacity, 2n).
+    scale: Array  #: The local error allowed; of shape (2n,).
+    #: Scratch: the state before a step, and what a partial step leads to; of shape (2n,).
+    kept: Array
+    #: Rates of change within the step, and within a partial one; of shape (stages + 1, 2n).
+    slopes: Array
+    trial: Array  #: See ``kept``.
+    trial_slopes: Array  #: See ``slopes``.
+    part: Array  #: Scratch: one slope, weighted; of shape (2n,).
+    errors: Array  #: Scratch: those of both embedded orders; of shape (2, 2n).
+
+
+class Path(NamedTuple):
+    """What a contact is searched on: one step of any size from the state that is kept."""
+
+    arrays: Arrays
+    method: Tableau
+    parameters: Parameters
+
+
+def strain_bond(kernel: Callable) -> Callable:
+    """Return the force, and 1/(dr/dy), of a bond whose coordinate is its strain."""
+
+    def bond(strain: float, parameters: Parameters) -> tuple[float, float]:
+        return kernel(strain, parameters), 1.0
+
+    return bond
+
+
+def looped_rates(bond: Callable) -> Callable:
+    """
+    Return the equations of motion ``rates(state, out, parameters)`` as a loop, for a compiler.
+
+    ``bond(y, parameters)`` is the force and 1/(dr/dy).
+    """
+
+    def rates(state: Array, out: Array, parameters: Parameters) -> None:
+        bonds = state.shape[0] // 2 - 1
+        velocity = bonds + 1
+        out[0] = state[velocity]
+        behind = 0.0
+        for i in range(bonds):
+            ahead, inverse_stretch = bond(state[1 + i], parameters)
+            out[1 + i] = (state[velocity + i + 1] - state[velocity + i]) * inverse_stretch
+            out[velocity + i] = behind - ahead
+            behind = ahead
+        out[velocity + bonds] = behind
+
+    return rates
+
+
+def array_rates(force: Callable) -> Callable:
+    """Return the same in NumPy, for a force of an array of strains that cannot be compiled."""
+
+    def rates(state: Array, out: Array, _parameters: Parameters) -> None:
+        particles = state.shape[0] // 2
+        velocity = state[particles:]
+        forces = force(state[1:particles])
+        out[0] = velocity[0]
+        out[1:particles] = np.diff(velocity)
+        out[particles:] = 0.0
+        out[particles:-1] -= forces
+        out[particles + 1 :] += forces
+
+    return rates
+
+
+def build_flight(rates: Callable, register: Callable) -> Callable:
+    """
+    Return the loop of the adaptive engine.
+
+    ``advance(ledger, arrays, method, parameters)`` moves the chain until something needs the
+    caller; `arrays` as in `Arrays`, `method` a `Tableau`.
+    """
+    record_contact, note_parting = map(
+        register, (bookkeeping.record_contact, bookkeeping.note_parting)
+    )
+    note_impulse, widen = map(register, (bookkeeping.note_impulse, bookkeeping.widen))
+    extremes = register(bookkeeping.extremes)
+
+    @partial(register, inline=False)
+    def take(
+        start: Array,
+        result: Array,
+        slopes: Array,
+        step: float,
+        path: Path,
+    ) -> None:
+        # One step; slopes[0] must hold the rates at the start.
+        a, b, part, parameters = path.method.a, path.method.b, path.arrays.part, path.parameters
+        stages = b.shape[0]
+        for s in range(1, stages):
+            np.positive(start, result)
+            for j in range(s):
+                if a[s, j] != 0.0:
+                    np.multiply(slopes[j], step * a[s, j], part)
+                    np.add(result, part, result)
+            rates(result, slopes[s], parameters)
+        np.positive(start, result)
+        for j in range(stages):
+            if b[j] != 0.0:
+                np.multiply(slopes[j], step * b[j], part)
+                np.add(result, part, result)
+        rates(result, slopes[stages], parameters)
+
+    @register
+    def largest(weights: Array, error: Array, path: Path) -> float:
+        arrays = path.arrays
+        np.multiply(arrays.slopes[0], weights[0], error)
+        for j in range(1, weights.shape[0]):
+            np.multiply(arrays.slopes[j], weights[j], arrays.part)
+            np.add(error, arrays.part, error)
+        np.abs(error, error)
+        np.divide(error, arrays.scale, error)
+        return extremes(error, error.shape[0])[1]
+
+    @register
+    def estimate(step: float, path: Path) -> float:
+        # Hairer's combination of the embedded orders 5 and 3, largest over the components.
+        low = largest(path.method.third, path.arrays.errors[0], path)
+        high = largest(path.method.fifth, path.arrays.errors[1], path)
+        if high == 0.0:
+            return low * 0.0
+        return step * high * high / np.sqrt(high * high + 0.01 * low * low)
+
+    @register
+    def state_after(time: float, path: Path) -> PathPoint:
+        trial, slopes = path.arrays.trial, path.arrays.trial_slopes
+        take(path.arrays.kept, trial, slopes, time, path)
+        particles = trial.shape[0] // 2
+        return trial[0], trial[particles], slopes[path.method.b.shape[0], particles]
+
+    find_contact = build_contact_search(state_after=state_after, register=register)
+
+    def advance(ledger: np.record, arrays: Arrays, method: Tableau, parameters: Parameters) -> int:
+        state, contacts, frames = arrays.state, arrays.contacts, arrays.frames
+        kept, slopes = arrays.kept, arrays.slopes
+        trial, trial_slopes = arrays.trial, arrays.trial_slopes
+        path = Path(arrays, method, parameters)
+        particles = state.shape[0] // 2
+        final = method.b.shape[0]
+        refusals = 0
+        rates(state, slopes[0], parameters)
+        while ledger.time < ledger.longest:
+            if refusals == 0 and ledger.steps >= ledger.pause:
+                return PAUSE
+            step = ledger.step
+            if (
+                ledger.contacts == contacts.shape[1]
+                or step / ledger.frame_interval > frames.shape[0] - ledger.frames - 1
+            ):
+                return FULL
+            np.positive(state, kept)
+            take(kept, state, slopes, step, path)
+            ledger.evaluations += final
+            error = estimate(step, path)
+            if not error < 1.0:
+                np.positive(kept, state)
+                factor = SAFETY * error ** (-1.0 / ORDER)
+                ledger.step = step * (factor if factor > SHRINK else SHRINK)
+                refusals += 1
+                if refusals > MOST_REFUSALS:
+                    return STUCK
+                continue
+            grow = SAFETY * error ** (-1.0 / ORDER) if error > 0.0 else GROW
+            ledger.step = step * min(1.0 if refusals > 0 else GROW, grow)
+            refusals = 0
+            ledger.steps += 1
+
+            start = (kept[0], kept[particles], slopes[0, particles])
+            end = (state[0], state[particles], slopes[final, particles])
+            np.positive(slopes[0], trial_slopes[0])
+            contact = find_contact(step, start, end, ledger, path)
+            taken = contact if contact >= 0.0 else step
+            while ledger.next_frame < ledger.time + taken:
+                time = ledger.next_frame - ledger.time
+                take(kept, trial, trial_slopes, time, path)
+                np.positive(trial, frames[ledger.frames])
+                ledger.frames += 1
+                ledger.next_frame = ledger.frames * ledger.frame_interval
+            ledger.time += taken
+            if contact >= 0.0:
+                take(kept, state, trial_slopes, contact, path)
+                speed = abs(state[particles])
+                state[0] = 0.0
+                state[particles] = speed
+                record_contact(ledger, contacts, ledger.time, speed)
+                note_impulse(ledger, contacts, 2.0 * speed)
+                np.positive(state, arrays.last)
+                rates(state, slopes[0], parameters)
+            else:
+                np.positive(slopes[final], slopes[0])
+            low, high = extremes(state[1:particles], particles - 1)
+            if contact >= 0.0:
+                note_parting(ledger, ledger.time, low, high)
+            if not widen(ledger, low, high):
+                return OUTSIDE
+            if ledger.momentum > 0.0 and ledger.time - ledger.last_contact >= ledger.argue_after:
+                return ARGUE
+        return LATE
+
+    return advance

@@ -1,0 +1,259 @@
+"""The collisions of a batch: where they begin, the chains in motion, and what came of them."""
+
+import math
+from dataclasses import dataclass, fields
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chaincor.lammps_inputs.arrays import Array
+from chaincor.lammps_inputs.bonds.potential import Potential
+from chaincor.lammps_inputs.line import Line
+from chaincor.workflows.engines.ending import Ending
+from chaincor.workflows.engines.outcome import MOST_ENERGY_GROWTH
+from chaincor.workflows.engines.reference import bookkeeping
+from chaincor.workflows.engines.reference.batch.lanes import (
+    ENDED,
+    ENDLESS,
+    MOVING,
+    ChainRows,
+    Lanes,
+)
+from chaincor.workflows.engines.reference.finish import displacements_from
+from chaincor.workflows.engines.reference.moving import Motion, Stepper
+from chaincor.workflows.engines.reference.stages import State
+
+
+@dataclass(frozen=True)
+class Rows:
+    """Arrays with a row for each of many collisions."""
+
+    def chosen(self, which: NDArray) -> Self:
+        """Return some of them."""
+        return type(self)(*(getattr(self, f.name)[which] for f in fields(self)))
+
+
+@dataclass(frozen=True)
+class StartStates(Rows):
+    """Where collisions of one chain begin."""
+
+    strains: Array  #: The gap to the wall, and of the bonds; of shape (samples, n).
+    velocities: Array  #: Positive away from the wall; of shape (samples, n).
+
+    @classmethod
+    def of(cls, lines: list[Line]) -> "StartStates":
+        """Return those of lines with a rigid wall."""
+        return cls(
+            np.array([line.strains for line in lines]),
+            np.array([line.velocities[1:] for line in lines]),
+        )
+
+    @classmethod
+    def cold(cls, speeds: Array, particles: int) -> "StartStates":
+        """Return chains at the wall that come with these speeds."""
+        strains = np.zeros((len(speeds), particles))
+        return cls(strains, np.repeat(-speeds[:, None], particles, axis=1))
+
+    def __len__(self) -> int:
+        return len(self.strains)
+
+
+@dataclass(frozen=True)
+class ManyRuns(Rows):
+    """What came of many runs."""
+
+    #: Whether a run was carried to an end; nothing else counts where it was not; of shape (runs,).
+    settled: NDArray[np.bool_]
+    #: Whether no end was found for as long as collisions are followed: none is by other steps; of
+    #: shape (runs,).
+    endless: NDArray[np.bool_]
+    endings: NDArray[np.object_]  #: How it ended, where that was looked for; of shape (runs,).
+    durations: Array  #: Simulated time from the first contact to the end; of shape (runs,).
+    evaluations: NDArray[np.int64]  #: Of all bond forces; of shape (runs,).
+    #: Right after the last contact; of shape (runs, n - 1) and (runs, n).
+    strains: Array
+    velocities: Array  #: See ``strains``.
+    speeds: Array  #: Centre-of-mass velocity then; of shape (runs,).
+    #: Times since the first contact and incoming speeds; of shape (runs, 2, capacity).
+    contacts: Array
+    counts: NDArray[np.int64]  #: How many contacts there were; of shape (runs,).
+    lasted: Array  #: Time from the initial state to the end of the last contact; of shape (runs,).
+    #: Shortest and longest bond up to the last contact; of shape (runs,).
+    bond_min: Array
+    bond_max: Array  #: See ``bond_min``.
+    energies: Array  #: Of the bonds right after the last contact, in rows; of shape (runs,).
+    #: Wall-clock time of the integration of each: that of all, in equal parts; of shape (runs,).
+    seconds: Array
+
+    @property
+    def displacements(self) -> Array:
+        """The same as ``strains``, u_i = x_i - (i - 1), of shape (runs, n)."""
+        return displacements_from(0.0, self.strains)
+
+    @property
+    def listed(self) -> NDArray[np.bool_]:
+        """Which places of `contacts` hold one, of shape (runs, capacity)."""
+        return np.arange(self.contacts.shape[2]) < self.counts[:, None]
+
+    @property
+    def last_contact_times(self) -> Array:
+        """When particle 1 left the wall."""
+        return self.contacts[np.arange(len(self.counts)), 0, self.counts - 1]
+
+    @property
+    def longest_silences(self) -> Array:
+        """The longest time between two contacts of each; 0 where there is but one."""
+        gaps = np.diff(self.contacts[:, 0], axis=1)
+        return np.asarray(np.max(gaps, axis=1, where=self.listed[:, 1:], initial=0.0))
+
+    @property
+    def proved(self) -> NDArray[np.bool_]:
+        """Whether an end is proved; argued otherwise."""
+        kinds = [ending is not None and ending.kind == "proved" for ending in self.endings]
+        return np.array(kinds, bool)
+
+
+def chain_energies(line: Line, bond: Potential, starts: StartStates) -> Array:
+    """Return the energy of each chain, of shape (samples,)."""
+    motion = 0.5 * each_sum(starts.velocities**2 * line.chain_masses)
+    return motion + np.sum(bond.energy(starts.strains[:, 1:]), axis=1)
+
+
+def each_sum(terms: Array) -> Array:
+    """Return the sum of each row; a matrix product may round a row as the number of rows is."""
+    return np.asarray(np.sum(terms, axis=1))
+
+
+class Chains:
+    """
+    Chains in motion: as ``Motion``, with a row for each.
+
+    Made of steps, for what all share, and of the start and the step H of each; `speeds`, how fast
+    each approaches the wall, are those of the centres of mass by default. What the compiled loop
+    changes in place is in `rows`.
+    """
+
+    def __init__(
+        self,
+        stepper: Stepper,
+        starts: StartStates,
+        steps: Array,
+        speeds: Array | None = None,
+    ) -> None:
+        self._stepper, line = stepper, stepper.line
+        count, masses = len(starts), line.chain_masses
+        self._shares = masses / float(np.sum(masses))
+        approach = -each_sum(starts.velocities * self._shares) if speeds is None else speeds
+        first = Motion.in_state(stepper, line.strains, line.velocities, 0.0)
+        first.start_front()
+        self._first = first
+        ledgers = np.repeat(np.array([first.ledger], first.ledger.dtype), count).view(np.recarray)
+        strain, velocity = starts.strains[:, 1:].copy(), starts.velocities.copy()
+        ledgers["impact_velocity"] = approach
+        ledgers["position"] = starts.strains[:, 0]
+        ledgers["momentum"] = line.reduced_mass * -approach
+        ledgers["strain_min"] = np.minimum(np.min(strain, axis=1, initial=0.0), 0.0)
+        ledgers["strain_max"] = np.maximum(np.max(strain, axis=1, initial=0.0), 0.0)
+        for name in ("min", "max"):
+            ledgers[f"contact_{name}"] = ledgers[f"strain_{name}"]
+        contacts = np.zeros((count, *first.arrays.contacts.shape))
+        # Chains that touch the wall and approach it have met it.
+        met = (starts.strains[:, 0] == 0.0) & (velocity[:, 0] < 0.0)
+        closing = np.where(met, -velocity[:, 0], 0.0)
+        velocity[met, 0] = closing[met]
+        given = 2.0 * line.contact_mass * closing
+        contacts[:, 1, 0], contacts[:, 2, 0] = closing, given
+        ledgers["contacts"] = met
+        ledgers["momentum"] += given
+        ledgers["argue_after"] = np.where(met, ledgers["argue_first"], np.inf)
+        inverse = 1.0 / masses
+        # Each group has SIMD lanes of its own, as several threads carry groups of one batch.
+        self.lanes = Lanes.of(inverse)
+        self.near = Lanes.of(inverse[: stepper.scheme.reach + 1])
+        self.rows = ChainRows(
+            ledgers=ledgers,
+            strains=strain,
+            velocities=velocity,
+            last_strains=strain.copy(),
+            last_velocities=velocity.copy(),
+            contacts=contacts,
+            energies=chain_energies(line, stepper.bond, starts),
+            steps=np.asarray(steps, dtype=float),
+            goals=np.zeros(count, np.int64),
+            statuses=np.full(count, MOVING),
+        )
+        self.durations = np.zeros(count)  # simulated time from the first contact to the end
+        self.endings = np.full(count, None)  # how each ended, where that was looked for
+
+    def times(self) -> Array:
+        """Return how long each has moved, since its start."""
+        return np.asarray(self.rows.ledgers["steps"] * self.rows.steps)
+
+    def arrival(self) -> Array:
+        """Return when the mean displacements would be at the wall."""
+        ledgers, strains = self.rows.ledgers, self.rows.strains
+        along = displacements_from(0.0, strains)
+        distance = ledgers["position"] + each_sum(along * self._shares)
+        return np.asarray(np.maximum(distance, 0.0) / ledgers["impact_velocity"])
+
+    def follow_until(self, times: Array) -> None:
+        """Move all until times since their starts."""
+        self.rows.goals[:] = np.ceil(times / self.rows.steps)
+
+    def follow_on(self, s: int, until: float) -> None:
+        """Move one of them on, by a step at least."""
+        done, goal = int(self.rows.ledgers["steps"][s]), math.ceil(until / self.rows.steps[s])
+        self.rows.goals[s], self.rows.statuses[s] = max(done + 1, goal), MOVING
+
+    def end(self, s: int, ending: Ending, time: float) -> None:
+        """Note how one of them ended, and when that was seen, since its first contact."""
+        self.endings[s], self.durations[s], self.rows.statuses[s] = ending, time, ENDED
+
+    def make_room(self) -> None:
+        """Double the room for contacts where it does not suffice."""
+        full = self.rows.statuses == bookkeeping.FULL
+        if np.any(full):
+            contacts = self.rows.contacts
+            more = np.concatenate((contacts, np.zeros_like(contacts)), axis=2)
+            self.rows = self.rows._replace(contacts=more)
+            self.rows.statuses[full] = MOVING
+
+    def chain(self, s: int) -> Motion:
+        """Return one of them, to be changed in place."""
+        rows = self.rows
+        arrays = self._first.arrays._replace(
+            now=State(rows.strains[s], rows.velocities[s]),
+            last=State(rows.last_strains[s], rows.last_velocities[s]),
+            contacts=rows.contacts[s],
+        )
+        return Motion(self._stepper.of_size(float(rows.steps[s])), rows.ledgers[s], arrays)
+
+    def outcomes(self, seconds: float, done: NDArray[np.bool_] | None = None) -> ManyRuns:
+        """Return what came of them, where ends were seen or runs are `done`."""
+        ledgers, contacts = self.rows.ledgers, self.rows.contacts
+        strains, velocities = self.rows.last_strains, self.rows.last_velocities
+        if done is None:
+            done = np.array([ending is not None for ending in self.endings], bool)
+        with np.errstate(all="ignore"):
+            energies = np.sum(np.asarray(self._stepper.bond.energy(strains)), axis=1)
+            whole = energies + 0.5 * each_sum(velocities**2 * self._stepper.line.chain_masses)
+            bounded = whole <= MOST_ENERGY_GROWTH * self.rows.energies
+        contacts[:, 0] -= ledgers["first_contact"][:, None]
+        return ManyRuns(
+            settled=done & bounded,
+            endless=self.rows.statuses == ENDLESS,
+            endings=self.endings,
+            durations=self.durations,
+            evaluations=ledgers["evaluations"],
+            strains=strains,
+            velocities=velocities,
+            speeds=each_sum(velocities * self._shares),
+            contacts=contacts[:, :2],
+            counts=ledgers["contacts"],
+            lasted=ledgers["last_contact"],
+            bond_min=1.0 + ledgers["contact_min"],
+            bond_max=1.0 + ledgers["contact_max"],
+            energies=energies,
+            seconds=np.full(len(done), seconds / len(done)),
+        )

@@ -1,0 +1,318 @@
+"""
+The loop that carries many chains before a hard wall side by side, without Python in between.
+
+Each pass moves all SIMD lanes (``lanes``), each by a step of its own. A chain that meets the wall
+in a step, or may, waits outside until the time of that is found; then it takes a lane that is free,
+up to the contact. A search is a row of steps of the particles near the wall, the size of each told
+by those before: one chain's are too few numbers for the vector units of a processor, so that a
+search takes as long as several steps of a whole chain of twenty. So searches wait until lanes are
+filled, and go side by side as well. Everything that decides is what ``motion`` does, in the same
+order: what comes of a chain is what comes of it alone, to the last bit.
+"""
+
+from collections.abc import Callable
+
+from chaincor.lammps_inputs.arrays import Array
+from chaincor.workflows.engines.reference import bookkeeping
+from chaincor.workflows.engines.reference.batch.lanes import (
+    FREE,
+    LANES,
+    MEETS,
+    MOVING,
+    OPEN,
+    PROVED,
+    REPEATED,
+    ChainRows,
+    Lanes,
+    LaneState,
+    Places,
+    Queue,
+    build_lane_step,
+)
+from chaincor.workflows.engines.reference.contact_search import PathPoint, build_search_steps
+from chaincor.workflows.engines.reference.events import build_contact
+from chaincor.workflows.engines.reference.line_traits import KernelSpec
+from chaincor.workflows.engines.reference.stages import Parameters, VerletKernels
+from chaincor.workflows.engines.schemes import StepCoefficients
+from chaincor.workflows.engines.whole_end import EndBounds, is_over
+
+# Looks for the end cost less than a step: so much later, in units of the time that sound takes over
+# a bond, and of the time since the last contact.
+_FIRST_LOOK, _LATER_LOOKS = 2.0, 0.1
+
+
+def build_carry(source: KernelSpec, _stages: VerletKernels, split: bool) -> Callable:
+    """
+    Return the loop over chains, with steps that are split or else extrapolated.
+
+    ``carry(rows, lanes, near, rule, bounds, places, most)`` takes steps of each chain that moves
+    until its goal is reached, its end is proved or something needs the caller, which is its status
+    then, or until about `most` steps were taken in all. `lanes` are `Lanes` of the chains, `near`
+    of the particles near the wall that contacts are searched with.
+    """
+    register, gap_derivatives = source.register, build_contact(source).gap_derivatives
+    take_step = register(build_lane_step(source, split), inline=False)
+    over = register(is_over, inline=False)
+    is_free, begin_search, go_on = build_search_steps(register)
+    is_likely, may_be_over = map(register, (bookkeeping.is_likely, bookkeeping.may_be_over))
+    record_contact, note_parting = map(
+        register, (bookkeeping.record_contact, bookkeeping.note_parting)
+    )
+    note_impulse, widen = map(register, (bookkeeping.note_impulse, bookkeeping.widen))
+
+    @register
+    def push(queue: Queue, s: int) -> None:
+        queue.chains[queue.held[0]] = s
+        queue.held[0] += 1
+
+    @register
+    def pop(queue: Queue) -> int:
+        queue.held[0] -= 1
+        return queue.chains[queue.held[0]]
+
+    @register
+    def point_of(lane: LaneState, k: int, parameters: Parameters) -> PathPoint:
+        strain, velocity, distance = lane
+        return gap_derivatives(distance[k], (strain[k:], velocity[k:]), parameters)
+
+    @register
+    def load(s: int, k: int, rows: ChainRows, lane: LaneState) -> None:
+        # As many particles as lanes have room for.
+        for i in range(lane[0].shape[0] // LANES):
+            lane[0][i * LANES + k] = rows.strains[s, i]
+        for i in range(lane[1].shape[0] // LANES):
+            lane[1][i * LANES + k] = rows.velocities[s, i]
+        lane[2][k] = rows.ledgers[s].position
+
+    @register
+    def note(s: int, k: int, strains: Array, velocities: Array, lane: LaneState) -> None:
+        for i in range(strains.shape[1]):
+            strains[s, i] = lane[0][i * LANES + k]
+        for i in range(velocities.shape[1]):
+            velocities[s, i] = lane[1][i * LANES + k]
+
+    @register
+    def unload(s: int, k: int, rows: ChainRows, lane: LaneState) -> None:
+        note(s, k, rows.strains, rows.velocities, lane)
+        rows.ledgers[s].position = lane[2][k]
+
+    @register
+    def park(k: int, lane: LaneState, steps: Array) -> None:
+        # At rest, where it costs what any lane does and nothing happens.
+        for i in range(lane[0].shape[0] // LANES):
+            lane[0][i * LANES + k] = 0.0
+        for i in range(lane[1].shape[0] // LANES):
+            lane[1][i * LANES + k] = 0.0
+        lane[2][k] = 1.0
+        steps[k] = 0.0
+
+    @register
+    def begin_step(s: int, rows: ChainRows) -> None:
+        ledger, step = rows.ledgers[s], rows.steps[s]
+        ledger.begun, ledger.left = ledger.steps * step, step
+
+    @register
+    def wait_if_likely(s: int, start: PathPoint, rows: ChainRows, places: Places) -> bool:
+        # Where a contact is likely, it is searched first, as ``motion`` does.
+        ledger = rows.ledgers[s]
+        ledger.move, ledger.known = ledger.left, OPEN
+        likely = is_likely(ledger, start, ledger.left)
+        if likely:
+            push(places.waiting, s)
+        return likely
+
+    @register
+    def next_in(
+        last: int, more: bool, rows: ChainRows, places: Places, parameters: Parameters
+    ) -> tuple[int, int]:
+        # The chain that takes the next lane, -1 for none, and the last of those begun.
+        if places.found.held[0] > 0:
+            return pop(places.found), last
+        while more and last + 1 < rows.statuses.shape[0]:
+            last += 1
+            if rows.statuses[last] != MOVING:
+                continue
+            begin_step(last, rows)
+            state = rows.strains[last], rows.velocities[last]
+            start = gap_derivatives(rows.ledgers[last].position, state, parameters)
+            if not wait_if_likely(last, start, rows, places):
+                return last, last
+        return -1, last
+
+    @register
+    def search(
+        searching: int, near: Lanes, rows: ChainRows, places: Places, rule: StepCoefficients
+    ) -> int:
+        # One point of the path of each chain whose contact is searched; returns how many these are.
+        searched, ledgers = places.searched, rows.ledgers
+        kept, moved, room = near
+        for k in range(LANES):
+            if searched[k] < 0 and places.waiting.held[0] > 0:
+                s = searched[k] = pop(places.waiting)
+                searching += 1
+                load(s, k, rows, kept)
+                start = point_of(kept, k, rule.parameters)
+                begin_search(ledgers[s], ledgers[s].left, start)
+                room.steps[k] = ledgers[s].search_time
+        take_step(near, 1, rule)
+        for k in range(LANES):
+            s = searched[k]
+            if s < 0:
+                continue
+            ledger = ledgers[s]
+            if not go_on(ledger, point_of(moved, k, rule.parameters)):
+                room.steps[k] = ledger.search_time
+                continue
+            if ledger.search_time >= 0.0:
+                ledger.move, ledger.known = ledger.search_time, MEETS
+            else:
+                ledger.known = FREE if ledger.known == OPEN else REPEATED
+            push(places.found, s)
+            searched[k] = -1
+            searching -= 1
+        return searching
+
+    @register
+    def touch(s: int, k: int, rows: ChainRows, new: LaneState, places: Places) -> None:
+        # At the wall: as ``motion`` reverses particle 1.
+        ledger, contacts = rows.ledgers[s], rows.contacts[s]
+        speed = abs(new[1][k])
+        new[1][k] = speed
+        new[2][k] = 0.0
+        ledger.left -= ledger.move
+        now = ledger.begun + (rows.steps[s] - ledger.left)
+        record_contact(ledger, contacts, now, speed)
+        note_impulse(ledger, contacts, 2.0 * ledger.contact_mass * speed)
+        note_parting(ledger, now, places.low[k], places.high[k])
+        note(s, k, rows.last_strains, rows.last_velocities, new)
+
+    @register
+    def as_it_goes_on(s: int, rows: ChainRows) -> int:
+        ledger = rows.ledgers[s]
+        if ledger.steps >= rows.goals[s]:
+            return bookkeeping.DONE
+        room = rows.contacts.shape[2] - ledger.contacts
+        return bookkeeping.FULL if room < bookkeeping.SPARE_CONTACTS else MOVING
+
+    @register
+    def look(s: int, rows: ChainRows, bounds: EndBounds) -> int:
+        # Whether the end is proved; if not, when to look again.
+        ledger, state = rows.ledgers[s], (rows.strains[s], rows.velocities[s])
+        if over(ledger.position, state[0], state[1], rows.energies[s], bounds):
+            return PROVED
+        away = ledger.steps * rows.steps[s] - ledger.last_contact
+        ledger.argue_after = away + max(_FIRST_LOOK * bounds.interval, _LATER_LOOKS * away)
+        return as_it_goes_on(s, rows)
+
+    @register
+    def after_step(s: int, k: int, rows: ChainRows, places: Places) -> int:
+        # Why the chain is left, or that it moves on; as at the end of a step of ``motion``.
+        ledger, low, high = rows.ledgers[s], places.low[k], places.high[k]
+        ledger.steps += 1
+        within = ledger.strain_min <= low and high <= ledger.strain_max
+        if not within and not widen(ledger, low, high):
+            return bookkeeping.OUTSIDE
+        if may_be_over(ledger, rows.steps[s]):
+            return bookkeeping.ARGUE
+        return as_it_goes_on(s, rows)
+
+    @register
+    def keeps_lane(
+        k: int,
+        rows: ChainRows,
+        lanes: Lanes,
+        rule: StepCoefficients,
+        bounds: EndBounds,
+        places: Places,
+        more: bool,
+    ) -> bool:
+        # What a move of all lanes made of the chain in one of them; whether that moves on there.
+        (old, new, room), s = lanes, places.whose[k]
+        ledger = rows.ledgers[s]
+        if ledger.known != REPEATED:
+            ledger.evaluations += ledger.step_evaluations
+        if ledger.known == OPEN:
+            start, end = point_of(old, k, rule.parameters), point_of(new, k, rule.parameters)
+            if not is_free(start, end, ledger.left):
+                ledger.known = REPEATED
+                unload(s, k, rows, old)
+                push(places.waiting, s)
+                return False
+        status = MOVING
+        if ledger.known == MEETS:
+            touch(s, k, rows, new, places)
+            if ledger.contacts == rows.contacts.shape[2]:
+                status = bookkeeping.CROWDED
+        else:
+            ledger.left = 0.0
+        if status == MOVING and ledger.left <= 0.0:
+            status = after_step(s, k, rows, places)
+            if status == bookkeeping.ARGUE and bounds.reaches.shape[0] > 0:
+                unload(s, k, rows, new)
+                status = look(s, rows, bounds)
+            if more:
+                begin_step(s, rows)
+        if status == MOVING and ledger.left > 0.0:
+            if not wait_if_likely(s, point_of(new, k, rule.parameters), rows, places):
+                room.steps[k] = ledger.left
+                return True
+        else:
+            rows.statuses[s] = status
+        unload(s, k, rows, new)
+        return False
+
+    @register
+    def note_strains(strain: Array, low: Array, high: Array) -> None:
+        for k in range(LANES):
+            low[k] = strain[k]
+            high[k] = strain[k]
+        for i in range(1, strain.shape[0] // LANES):
+            for k in range(LANES):
+                low[k] = min(low[k], strain[i * LANES + k])
+                high[k] = max(high[k], strain[i * LANES + k])
+
+    def carry(
+        rows: ChainRows,
+        lanes: Lanes,
+        near: Lanes,
+        rule: StepCoefficients,
+        bounds: EndBounds,
+        places: Places,
+        most: int,
+    ) -> None:
+        whose, room = places.whose, lanes.room
+        bonds = rows.strains.shape[1]
+        moving = searching = done = 0
+        last = -1
+        while True:
+            # The new state is that from which lanes go on.
+            for k in range(LANES):
+                if whose[k] >= 0:
+                    continue
+                more = done < most
+                s, last = next_in(last, more, rows, places, rule.parameters)
+                whose[k] = s
+                if s < 0:
+                    park(k, lanes.new, room.steps)
+                    continue
+                moving += 1
+                load(s, k, rows, lanes.new)
+                room.steps[k] = rows.ledgers[s].move
+            wanted = searching + places.waiting.held[0]
+            if moving + wanted == 0:
+                return
+            if wanted >= min(LANES, moving):
+                searching = search(searching, near, rows, places, rule)
+                continue
+            lanes = Lanes(lanes.new, lanes.old, room)
+            take_step(lanes, bonds, rule)
+            note_strains(lanes.new[0], places.low, places.high)
+            done += moving
+            for k in range(LANES):
+                if whose[k] < 0:
+                    continue
+                if not keeps_lane(k, rows, lanes, rule, bounds, places, done < most):
+                    whose[k] = -1
+                    moving -= 1
+
+    return carry

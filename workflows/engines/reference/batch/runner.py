@@ -1,0 +1,244 @@
+"""Carries out a batch: many collisions of one chain with a hard wall, each with its own step."""
+
+import math
+import time
+from collections.abc import Sequence
+
+import numpy as np
+
+from chaincor.lammps_inputs.arrays import Array
+from chaincor.lammps_inputs.bonds.potential import Potential
+from chaincor.lammps_inputs.line import Line
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.engines.end_watch import EndWatch, longest_collision
+from chaincor.workflows.engines.ending import Ending
+from chaincor.workflows.engines.fragment_bounds import breaking_energy
+from chaincor.workflows.engines.reference import bookkeeping
+from chaincor.workflows.engines.reference.batch.chains import Chains, ManyRuns, StartStates
+from chaincor.workflows.engines.reference.batch.lanes import ENDLESS, LANES, MOVING, PROVED, Places
+from chaincor.workflows.engines.reference.batch.loop import build_carry
+from chaincor.workflows.engines.reference.coarse_run import (
+    coarse_ceiling,
+    coarse_step,
+    required_clearance,
+)
+from chaincor.workflows.engines.reference.compile import scalar_force
+from chaincor.workflows.engines.reference.finish import KNOWN_MARGIN
+from chaincor.workflows.engines.reference.motion import build_look_ahead
+from chaincor.workflows.engines.reference.moving import Stepper
+from chaincor.workflows.engines.reference.stepping import follow_on
+from chaincor.workflows.engines.schemes import STEP_SCHEMES
+from chaincor.workflows.engines.time_limit import WORK_AT_ONCE, steps_at_once
+from chaincor.workflows.engines.whole_end import EndBounds, certain_at, next_look
+from chaincor.workflows.errors import RunError
+
+# Longer chains fill the vector units by themselves: decides costs only.
+LONGEST_IN_LANES = 128
+# Collisions of n particles take about so many crossings.
+_USUAL_CROSSINGS = 5.0
+
+
+def supports(line: Line, bond: Potential) -> bool:
+    """Return whether collisions are of a kind that is carried here: a hard, rigid wall."""
+    compiled = scalar_force(bond) is not None and len(line.chain_masses) > 1
+    return line.at_wall and line.first == 1 and bond.smooth and compiled
+
+
+class Batch:
+    """
+    Collisions of one chain with a hard wall, which differ in initial state and step.
+
+    One of their lines, which :func:`supports` takes, tells what all share: masses, and whether they
+    come cold. `scheme` is one of ``schemes``.
+    """
+
+    def __init__(self, line: Line, bond: Potential, scheme: str) -> None:
+        self._line, self._bond = line, bond
+        self._scheme = STEP_SCHEMES[scheme]
+        self._stepper = Stepper.of(line, bond, scheme, math.nan)
+        loop = self._stepper.kernels.loop
+        assert loop is not None, "the bond's force compiles"
+        n = self.particles = len(line.chain_masses)
+        self._stiffness = bond.stiffness / line.mean_mass
+        self._most = steps_at_once(self._scheme.evaluations * n)
+        # Only in lanes are ends proved within the loop, of any chain but a plain one.
+        self._in_lanes = n <= LONGEST_IN_LANES or not line.is_standard
+        if self._in_lanes:
+            self._carry_lanes = loop(build_carry, not self._scheme.extrapolated)
+        self._many_ahead = loop(build_look_ahead)
+        self._bounds: dict[int, EndBounds] = {}
+        self.stopped = False  # set by another thread to leave the loop
+
+    def share(self, step: float) -> int:
+        """Return how many collisions to carry at once, so that progress is seen."""
+        n = self.particles
+        duration = _USUAL_CROSSINGS * 2.0 * (n + 10.0) / self._stiffness**0.5
+        work = duration / step * self._scheme.evaluations * n
+        # Towards the end lanes are empty: not too few.
+        return int(min(max(WORK_AT_ONCE / work, 4 * LANES), 1024))
+
+    def follow(self, starts: StartStates, steps: Array) -> ManyRuns:
+        """
+        Carry collisions to their ends, as far as energy proves these, or pieces that part.
+
+        `steps` are the H of each. What comes of one does not depend on the others. Raises RunError
+        if it was stopped.
+        """
+        group = Chains(self._stepper, starts, steps)
+        started = time.perf_counter()
+        n, bond, interval = self.particles, self._bond, 1.0 / self._stiffness**0.5
+        bounds = self._bounds_of(float(np.max(group.rows.energies)))
+        # Before the contact, which comes as the mean comes nearer, nothing is looked for.
+        approach = 1.5 * group.arrival() + 2.0 * interval
+        group.follow_until(approach)
+        watches: dict[int, EndWatch] = {}
+        # Where bonds may break, energy proves little, and pieces have to be looked at.
+        may_break = group.rows.energies >= breaking_energy(bond)
+        while np.any(group.rows.statuses == MOVING):
+            self._carry(group, bounds)
+            times = group.times()
+            for s in np.flatnonzero(group.rows.statuses == PROVED).tolist():
+                group.end(
+                    s, Ending("proved"), float(times[s] - group.rows.ledgers["first_contact"][s])
+                )
+            for s in np.flatnonzero(group.rows.statuses == bookkeeping.DONE).tolist():
+                ledger = group.rows.ledgers[s]
+                now, last = float(times[s]), float(ledger["last_contact"])
+                if ledger["contacts"] == 0:
+                    group.follow_on(s, now + float(approach[s]))
+                    continue
+                watch = watches.setdefault(s, EndWatch(n, bond, self._stiffness))
+                longest = watch.followed_until(last)
+                group.rows.statuses[s] = ENDLESS
+                if not may_break[s]:
+                    # Energy alone will prove the end, or there is none.
+                    if now < longest:
+                        group.follow_on(s, longest + 2.0 * interval)
+                    continue
+                ending = watch.look_at(now, last, group.chain(s).bodies())
+                if ending is None:
+                    if now <= longest:
+                        later = max(watch.next_look(now, last), now + 2.0 * interval)
+                        group.follow_on(s, later)
+                elif ending.kind == "proved" or (
+                    ending.kind == "argued" and ending.momentum_at_stake == 0.0
+                ):
+                    group.end(s, ending, now - float(ledger["first_contact"]))
+        return group.outcomes(time.perf_counter() - started)
+
+    def follow_cold(self, scenes: Sequence[Scene], steps: Array) -> ManyRuns:
+        """Carry collisions of plain chains to the ends that they have alone."""
+        speeds = np.array([scene.impact_velocity for scene in scenes])
+        starts = StartStates.cold(speeds, self.particles)
+        group = Chains(self._stepper, starts, steps, speeds)
+        started = time.perf_counter()
+        n, stiffness, ledgers = self.particles, self._bond.stiffness, group.rows.ledgers
+        group.rows.goals[:] = np.ceil(longest_collision(n, stiffness, 0.0) / steps) + 1
+        while np.any(group.rows.statuses == MOVING):
+            self._carry(group, EndBounds.none())
+            argued = np.flatnonzero(group.rows.statuses == bookkeeping.ARGUE).tolist()
+            seen, times = self._keep_off(scenes, group, argued), group.times()
+            for s in argued:
+                if s not in seen:
+                    group.rows.statuses[s] = bookkeeping.DONE
+                    group.endings[s] = self._follow_alone(scenes[s], group, s)
+                    continue
+                off, until = seen[s]
+                if off:
+                    group.end(s, Ending("proved"), until)
+                else:
+                    now, last = float(times[s]), float(ledgers["last_contact"][s])
+                    ledgers["argue_after"][s] = next_look(now, last, until) - last
+                    longest = longest_collision(n, stiffness, last)
+                    group.rows.goals[s] = math.ceil(longest / steps[s]) + 1
+                    group.rows.statuses[s] = MOVING
+        return group.outcomes(time.perf_counter() - started)
+
+    def compare(
+        self, starts: StartStates, steps: Array, lasts: Array, speeds: Array | None = None
+    ) -> ManyRuns:
+        """Carry collisions a little beyond their last contacts, known since the first ones."""
+        group = Chains(self._stepper, starts, steps, speeds)
+        started = time.perf_counter()
+        ledgers, margin = group.rows.ledgers, KNOWN_MARGIN / self._stiffness**0.5
+        bookkeeping.never_argue(ledgers)
+        while np.any(group.rows.statuses == MOVING):
+            met = ledgers["contacts"] > 0
+            untils = np.where(met, ledgers["first_contact"] + lasts, group.times()) + margin
+            group.rows.goals[:] = np.ceil(untils / group.rows.steps) + 1
+            self._carry(group, EndBounds.none())
+            # Their time is told from the first contact on.
+            group.rows.statuses[(group.rows.statuses == bookkeeping.DONE) & ~met] = MOVING
+        group.durations[:] = group.times() - ledgers["first_contact"]
+        return group.outcomes(
+            time.perf_counter() - started, group.rows.statuses == bookkeeping.DONE
+        )
+
+    def _bounds_of(self, largest_energy: float) -> EndBounds:
+        """Return what proves ends of chains of this energy at most."""
+        top = EndBounds.rung_above(self._bond, largest_energy)
+        if top not in self._bounds:
+            self._bounds[top] = EndBounds.of(self._line, self._bond, top)
+        return self._bounds[top]
+
+    def _follow_alone(self, scene: Scene, group: Chains, s: int) -> Ending | None:
+        """Follow a chain that may break to its end; None where it has to be carried out alone."""
+        chain = group.chain(s)
+        chain.ledger["active"] = self.particles - 1  # as lanes move all bonds
+        try:
+            ending, group.durations[s], evaluations = follow_on(scene, chain)
+        except RunError:
+            return None  # it gets its name there
+        chain.ledger["evaluations"] = evaluations
+        # Otherwise it has more contacts than a row has room for.
+        return ending if chain.arrays.contacts.base is group.rows.contacts else None
+
+    def _carry(self, group: Chains, bounds: EndBounds) -> None:
+        """Take steps until something needs the caller, or Python has waited for long enough."""
+        if self.stopped:
+            raise RunError("the collisions were stopped")
+        if self._in_lanes:
+            places = Places.of(len(group.rows.steps))
+            carried = group.rows, group.lanes, group.near, self._stepper.rule, bounds, places
+            self._carry_lanes(*carried, self._most)
+            group.make_room()
+            return
+        for s in np.flatnonzero(group.rows.statuses == MOVING).tolist():
+            group.rows.statuses[s] = group.chain(s).advance(int(group.rows.goals[s]))
+
+    def _keep_off(
+        self, scenes: Sequence[Scene], group: Chains, argued: Sequence[int]
+    ) -> dict[int, tuple[bool, float]]:
+        """
+        Look ahead, as ``LookAhead.keeps_off`` does for one.
+
+        Returns whether chains keep off the wall, and when that was seen, or until when nothing is;
+        none of those which may break.
+        """
+        bond, rows, times = self._bond, group.rows, group.times()
+        seen: dict[int, tuple[bool, float]] = {}
+        ahead: list[tuple[int, float, int, float, float]] = []
+        for s in argued:
+            ledger, now = rows.ledgers[s], float(times[s])
+            last, distance = float(ledger["last_contact"]), float(ledger["position"])
+            speed, momentum = float(ledger["impact_velocity"]), float(ledger["momentum"])
+            certain = certain_at(bond, speed, momentum, distance, rows.strains[s], now, last)
+            if certain == math.inf:
+                continue
+            seen[s] = certain <= now, now
+            clearance = required_clearance(scenes[s], distance)
+            if certain > now and clearance is not None:
+                step = coarse_step(bond, float(ledger["strain_min"]))
+                ahead.append((s, now, max(1, math.ceil((certain - now) / step)), step, clearance))
+        if ahead:
+            chosen, since, counts, steps, clearances = map(np.array, zip(*ahead, strict=True))
+            told = rows.ledgers, rows.strains, rows.velocities
+            ledgers, strains, velocities = (each[chosen] for each in told)
+            ledgers["strain_ceiling"] = coarse_ceiling(bond)
+            ledgers["strain_max"] = np.max(strains, axis=1)
+            done, told = np.zeros(len(chosen), np.int64), self._stepper.rule.parameters
+            self._many_ahead(ledgers, strains, velocities, counts, steps, clearances, done, told)
+            found = zip((done == counts).tolist(), (since + done * steps).tolist(), strict=True)
+            seen.update(zip(chosen.tolist(), found, strict=True))
+            rows.ledgers["evaluations"][chosen] = ledgers["evaluations"]
+        return seen

@@ -1,0 +1,100 @@
+"""The loop that carries one block of a chain through many substeps."""
+
+from collections.abc import Callable
+
+from chaincor.lammps_inputs.arrays import Array
+from chaincor.workflows.engines.reference.line_traits import KernelSpec, read_parameters
+from chaincor.workflows.engines.reference.motion import FRONT_BLOCK, FRONT_MARGIN
+from chaincor.workflows.engines.reference.stages import State, VerletKernels
+from chaincor.workflows.engines.schemes import StepCoefficients
+
+# What `move` tells: strains met, the same up to the last contact, the bonds in motion at the end,
+# and whether a strain was not allowed.
+LOW, HIGH, CONTACT_LOW, CONTACT_HIGH, ACTIVE, OUTSIDE = range(6)
+
+
+def build_move(source: KernelSpec, stages: VerletKernels, build_step: Callable) -> Callable:
+    """
+    Return the loop; the chain is before a hard wall, `build_step` is of a scheme, see ``schemes``.
+
+    A block is computed with a margin on either side. Where the margin ends the bond beyond is
+    missing, and what that spoils moves inward by the reach of a scheme at each substep: with a
+    margin of as many reaches as there are substeps, the block itself is what the whole chain makes
+    of it.
+
+    ``move(states, scratch, block, log, limits, rule, found)`` carries bonds
+    `first` to `end` of the first of three states through the substeps of a log into the second, and
+    as they were at the last contact into the third. `scratch` is three states.
+    The `block` has these, the bonds `begin` to `stop` that it is computed with, and whether it ends
+    with the bonds in motion; `limits` has the strains met so far, those allowed, and the strain
+    from which a bond has begun to move. What it tells goes into `found`.
+    """
+    take_step = source.register(build_step(stages))
+    copy, count_outside, extremes = stages.copy, stages.count_outside, stages.extremes
+    slice_parameters = read_parameters(source).slice_parameters
+
+    def move(
+        states: tuple[State, State, State],
+        scratch: tuple[State, State, State],
+        block: tuple[int, int, int, int, bool],
+        log: Array,
+        limits: tuple[float, float, float, float, float],
+        rule: StepCoefficients,
+        found: Array,
+    ) -> None:
+        old, new, last = states
+        here, there, trial = scratch
+        first, end, begin, stop, is_front = block
+        low, high, floor, ceiling, threshold = limits
+        old_strain, old_velocity = old.strain[begin:], old.velocity[begin:]
+        particles = old.velocity.shape[0]
+        rule = StepCoefficients(rule.fractions, slice_parameters(rule.parameters, begin, particles))
+        bonds, own = stop - begin, first - begin
+        total = old_strain.shape[0]
+        last_contact = -1
+        for k in range(log.shape[1]):
+            if log[1, k] > 0.0:
+                last_contact = k
+        found[OUTSIDE] = 0.0
+        copy(old_strain, old_velocity, here, bonds)
+        for k in range(log.shape[1]):
+            take_step(0.0, here, there, trial, bonds, bonds, log[0, k], rule)
+            here, there = there, here
+            strain, velocity = here
+            mine = strain[own : end - begin]
+            if log[1, k] > 0.0:
+                if begin == 0:
+                    velocity[0] = abs(velocity[0])
+                if k == last_contact:
+                    smallest, largest = extremes(mine, end - first, rule.parameters)
+                    found[CONTACT_LOW] = min(low, smallest)
+                    found[CONTACT_HIGH] = max(high, largest)
+                    for i in range(first, end):
+                        last.strain[i] = strain[i - begin]
+                        last.velocity[i] = velocity[i - begin]
+                    if is_front:
+                        last.velocity[end] = velocity[end - begin]
+                continue
+            if count_outside(mine, end - first, low, high, rule.parameters) > 0:
+                smallest, largest = extremes(mine, end - first, rule.parameters)
+                low, high = min(low, smallest), max(high, largest)
+                if not (smallest > floor and largest < ceiling):
+                    found[OUTSIDE] = 1.0
+                    return
+            # As in the loop over the whole chain; the bonds ahead are as they were.
+            while is_front and bonds < total and abs(strain[bonds - FRONT_MARGIN]) > threshold:
+                more = min(total, bonds + FRONT_BLOCK)
+                for i in range(bonds, more):
+                    strain[i] = old_strain[i]
+                    velocity[i + 1] = old_velocity[i + 1]
+                bonds = more
+                end = begin + bonds
+        strain, velocity = here
+        for i in range(first, end):
+            new.strain[i] = strain[i - begin]
+            new.velocity[i] = velocity[i - begin]
+        if is_front:
+            new.velocity[end] = velocity[end - begin]
+        found[LOW], found[HIGH], found[ACTIVE] = low, high, end
+
+    return move

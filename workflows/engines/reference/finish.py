@@ -1,0 +1,225 @@
+"""From the state after the last contact to an outcome, shared by the in-house engines."""
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from chaincor.lammps_inputs.arrays import Array
+from chaincor.lammps_inputs.bonds.potential import Potential
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.engines.ending import Ending
+from chaincor.workflows.engines.fragments import count_fragments
+from chaincor.workflows.engines.outcome import MOST_ENERGY_GROWTH, Frames, Outcome
+from chaincor.workflows.errors import (
+    BarrierError,
+    BondRangeError,
+    CrossingError,
+    RunError,
+    TimestepError,
+    UnfinishedCollisionError,
+)
+
+# A run that is compared with another goes on for so long after the other's last contact, in units
+# of the time that sound takes over a bond: longer than contacts follow one another, and than times
+# differ by.
+KNOWN_MARGIN = 5.0
+
+# A bond that fails this near the end of its data has left them within a step.
+_NEAR_END = 0.95
+
+
+@dataclass(frozen=True)
+class LastContact:
+    """The bodies right after their last contact, where they meet, and all contacts so far."""
+
+    #: Bond lengths less one along x, and between two bodies the gap; a hard wall is no particle; of
+    #: shape (N - 1,).
+    strains: Array
+    velocities: Array  #: Along x: positive away from the wall; of shape (N,).
+    #: Times since the first contact and closing speeds; of shape (contacts,).
+    contact_times: Array
+    contact_speeds: Array  #: See ``contact_times``.
+    #: Momentum given to the chain; None for what a wall gives a particle of mass 1; of shape
+    #: (contacts,).
+    impulses: Array | None = None
+    position: float = 0.0  #: Displacement of the first particle along x.
+    lasted: float = 0.0  #: Time from the initial state to the end of the last contact.
+    bond_range: tuple[float, float] = (1.0, 1.0)  #: The shortest and the longest bond so far.
+    energy: float | None = None  #: All energy, where strains do not hold it to all digits.
+
+
+class End(NamedTuple):
+    """How a collision ended."""
+
+    ending: Ending  #: What tells that no further contact comes.
+    time: float  #: When that was seen, since the first contact.
+    evaluations: int  #: Of all bond forces until then.
+
+
+def displacements_from(position: float, strains: Array) -> Array:
+    """Return u_i = x_i - (i - 1), of shape (..., n), of u_1 and the strains of n - 1 bonds."""
+    first = np.full((*strains.shape[:-1], 1), position)
+    return np.cumsum(np.concatenate((first, strains), axis=-1), axis=-1)
+
+
+def finish(
+    scene: Scene,
+    last: LastContact,
+    end: End,
+    *,
+    scheme: str,
+    timestep: float | None,
+    seconds: float,
+    frames: Frames | None = None,
+) -> Outcome:
+    """
+    Put the outcome of a scene together from the state that counts.
+
+    `scheme` and the others are those of `Outcome`. Raises TimestepError if the chain has gained
+    energy as only unstable steps can.
+    """
+    bond, line = scene.bond, scene.line
+    energy_start, energy_end = _energies(scene, last)
+    if last.energy is not None:
+        energy_end = last.energy
+    if not energy_end <= MOST_ENERGY_GROWTH * energy_start:
+        raise TimestepError(
+            f"the energy of the {scene.label} chain grew from {energy_start:.6g} to "
+            f"{energy_end:.6g}; expected it to be kept: take a smaller timestep, or lower the speed"
+        )
+    low, high = last.bond_range
+    displacements = displacements_from(last.position, last.strains)
+    first, targets = (0, 0) if line.at_wall else (line.first, line.targets)
+    strains, velocities = last.strains[first:], last.velocities[first:]
+    masses = None if line.is_standard else line.chain_masses
+    impulses = 2.0 * last.contact_speeds if last.impulses is None else last.impulses
+    return Outcome(
+        engine="reference",
+        wall="event",
+        scheme=scheme,
+        timestep=timestep,
+        displacements=displacements[first:],
+        velocities=velocities.copy() if first else velocities,
+        contact_times=last.contact_times,
+        contact_speeds=last.contact_speeds,
+        impulses=impulses,
+        ending=end.ending,
+        duration=end.time,
+        bond_min=low,
+        bond_max=high,
+        energy_start=energy_start,
+        energy_end=energy_end,
+        fragments=count_fragments(strains, velocities, bond, masses),
+        seconds=seconds,
+        lasted=last.lasted,
+        force_evaluations=end.evaluations,
+        crossed=low < 0.0,
+        frames=frames,
+        target_displacements=displacements[:targets][::-1],
+        target_velocities=last.velocities[:targets][::-1].copy(),
+    )
+
+
+def _energies(scene: Scene, last: LastContact) -> tuple[float, float]:
+    """Return all energy at the start, and after the last contact."""
+    line, bond = scene.line, scene.bond
+    with np.errstate(over="ignore", invalid="ignore"):
+        if line.is_standard:
+            energy_end = kinetic_energy(last.velocities)
+            energy_end += float(np.sum(bond.energy(last.strains)))
+            return 0.5 * scene.particles * scene.impact_velocity**2, energy_end
+        strains, velocities = last.strains, last.velocities
+        if line.at_wall:
+            strains, velocities = np.append(0.0, strains), np.append(0.0, velocities)
+        return scene.start_energy, line.energy(bond, strains, velocities)
+
+
+def kinetic_energy(velocities: Array) -> float:
+    """Return that of unit masses, to the last bit alike wherever an array lies."""
+    # So not by `@`.
+    return 0.5 * float(np.sum(np.square(velocities)))
+
+
+def run_single_particle(
+    scene: Scene, scheme: str, timestep: float | None, frame_interval: float | None
+) -> Outcome:
+    """
+    Return the outcome for one particle, which bounces once and keeps its speed.
+
+    With a `frame_interval` it has one snapshot: the collision is over at t = 0.
+    """
+    velocities = np.array([scene.impact_velocity])
+    frames = None
+    if frame_interval is not None:
+        frames = Frames(np.zeros(1), np.zeros((1, 1)), velocities.reshape(1, 1).copy())
+    return finish(
+        scene,
+        LastContact(
+            *(np.empty(0), velocities, np.zeros(1), velocities.copy()),
+            impulses=2.0 * scene.line.contact_mass * velocities,
+        ),
+        End(Ending("proved"), 0.0, 0),
+        scheme=scheme,
+        timestep=timestep,
+        seconds=0.0,
+        frames=frames,
+    )
+
+
+def allowed_strains(bond: Potential) -> tuple[float, float]:
+    """
+    Return the strains at which a run must stop: the floor, and the ceiling.
+
+    The floor is where particles meet (those of harmonic bonds may pass through each other) or the
+    bond's own data end; the ceiling its barrier or that end.
+    """
+    return bond.crossing_strain, min(bond.barrier_strain, bond.strain_max)
+
+
+def strain_error(scene: Scene, low: float, high: float, time: float, remedy: str) -> RunError:
+    """
+    Name what is wrong with the strains of a chain.
+
+    `low` and `high` are the smallest and largest met, `time` is counted from the first contact,
+    `remedy` says what to do where the numerics are at fault. `BarrierError` if a bond is beyond its
+    energy barrier, `CrossingError` if a bond that can be shorter than nothing is, `BondRangeError`
+    if one has left its own data, `TimestepError` if it cannot be there, or is not a number.
+    """
+    bond = scene.bond
+    barrier = bond.barrier_strain
+    if high >= barrier:
+        return BarrierError(
+            f"a {scene.label} bond is stretched to {1.0 + high:.6g} at time {time:.6g}, over its "
+            f"energy barrier at {1.0 + barrier:.6g}, beyond which it would fly apart with energy "
+            "without bound; lower the speed"
+        )
+    with np.errstate(all="ignore"):
+        holds = not math.isfinite(float(bond.energy(np.array(-1.0))))
+    if low <= -1.0 and not holds:
+        return CrossingError(
+            f"two particles meet at time {time:.6g}: a {scene.label} bond cannot keep them apart "
+            f"at velocity {scene.impact_velocity:.6g}; lower the speed or stiffen the bond"
+        )
+    # Beyond its data a bond has no force: strains are no numbers then; the last are from before.
+    first, last = _NEAR_END * bond.strain_min, _NEAR_END * bond.strain_max
+    if (bond.strain_min > -1.0 and low <= first) or high >= last:
+        return BondRangeError(
+            f"a {scene.label} bond is {1.0 + low:.6g} to {1.0 + high:.6g} long by time {time:.6g}, "
+            f"but its data reach from {1.0 + bond.strain_min:.6g} to {1.0 + bond.strain_max:.6g}; "
+            "expected data for every bond: extend the table, or lower the speed"
+        )
+    return TimestepError(
+        f"the motion of {scene.label} bonds is not resolved at time {time:.6g} (bond lengths "
+        f"{1.0 + low:.6g} to {1.0 + high:.6g}); {remedy}"
+    )
+
+
+def unfinished_error(scene: Scene, longest: float) -> UnfinishedCollisionError:
+    """Name a collision that does not end, of which so long a time was followed."""
+    return UnfinishedCollisionError(
+        f"a time of {longest:.6g} after the first contact the {scene.particles} particles still "
+        "approach the wall; expected a wall that turns them round in the time that sound needs to "
+        "cross them and come back: take a smaller timestep, or another speed"
+    )

@@ -1,0 +1,294 @@
+"""What comes next: the end of a collision found ahead of the exact run, or another contact."""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+
+from chaincor.lammps_inputs.arrays import Array
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.engines.end_watch import EndWatch
+from chaincor.workflows.engines.ending import Ending, evaporation, sound_round_trip
+from chaincor.workflows.engines.fragments import Body
+from chaincor.workflows.engines.reference import bookkeeping
+from chaincor.workflows.engines.reference.blocks.running import LEAST_ACTIVE
+from chaincor.workflows.engines.reference.coarse_run import (
+    CoarseRun,
+    coarse_ceiling,
+    coarse_step,
+    find_end,
+    highest_frequency,
+    longest_strain,
+    required_clearance,
+)
+from chaincor.workflows.engines.reference.finish import End, strain_error, unfinished_error
+from chaincor.workflows.engines.reference.moving import Motion, Stepper
+from chaincor.workflows.errors import RunError
+
+# Steps of order 8 in units of the stiffest bond's 1/frequency: good to some parts in 1e7.
+STEP = 0.3
+
+# A chain that broke is followed again and again, with so many times the step of the run; more often
+# where these motions come to different ends; a long one, which costs the square of its length,
+# once, and from its last contact on: it is not known then what it hinges on, and two motions of one
+# that forgets its roundings have not the same contacts before.
+_SAMPLES = (0.97, 0.91, 0.83, 0.77)
+_MORE_SAMPLES = (0.95, 0.88, 0.8, 0.74)
+_MOST_SAMPLED = 400
+# A contact that one of a few motions comes to may be harder by this factor in the true one. Like
+# the numbers of motions a choice, whose bars `benchmarks.judge.plain` counts.
+_HARDER = 1.5
+# Motions have come to the same end where the first pieces are alike to this part of v0, and of
+# their energy.
+_ALIKE = 0.01
+
+
+class LookAhead:
+    """
+    Finds out, ahead of an exact run, that no further contact comes.
+
+    A hot chain that broke forgets its initial state within some hundred units of time. Several
+    motions from the start, with errors as the run has them, then tell whether these decide on a
+    late contact: whether some have one, or come to ends that differ, of which one could bring it.
+
+    The bodies, `moving`, are not changed but for their count of force evaluations; where coarse
+    steps are no cheaper than theirs, they are not taken. `first` returns them as they were at step
+    zero, by default those of the scene as they come; that was at `start` since the first contact,
+    where it was before.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        moving: Motion,
+        first: Callable[[], Motion] | None = None,
+        start: float = 0.0,
+    ) -> None:
+        self._scene, self._moving, self._start = scene, moving, start
+        self._bond, self._stepper = scene.bond, moving.stepper
+        self._first = first or partial(Motion.at_start, scene, moving.stepper)
+        self._long = scene.longest_body > _MOST_SAMPLED
+        self._quiet = sound_round_trip(scene.longest_body, scene.slow_stiffness)
+        self._not_before = 0.0
+        # Largest momentum of contacts that some motions have and others have not, or may have.
+        self.doubt = 0.0
+        # Contacts so far, and the momentum of the next that all other motions came to.
+        self._awaited = (0, 0.0)
+
+    def times(self) -> tuple[float, float]:
+        """Return the time, and when the last contact ended, 0 while none has, since the first."""
+        ledger = self._moving.ledger
+        begun = self._start - float(ledger["first_contact"])
+        now = begun + float(ledger["steps"] * self._stepper.step)
+        return now, max(begun + float(ledger["last_contact"]), 0.0)
+
+    def _coarse_step(self) -> float:
+        shortest = float(self._moving.ledger["strain_min"])
+        return coarse_step(self._bond, shortest, self._scene.line.lightest)
+
+    def unresolved(self) -> RunError:
+        """Name what is wrong with the strains of the bodies."""
+        ledger, step = self._moving.ledger, self._stepper.step
+        low, high = float(ledger["strain_min"]), float(ledger["strain_max"])
+        remedy = f"take a smaller timestep than {step:g}, or a lower speed"
+        return strain_error(self._scene, low, high, self.times()[0], remedy)
+
+    def look(self, watch: EndWatch, follow: bool = True) -> End | None:
+        """
+        Look for the end, as the bodies are now and ahead; None where another contact may come.
+
+        Where an end that is not proved need not be followed, silence for long enough is one.
+        """
+        (now, last), moving = self.times(), self._moving
+        ending = watch.look_at(now, last, moving.bodies())
+        if ending is not None:
+            return End(self._doubt_about(ending), now, int(moving.ledger["evaluations"]))
+        if not follow and now - last > self._quiet:
+            return End(Ending("argued"), now, int(moving.ledger["evaluations"]))
+        settled = self.settle()
+        if settled is None:
+            return None
+        ahead, ending = settled
+        evaluations = int(ahead.moving.ledger["evaluations"])
+        return End(self._doubt_about(ending), ahead.time, evaluations)
+
+    def _doubt_about(self, ending: Ending) -> Ending:
+        """Return the end of the run as what other motions did leaves it."""
+        contacts, momentum = self._awaited
+        missed = contacts == self._moving.ledger["contacts"]
+        return ending.doubted(max(self.doubt, momentum if missed else 0.0))
+
+    def settle(self) -> tuple[CoarseRun, Ending] | None:
+        """
+        Look ahead from where the chain is.
+
+        Returns the coarse motion at the end of the collision, and that end; None where another
+        contact may come, or a bond may break.
+        """
+        ledger, scene = self._moving.ledger, self._scene
+        now, last = self.times()
+        if now < self._not_before:
+            return None
+        # What has fallen apart and flown for so long hardly depends on how it is followed.
+        if now - last > self._quiet:
+            # A longer one takes its own steps on all cores, coarse ones on one.
+            longest = scene.longest_body > LEAST_ACTIVE
+            return None if longest else self._sample(now, last)
+        clearance = required_clearance(scene, self._moving.gap)
+        ceiling = coarse_ceiling(scene.bond)
+        coarse = self._coarse_step()
+        if clearance is None or longest_strain(self._moving) >= ceiling:
+            return None
+        if 1.0 / coarse >= self._stepper.scheme.evaluations / self._stepper.step:
+            return None
+        ahead = CoarseRun(self._moving, now, coarse, clearance, ceiling)
+        ending = find_end(scene, ahead, last)
+        if ending is not None:
+            return ahead, ending
+        ledger["evaluations"] = ahead.moving.ledger["evaluations"]
+        self._not_before = ahead.time
+        return None
+
+    def keeps_off(self, until: float) -> tuple[bool, float, int]:
+        """
+        Say whether the chain keeps off the wall until a time from which on that is certain.
+
+        Returns whether; when that was seen, or until when nothing more is known; and the force
+        evaluations so far. For the time see ``whole_end``.
+        """
+        ledger, scene = self._moving.ledger, self._scene
+        now, _ = self.times()
+        evaluations = int(ledger["evaluations"])
+        if until <= now:
+            return True, now, evaluations
+        clearance = required_clearance(scene, self._moving.gap)
+        if clearance is None:
+            return False, now, evaluations
+        coarse, ceiling = self._coarse_step(), coarse_ceiling(scene.bond)
+        ahead = CoarseRun(self._moving, now, coarse, clearance, ceiling)
+        return ahead.fly(until - now), ahead.time, int(ahead.moving.ledger["evaluations"])
+
+    def _sample(self, now: float, last: float) -> tuple[CoarseRun, Ending] | None:
+        """Follow the chain to its end, first with steps as those of the run, then coarsely."""
+        shares = _SAMPLES[:1] if self._long else _SAMPLES
+        ends = [self._follow_again(share, now, last) for share in shares]
+        settled = [end for end in ends if isinstance(end, tuple)]
+        differ = len(settled) == len(ends) and (
+            self._long or not self._alike([end for end, _ in settled])
+        )
+        if differ and not self._long:
+            ends += [self._follow_again(share, now, last) for share in _MORE_SAMPLES]
+            settled = [end for end in ends if isinstance(end, tuple)]
+        met = [_HARDER * end for end in ends if not isinstance(end, tuple)]
+        if settled and (met or differ):
+            # Where they do not agree, the run itself is one motion among many.
+            self._doubt(met + [ending.momentum_at_stake for _, ending in settled])
+        if met:
+            self._awaited = int(self._moving.ledger["contacts"]), max(met)
+            self._not_before = math.inf
+            return None
+        return settled[0]
+
+    def _doubt(self, momenta: list[float]) -> None:
+        """
+        Take what contacts may bring that some motions have, or may have, and others have not.
+
+        Which of them have it is chance, and how hard: so what the bodies can throw out as they are
+        now, before the motions part, counts as well.
+        """
+        if max(momenta) > 0.0:
+            parted = [body.pieces(self._bond) for body in self._moving.bodies()]
+            at_stake = sum(evaporation(pieces, self._bond) for pieces in parted)
+            self.doubt = max(self.doubt, at_stake, *momenta)
+
+    def _alike(self, runs: list[CoarseRun]) -> bool:
+        """Return whether motions have come to the same end, by their first pieces."""
+        bond, v0 = self._scene.bond, self._scene.impact_velocity
+
+        def agree(bodies: tuple[Body, ...]) -> bool:
+            ends = [body.pieces(bond) for body in bodies]
+            sizes = {int(pieces.sizes[0]) for pieces in ends}
+            speeds = [float(pieces.speeds[0]) for pieces in ends]
+            energies = [float(pieces.energies[0]) for pieces in ends]
+            return (
+                len(sizes) == 1
+                and max(speeds) - min(speeds) <= _ALIKE * v0
+                and max(energies) - min(energies) <= _ALIKE * max(energies)
+            )
+
+        return all(map(agree, zip(*(ahead.moving.bodies() for ahead in runs), strict=True)))
+
+    def _follow_again(
+        self, share: float, now: float, last: float
+    ) -> tuple[CoarseRun, Ending] | float:
+        """Return the end of one more motion, or the momentum of the contact that it comes to."""
+        whole = self._moving
+        since = whole.ledger["steps"] * self._stepper.step
+        if self._long and whole.ledger["last_contact"] > 0.0:
+            moving, contacts, since = whole.after_last_contact(), 1, now - last
+        else:
+            moving = self._first().copy(room=whole.arrays.contacts.shape[1])
+            contacts = int(whole.ledger["contacts"])
+        moving.stepper = stepper = self._stepper.of_size(share * self._stepper.step)
+        bookkeeping.never_argue(moving.ledger)
+        moving.advance(math.ceil(since / stepper.step))
+        if moving.ledger["contacts"] != contacts:
+            return 2.0 * self._scene.line.contact_mass * float(moving.contact_speeds[-1])
+        ahead = CoarseRun(moving, now, share * self._coarse_step(), clearance=0.0)
+        ending = find_end(self._scene, ahead, last)
+        if ending is None:
+            return 2.0 * self._scene.line.contact_mass * abs(ahead.moving.closing)
+        return ahead, ending
+
+
+@dataclass(frozen=True)
+class Flight:
+    """What comes next."""
+
+    time: float  #: Of the next contact, or at which the end is seen; since the first contact.
+    ending: Ending | None  #: None where a contact comes.
+    doubt: float = 0.0  #: Momentum of contacts that hardly different motions have or have not.
+
+
+def follow(
+    scene: Scene,
+    strains: Array,
+    velocities: Array,
+    *,
+    now: float,
+    last_contact: float,
+    shortest: float,
+) -> Flight:
+    """
+    Follow bodies in flight to their next contact, or to the end of their collision.
+
+    Strains, with the gap, and velocities are those along x, at the time `now`; the last contact
+    ended at `last_contact`, both since the first. There is one bond at least; with the shortest so
+    far the steps shrink. Raises RunError as the stepping engine.
+    """
+    line, bond = scene.line, scene.bond
+    step = STEP / highest_frequency(bond, shortest - 1.0, line.lightest)
+    stepper = Stepper.of(line, bond, "order8", step)
+    strains = strains.copy()
+    strains[line.gap] = max(float(strains[line.gap]), 0.0)
+    moving = Motion.in_state(stepper, strains, velocities, scene.impact_velocity)
+    ledger = moving.ledger
+    bookkeeping.never_argue(ledger)
+    ledger["last_contact"] = last_contact - now
+    ledger["strain_min"] = shortest - 1.0
+    look_ahead = LookAhead(scene, moving, moving.copy().copy, start=now)
+    watch = EndWatch(scene.longest_body, bond, scene.slow_stiffness)
+    while True:
+        end = look_ahead.look(watch)
+        if end is not None:
+            return Flight(end.time, end.ending)
+        time, _ = look_ahead.times()
+        if time > watch.followed_until(last_contact):
+            raise unfinished_error(scene, time)
+        # At least one step: right after a contact, looks would be no time apart.
+        until = max(watch.next_look(time, last_contact), time + step) - now
+        status = moving.advance(math.ceil(until / step))
+        if ledger["contacts"] > 0:
+            return Flight(now + float(moving.contact_times[0]), None, look_ahead.doubt)
+        if status != bookkeeping.DONE:
+            raise look_ahead.unresolved()

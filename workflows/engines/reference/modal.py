@@ -1,0 +1,316 @@
+r"""
+Exact collisions of harmonic bodies with any masses, which meet as hard particles.
+
+Between contacts the gap is a linear term and a sum of sines,
+
+.. math:: g(t) = D + V t + \sum_j c_j \frac{e_j \cos\omega_j t + p_j \sin\omega_j t}{\omega_j},
+
+over the modes of both bodies (a rigid wall has none), with the distance D of the mean displacements
+and the relative velocity V of the centres of mass. A contact of reduced mass :math:`\mu` that
+closes at w gives every mode :math:`2 \mu w c_j`.
+
+The end is proved: after a contact with V > 0 the gap is above
+:math:`D + V t - \sum_j |c_j| r_j/\omega_j`, where :math:`r_j^2 = e_j^2 + p_j^2`, and no contact
+comes once that is positive. With V < 0 one always comes.
+"""
+
+import math
+import time
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from chaincor.analysis.modes import are_equal
+from chaincor.lammps_inputs.arrays import Array
+from chaincor.lammps_inputs.errors import SceneError
+from chaincor.lammps_inputs.line import Line
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.engines.ending import Ending
+from chaincor.workflows.engines.outcome import Frames, Outcome
+from chaincor.workflows.engines.reference.finish import End, LastContact, finish
+from chaincor.workflows.engines.reference.mode_flight import (
+    MOST_UNEQUAL,
+    ModalBodies,
+    ModalGap,
+)
+from chaincor.workflows.engines.reference.mode_loops import LEDGER, MORE, TERMS, mode_loops
+from chaincor.workflows.engines.time_limit import WORK_AT_ONCE, check_time
+from chaincor.workflows.errors import UnfinishedCollisionError
+
+# Bonds are sampled so often, in units of 1/frequency of what energy they have, and in units of
+# sqrt(mean mass/U''(1)): of a chain of equal masses (omega <= 2) each is then seen within 3 % of
+# its extreme strain. So many samples at once; a long flight is sampled so often at most.
+_SAMPLING = 0.5
+SAMPLE_INTERVAL = 0.25
+_SAMPLES_AT_ONCE = 32
+_MOST_SAMPLES = 40_000
+# A particle that parts from rest is let do so for such a part of the window.
+_FIRST_MOVE = 1e-3
+# What is no more than this of its terms is zero.
+_ROUNDINGS = 1e-14
+# A flight of so many windows, times modes, is given up: it takes minutes.
+_MOST_WORK = 2e9
+_WORK_AT_ONCE = WORK_AT_ONCE / 60  # in bond forces
+# By which masses are multiplied: no powers of 4, whose roots would round nothing.
+_FACTORS = (0.61, 1.7, 2.3)
+# Contacts are carried out at once until their modes are so many numbers.
+_RECORDED = 200_000
+
+
+def supports(scene: Scene) -> bool:
+    """Return whether a scene is propagated by its modes, see :func:`run`."""
+    line = scene.line
+    if not scene.bond.is_harmonic:
+        return False
+    bodies = (line.chain_masses, line.target_masses)
+    unequal = [len(masses) for masses in bodies if len(masses) > 1 and not are_equal(masses)]
+    return not line.soft and max(unequal, default=0) <= MOST_UNEQUAL
+
+
+def run(scene: Scene, frame_interval: float | None = None) -> Outcome:
+    """
+    Carry two harmonic bodies through their collision, exactly.
+
+    That takes harmonic bonds and hard contacts, and bodies of unequal masses no longer than
+    `MOST_UNEQUAL`. Displacements are counted from the place where the contact was before the target
+    moved; time, and snapshots at multiples of an interval, from the first contact.
+
+    Raises SceneError for another scene, or if the particles that meet are at rest against each
+    other and are pressed together; UnfinishedCollisionError if the bodies neither meet nor part in
+    any time that can be followed.
+    """
+    if not scene.bond.is_harmonic:
+        raise SceneError(f"potential is '{scene.label}'; modal propagation expects springs")
+    if not supports(scene):
+        raise SceneError(
+            "modal propagation expects hard contacts, and at most "
+            f"{MOST_UNEQUAL} particles in a body of unequal masses"
+        )
+    mode_loops()  # compiling is no integration
+    line = scene.line
+    started = time.perf_counter()
+    collision = _Collision(scene, line, frame_interval)
+    ending = collision.run()
+    seconds = time.perf_counter() - started
+    last = collision.state(collision.departure, collision.contact_times[-1])
+    begin = line.first if line.at_wall else 0  # a hard wall is no particle there
+    speeds = np.array(collision.contact_speeds)
+    return finish(
+        scene,
+        LastContact(
+            strains=last.strains[begin:],
+            velocities=last.velocities[begin:],
+            contact_times=np.array(collision.contact_times),
+            contact_speeds=speeds,
+            impulses=2.0 * line.contact_mass * speeds,
+            position=float(last.displacements[begin]),
+            bond_range=(1.0 + collision.strain_min, 1.0 + collision.strain_max),
+        ),
+        End(ending, collision.time, 0),
+        scheme="modal",
+        timestep=None,
+        seconds=seconds,
+        frames=collision.frames(),
+    )
+
+
+def rounding_sensitivity(scene: Scene) -> float:
+    """
+    Return how much eta changes, at most, when all roundings change; scenes are those of
+    :func:`run`.
+
+    A common factor of all masses is a unit of time, on which eta does not depend.
+    """
+    line, etas = scene.line, []
+    for factor in (1.0, *_FACTORS):
+        scaled = replace(
+            line, masses=factor * line.masses, velocities=line.velocities / factor**0.5
+        )
+        collision = _Collision(scene, scaled, None)
+        arriving = collision.departure.gap_derivatives
+        collision.run()
+        etas.append((collision.departure.gap_derivatives / arriving) ** 2)
+    return max(abs(eta - etas[0]) for eta in etas)
+
+
+@dataclass(frozen=True)
+class _State:
+    """Both bodies at a moment, along x; the strain at the gap is the gap."""
+
+    strains: Array
+    velocities: Array
+    displacements: Array
+
+
+class _Collision:
+    """One collision in progress: contacts, samples of the bonds, snapshots."""
+
+    def __init__(self, scene: Scene, line: Line, frame_interval: float | None) -> None:
+        self._scene, self._line = scene, line
+        self._interval = frame_interval
+        self._bodies = ModalBodies(line, scene.bond.stiffness)
+        self._gap = gap = self._bodies.at_start()
+        self._approach, self._first_distance = gap.gap_derivatives, gap.mean_distance
+        self._fastest = float(np.max(gap.omega))
+        self._flown_before = 0.0
+        self._snapshots: list[_State] = []
+        self.departure = gap.copy()
+        self.contact_times: list[float] = []
+        self.contact_speeds: list[float] = []
+        self.time = 0.0
+        self.strain_min = self.strain_max = 0.0
+        self._note(gap.strain_modes)
+
+    def run(self) -> Ending:
+        """Fly until the end and return it."""
+        self._start()
+        gap, ledger = self._gap, np.zeros(1, LEDGER)[0]
+        ledger.wall_distance, ledger.flown = gap.wall_distance, self.time
+        # Twice the reduced mass of the contact, but for the last digits of the shapes: so no
+        # contact makes or takes energy, of which many would add up.
+        exchange = 2.0 / math.fsum(gap.shape**2)
+        modes, worked, bounce = len(gap.omega), 0.0, mode_loops().bounce
+        most = max(_RECORDED // modes, 1)
+        record = (*np.empty((2, most)), *np.empty((2, most, modes)))
+        scratch = np.empty(TERMS), np.empty((2, modes))
+        while True:
+            check_time()
+            ended = bounce(ledger, gap.modes, exchange, _WORK_AT_ONCE, record, scratch)
+            count, gap.wall_distance = int(ledger.contacts), float(ledger.wall_distance)
+            if count > 0:
+                self._note_contacts(*(each[:count] for each in record))
+            before = self.contact_times[-1] if self.contact_times else 0.0
+            self.time = float(ledger.flown) + before
+            worked = 0.0 if count > 0 else worked + _WORK_AT_ONCE
+            if ended == MORE and worked < _MOST_WORK:
+                continue
+            self._take_snapshots(self.time)
+            if ended != MORE:
+                return Ending("proved")
+            if not gap.gap_derivatives > 0.0:
+                raise UnfinishedCollisionError(
+                    f"a time of {self.time:.6g} after the first contact the bodies still approach "
+                    "each other; expected them to meet or to part: change the speed or a mass"
+                )
+            return Ending("open", self._missed())
+
+    def _note_contacts(
+        self, speeds: Array, flights: Array, strains: Array, velocities: Array
+    ) -> None:
+        """Take down what the loop did."""
+        for k in range(len(speeds)):
+            self._sample_flight(float(flights[k]))
+            if self.contact_times:
+                now = self.contact_times[-1] + float(flights[k])
+                self._take_snapshots(now)
+            else:  # the clock starts now
+                now, self._flown_before = 0.0, float(flights[k])
+            self.contact_times.append(now)
+            self.contact_speeds.append(float(speeds[k]))
+            self.departure = replace(
+                self._gap, strain_modes=strains[k], velocity_modes=velocities[k], wall_distance=0.0
+            )
+        self.departure = self.departure.copy()
+        self._note(strains)
+
+    def _start(self) -> None:
+        """Let bodies that touch collide or part."""
+        line, gap = self._line, self._gap
+        closing = float(line.velocities[line.gap] - line.velocities[line.first])
+        if gap.wall_distance > 0.0 or closing != 0.0:
+            return
+        if self._is_pressed():
+            raise SceneError(
+                "initial has particle 1 at rest on the target while the rest of the chain presses "
+                "it there, which is no collision of hard particles; expected it to come, or a gap"
+            )
+        # Roundings must not tell which way it goes.
+        self.time = _FIRST_MOVE * mode_loops().taylor_window(gap.modes, 0.0)
+        self._gap = gap.drifted(self.time)
+
+    def _is_pressed(self) -> bool:
+        """Return whether the first derivative of the gap that is not zero is negative."""
+        gap = self._gap
+        sign = -1.0
+        for order in range(1, len(gap.omega) + 1):
+            moving = gap.strain_modes if order % 2 else gap.velocity_modes
+            terms = gap.shape * gap.omega**order * moving
+            change = sign * float(np.sum(terms))
+            if abs(change) > _ROUNDINGS * float(np.sum(np.abs(terms))):
+                return change < 0.0
+            sign = sign if order % 2 else -sign
+        return False
+
+    def _missed(self) -> float:
+        """Return the largest momentum that contacts could still give, with all energy there is."""
+        mass, gap_derivatives = self._line.reduced_mass, self._gap.gap_derivatives
+        vibrating = self._gap.strain_modes[1:] ** 2 + self._gap.velocity_modes[1:] ** 2
+        return mass * gap_derivatives + math.sqrt(
+            mass * float(np.sum(vibrating)) + (mass * gap_derivatives) ** 2
+        )
+
+    def _sample_flight(self, duration: float) -> None:
+        """Sample the bonds in the flight after the last contact."""
+        omega = self.departure.omega
+        if duration * self._fastest <= _SAMPLING:
+            return
+        modes = self.departure.strain_modes - 1j * self.departure.velocity_modes
+        energies = np.abs(modes[1:]) ** 2
+        if not np.any(energies):
+            return
+        mean = math.sqrt(float(omega[1:] ** 2 @ energies) / float(np.sum(energies)))
+        rate = max(mean / _SAMPLING, self._scene.slow_stiffness**0.5 / SAMPLE_INTERVAL)
+        count = min(math.ceil(duration * rate), _MOST_SAMPLES)
+        for first in range(1, count, _SAMPLES_AT_ONCE):
+            moments = np.arange(first, min(first + _SAMPLES_AT_ONCE, count)) * (duration / count)
+            self._note((np.exp(1j * moments[:, None] * omega) * modes).real)
+
+    def _note(self, strain_modes: Array) -> None:
+        for each in self._bodies.strains(strain_modes):
+            if each.size > 0:
+                self.strain_min = min(self.strain_min, float(np.min(each)))
+                self.strain_max = max(self.strain_max, float(np.max(each)))
+
+    def state(self, gap: ModalGap, moment: float) -> _State:
+        """Return both bodies at a moment since the first contact."""
+        bodies, line = self._bodies, self._line
+        chain_strains, target_strains = bodies.strains(gap.strain_modes)
+        moving, resting = bodies.velocities(gap.velocity_modes)
+        drift = place = 0.0
+        if bodies.target is not None:
+            masses = line.target_masses
+            whole = float(np.sum(masses))
+            # All momentum that the chain gained is the target's, and so are the displacements.
+            share = line.reduced_mass / whole
+            drift = -share * (gap.gap_derivatives - self._approach)
+            drifted = self._approach * (moment + self._flown_before)
+            mean = -share * (gap.mean_distance - self._first_distance - drifted)
+            outward = np.cumsum(np.concatenate(([0.0], target_strains)))
+            # The contact was at 0 at first, wherever that left the centre of mass.
+            at_first = np.cumsum(np.concatenate(([0.0], line.strains[: line.gap][::-1])))
+            mean -= float(masses @ at_first) / whole
+            place = mean + float(masses @ outward) / whole - float(outward[-1])
+        strains = np.concatenate((target_strains[::-1], [gap.wall_distance], chain_strains))
+        return _State(
+            strains,
+            np.concatenate(((drift - resting)[::-1], drift + gap.gap_derivatives + moving)),
+            np.cumsum(np.concatenate(([place], strains))),
+        )
+
+    def _take_snapshots(self, until: float) -> None:
+        """Take the snapshots due between the last contact and a time."""
+        if self._interval is None:
+            return
+        while (moment := len(self._snapshots) * self._interval) < until or moment == 0.0:
+            flown = moment - self.contact_times[-1]
+            self._snapshots.append(self.state(self.departure.drifted(flown), moment))
+
+    def frames(self) -> Frames | None:
+        """Return the snapshots, if any were asked for."""
+        if self._interval is None:
+            return None
+        times = [k * self._interval for k in range(len(self._snapshots))]
+        displacements = [shot.displacements for shot in self._snapshots]
+        return Frames.of(
+            self._line, times, displacements, [shot.velocities for shot in self._snapshots]
+        )

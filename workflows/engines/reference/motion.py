@@ -1,0 +1,207 @@
+"""The loops over the steps of a line: from event to event, and coarse ones between contacts."""
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chaincor.lammps_inputs.arrays import Array
+from chaincor.workflows.engines.reference import bookkeeping
+from chaincor.workflows.engines.reference.bookkeeping import (
+    ARGUE,
+    CROWDED,
+    DONE,
+    FULL,
+    OUTSIDE,
+    SPARE_CONTACTS,
+)
+from chaincor.workflows.engines.reference.events import Path, build_event
+from chaincor.workflows.engines.reference.line_traits import KernelSpec, read_parameters
+from chaincor.workflows.engines.reference.stages import Parameters, State, VerletKernels
+from chaincor.workflows.engines.schemes import StepCoefficients
+
+# Room in a log for the substeps of one step; graded steps beside soft contacts are many.
+SPARE_SUBSTEPS, SPARE_GRADED_SUBSTEPS = 8, 256
+
+# A bond so far ahead of the front is out of reach within one step: over k bonds a disturbance
+# falls by about H^(2k)/(2k)!, which is 4e-36 at H = 1. So no digit tells whether all bonds are
+# moved or only these.
+FRONT_MARGIN = 16
+# A strain below this times the impact velocity has not begun to move. What is left out, summed
+# over all steps of a run, stays orders of magnitude below rounding.
+FRONT_THRESHOLD = 1e-24
+# The front takes up as many bonds at once as a vector holds: rests are done one by one.
+FRONT_BLOCK = 8
+
+
+class Arrays(NamedTuple):
+    """What the loops change in place."""
+
+    now: State  #: The line, with the ledger's position of its first particle.
+    last: State  #: The same right after the last contact.
+    #: Scratch: before a step, of the particles near the contact while one is searched, and of what
+    #: a step tries.
+    kept: State
+    near: State  #: See ``kept``.
+    trial: State  #: See ``kept``.
+    #: Times and closing speeds, and the momentum given to the chain; of shape (3, capacity).
+    contacts: Array
+    #: Of the chain's particles; 0 for those of a target; of shape (N,).
+    masses: Array
+    #: First and last but one of the particles near the contact; of shape (2,).
+    window: NDArray[np.int64]
+    #: Of each substep, a step or a part of one, its duration, and whether a contact ends it. Mostly
+    #: without room, and not kept; of shape (2, capacity).
+    log: Array
+
+
+def build_motion(source: KernelSpec, stages: VerletKernels, build_step: Callable) -> Callable:
+    """
+    Return the loop of the stepping engine; `build_step` is that of a scheme, see ``schemes``.
+
+    ``advance(ledger, arrays, goal, step, rule)`` takes steps until `goal` of them are done or
+    something needs the caller. With a log it also comes back, with `DONE`, when there may be no
+    room for the substeps of another step.
+    """
+    register, wall = source.register, source.kind.contact == "wall"
+    slice_parameters = read_parameters(source).slice_parameters
+    copy, are_allowed = stages.copy, stages.are_allowed
+    take_step = register(build_step(stages))
+    event = build_event(source, stages, take_step)
+    direction, condition, reach, state_after, find, shorten_substep, apply_event = event
+    is_likely, may_be_over = register(bookkeeping.is_likely), register(bookkeeping.may_be_over)
+
+    @register
+    def reached_by_front(strain: Any, bonds: int, threshold: float) -> int:
+        while bonds < strain.shape[0] and abs(strain[bonds - FRONT_MARGIN]) > threshold:
+            bonds = min(strain.shape[0], bonds + FRONT_BLOCK)
+        return bonds
+
+    def advance(ledger: Any, arrays: Arrays, goal: int, step: float, rule: StepCoefficients) -> int:
+        now, last, kept, near, trial, contacts, masses, window, log = arrays
+        begin, end = window[0], window[1]
+        parameters = rule.parameters
+        near_rule = StepCoefficients(rule.fractions, slice_parameters(parameters, begin, end))
+        kept_near = State(kept.strain[begin : end - 1], kept.velocity[begin:end])
+        threshold = FRONT_THRESHOLD * ledger.impact_velocity
+        spare = SPARE_SUBSTEPS
+        if ledger.soft and ledger.shortest_share < 1.0:
+            spare = SPARE_GRADED_SUBSTEPS
+        while ledger.steps < goal:
+            if contacts.shape[1] - ledger.contacts < SPARE_CONTACTS:
+                return FULL
+            if 0 < log.shape[1] < ledger.substeps + spare:
+                return DONE
+            # After this the step is done, contacts within it included; the grid of steps is kept,
+            # which keeps the motion reversible in time.
+            since = ledger.steps * step
+            bonds = ledger.active
+            near_bonds = wanted = end - begin - 1
+            if wall:
+                near_bonds, wanted = min(bonds, near_bonds), 1
+            left = step
+            while left > 0.0:
+                if ledger.contacts == contacts.shape[1] or 0 < log.shape[1] == ledger.substeps:
+                    return CROWDED
+                ahead, far = reach(ledger, contacts, since + (step - left), left, step)
+                begun, sign = ledger.position, direction(ledger)
+                copy(now.strain, now.velocity, kept, bonds)
+                start = condition(begun, now, sign, parameters)
+                path = Path(begun, sign, near_bonds, wanted, kept_near, near, trial, near_rule)
+                # Where a contact is likely, the few particles that act on the gap are moved first:
+                # it costs less than to move all and to take that back.
+                likely = is_likely(ledger, start, far)
+                if likely:
+                    reached = state_after(far, path)
+                else:
+                    ledger.position = take_step(begun, kept, now, trial, bonds, bonds, ahead, rule)
+                    ledger.evaluations += ledger.step_evaluations
+                    reached = condition(ledger.position, now, sign, parameters)
+                    far = ahead
+                time = find(far, start, reached, ledger, path)
+                moved, meets = shorten_substep(ledger, time, ahead, step)
+                if likely or moved != ahead or meets:
+                    ledger.position = take_step(begun, kept, now, trial, bonds, bonds, moved, rule)
+                    ledger.evaluations += ledger.step_evaluations
+                left -= moved
+                if log.shape[1] > 0:
+                    log[0, ledger.substeps], log[1, ledger.substeps] = moved, meets
+                    ledger.substeps += 1
+                if meets:
+                    met = now, last, contacts, masses
+                    apply_event(ledger, met, since + (step - left), bonds, parameters)
+            ledger.steps += 1
+            if not are_allowed(ledger, now.strain, bonds, parameters):
+                return OUTSIDE
+            ledger.active = reached_by_front(now.strain, bonds, threshold)
+            if may_be_over(ledger, step):
+                return ARGUE
+        return DONE
+
+    return advance
+
+
+def build_coarse_steps(source: KernelSpec, stages: VerletKernels) -> Callable:
+    """
+    Return the loop over coarse steps of bodies that stay apart, which looks ahead.
+
+    ``take_coarse_steps(ledger, state, asked, parameters)`` takes Verlet steps and returns how many,
+    fewer where the gap gets too small or a strain is not allowed; the state is half a step off
+    then. Asked are how many, their size, how small the gap may get, and whether it is the first
+    and the last part of a flight: the state is half a step off between parts.
+    """
+    stage, drift, are_allowed = stages.stage, stages.drift, stages.are_allowed
+    wall = source.kind.contact == "wall"
+
+    def take_coarse_steps(ledger: Any, state: State, asked: tuple, parameters: Parameters) -> int:
+        strain, velocity = state
+        steps, step, clearance, first, last = asked
+        bonds = strain.shape[0]
+        ahead = 0.5 * step if first else step  # the drifts of neighbouring steps merge
+        for taken in range(steps):
+            ledger.position += ahead * velocity[0]
+            stage(strain, velocity, bonds, ahead, step, parameters)
+            ahead = step
+            ledger.evaluations += 1
+            gap = ledger.position
+            if not wall:
+                gap = strain[parameters.gap]
+            if not gap > clearance:
+                return taken
+            if not are_allowed(ledger, strain, bonds, parameters):
+                return taken
+        if last:
+            ledger.position += 0.5 * step * velocity[0]
+            drift(strain, velocity, bonds, 0.5 * step)
+        return steps
+
+    return take_coarse_steps
+
+
+def build_look_ahead(source: KernelSpec, stages: VerletKernels) -> Callable:
+    """
+    Return the loop over coarse steps of many chains before a hard wall.
+
+    ``look_ahead(ledgers, strains, velocities, counts, steps, clearances, done, parameters)`` lets
+    each chain, a row of the arrays, take so many while it keeps so clear of the wall; `done` is how
+    many it took.
+    """
+    take_coarse_steps = source.register(build_coarse_steps(source, stages))
+
+    def look_ahead(
+        ledgers: Any,
+        strains: Array,
+        velocities: Array,
+        counts: NDArray[np.int64],
+        steps: Array,
+        clearances: Array,
+        done: NDArray[np.int64],
+        parameters: Any,
+    ) -> None:
+        for k in range(counts.shape[0]):
+            asked = (counts[k], steps[k], clearances[k], True, True)
+            state = State(strains[k], velocities[k])
+            done[k] = take_coarse_steps(ledgers[k], state, asked, parameters)
+
+    return look_ahead

@@ -1,0 +1,279 @@
+"""The bodies of a line in motion, as the loops of the stepping engine need them."""
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from chaincor.lammps_inputs.arrays import Array
+from chaincor.lammps_inputs.bonds.potential import Potential
+from chaincor.lammps_inputs.line import Line
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.engines.end_watch import bodies_of
+from chaincor.workflows.engines.fragments import Body
+from chaincor.workflows.engines.reference import bookkeeping, events, motion
+from chaincor.workflows.engines.reference.blocks import running
+from chaincor.workflows.engines.reference.finish import allowed_strains
+from chaincor.workflows.engines.reference.kernels import Kernels, kernels_for
+from chaincor.workflows.engines.reference.line_traits import LineParameters, LineTraits
+from chaincor.workflows.engines.reference.loops.processes import cores
+from chaincor.workflows.engines.reference.stages import State
+from chaincor.workflows.engines.schemes import STEP_SCHEMES, StepCoefficients, StepScheme
+from chaincor.workflows.engines.time_limit import check_time, steps_at_once
+
+
+@dataclass(frozen=True)
+class Stepper:
+    """Steps of one kind and size for one line."""
+
+    line: Line  #: The bodies.
+    bond: Potential  #: Of all bonds.
+    kernels: Kernels  #: The loops.
+    #: What they are told of the scheme and the bonds, of masses and contact where these are not
+    #: plain.
+    rule: StepCoefficients
+    scheme: StepScheme  #: What a step is made of.
+    step: float  #: The whole step H.
+
+    @classmethod
+    def of(cls, line: Line, bond: Potential, scheme: str, step: float) -> "Stepper":
+        """
+        Return the steps of a scheme, H in size, for a line.
+
+        The loops of its bond are compiled, or loaded, where they have not been yet.
+        """
+        kind, made_of = LineTraits.of(line), STEP_SCHEMES[scheme]
+        kernels = kernels_for(bond, made_of, kind)
+        parameters: tuple = kernels.parameters
+        if not kind.unit:
+            parameters = LineParameters.of(line, parameters)
+        return cls(
+            line, bond, kernels, StepCoefficients(made_of.fractions, parameters), made_of, step
+        )
+
+    def of_size(self, step: float) -> "Stepper":
+        """Return steps of the same kind."""
+        return replace(self, step=step)
+
+    def advance(self, ledger: np.record, arrays: motion.Arrays, goal: int) -> int:
+        """Let the loop over the whole line take steps, see ``motion``."""
+        return int(self.kernels.advance(ledger, arrays, goal, self.step, self.rule))
+
+
+@dataclass
+class Motion:
+    """The bodies of a line in motion, with what their loops need to work on."""
+
+    stepper: Stepper  #: What it is moved by.
+    ledger: np.record  #: The scalars, see ``bookkeeping``.
+    #: The line now and right after its last contact, the contacts, and scratch.
+    arrays: motion.Arrays
+
+    @property
+    def line(self) -> Line:
+        """The bodies."""
+        return self.stepper.line
+
+    @property
+    def strain(self) -> Array:
+        """Bond lengths less one, and between two bodies the gap; to be changed in place."""
+        return self.arrays.now.strain
+
+    @property
+    def velocity(self) -> Array:
+        """Velocities along x of all particles; a hard wall is none. To be changed in place."""
+        return self.arrays.now.velocity
+
+    @property
+    def at_wall(self) -> bool:
+        """Whether the gap is the position of the first particle, and the wall no particle."""
+        return self.line.at_wall
+
+    @property
+    def gap(self) -> float:
+        """How far the bodies are apart."""
+        return float(self.ledger["position"] if self.at_wall else self.strain[self.line.gap])
+
+    @property
+    def closing(self) -> float:
+        """How fast the gap closes."""
+        if self.at_wall:
+            return -float(self.velocity[0])
+        return float(self.velocity[self.line.gap] - self.velocity[self.line.first])
+
+    @property
+    def contact_times(self) -> Array:
+        """When the bodies met, since the start."""
+        return self.arrays.contacts[0, : self.ledger["contacts"]]
+
+    @property
+    def contact_speeds(self) -> Array:
+        """How fast the gap closed."""
+        return self.arrays.contacts[1, : self.ledger["contacts"]]
+
+    @property
+    def impulses(self) -> Array:
+        """Momentum given to the chain at each contact."""
+        return self.arrays.contacts[2, : self.ledger["contacts"]]
+
+    @classmethod
+    def at_start(cls, scene: Scene, stepper: Stepper) -> "Motion":
+        """
+        Return the bodies of a scene as they come, at t = 0; if they touch and approach, they met.
+
+        There is one bond at least. Of a cold chain at a hard wall only the bonds near that are in
+        motion.
+        """
+        line = scene.line
+        moving = cls.in_state(stepper, line.strains, line.velocities, scene.impact_velocity)
+        moving._meet()
+        moving.start_front()
+        return moving
+
+    @classmethod
+    def in_state(
+        cls, stepper: Stepper, strains: Array, velocities: Array, speed: float
+    ) -> "Motion":
+        """
+        Return the bodies in any state, at t = 0, before any contact; all bonds move.
+
+        Strains, with the gap, and velocities are those along x, as a line has them; `speed` is v0,
+        which tells where a contact is likely and where the front of a cold chain is.
+        """
+        line, bond, scheme = stepper.line, stepper.bond, stepper.scheme
+        at_wall = line.at_wall
+        # The target's first particle is at its place.
+        position = float(strains[0]) if at_wall else -float(np.sum(strains[: line.gap]))
+        ledger = np.zeros(1, bookkeeping.LEDGER)[0]
+        ledger["momentum"] = line.reduced_mass * line.separation(velocities)
+        bonds, masses = strains[1:], line.chain_masses
+        if at_wall:
+            strains, velocities = bonds, velocities[1:]
+        else:
+            bonds = np.delete(strains, line.gap)
+            masses = np.concatenate((np.zeros(line.first), masses))
+        gap = -1 if at_wall else line.gap
+        now = State.room(len(strains))
+        now.strain[:], now.velocity[:] = strains, velocities
+        begin = max(0, gap - scheme.reach)
+        end = min(len(velocities), gap + scheme.reach + 2)
+        ledger["position"] = position
+        ledger["impact_velocity"] = speed
+        ledger["contact_mass"] = line.contact_mass
+        ledger["soft"] = line.soft
+        bookkeeping.argue_when_silent(ledger, bond.stiffness / line.lightest)
+        ledger["shortest_share"] = 1.0 if line.smooth else events.SHORTEST_SHARE
+        ledger["grading"] = events.GRADING
+        ledger["strain_floor"], ledger["strain_ceiling"] = allowed_strains(bond)
+        ledger["strain_min"] = ledger["contact_min"] = min(float(np.min(bonds, initial=0.0)), 0.0)
+        ledger["strain_max"] = ledger["contact_max"] = max(float(np.max(bonds, initial=0.0)), 0.0)
+        ledger["step_evaluations"] = scheme.evaluations
+        ledger["active"] = len(strains)
+        last, kept, trial = (now.copied() for _ in range(3))
+        contacts = np.zeros((3, 2 * len(velocities) + 2 * bookkeeping.SPARE_CONTACTS))
+        arrays = motion.Arrays(
+            now=now,
+            last=last,
+            kept=kept,
+            near=State.room(end - begin - 1),
+            trial=trial,
+            contacts=contacts,
+            masses=masses,
+            window=np.array([begin, end]),
+            log=np.empty((2, 0)),
+        )
+        return cls(stepper, ledger, arrays)
+
+    def start_front(self) -> None:
+        """Let only the bonds near a hard wall move of a chain that comes cold."""
+        if self.at_wall and self.line.cold:
+            reach = len(self.arrays.near.strain)
+            blocks = math.ceil(max(reach, motion.FRONT_MARGIN + 1) / motion.FRONT_BLOCK)
+            self.ledger["active"] = min(len(self.strain), blocks * motion.FRONT_BLOCK)
+
+    def _meet(self) -> None:
+        """Let bodies that touch and approach have their contact."""
+        line, ledger, velocity = self.line, self.ledger, self.velocity
+        closing = self.closing
+        if self.gap != 0.0 or closing <= 0.0:
+            return
+        given = 2.0 * line.contact_mass * closing
+        # Not by what loops note it with: Python takes a tenth of a short collision for that.
+        self.arrays.contacts[:, 0] = 0.0, closing, given
+        ledger["contacts"] = 1
+        if line.soft:
+            ledger["touching"] = 1
+            ledger["chain_momentum"] = float(line.chain_masses @ velocity[line.first :])
+        else:
+            if self.at_wall:
+                velocity[0] = closing
+            else:
+                velocity[line.gap] -= given * line.inverse_masses[line.gap]
+                velocity[line.first] += given * line.inverse_masses[line.first]
+            ledger["momentum"] += given
+            ledger["argue_after"] = ledger["argue_first"]
+        ledger["last_position"] = ledger["position"]
+        np.copyto(self.arrays.last.strain, self.strain)
+        np.copyto(self.arrays.last.velocity, velocity)
+
+    def along_x(self) -> tuple[Array, Array]:
+        """Return strains, with the gap, and velocities, as a line has them."""
+        if not self.at_wall:
+            return self.strain, self.velocity
+        return np.append(self.gap, self.strain), np.append(0.0, self.velocity)
+
+    def bodies(self) -> list[Body]:
+        """Return the bodies as the end of a collision looks at them."""
+        line = self.line
+        if not self.at_wall:
+            return bodies_of(line, self.stepper.bond, self.strain, self.velocity)
+        # The same, at an eighth of the time, which every look at a short chain takes.
+        masses = None if line.unit else line.chain_masses
+        return [Body(self.gap, self.strain, self.velocity, masses)]
+
+    def copy(self, room: int = 2 * bookkeeping.SPARE_CONTACTS) -> "Motion":
+        """
+        Return a copy that can be moved without moving this one, with room for so many contacts.
+
+        It has the same state, as after its first contact; scratch arrays are shared.
+        """
+        ledger = self.ledger.copy()
+        ledger["contacts"] = min(int(ledger["contacts"]), 1)
+        own = self.arrays._replace(
+            now=self.arrays.now.copied(),
+            last=self.arrays.last.copied(),
+            contacts=np.zeros((3, room)),
+        )
+        return Motion(self.stepper, ledger, own)
+
+    def after_last_contact(self) -> "Motion":
+        """Return a copy as it was right after its last contact, at t = 0 then."""
+        moving, last = self.copy(), self.arrays.last
+        moving.strain[:], moving.velocity[:] = last.strain, last.velocity
+        ledger = moving.ledger
+        ledger["position"] = ledger["last_position"]
+        ledger["first_contact"] = ledger["last_contact"] = 0.0
+        ledger["steps"] = 0
+        return moving
+
+    def make_room(self) -> None:
+        """Double the room for contacts."""
+        contacts = self.arrays.contacts
+        more = np.concatenate((contacts, np.zeros_like(contacts)), axis=1)
+        self.arrays = self.arrays._replace(contacts=more)
+
+    def advance(self, goal: int) -> int:
+        """Take steps until `goal` are done since the start; return why, see ``bookkeeping``."""
+        stepper, ledger, arrays = self.stepper, self.ledger, self.arrays
+        long = self.at_wall and len(self.strain) >= running.LEAST_ACTIVE
+        count = cores() if long else 1
+        move = running.load(stepper) if count > 1 and stepper.kernels.compiled else None
+        most = steps_at_once(stepper.scheme.evaluations * len(self.strain))
+        while True:
+            check_time()
+            steps = int(ledger["steps"])
+            if move is not None and running.pays(int(ledger["active"]), goal - steps):
+                return running.advance(ledger, arrays, stepper, move, goal, count)
+            status = stepper.advance(ledger, arrays, min(goal, steps + most))
+            if status != bookkeeping.DONE or ledger["steps"] >= goal:
+                return status

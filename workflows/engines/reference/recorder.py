@@ -1,0 +1,79 @@
+"""Snapshots of a motion at multiples of an interval after the first contact."""
+
+import math
+
+import numpy as np
+
+from chaincor.lammps_inputs.arrays import Array
+from chaincor.workflows.engines.outcome import Frames
+from chaincor.workflows.engines.reference.finish import displacements_from
+from chaincor.workflows.engines.reference.moving import Motion
+
+
+class Recorder:
+    """
+    Takes snapshots with copies of the motion, so that asking for them changes no result.
+
+    It looks at the motion after every part of that; with an interval of None it takes none.
+    """
+
+    def __init__(self, moving: Motion, interval: float | None) -> None:
+        self._moving, self._step, self._interval = moving, moving.stepper.step, interval
+        self._before: Motion | None = None
+        self._times: list[float] = []
+        self._states: list[tuple[Array, Array]] = []
+
+    def _next_time(self) -> float:
+        """Return when the next snapshot is due, since the start of the motion."""
+        ledger = self._moving.ledger
+        if self._interval is None or ledger["contacts"] == 0:
+            return math.inf
+        return float(ledger["first_contact"]) + len(self._times) * self._interval
+
+    def next_step(self) -> float:
+        """Return how many steps to take at most before :meth:`record` is called."""
+        if self._interval is None:
+            return math.inf
+        steps = int(self._moving.ledger["steps"])
+        if self._moving.ledger["contacts"] == 0:
+            self._before = self._moving.copy()
+            return steps + 1
+        return max(steps, self._next_time() // self._step)
+
+    def record(self) -> None:
+        """Take all snapshots in the step about to be done, or in the one with the first contact."""
+        begun = int(self._moving.ledger["steps"])
+        while self._next_time() // self._step <= begun:
+            now = self._next_time()
+            source = self._moving
+            if now < begun * self._step and self._before is not None:
+                source = self._before
+            self._take(source, now)
+
+    def _take(self, source: Motion, now: float) -> None:
+        copy = source.copy()
+        # One step of the size that is missing, contacts included.
+        missing = now - float(copy.ledger["steps"] * self._step)
+        copy.stepper = copy.stepper.of_size(max(missing, 0.0))
+        copy.advance(int(copy.ledger["steps"]) + 1)
+        self._times.append(now)
+        displacements = displacements_from(float(copy.ledger["position"]), copy.strain)
+        self._states.append((displacements, copy.velocity))
+
+    def record_until(self, end: float) -> None:
+        """Take all snapshots up to a time since the first contact; no other comes before it."""
+        ledger = self._moving.ledger
+        ledger["argue_after"] = math.inf
+        until = float(ledger["first_contact"]) + end
+        while self._next_time() <= until:
+            self._moving.advance(int(self.next_step()))
+            self.record()
+
+    def collected(self, until: float) -> Frames | None:
+        """Return the snapshots up to a time since the first contact, if any were asked for."""
+        if self._interval is None:
+            return None
+        begin = float(self._moving.ledger["first_contact"])
+        count = sum(moment - begin <= until for moment in self._times)
+        times = np.array(self._times[:count]) - begin
+        return Frames.of(self._moving.line, times, *zip(*self._states[:count], strict=True))

@@ -1,0 +1,315 @@
+r"""
+One Verlet step of a line, as loops for the compiler and as NumPy expressions.
+
+State is the distance of particle 1 from the wall, the bond strains :math:`s_i = u_{i+1} - u_i` and
+the velocities :math:`v_i`: a slow chain then loses no digits to its absolute coordinates. The step
+is the position form, drift - kick - drift:
+
+.. math:: s_i \to s_i + d\,(v_{i+1} - v_i), \qquad v_i \to v_i + (k/m_i)\,(F(s_{i-1}) - F(s_i)),
+
+where two bodies, and a soft wall, have the gap among their strains, with the force
+:math:`K (-g)^q` where the bodies overlap and none elsewhere. The drifts of neighbouring steps
+merge, so that one stage of a composition is one drift and one kick, done in a single pass.
+"""
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from chaincor.lammps_inputs.arrays import Array
+from chaincor.lammps_inputs.bonds.potential import Potential
+from chaincor.workflows.engines.reference import bookkeeping
+from chaincor.workflows.engines.reference.line_traits import (
+    PLAIN,
+    KernelSpec,
+    LineTraits,
+    contact_force,
+    read_parameters,
+)
+
+# What loops are told of a line: `LineParameters`, or of unit masses what the force kernel is told,
+# a NamedTuple, one kind for each potential.
+Parameters = Any
+
+# Bytes that processors move between memory and caches at once.
+LINE = 64
+_ON_A_LINE = LINE // 8
+
+
+class State(NamedTuple):
+    """Bonds and particles of a chain; where particle 1 is, is told beside it."""
+
+    strain: Array  #: Bond lengths less one; of shape (n - 1,).
+    velocity: Array  #: Velocities, positive away from the wall; of shape (n,).
+
+    @classmethod
+    def room(cls, bonds: int) -> "State":
+        """
+        Return a state for so many bonds, whose numbers are still to come.
+
+        Its arrays begin with a line of the processor's memory: what vectors write across two lines,
+        the next stage waits for, and an extrapolated step takes half as long again.
+        """
+        after = bonds + -bonds % _ON_A_LINE
+        numbers = np.empty(after + bonds + _ON_A_LINE)
+        first = -numbers.ctypes.data % LINE // 8
+        return cls(numbers[first : first + bonds], numbers[first + after :][: bonds + 1])
+
+    def copied(self) -> "State":
+        """Return a copy, as well placed."""
+        copy = State.room(len(self.strain))
+        copy.strain[:] = self.strain
+        copy.velocity[:] = self.velocity
+        return copy
+
+
+class VerletKernels(NamedTuple):
+    """
+    What steps are made of; all work on the first `bonds`, and one velocity more.
+
+    What is done at every stage takes arrays: to take a `State` apart counts references to them,
+    which costs as much as ten bonds.
+    """
+
+    #: ``start(old, strain, velocity, bonds, drift, kick, parameters)``: a drift and a kick from an
+    #: old `State` into arrays.
+    start: Callable
+    #: ``stage(strain, velocity, bonds, drift, kick, parameters)``: the same in place.
+    stage: Callable
+    drift: Callable  #: ``drift(strain, velocity, bonds, time)``: free motion, in place.
+    copy: Callable  #: ``copy(strain, velocity, new, bonds)``: into the `State` `new`.
+    #: ``mix(state, old, mixture, bonds, drift, weight)``: adds to the mixture, weighted, how the
+    #: state differs from an old one after a drift.
+    mix: Callable
+    #: ``count_outside(strain, bonds, low, high, parameters)``: strains outside a range, the gap
+    #: left out; what is not a number is outside.
+    count_outside: Callable
+    #: ``extremes(strain, bonds, parameters)``: smallest and largest strain, the gap left out; no
+    #: number where one is none.
+    extremes: Callable
+    #: ``are_allowed(ledger, strain, bonds, parameters)``: whether no strain is beyond those
+    #: allowed; the ledger is told of the smallest and the largest.
+    are_allowed: Callable
+
+
+def looped_stages(source: KernelSpec) -> VerletKernels:
+    """Return the stages as loops, for a compiler."""
+    register, wall = source.register, source.kind.contact == "wall"
+    read, push = read_parameters(source), source.register(contact_force)
+    slice_parameters, force, over_mass = read.slice_parameters, read.force, read.over_mass
+
+    def passing(in_place: bool) -> Callable:
+        # The force of the bond behind is carried along: reading ahead and writing behind is a
+        # pattern that LLVM vectorises, and one pass costs less memory traffic than two. In place by
+        # itself: where old and new only turn out to be the same arrays, there are no vectors.
+        @register
+        def pass_bonds(
+            bonds: int,
+            behind: float,
+            old: State,
+            new: State,
+            drift: float,
+            kick: float,
+            parameters: Parameters,
+        ) -> float:
+            strain, velocity = new
+            old_strain, old_velocity = new if in_place else old
+            for i in range(bonds):
+                stretched = old_strain[i] + drift * (old_velocity[i + 1] - old_velocity[i])
+                strain[i] = stretched
+                ahead = force(stretched, parameters)
+                velocity[i] = old_velocity[i] + over_mass(kick, i, parameters) * (behind - ahead)
+                behind = ahead
+            return behind
+
+        # Bonds before the gap, the gap, bonds behind it: a question at every bond would cost more
+        # than its force.
+        @register
+        def start(
+            old: State,
+            strain: Array,
+            velocity: Array,
+            bonds: int,
+            drift: float,
+            kick: float,
+            parameters: Parameters,
+        ) -> None:
+            new = strain, velocity
+            if not wall:
+                old_strain, old_velocity = old
+                gap = parameters.gap
+                behind = pass_bonds(gap, 0.0, old, new, drift, kick, parameters)
+                opened = old_strain[gap] + drift * (old_velocity[gap + 1] - old_velocity[gap])
+                strain[gap] = opened
+                ahead = push(opened, parameters.stiffness, parameters.exponent)
+                given = over_mass(kick, gap, parameters) * (behind - ahead)
+                velocity[gap] = old_velocity[gap] + given
+                # Loops that begin at 0 have vectors: others may have indices from the end.
+                begin = gap + 1
+                rest = bonds - begin
+                old_rest = old_strain[begin:], old_velocity[begin:]
+                new_rest = strain[begin:], velocity[begin:]
+                light = slice_parameters(parameters, begin, bonds + 1)
+                behind = pass_bonds(rest, ahead, old_rest, new_rest, drift, kick, light)
+            else:
+                behind = pass_bonds(bonds, 0.0, old, new, drift, kick, parameters)
+            velocity[bonds] = old[1][bonds] + over_mass(kick, bonds, parameters) * behind
+
+        return start
+
+    start, in_place = passing(in_place=False), passing(in_place=True)
+
+    @register
+    def stage(
+        strain: Array,
+        velocity: Array,
+        bonds: int,
+        drift: float,
+        kick: float,
+        parameters: Parameters,
+    ) -> None:
+        in_place((strain, velocity), strain, velocity, bonds, drift, kick, parameters)
+
+    @register
+    def drift(strain: Array, velocity: Array, bonds: int, time: float) -> None:
+        for i in range(bonds):
+            strain[i] += time * (velocity[i + 1] - velocity[i])
+
+    @register
+    def copy(strain: Array, velocity: Array, new: State, bonds: int) -> None:
+        new_strain, new_velocity = new
+        for i in range(bonds):
+            new_strain[i] = strain[i]
+            new_velocity[i] = velocity[i]
+        new_velocity[bonds] = velocity[bonds]
+
+    @register
+    def mix(
+        state: State, old: State, mixture: State, bonds: int, drift: float, weight: float
+    ) -> None:
+        strain, velocity = state
+        old_strain, old_velocity = old
+        mix_strain, mix_velocity = mixture
+        for i in range(bonds):
+            moved = strain[i] + drift * (velocity[i + 1] - velocity[i])
+            mix_strain[i] += weight * (moved - old_strain[i])
+        for i in range(bonds + 1):
+            mix_velocity[i] += weight * (velocity[i] - old_velocity[i])
+
+    @register
+    def count_outside(strain: Array, bonds: int, low: float, high: float) -> int:
+        outside = 0
+        for i in range(bonds):
+            outside += not (low <= strain[i] <= high)
+        return outside
+
+    looks = _looks(count_outside, register(bookkeeping.extremes), source.kind, register)
+    return VerletKernels(start, stage, drift, copy, mix, *looks)
+
+
+def array_stages(bond: Potential, kind: LineTraits = PLAIN) -> VerletKernels:
+    """Return the stages in NumPy, for forces that cannot be compiled and are told arrays."""
+
+    def start(
+        old: State,
+        strain: Array,
+        velocity: Array,
+        bonds: int,
+        drift: float,
+        kick: float,
+        parameters: Parameters,
+    ) -> None:
+        copy(*old, State(strain, velocity), bonds)
+        stage(strain, velocity, bonds, drift, kick, parameters)
+
+    def stage(
+        strain: Array,
+        velocity: Array,
+        bonds: int,
+        time: float,
+        kick: float,
+        parameters: Parameters,
+    ) -> None:
+        drift(strain, velocity, bonds, time)
+        if kind.unit:
+            impulse = kick * bond.force(strain[:bonds])
+            velocity[:bonds] -= impulse
+            velocity[1 : bonds + 1] += impulse
+            return
+        forces = strain[:bonds].copy()
+        if kind.contact == "wall":
+            forces = bond.force(forces)
+        else:
+            gap = parameters.gap
+            forces[:gap], forces[gap + 1 :] = (
+                bond.force(forces[:gap]),
+                bond.force(forces[gap + 1 :]),
+            )
+            forces[gap] = contact_force(strain[gap], parameters.stiffness, parameters.exponent)
+        pushes = np.concatenate((-forces, [0.0])) + np.concatenate(([0.0], forces))
+        velocity[: bonds + 1] += kick * parameters.inverse[: bonds + 1] * pushes
+
+    def drift(strain: Array, velocity: Array, bonds: int, time: float) -> None:
+        strain[:bonds] += time * np.diff(velocity[: bonds + 1])
+
+    def copy(strain: Array, velocity: Array, new: State, bonds: int) -> None:
+        new_strain, new_velocity = new
+        new_strain[:bonds] = strain[:bonds]
+        new_velocity[: bonds + 1] = velocity[: bonds + 1]
+
+    def mix(
+        state: State, old: State, mixture: State, bonds: int, drift: float, weight: float
+    ) -> None:
+        strain, velocity = state[0][:bonds], state[1][: bonds + 1]
+        old_strain, old_velocity = old[0][:bonds], old[1][: bonds + 1]
+        moved = strain + drift * np.diff(velocity)
+        mixture[0][:bonds] += weight * (moved - old_strain)
+        mixture[1][: bonds + 1] += weight * (velocity - old_velocity)
+
+    def count_outside(strain: Array, bonds: int, low: float, high: float) -> int:
+        strain = strain[:bonds]
+        return int(np.count_nonzero(~((strain >= low) & (strain <= high))))
+
+    def extremes(strain: Array, bonds: int) -> tuple[float, float]:
+        low, high = np.min(strain[:bonds], initial=np.inf), np.max(strain[:bonds], initial=-np.inf)
+        return float(low), float(high)
+
+    looks = _looks(count_outside, extremes, kind, lambda function: function)
+    return VerletKernels(start, stage, drift, copy, mix, *looks)
+
+
+def _looks(count: Callable, spread: Callable, kind: LineTraits, register: Callable) -> tuple:
+    """Return how strains are looked over, the gap left out, by what looks at all of them."""
+    wall, widen = kind.contact == "wall", register(bookkeeping.widen)
+
+    @register
+    def extremes(strain: Array, bonds: int, parameters: Parameters) -> tuple[float, float]:
+        if wall:
+            return spread(strain, bonds)
+        place = parameters.gap
+        low, high = spread(strain[:place], place)
+        lower, higher = spread(strain[place + 1 :], bonds - place - 1)
+        # What is not a number stays.
+        low = low if low <= lower or low != low else lower
+        high = high if high >= higher or high != high else higher
+        return low, high
+
+    @register
+    def count_outside(
+        strain: Array, bonds: int, low: float, high: float, parameters: Parameters
+    ) -> int:
+        if wall:
+            return count(strain, bonds, low, high)
+        place = parameters.gap
+        before = count(strain[:place], place, low, high)
+        return before + count(strain[place + 1 :], bonds - place - 1, low, high)
+
+    @register
+    def are_allowed(ledger: Any, strain: Array, bonds: int, parameters: Parameters) -> bool:
+        if count_outside(strain, bonds, ledger.strain_min, ledger.strain_max, parameters) > 0:
+            low, high = extremes(strain, bonds, parameters)
+            return widen(ledger, low, high)
+        return True
+
+    return count_outside, extremes, are_allowed

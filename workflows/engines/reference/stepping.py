@@ -1,0 +1,211 @@
+"""The stepping engine: steps of one size by any scheme, with contacts located to rounding."""
+
+import math
+import time
+
+from chaincor.lammps_inputs.numerics import Numerics
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.engines.end_watch import EndWatch
+from chaincor.workflows.engines.ending import Ending, sound_round_trip
+from chaincor.workflows.engines.outcome import MOST_ENERGY_GROWTH, Outcome
+from chaincor.workflows.engines.reference import bookkeeping
+from chaincor.workflows.engines.reference.coarse_run import CoarseRun
+from chaincor.workflows.engines.reference.finish import (
+    KNOWN_MARGIN,
+    End,
+    LastContact,
+    finish,
+    run_single_particle,
+    unfinished_error,
+)
+from chaincor.workflows.engines.reference.look_ahead import LookAhead
+from chaincor.workflows.engines.reference.loops.processes import compile_in_background
+from chaincor.workflows.engines.reference.moving import Motion, Stepper
+from chaincor.workflows.engines.reference.recorder import Recorder
+from chaincor.workflows.engines.whole_end import certain_at, next_look
+
+# Soft bodies may overlap for so many times what two free particles would.
+LONGEST_TOUCHES = 100.0
+
+
+def run(
+    scene: Scene,
+    numerics: Numerics,
+    frame_interval: float | None = None,
+    known: Outcome | None = None,
+    follow: bool = True,
+) -> Outcome:
+    """
+    Carry the bodies of a scene through their collision, with the scheme and step of some numerics.
+
+    That a contact was the last is mostly seen by looking ahead with coarse steps (``look_ahead``);
+    chains that break are followed with the steps of the run.
+
+    Parameters
+    ----------
+    frame_interval : float, optional
+        Time between snapshots. Each is reached by a copy of the chain, so that asking for
+        frames changes no result.
+    known : Outcome, optional
+        The same collision at another step, whose end was seen: this run is compared with it, and
+        goes only a little beyond its last contact.
+    follow : bool
+        Whether an end that is not proved is followed on. Without, silence for as long as sound
+        needs to cross the chain and come back ends the run: for runs that are only compared.
+
+    Raises
+    ------
+    UnfinishedCollisionError
+        If the chain still approaches the wall after the longest time that is followed.
+    BarrierError, CrossingError, BondRangeError, TimestepError
+        As ``finish.strain_error`` tells them apart.
+    """
+    if scene.particles == 1 and scene.line.targets == 0 and not scene.line.soft:
+        return run_single_particle(scene, numerics.scheme, numerics.timestep, frame_interval)
+    moving = _at_start(scene, numerics)
+    loaded = moving.stepper.kernels.loaded
+    if not loaded.is_set():
+        # Without a step to take, this only loads or compiles the loops, which is not integration.
+        with compile_in_background(_warm_up_coarse_steps, scene, numerics):
+            moving.advance(0)
+        _warm_up_coarse_steps(scene, numerics)
+        loaded.set()
+    collision = _Collision(scene, moving, frame_interval)
+    started = time.perf_counter()
+    end = collision.run(known, follow)
+    seconds = time.perf_counter() - started
+    ledger, last = moving.ledger, moving.arrays.last
+    begin = float(ledger["first_contact"])
+    quiet = sound_round_trip(scene.longest_body, scene.slow_stiffness)
+    return finish(
+        scene,
+        LastContact(
+            strains=last.strain,
+            velocities=last.velocity,
+            contact_times=moving.contact_times - begin,
+            contact_speeds=moving.contact_speeds.copy(),
+            impulses=moving.impulses.copy(),
+            position=float(ledger["last_position"]),
+            lasted=float(ledger["last_contact"]),
+            bond_range=(1.0 + float(ledger["contact_min"]), 1.0 + float(ledger["contact_max"])),
+        ),
+        end,
+        scheme=numerics.scheme,
+        timestep=numerics.timestep,
+        seconds=seconds,
+        frames=collision.frames.collected(float(ledger["last_contact"]) - begin + quiet),
+    )
+
+
+def follow_on(scene: Scene, moving: Motion) -> End:
+    """
+    Go on with bodies that were left where their end may be argued, as :func:`run` does.
+
+    They came back from their last steps with `bookkeeping.ARGUE`, their end not looked for before,
+    and are changed in place; they may get new room for contacts. Returns how the collision ends,
+    when that was seen, and the force evaluations so far; raises RunError as :func:`run`.
+    """
+    return _Collision(scene, moving, None).run(None, True, bookkeeping.ARGUE)
+
+
+def _warm_up_coarse_steps(scene: Scene, numerics: Numerics) -> None:
+    """Load or compile the loop over coarse steps alone."""
+    CoarseRun(_at_start(scene, numerics), 0.0, 1.0).fly(0.0)
+
+
+def _at_start(scene: Scene, numerics: Numerics) -> Motion:
+    stepper = Stepper.of(scene.line, scene.bond, numerics.scheme, numerics.timestep)
+    return Motion.at_start(scene, stepper)
+
+
+class _Collision:
+    """A collision in progress: the bodies, and who looks at them on the way."""
+
+    def __init__(self, scene: Scene, moving: Motion, frame_interval: float | None) -> None:
+        self.scene, self.moving = scene, moving
+        self.look_ahead = LookAhead(scene, moving)
+        self.frames = Recorder(moving, frame_interval)
+        self.watch = EndWatch(scene.longest_body, scene.bond, scene.slow_stiffness)
+
+    def run(self, known: Outcome | None, follow: bool, left: int | None = None) -> End:
+        """
+        Step until the end; return it, when that is, and the force evaluations it took.
+
+        `left` is why the bodies came back from steps that were taken elsewhere.
+        """
+        scene, ledger = self.scene, self.moving.ledger
+        if known is not None:
+            bookkeeping.never_argue(ledger)
+        while True:
+            goal, last_step = self._goal(known)
+            status = self.moving.advance(goal) if left is None else left
+            left = None
+            if status in (bookkeeping.OUTSIDE, bookkeeping.CROWDED):
+                raise self.look_ahead.unresolved()
+            if status == bookkeeping.FULL:
+                self.moving.make_room()
+                continue
+            late = ledger["steps"] > last_step
+            now, _ = self.look_ahead.times()
+            if late and known is not None and not ledger["touching"]:
+                return End(known.ending, now, int(ledger["evaluations"]))
+            if (status == bookkeeping.ARGUE or late) and not ledger["touching"]:
+                end = self._look(status, follow)
+                if end is not None:
+                    self.frames.record_until(end.time)
+                    return end
+            if status == bookkeeping.DONE:
+                if late and self._patience() < now:
+                    raise unfinished_error(scene, now)
+                self.frames.record()
+
+    def _goal(self, known: Outcome | None) -> tuple[int, float]:
+        """Return how many steps to take, and how many of them are past what is waited for."""
+        scene, ledger, step = self.scene, self.moving.ledger, self.moving.stepper.step
+        steps, interval = int(ledger["steps"]), 1.0 / scene.slow_stiffness**0.5
+        if ledger["contacts"] == 0:
+            # The mean comes nearer: a contact comes, soon or late.
+            goal = steps + math.ceil(interval / step)
+            return int(min(goal, self.frames.next_step())), math.inf
+        if known is None:
+            longest = self._patience()
+        else:
+            longest = float(known.contact_times[-1]) + KNOWN_MARGIN * interval
+        last_step = math.ceil((longest + float(ledger["first_contact"])) / step)
+        if ledger["touching"]:
+            last_step = max(last_step, steps + math.ceil(interval / step))
+        return int(min(last_step + 1, self.frames.next_step())), last_step
+
+    def _patience(self) -> float:
+        """Return until when the bodies are followed, since the first contact."""
+        _, last = self.look_ahead.times()
+        patience = self.watch.followed_until(last)
+        ledger = self.moving.ledger
+        if ledger["touching"]:
+            begun = float(self.moving.contact_times[-1] - ledger["first_contact"])
+            patience = max(patience, begun + LONGEST_TOUCHES * self.scene.contact_duration)
+        return patience
+
+    def _look(self, status: int, follow: bool) -> End | None:
+        """Look for the end; return it as `run` does, or None where the bodies are followed on."""
+        moving, ledger, line = self.moving, self.moving.ledger, self.scene.line
+        now, last = self.look_ahead.times()
+        certain = math.inf
+        if status == bookkeeping.ARGUE and line.at_wall and line.cold:
+            speed, momentum = float(ledger["impact_velocity"]), float(ledger["momentum"])
+            if not abs(momentum) <= MOST_ENERGY_GROWTH * line.chain_masses.sum() * speed:
+                # Too long a step throws it back faster than it came.
+                raise self.look_ahead.unresolved()
+            masses = None if line.unit else line.chain_masses
+            state = moving.gap, moving.strain
+            certain = certain_at(self.scene.bond, speed, momentum, *state, now, last, masses)
+        if certain == math.inf:
+            end = self.look_ahead.look(self.watch, follow)
+            ledger["argue_after"] = self.watch.next_look(now, last) - last
+            return end
+        off, seen, evaluations = self.look_ahead.keeps_off(certain)
+        if off:
+            return End(Ending("proved"), seen, evaluations)
+        ledger["evaluations"] = evaluations
+        ledger["argue_after"] = next_look(now, last, seen) - last
+        return None
