@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from chaincor.analysis.atomic_write import folder_aside, write_arrays
+from chaincor.analysis.atomic_write import folder_aside, publish, write_arrays
 from chaincor.analysis.collision_figures import draw_figures, energy_series, mode_theory
 from chaincor.analysis.results import CollisionAnalysis
 
@@ -91,8 +91,8 @@ def write_report(
     """
     Write ``analysis.json``, ``arrays.npz``, three CSV files and, if wanted, the figures.
 
-    Files appear together when all are written; others in the folder stay. `finish` is called with
-    the folder they are in until then, and may add to them.
+    Data appears first: a figure that fails leaves it in the folder. Other files stay. `finish` is
+    called with the folder that the files are in until all are written, and may add to them.
     """
     folder = Path(folder)
     with folder_aside(folder) as aside:
@@ -115,6 +115,7 @@ def write_report(
         _write_table(aside / "modes.csv", _mode_rows(analysis))
         columns = (history.series_times, history.momentum, *energy_series(analysis))
         _write_table(aside / "history.csv", np.column_stack(columns).tolist())
+        publish(aside, folder)
         if figures:
             draw_figures(analysis, aside)
         if finish is not None:

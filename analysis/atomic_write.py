@@ -9,31 +9,23 @@ from io import BytesIO
 from pathlib import Path
 from typing import Any
 
+from chaincor.analysis.output_paths import judge_output, resolve_output
 from chaincor.lammps_inputs.errors import InputError
 
 # A full disk, one that is full for this user, and a file that may not be so large.
 _NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 
 
-def refuse_no_file(path: Path) -> None:
-    """Raise InputError if there is a folder or a device where a file is to be written."""
-    if path.exists() and not path.is_file():
-        found = "a folder" if path.is_dir() else "a device"
-        raise InputError(
-            f"{str(path)!r} was given as the file to write, but that is {found}; give another path"
-        )
-
-
 @contextmanager
-def written_aside(path: Path) -> Iterator[Path]:
+def written_aside(path: Path, kind: str | None = None) -> Iterator[Path]:
     """
     Yield a path beside the wanted one, with its ending, and rename it to that on success.
 
-    Raises InputError if there is a folder or a device of this name, or its folder cannot be written
-    to.
+    `kind` is that of :func:`~chaincor.analysis.output_paths.judge_output`, by default the ending.
+    Raises InputError as that does, and if the folder cannot be written to.
     """
-    refuse_no_file(path)
-    with folder_aside(path.parent, prefix=path.stem) as folder:
+    place = judge_output(path, path.suffix if kind is None else kind)
+    with folder_aside(place.parent, prefix=path.stem) as folder:
         try:
             yield folder / path.name
         except OSError as error:
@@ -55,6 +47,7 @@ def folder_aside(folder: Path, prefix: str = "partial") -> Iterator[Path]:
     The folder is made if it is not there; files of other names in it stay. `prefix` starts the name
     of the temporary one. Raises InputError if the folder cannot be written to.
     """
+    folder = resolve_output(folder / prefix).parent
     try:
         folder.mkdir(parents=True, exist_ok=True)
         aside = Path(tempfile.mkdtemp(prefix=f".{prefix}-", dir=folder))
@@ -70,6 +63,18 @@ def folder_aside(folder: Path, prefix: str = "partial") -> Iterator[Path]:
         raise
     finally:
         shutil.rmtree(aside, ignore_errors=True)
+
+
+def publish(aside: Path, folder: Path) -> None:
+    """
+    Copy the files that are complete so far from a folder of `folder_aside` into the wanted one.
+
+    Data that took long to compute is then kept when a picture, which is drawn later, fails.
+    """
+    copy = aside / ".copy"
+    for path in sorted(path for path in aside.iterdir() if path.is_file()):
+        shutil.copy2(path, copy)
+        copy.replace(folder / path.name)
 
 
 def _name_what_was_written(error: OSError, path: Path) -> None:

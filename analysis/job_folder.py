@@ -20,6 +20,7 @@ from chaincor.lammps_inputs.schemes import SCHEME_ORDERS
 from chaincor.lammps_inputs.units.unit_system import UNITS_FILE, UnitSystem
 
 _HEAD = 4096
+_COUNT = re.compile(r"[0-9]{1,18}")
 _ATOM_COUNT = re.compile(rb"^\s*(\d+)\s+atoms\s*$", re.MULTILINE)
 _DATA_SECTION = re.compile(rb"^\s*(Atoms|Masses)\b", re.MULTILINE)
 _SCRIPT_COMMAND = re.compile(rb"^\s*(units|atom_style|read_data|run)\s", re.MULTILINE)
@@ -245,7 +246,7 @@ def _files_by_kind(folder: Path) -> dict[str, list[Path]]:
 def count_atoms_and_bonds(path: Path) -> tuple[int, int]:
     """Return what a data file declares, 0 bonds by default; InputError if it is none."""
     _, header = read_sections(path)[""]
-    counts = {row[1]: int(row[0]) for row in header if len(row) == 2 and row[0].isdigit()}
+    counts = {row[1]: int(row[0]) for row in header if len(row) == 2 and _COUNT.fullmatch(row[0])}
     if "atoms" not in counts:
         raise InputError(f"{path} is not a LAMMPS data file: no line 'N atoms' in its header")
     return counts["atoms"], counts.get("bonds", 0)

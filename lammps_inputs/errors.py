@@ -20,6 +20,9 @@ _ELSEWHERE = {
     **dict.fromkeys(("simulate", "collide", "start"), "run"),
 }
 
+# Longer words resemble no name, and to compare them takes long.
+_LONGEST_WORD = 60
+
 
 class ChaincorError(Exception):
     """Base of every error chaincor raises on purpose; the message is one clear line."""
@@ -78,6 +81,8 @@ class TableError(InputError):
 
 def meant(word: str, known: Iterable[str]) -> str | None:
     """Return what was probably meant by a word that is not known; None if nothing is near."""
+    if len(word) > _LONGEST_WORD:
+        return None
     names = {name.lower().replace("_", "-"): name for name in known}
     plain = word.lower().strip("-").replace("_", "-")
     if plain in names:

@@ -2,7 +2,7 @@
 
 from typing import Annotated, Any
 
-from pydantic import BeforeValidator, Field
+from pydantic import AfterValidator, BeforeValidator, Field
 
 
 def not_a_bool(expected: str) -> BeforeValidator:
@@ -14,6 +14,17 @@ def not_a_bool(expected: str) -> BeforeValidator:
         return value
 
     return BeforeValidator(check)
+
+
+def at_least(least: float) -> AfterValidator:
+    """Return what refuses smaller numbers, with the bound in a readable form."""
+
+    def check(value: float) -> float:
+        if value < least:
+            raise ValueError(f"expected {least:g} or more")
+        return value
+
+    return AfterValidator(check)
 
 
 IsCount = not_a_bool("a whole number")

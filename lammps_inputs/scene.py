@@ -27,7 +27,8 @@ from chaincor.lammps_inputs.scene_parts.identity import (
 )
 from chaincor.lammps_inputs.scene_parts.rules import NUMERICS_KEYS, check_together, told
 from chaincor.lammps_inputs.scene_parts.scene_fields import SceneFields
-from chaincor.lammps_inputs.scene_parts.scene_file import parse_toml, read_scene_fields
+from chaincor.lammps_inputs.scene_parts.scene_file import read_scene_fields
+from chaincor.lammps_inputs.toml_text import parse_toml
 
 DEFAULT_SPEED = 0.4  # units of v*
 DEFAULT_HARMONIC_VELOCITY = 0.1

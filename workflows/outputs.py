@@ -1,31 +1,17 @@
 """Files that a command is asked to write: refused before it works where they cannot be written."""
 
-import re
 from collections.abc import Iterable, Sequence
+from hashlib import sha256
 from pathlib import Path
 
-from chaincor.analysis.atomic_write import refuse_no_file
+from chaincor.analysis.output_paths import judge_output, resolve_output
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.lammps_inputs.script import DATA_FILE, SCENE_FILE, SCRIPT_FILE, TABLE_FILE
+from chaincor.lammps_inputs.script import DATA_FILE, DUMP_FILE, SCENE_FILE, SCRIPT_FILE, TABLE_FILE
 
 # In which formats figures are drawn.
 PICTURES = (".png", ".pdf", ".svg")
 PICTURES_SAID = ".png, .pdf or .svg"
-# What is near the beginning of a file of a kind, as a pattern.
-_MARKS = {
-    "dump": b"ITEM:",
-    "arrays": b"PK",
-    "xyz": rb"^\d+\nProp",
-    ".csv": b"potential,",
-    ".html": b"<!doctype html>",
-    ".gif": b"GIF8",
-    ".mp4": b"ftyp",
-    ".png": b"PNG",
-    ".pdf": b"%PDF",
-    ".svg": rb"<\?xml",
-    ".parquet": b"PAR1",
-}
 
 
 def refuse_unusable_outputs(scene: Scene) -> None:
@@ -42,7 +28,7 @@ def refuse_unusable_outputs(scene: Scene) -> None:
             "frames these are: give dump, or drop dump_frames"
         )
     given = _outputs(scene)
-    paths = {key: path.absolute() for key, path in given.items()}
+    paths = {key: _resolved(key, path) for key, path in given.items()}
     if len(set(paths.values())) < len(paths):
         raise InputError(f"{' and '.join(paths)} share a path; expected one for each: give another")
     for key, path in paths.items():
@@ -52,37 +38,20 @@ def refuse_unusable_outputs(scene: Scene) -> None:
             found = f"{str(in_the_way[0])!r} is a file" if in_the_way else "that is a folder"
             raise InputError(f"{key} is {str(given[key])!r}, but {found}; give another path")
         if key == "save":
-            _refuse_another_job(scene, given[key])
+            _refuse_another_job(scene, path)
         else:
-            refuse_other_kinds(given[key], key)
+            judge_output(given[key], key)
+
+
+def _resolved(key: str, path: Path) -> Path:
+    """Return where an output of a scene goes; a folder is resolved as a whole."""
+    return resolve_output(path / "in").parent if key == "save" else resolve_output(path)
 
 
 def _outputs(scene: Scene) -> dict[str, Path]:
     """Return where a scene's files go, by the keys that say so."""
     given = {key: getattr(scene, key) for key in ("dump", "arrays", "save")}
     return {key: path for key, path in given.items() if path is not None}
-
-
-def refuse_other_kinds(path: Path, kind: str) -> None:
-    """
-    Refuse to write over what is no earlier output of a kind: "dump", "arrays", "xyz", or an ending.
-
-    Raises InputError if there is a folder or a device, or a file that is neither empty nor of this
-    kind; of endings that no command writes nothing is said.
-    """
-    if not path.exists():
-        return
-    refuse_no_file(path)
-    try:
-        with path.open("rb") as file:
-            found = file.read(16)
-    except OSError as error:
-        raise InputError(f"cannot read {str(path)!r} to replace it: {error.strerror}") from None
-    if found and not re.search(_MARKS.get(kind, b""), found):
-        raise InputError(
-            f"{str(path)!r} was given to write to, and holds something else; give another path, or "
-            "remove it"
-        )
 
 
 def make_folder(folder: Path) -> None:
@@ -110,8 +79,48 @@ def refuse_overwriting_inputs(output: Path, inputs: Iterable[Path], option: str)
             )
 
 
+# What a saved job says of its files, in its scene: name and SHA-256.
+_SIGNED = "# saved by chaincor run: "
+# LAMMPS writes these anew whenever the job is run.
+_WRITTEN_BY_RUNS = ("log.lammps", DUMP_FILE)
+
+
+def sign_job(folder: Path) -> None:
+    """Let the scene of a job that is saved name its files, by which an edited one is noticed."""
+    scene = folder / SCENE_FILE
+    if not scene.exists():
+        return
+    lines = [f"{_SIGNED}{name} {digest}\n" for name, digest in _digests(folder).items()]
+    scene.write_text("".join(lines) + scene.read_text(encoding="utf-8"), encoding="utf-8")
+
+
+def _digests(folder: Path) -> dict[str, str]:
+    """Return the SHA-256 of each file of a job, that of the scene without its signature."""
+    found = {}
+    for path in sorted(path for path in folder.iterdir() if path.is_file()):
+        if path.name not in _WRITTEN_BY_RUNS:
+            lines = path.read_bytes().splitlines(keepends=True)
+            own = [line for line in lines if not line.startswith(_SIGNED.encode())]
+            found[path.name] = sha256(b"".join(own)).hexdigest()
+    return found
+
+
+def _is_unedited(folder: Path) -> bool:
+    """Return whether a folder holds a saved job whose files are as they were saved."""
+    try:
+        text = (folder / SCENE_FILE).read_text(encoding="utf-8")
+        signed = [
+            tuple(line.removeprefix(_SIGNED).split())
+            for line in text.splitlines()
+            if line.startswith(_SIGNED)
+        ]
+        return bool(signed) and set(signed) <= {*_digests(folder).items()}
+    except (OSError, ValueError):
+        return False
+
+
 def _refuse_another_job(scene: Scene, folder: Path) -> None:
-    names = (SCRIPT_FILE, DATA_FILE, TABLE_FILE, SCENE_FILE)
+    names = (SCRIPT_FILE, DATA_FILE, TABLE_FILE, SCENE_FILE, *_WRITTEN_BY_RUNS)
     there = [name for name in names if (folder / name).exists()]
     if not there:
         return
@@ -119,7 +128,7 @@ def _refuse_another_job(scene: Scene, folder: Path) -> None:
         kept = Scene.from_file(folder / SCENE_FILE)
     except InputError:  # also where there is none
         kept = None
-    if kept is None or kept.collision_sha256 != scene.collision_sha256:
+    if kept is None or kept.collision_sha256 != scene.collision_sha256 or not _is_unedited(folder):
         raise InputError(
             f"save is {str(folder)!r}, which has {', '.join(there)} of something else; give "
             "another folder, or remove these"
@@ -131,7 +140,7 @@ def refuse_shared_outputs(scenes: Sequence[Scene]) -> None:
     owners: dict[Path, int] = {}
     for number, scene in enumerate(scenes, start=1):
         for key, path in _outputs(scene).items():
-            owner = owners.setdefault(path.absolute(), number)
+            owner = owners.setdefault(_resolved(key, path), number)
             if owner != number:
                 raise InputError(
                     f"{key} is {str(path)!r} in scenes {owner} and {number}; expected a path of "

@@ -259,7 +259,7 @@ class Collision(Motion):
 
     def save_arrays(self, path: Path) -> None:
         """Write the arrays to an NPZ file, aside first: an older one is not lost half-way."""
-        with written_aside(Path(path)) as aside:
+        with written_aside(Path(path), "arrays") as aside:
             write_arrays(aside, self.arrays())
 
 

@@ -10,6 +10,9 @@ from numpy.typing import NDArray
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.errors import InputError
 
+# Larger whole numbers have no float64 of their own.
+_LARGEST_WHOLE = 2.0**53
+
 
 class TruncatedFrameError(Exception):
     """The file ends inside a frame, as after a crash; everything before is sound."""
@@ -46,6 +49,21 @@ class DumpFrame:
             )
         values = self.raw_column(self.columns.index(name))
         return values if self.order is None else values[self.order]
+
+    def whole_numbers(self, name: str) -> NDArray[np.int64]:
+        """
+        Return a column of whole numbers, such as types, sorted by id; of shape (n,).
+
+        Raises InputError, which names the frame and the column, if one of them is none.
+        """
+        values = self.column(name)
+        wrong = values[~(np.abs(values) < _LARGEST_WHOLE) | (values != np.floor(values))]
+        if wrong.size:
+            raise InputError(
+                f"column '{name}' of the frame of step {self.step} holds {wrong[0]:g}; expected "
+                "whole numbers, as LAMMPS writes them: the dump is damaged"
+            )
+        return values.astype(np.int64)
 
     def significant_digits(self) -> int:
         """

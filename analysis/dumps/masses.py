@@ -21,6 +21,8 @@ MASS_COLUMN = "mass"
 TYPE_COLUMN = "type"
 # Given masses and those of the default format of dumps agree to its six digits.
 _SAME_MASS = 1e-5
+# More types have no meaning in a chain.
+_MOST_TYPES = 10_000_000
 # Where the type stands in a line of the section Atoms.
 _TYPE_PLACE = dict.fromkeys(("bond", "angle", "molecular", "full"), 2)
 _TYPE_PLACE |= dict.fromkeys(("atomic", "charge", "sphere", "ellipsoid"), 1)
@@ -127,7 +129,7 @@ def _by_id(frame: DumpFrame, n: int, declared: DeclaredMasses) -> tuple[Array | 
         return _repeated(frame.column(MASS_COLUMN), n), f"column '{MASS_COLUMN}' of the dump"
     if declared.unclear is not None:
         return None, declared.unclear
-    types = frame.column(TYPE_COLUMN) if TYPE_COLUMN in frame.columns else declared.types
+    types = frame.whole_numbers(TYPE_COLUMN) if TYPE_COLUMN in frame.columns else declared.types
     kinds = [] if types is None else [int(kind) for kind in np.unique(types)]
     if not declared.by_type:
         differ = "particles are of types " + ", ".join(map(str, kinds[:5]))
@@ -197,6 +199,8 @@ def _masses_of_types(words: list[str], known: set[int]) -> dict[int, float]:
     low, star, high = words[1].partition("*")
     first = int(low or 1)
     last = int(high) if high else max(known, default=first) if star else first
+    if last > _MOST_TYPES:
+        raise ValueError(f"{last} types")
     return dict.fromkeys(range(first, max(last, first) + 1), float(words[2]))
 
 

@@ -112,7 +112,7 @@ def write_extended_xyz(
         layout = ChainLayout.from_frame(source.first(), target_masses.size)
         m = np.concatenate((np.asarray(masses), target_masses))
     states, listed = layout.states(source, timestep), m.tolist()
-    with written_aside(Path(path)) as aside, aside.open("w", encoding="ascii") as file:
+    with written_aside(Path(path), "xyz") as aside, aside.open("w", encoding="ascii") as file:
         for state in states:
             file.write(
                 f"{m.size}\nProperties=species:S:1:pos:R:3:velo:R:3:displacement:R:1:masses:R:1 "

@@ -12,6 +12,7 @@ from chaincor.lammps_inputs.errors import InputError
 
 # A header that says more is damaged.
 _MOST_PARTICLES = 10**9
+_LATEST_STEP = 2**63
 
 
 class TextFrames:
@@ -91,6 +92,8 @@ class TextFrames:
                     return particles, said
                 if words[1] == b"TIMESTEP":
                     said["step"] = int(_complete(stream))
+                    if abs(said["step"]) > _LATEST_STEP:
+                        raise ValueError
                 elif words[1] == b"TIME":
                     said["time"] = float(_complete(stream))
                 elif words[1] == b"NUMBER":
@@ -125,6 +128,11 @@ def order_by_id(ids: Array, step: int, name: str) -> NDArray[np.int64] | None:
         raise InputError(
             f"{name}: the frame of step {step} holds no atoms; expected a dump of the chain: its "
             "group may be empty, or LAMMPS has lost all atoms"
+        )
+    if not np.all(np.abs(ids) < np.inf):
+        raise InputError(
+            f"{name}: column 'id' of the frame of step {step} holds a value that is no number; "
+            "expected whole numbers: the dump is damaged"
         )
     order = np.argsort(ids, kind="stable")
     if np.any(ids[order[1:]] == ids[order[:-1]]):

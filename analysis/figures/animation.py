@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from chaincor.analysis.atomic_write import written_aside
 from chaincor.analysis.figures.style import BLACK, GREY, new_figure, rest_positions
+from chaincor.analysis.output_paths import judge_output
 from chaincor.analysis.showing.notebook import in_notebook, session_bar
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.errors import InputError
@@ -23,6 +24,23 @@ _FRAMES_PER_SECOND = 25
 _MOST_FRAMES = 90_000
 # Springs of more particles are lines; bonds longer than this have broken, or are about to.
 _MOST_COILED, _LONGEST_DRAWN = 60, 3.0
+
+
+def judge_animation(path: Path) -> Path:
+    """
+    Return the path of an animation that can be written.
+
+    Raises InputError if its ending is unknown, if it is MP4 and there is no ffmpeg, or if something
+    else is there.
+    """
+    from matplotlib.animation import FFMpegWriter
+
+    if path.suffix not in (".gif", ".mp4"):
+        raise InputError(f"cannot write the animation {path}; expected a name in .gif or .mp4")
+    if path.suffix == ".mp4" and not FFMpegWriter.isAvailable():
+        raise InputError(f"{path} needs ffmpeg, which is not installed; write a .gif instead")
+    judge_output(path, path.suffix)
+    return path
 
 
 def animate_collision(
@@ -51,11 +69,7 @@ def animate_collision(
     from matplotlib.animation import FFMpegWriter, FuncAnimation, PillowWriter
 
     frames = whole_number_given("the number of pictures", frames, most=_MOST_FRAMES)
-    path = Path(path)
-    if path.suffix not in (".gif", ".mp4"):
-        raise InputError(f"cannot write the animation {path}; expected a name in .gif or .mp4")
-    if path.suffix == ".mp4" and not FFMpegWriter.isAvailable():
-        raise InputError(f"{path} needs ffmpeg, which is not installed; write a .gif instead")
+    path = judge_animation(Path(path))
 
     time = np.asarray(times, dtype=float)
     moments = np.linspace(time[0], time[-1], frames)

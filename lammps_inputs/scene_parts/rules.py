@@ -28,6 +28,8 @@ LARGEST_MASS = 1e30
 # Impact velocity over sqrt(T) of the slowest warm bodies: they start tens of bond lengths apart.
 SLOWEST_APPROACH = 1e-4
 
+# Times that follow from larger or smaller ones are no numbers.
+LARGEST_STIFFNESS = 1e100
 # Shorter steps would take days to the end of the smallest collision, and drown in rounding.
 SHORTEST_TIMESTEP = 1e-9
 
@@ -40,11 +42,16 @@ _OTHER_FILES = {
     "units": "units are those of jobs; expected a scene without, or `chaincor inputs FILE`",
 }
 
+# The first mistakes of a scene are enough to correct it, or to see that it is none.
+_MOST_MISTAKES = 20
+
 
 def told(error: "ValidationError", known: Iterable[str]) -> SceneError:
-    """Say all that is wrong with a scene, one line each; `known` are the keys it may have."""
+    """Return the first mistakes of a scene, one line each; `known` are the keys it may have."""
     lines: dict[Any, str] = {}
     for problem in error.errors():
+        if len(lines) == _MOST_MISTAKES:
+            break
         # Of a field that may be of two kinds, one of them is enough.
         key = problem["loc"][0] if problem["loc"] else problem["msg"]
         lines.setdefault(key, _one_line(problem, tuple(known)))
@@ -117,6 +124,12 @@ def _check_bodies(scene: "Scene") -> Iterator[str]:
     for key in ("contact_stiffness", "contact_exponent"):
         if getattr(scene, key) is not None and scene.contact != "power":
             yield (f"{key} goes with contact 'power'")
+    stiffness = scene.contact_stiffness
+    if stiffness is not None and not 1.0 / LARGEST_STIFFNESS <= stiffness <= LARGEST_STIFFNESS:
+        yield (
+            f"contact_stiffness is {stiffness:g}; expected {1.0 / LARGEST_STIFFNESS:g} to "
+            f"{LARGEST_STIFFNESS:g}"
+        )
     state = scene.initial_state
     if state is not None:
         if len(state.strains) + 1 != scene.particles:

@@ -7,7 +7,7 @@ from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field
 
 from chaincor.lammps_inputs.bonds.formula_text import check_parameters
 from chaincor.lammps_inputs.bonds.potentials import BondKeys
-from chaincor.lammps_inputs.number_types import IsCount, IsNumber, PositiveNumber
+from chaincor.lammps_inputs.number_types import IsCount, IsNumber, PositiveNumber, at_least
 from chaincor.lammps_inputs.scene_parts.given_bodies import read_masses
 from chaincor.lammps_inputs.schemes import Scheme
 from chaincor.lammps_inputs.thermal_state import LARGEST_SEED
@@ -32,6 +32,8 @@ def _without_null_characters(value: Path) -> Path:
 
 Tolerance = Annotated[float, Field(gt=0, le=1, allow_inf_nan=False), IsNumber]
 ContactExponent = Annotated[float, Field(ge=1, le=9), IsNumber]
+# Roots and quotients of smaller temperatures are no numbers any more.
+Temperature = Annotated[PositiveNumber, at_least(1e-290)]
 Compression = Annotated[float, Field(gt=-1, lt=1), IsNumber]
 ParticleCount = Annotated[int, Field(ge=1, le=10_000_000), IsCount]
 TableRows = Annotated[int, Field(ge=3, le=10_000_000), IsCount]
@@ -96,7 +98,7 @@ class SceneFields(BondKeys):
     compression: Compression | None = Field(
         default=None, description="fraction by which all bonds of the chain are compressed at first"
     )
-    temperature: PositiveNumber | None = Field(
+    temperature: Temperature | None = Field(
         default=None,
         description="k_B T at which both bodies are in equilibrium at first: bond lengths and "
         "velocities are drawn at random [default: cold]",

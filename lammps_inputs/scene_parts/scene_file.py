@@ -1,12 +1,12 @@
 """Scene files: TOML to fields, not yet validated."""
 
-import tomllib
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from chaincor.lammps_inputs.errors import SceneError
 from chaincor.lammps_inputs.scene_parts.given_bodies import masses_in
 from chaincor.lammps_inputs.small_file import read_small_file, why_unreadable
+from chaincor.lammps_inputs.toml_text import parse_toml
 
 if TYPE_CHECKING:
     from chaincor.lammps_inputs.scene import Scene
@@ -16,14 +16,6 @@ FILES_READ = ("bond_file", "initial")
 MASSES_READ = ("masses", "target_masses")
 # Bytes of a scene file: longer lists than that are files of their own.
 _LARGEST = 100_000_000
-
-
-def parse_toml(text: str, source: str) -> dict[str, Any]:
-    """Parse TOML text; SceneError, which names the source, if it is none."""
-    try:
-        return tomllib.loads(text.removeprefix("\ufeff"))
-    except (tomllib.TOMLDecodeError, RecursionError) as error:
-        raise SceneError(f"{source} is not valid TOML: {error}") from None
 
 
 def read_scene_fields(path: Path | str) -> dict[str, Any]:

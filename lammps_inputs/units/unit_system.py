@@ -2,7 +2,6 @@
 
 import math
 import sys
-import tomllib
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -10,7 +9,8 @@ from typing import Any
 import tomli_w
 
 from chaincor.lammps_inputs.errors import SceneError
-from chaincor.lammps_inputs.small_file import read_small_file
+from chaincor.lammps_inputs.small_file import read_small_file, why_unreadable
+from chaincor.lammps_inputs.toml_text import parse_toml
 
 # Energy in the units of a style over mass times velocity squared in its units: LAMMPS's mvv2e
 # (update.cpp). metal: eV, g/mol, Angstrom/ps; real: kcal/mol, g/mol, Angstrom/fs; si: 1.
@@ -73,9 +73,11 @@ class UnitSystem:
     def from_file(cls, path: Path) -> "UnitSystem":
         """Read the table ``[units]`` of a TOML file; the chain's own units where it has none."""
         try:
-            fields = tomllib.loads(read_small_file(path))
-        except (OSError, ValueError) as error:  # what is no TOML, or no UTF-8, is a ValueError
-            raise SceneError(f"{str(path)!a} cannot be read: {error}; expected TOML") from None
+            fields = parse_toml(read_small_file(path), str(path))
+        except (OSError, ValueError) as error:  # what is no UTF-8 is a ValueError
+            raise SceneError(
+                f"{str(path)!a} cannot be read: {why_unreadable(error)}; expected TOML"
+            ) from None
         if "units" in fields:
             return cls.from_fields(fields["units"])
         if path.name == UNITS_FILE:

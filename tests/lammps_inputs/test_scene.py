@@ -210,6 +210,35 @@ def test_toml_round_trip(scene):
     assert again.to_toml() == scene.to_toml()
 
 
+@pytest.mark.parametrize(
+    "text",
+    [
+        f"particles = {'9' * 5000}",
+        f"particles = 0x1{'0' * 5000}",
+        f"masses = [1, {2**70}]",
+        f"parameters = {{ a = {2**70} }}",
+    ],
+)
+def test_integers_that_toml_does_not_have_are_one_line(text):
+    with pytest.raises(SceneError, match=r"^here.* integer of .*expected 64") as caught:
+        Scene.from_toml(text, "here")
+    assert len(str(caught.value)) < 200
+
+
+def test_of_many_mistakes_the_first_are_told():
+    text = "\n".join(f"key{i} = 1" for i in range(50_000))
+    with pytest.raises(SceneError) as caught:
+        Scene.from_toml(text, "here")
+    assert len(caught.value.mistakes) == 20
+
+
+@pytest.mark.parametrize(("key", "value"), [("temperature", 5e-324), ("contact_stiffness", 5e-324)])
+def test_numbers_whose_powers_are_none_are_refused(key, value):
+    contact = {"contact": "power"} if key == "contact_stiffness" else {}
+    with pytest.raises(SceneError, match=rf"{key} is (4\.94066|5)e-324[;:]"):
+        Scene(**{key: value}, **contact)
+
+
 def test_toml_is_flat_with_underscores():
     text = Scene(potential="toda", toda_b=10.0, particles=20, speed=0.4).to_toml()
     assert tomllib.loads(text) == {

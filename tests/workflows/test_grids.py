@@ -175,7 +175,7 @@ def test_a_grid_is_not_overwritten_unasked(tmp_path):
     scenes = [Scene(potential="harmonic", particles=3, velocity=0.1, scheme="verlet")]
     write_grid(scenes, [], tmp_path, "bash")
     (tmp_path / "0001" / "log.lammps").write_text("restitution = 1\nrestitution_error = 1\n")
-    with pytest.raises(InputError, match="has a grid of jobs already"):
+    with pytest.raises(InputError, match=r"has manifest\.csv, submit\.bash, 0001 already"):
         write_grid(scenes, [], tmp_path, "bash")
     write_grid(scenes, [], tmp_path, "bash", replace_existing=True)
     # The result of the older job is not taken for that of the new one.
@@ -194,6 +194,35 @@ def test_a_log_whose_contacts_are_no_count_is_named(chaincor, tmp_path, contacts
     assert status == 1
     assert "1 unfinished" in out
     assert f"its log says contacts = {float(contacts):g}; expected a whole number" in out
+
+
+@pytest.mark.parametrize("there", ["submit.bash", "0001/in.chain"])
+def test_files_of_a_users_own_are_no_grid_to_write_over(tmp_path, there):
+    own = tmp_path / there
+    own.parent.mkdir(exist_ok=True)
+    own.write_text("mine")
+    scenes = [Scene(potential="harmonic", particles=3, velocity=0.1, scheme="verlet")]
+    with pytest.raises(InputError, match="already; expected a new or empty folder"):
+        write_grid(scenes, [], tmp_path, "bash")
+    assert own.read_text() == "mine"
+    assert [path for path in tmp_path.rglob("*") if path.is_file()] == [own]
+
+
+@pytest.mark.parametrize(
+    ("row", "wrong"),
+    [
+        ("1", "another number of fields"),
+        ("1,0001,3,,more", "another number of fields"),
+        ("1,../0001,3,", "no folder of the grid"),
+        ("1,,3,", "no folder of the grid"),
+    ],
+)
+def test_a_damaged_row_of_a_manifest_is_named(chaincor, tmp_path, row, wrong):
+    (tmp_path / "manifest.csv").write_text(f"number,folder,particles,refusal\n{row}\n")
+    status, out, err = chaincor("collect", tmp_path, "-o", tmp_path / "s.sqlite")
+    assert (status, out, err.count("\n")) == (2, "", 1)
+    assert f"row 1 has {wrong}" in err or wrong in err
+    assert not (tmp_path / "s.sqlite").exists()
 
 
 def test_a_folder_without_a_manifest_is_no_grid(chaincor, tmp_path):

@@ -54,6 +54,95 @@ def test_files_of_another_kind_stay(tmp_path, chaincor, make_attempt, command, n
         assert run() == (0, "")
 
 
+THROUGH = "nodir/../../me/.bashrc"
+
+
+@pytest.mark.parametrize("through", [THROUGH, "link/.bashrc", "here/../../me/.bashrc"])
+@pytest.mark.parametrize(
+    "command",
+    [
+        ("run", "--particles", "2", "--engine", "lammps", "--dump"),
+        ("run", "--particles", "2", "--engine", "reference", "--arrays"),
+        ("explore", "-o"),
+    ],
+)
+def test_a_path_through_other_folders_replaces_nothing(
+    tmp_path, chaincor, monkeypatch, command, through
+):
+    (tmp_path / "me").mkdir()
+    own, here = tmp_path / "me" / ".bashrc", tmp_path / "here"
+    own.write_text("mine")
+    here.mkdir()
+    (here / "link").symlink_to(tmp_path / "me")
+    (here / "here").mkdir()
+    monkeypatch.chdir(here)
+    status, out, err = chaincor(*command, through)
+    assert (status, out, err.count("\n"), own.read_text()) == (2, "", 1, "mine")
+    assert "holds something else" in err
+    assert not (here / "nodir").exists()
+
+
+def test_a_store_is_not_exported_through_a_missing_folder(tmp_path, chaincor, monkeypatch):
+    Store(tmp_path / "s.sqlite").close()
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "own.csv").write_text("x,y\n1,2\n")
+    status, out, err = chaincor("store", "export", "s.sqlite", "nodir/../own.csv")
+    assert (status, out, err.count("\n")) == (2, "", 1)
+    assert (tmp_path / "own.csv").read_text() == "x,y\n1,2\n"
+    # What chaincor table writes is always a new file.
+    (tmp_path / "t.table").write_text("T\nN 2\n\n1 1 0 1\n2 2 0 1\n")
+    status, _, err = chaincor("table", "t.table", "--write", "nodir/../own.csv")
+    assert status != 0
+    assert (tmp_path / "own.csv").read_text() == "x,y\n1,2\n"
+
+
+@pytest.mark.parametrize("written", [".", "nodir/..", "link"])
+def test_a_scene_of_ones_own_is_not_replaced_by_the_job_of_its_run(
+    tmp_path, chaincor, monkeypatch, written
+):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "link").symlink_to(tmp_path)
+    own = tmp_path / "scene.toml"
+    own.write_text("# mine\nparticles = 2\n")
+    status, out, err = chaincor("run", "scene.toml", "--save", written)
+    assert (status, out, err.count("\n")) == (2, "", 1)
+    assert {path.name for path in tmp_path.iterdir()} == {"link", "scene.toml"}
+    assert own.read_text() == "# mine\nparticles = 2\n"
+
+
+def test_a_saved_job_that_was_edited_stays(tmp_path, chaincor):
+    job = tmp_path / "job"
+    run = ("run", "--potential", "harmonic", "--particles", "2", "--velocity", "0.1", "--save", job)
+    assert chaincor(*run)[0] == 0
+    assert chaincor(*run)[0] == 0
+    # LAMMPS writes its log anew whenever the job is run.
+    (job / "log.lammps").write_text("LAMMPS\n")
+    assert chaincor(*run)[0] == 0
+    edited = (job / "in.chain").read_text() + "# mine\n"
+    (job / "in.chain").write_text(edited)
+    status, out, err = chaincor(*run)
+    assert (status, out, err.count("\n")) == (2, "", 1)
+    assert (job / "in.chain").read_text() == edited
+
+
+@pytest.mark.parametrize(
+    ("command", "name"),
+    [
+        (("timestep", "SCRIPT", "etotal:drift", "-o", "DIR"), "runs.csv"),
+        (("tradeoff", "--particles", "2", "--quick", "-o", "DIR"), "error_budget.csv"),
+    ],
+)
+def test_a_report_replaces_no_table_of_ones_own(tmp_path, chaincor, command, name):
+    script = tmp_path / "in.script"
+    script.write_text("units lj\n")
+    own = tmp_path / name
+    own.write_text("mine")
+    places = {"SCRIPT": script, "DIR": tmp_path}
+    status, out, err = chaincor(*(places.get(word, word) for word in command))
+    assert (status, out, err.count("\n"), own.read_text()) == (2, "", 1, "mine")
+    assert f"has {name} of something else" in err
+
+
 @pytest.mark.parametrize("command", [("plot",), ("store", "export")])
 @pytest.mark.parametrize("suffix", [".png", ".csv"])
 def test_the_store_itself_stays(tmp_path, chaincor, command, suffix):

@@ -18,6 +18,7 @@ from chaincor.workflows.commands.options import (
     json_option,
     option,
     tell,
+    tell_page,
 )
 from chaincor.workflows.commands.scene_options import bond_options
 
@@ -106,13 +107,15 @@ def analyze(
     from chaincor.analysis.analysis_files import to_json_object, write_report
     from chaincor.analysis.collision_figures import animate
     from chaincor.analysis.dumps.other_formats import write_extended_xyz
+    from chaincor.analysis.figures.animation import judge_animation
+    from chaincor.analysis.output_paths import judge_folder, judge_output
     from chaincor.analysis.step_error import analyze_folder
     from chaincor.lammps_inputs.units.unit_system import CHAIN_UNITS
     from chaincor.workflows.campaign.progress import reading_progress
     from chaincor.workflows.engines.ending import argue_end
     from chaincor.workflows.job_analysis.description import describe, describe_in_units
-    from chaincor.workflows.job_analysis.page import PAGE, write_analysis_page
-    from chaincor.workflows.outputs import refuse_other_kinds, refuse_overwriting_inputs
+    from chaincor.workflows.job_analysis.page import HOLDS, PAGE, write_analysis_page
+    from chaincor.workflows.outputs import refuse_overwriting_inputs
 
     analysis = analyze_folder(
         folder,
@@ -132,12 +135,23 @@ def analyze(
     for option_name, path in {"--animation": animation, "--xyz": xyz}.items():
         if path is not None:
             refuse_overwriting_inputs(path, read, option_name)
-            refuse_other_kinds(path, "xyz" if option_name == "--xyz" else path.suffix)
-    if animation is not None:
-        animate(analysis, animation)
+            if option_name == "--xyz":
+                judge_output(path, "xyz")
+            else:
+                judge_animation(path)
+    if output is not None:
+        judge_folder(output, "analysis.json", (*HOLDS, PAGE))
+    found, lines = to_json_object(analysis), [describe(analysis)]
+    if units != CHAIN_UNITS:
+        found["units"] = units.to_dict()
+        lines.append(describe_in_units(analysis, units))
+    # The numbers are out, and the data is written, before pictures, which may fail.
+    tell(found, "\n".join(lines), as_json, job.told_scene)
     if xyz is not None:
         both = [body.masses for body in analysis.bodies.values()]
         write_extended_xyz(job.frames(), xyz, analysis.timestep or 1.0, *both)
+    if animation is not None:
+        animate(analysis, animation)
     if output is not None:
         more = {animation: "moving picture", xyz: "the motion, for viewers of atoms"}
         beside = {path: what for path, what in more.items() if path is not None}
@@ -146,13 +160,7 @@ def analyze(
             output,
             finish=lambda made: write_analysis_page(analysis, made, beside, units),
         )
-    found, lines = to_json_object(analysis), [describe(analysis)]
-    if units != CHAIN_UNITS:
-        found["units"] = units.to_dict()
-        lines.append(describe_in_units(analysis, units))
-    if output is not None:
-        lines.append(f"page: {output / PAGE}")
-    tell(found, "\n".join(lines), as_json, job.told_scene)
+        tell_page(output / PAGE, as_json)
     if analysis.contradictions:
         raise click.exceptions.Exit(1)
 

@@ -31,8 +31,8 @@ def explore(output: Path, particles: int) -> None:
     it needs: open it in any browser, also without a network.
     """
     from chaincor.analysis.atomic_write import write_whole
-    from chaincor.workflows.outputs import refuse_other_kinds
+    from chaincor.analysis.output_paths import judge_output
 
-    refuse_other_kinds(output, ".html")
+    judge_output(output, ".html")
     write_whole(output, live_page(particles))
     click.echo(output)

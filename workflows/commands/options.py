@@ -49,3 +49,9 @@ def page_option(page: str, figures: str = "figures") -> Callable[[Callable], Cal
 def tell(plain: Mapping[str, Any], text: str, as_json: bool, scene: "Scene | None" = None) -> None:
     """Print a result: as one JSON object with what all of them have, or as text."""
     click.echo(json_text(plain, scene) if as_json else text)
+
+
+def tell_page(page: Path, as_json: bool) -> None:
+    """Print where a page was written, after the numbers; JSON is one object and nothing else."""
+    if not as_json:
+        click.echo(f"page: {page}")

@@ -47,10 +47,10 @@ def plot(
     scenes are only averaged over what --mean names.
     """
     from chaincor.analysis.atomic_write import written_aside
+    from chaincor.analysis.output_paths import judge_output
     from chaincor.workflows.outputs import (
         PICTURES,
         PICTURES_SAID,
-        refuse_other_kinds,
         refuse_overwriting_inputs,
     )
     from chaincor.workflows.store.results_store import Store
@@ -63,7 +63,7 @@ def plot(
     if target.suffix not in PICTURES:
         raise click.UsageError(f"'{target}' ends in '{target.suffix}'; expected {PICTURES_SAID}")
     refuse_overwriting_inputs(target, [store_path], "the picture" if output is None else "--output")
-    refuse_other_kinds(target, target.suffix)
+    judge_output(target, target.suffix)
     with Store(store_path, read_only=True) as store:
         if colour is not None:
             figure = _heat_map(store, x, y, colour, where)

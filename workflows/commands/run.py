@@ -71,16 +71,16 @@ def run(
 
     Without options: a Lennard-Jones chain of 100 particles at 0.4 v*, by LAMMPS, eta to 1e-6.
     """
+    from chaincor.analysis.output_paths import judge_output
     from chaincor.workflows.accuracy.expected_cost import expected_seconds, may_take_longer
     from chaincor.workflows.campaign.progress import show_elapsed
     from chaincor.workflows.collision import MOST_SECONDS, collide
-    from chaincor.workflows.outputs import refuse_other_kinds
 
     if animate is not None and not animate.endswith((".gif", ".mp4")):
         raise click.UsageError(f"--animate is '{animate}'; expected a name in .gif or .mp4")
     scene = scene_from(scene_file, options)
     if animate is not None:
-        refuse_other_kinds(Path(animate), Path(animate).suffix)
+        judge_output(Path(animate), Path(animate).suffix)
     most_seconds = MOST_SECONDS if most_hours is None else 3600.0 * most_hours
     alone = {"--animate": animate is not None, "--watch": watched, "--sensitivity": sensitivity}
     many = {"--precision": precision is not None, "--workers": workers is not None}

@@ -5,7 +5,14 @@ from typing import Any
 
 import click
 
-from chaincor.workflows.commands.options import FILE, json_option, option, page_option, tell
+from chaincor.workflows.commands.options import (
+    FILE,
+    json_option,
+    option,
+    page_option,
+    tell,
+    tell_page,
+)
 
 
 @click.command()
@@ -58,9 +65,12 @@ def timestep(script: Path, output: Path | None, as_json: bool, **options: Any) -
     )
 
     given = {name: value for name, value in options.items() if value is not None}
+    if output is not None:
+        REPORT.judge(output)
     with study_progress() as progress:
         study = timestep_study(script, **given, progress=progress)
+    # The numbers are out before the page, whose figures may fail.
+    tell(script_study_to_dict(study), describe_script_study(study), as_json)
     if output is not None:
         write_script_study(study, output)
-    page = "" if output is None else f"\npage: {output / REPORT.page}"
-    tell(script_study_to_dict(study), describe_script_study(study) + page, as_json)
+        tell_page(output / REPORT.page, as_json)

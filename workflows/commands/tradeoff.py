@@ -6,7 +6,7 @@ from typing import Any
 import click
 
 from chaincor.lammps_inputs.scene import FILE_KEYS
-from chaincor.workflows.commands.options import json_option, option, page_option, tell
+from chaincor.workflows.commands.options import json_option, option, page_option, tell, tell_page
 from chaincor.workflows.commands.scene_options import SceneCommand, scene_from, scene_options
 
 # A study chooses these itself, and writes none of the files of a single run.
@@ -59,12 +59,15 @@ def tradeoff(
             f"of the scene it does not use {', '.join(unused)}",
             err=True,
         )
+    if output is not None:
+        REPORT.judge(output)
     with study_progress() as progress:
         found = study.tradeoff(scene, quick=quick, progress=progress)
+    # The numbers are out before the page, whose figures may fail.
+    tell(to_dict(found), describe_study(found), as_json, found.scene)
     if output is not None:
         write_study(found, output)
-    page = "" if output is None else f"\npage: {output / REPORT.page}"
-    tell(to_dict(found), describe_study(found) + page, as_json, found.scene)
+        tell_page(output / REPORT.page, as_json)
 
 
 def _calibrate(as_json: bool) -> None:

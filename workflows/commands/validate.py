@@ -5,11 +5,12 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from chaincor.analysis.output_paths import judge_output
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.scene import NUMERICS_KEYS, OUTPUT_KEYS
 from chaincor.workflows.commands.options import POSITIVE, json_option, option, tell
 from chaincor.workflows.commands.scene_options import SceneCommand, scene_from, scene_options
-from chaincor.workflows.outputs import PICTURES, PICTURES_SAID, refuse_other_kinds
+from chaincor.workflows.outputs import PICTURES, PICTURES_SAID
 from chaincor.workflows.validation.user_integrator import USER_TIMEOUT
 
 if TYPE_CHECKING:
@@ -61,7 +62,7 @@ def validate(
             raise click.UsageError(
                 f"--plot is '{plot}', which ends in '{Path(plot).suffix}'; expected {PICTURES_SAID}"
             )
-        refuse_other_kinds(Path(plot), Path(plot).suffix)
+        judge_output(Path(plot), Path(plot).suffix)
     is_function = ":" in (against or "")
     if timeout is not None and not is_function:
         raise click.UsageError("--timeout is for a function of yours; expected --against MODULE:F")
@@ -102,10 +103,6 @@ def validate(
             else:
                 results.append(validate_user(each, against, timeout=timeout or USER_TIMEOUT))
             advance(0.0)
-    if plot is not None:
-        from chaincor.workflows.validation.drawing import save_validation_plot
-
-        save_validation_plot(results, Path(plot))
     good = sum(result.agrees for result in results)
     agrees = good == len(results)
     said = [repr(result) for result in results]
@@ -113,6 +110,10 @@ def validate(
         said.append(f"{good} of {len(results)} scenes agree")
     plain = {"agrees": agrees, "validations": [result.to_dict() for result in results]}
     tell(plain, "\n\n".join(said), as_json)
+    if plot is not None:
+        from chaincor.workflows.validation.drawing import save_validation_plot
+
+        save_validation_plot(results, Path(plot))
     if not agrees:
         raise click.exceptions.Exit(1)
 

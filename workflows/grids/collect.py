@@ -5,6 +5,7 @@ import math
 import re
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -59,8 +60,25 @@ def collect_grid(folder: Path) -> list[CollectedJob]:
             f"the folder {str(folder)!r} has no {MANIFEST} that can be read; expected one that "
             "`chaincor inputs SWEEP.toml -o DIR` wrote"
         )
+    for number, row in enumerate(rows, 1):
+        _check_row(folder, number, row)
     known = {"lammps": "unknown", "chaincor": versions()["chaincor"]}
     return [_collect(folder, row["folder"], row["refusal"], known) for row in rows]
+
+
+def _check_row(grid: Path, number: int, row: dict[Any, Any]) -> None:
+    """Raise InputError for a row of a manifest that is short, long, or names no folder in it."""
+    name = row["folder"]
+    wrong = None
+    if None in row or None in row.values():
+        wrong = "another number of fields than its first line"
+    elif not name or Path(name).name != name or "\0" in name:
+        wrong = f"the folder {name[:60]!a}, which is no folder of the grid"
+    if wrong is not None:
+        raise InputError(
+            f"{str(grid / MANIFEST)!r}: row {number} has {wrong}; expected the manifest that "
+            "`chaincor inputs SWEEP.toml -o DIR` wrote: write the grid anew, or restore the row"
+        )
 
 
 def _collect(grid: Path, name: str, refusal: str, known: dict[str, str]) -> CollectedJob:

@@ -88,24 +88,26 @@ def write_grid(
     the `wishes`. Returns for each folder why no job could be written in it, empty where it was.
     Raises InputError if there is a grid already or the folder cannot be written.
     """
-    if (folder / MANIFEST).exists() and not replace_existing:
+    names = [folder_name(scene, axes, number) for number, scene in enumerate(scenes, 1)]
+    script_name = f"submit.{scheduler}"
+    present = [name for name in (MANIFEST, script_name, *names) if (folder / name).exists()]
+    if present and not replace_existing:
         raise InputError(
-            f"the folder {str(folder)!r} has a grid of jobs already; expected a new or empty "
-            "folder: give another, or --force to write the jobs anew"
+            f"the folder {str(folder)!r} has {', '.join(present[:3])} already; expected a new or "
+            "empty folder: give another, or --force to write the jobs anew"
         )
     refusals: dict[str, str] = {}
     rows = []
     try:
         folder.mkdir(parents=True, exist_ok=True)
         (folder / MANIFEST).unlink(missing_ok=True)
-        for number, scene in enumerate(scenes, 1):
-            name = folder_name(scene, axes, number)
+        for number, (scene, name) in enumerate(zip(scenes, names, strict=True), 1):
             refusals[name] = _write_point(scene, folder / name, wishes)
             values = [value_of(scene, axis) for axis in axes]
             rows.append([number, name, *values, refusals[name]])
-        names = [name for name, refusal in refusals.items() if not refusal]
-        script = folder / f"submit.{scheduler}"
-        script.write_text(submit_script(scheduler, names, site), encoding="utf-8")
+        written = [name for name, refusal in refusals.items() if not refusal]
+        script = folder / script_name
+        script.write_text(submit_script(scheduler, written, site), encoding="utf-8")
         script.chmod(0o755)
         text = io.StringIO()
         writer = csv.writer(text, lineterminator="\n")

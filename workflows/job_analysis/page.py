@@ -53,7 +53,7 @@ FIGURES = {
     ),
 }
 
-_HOLDS = {
+HOLDS = {
     "analysis.json": "all numbers of this page, and the lists of contacts and modes",
     "arrays.npz": "masses, contacts, modes, and the motion, as NumPy arrays",
     "contacts.csv": "each contact: time, interval, incoming speed",
@@ -106,7 +106,7 @@ def write_analysis_page(
         "settings": settings | {"processor of the analysis": processor()},
         "versions": versions(),
         "read": [listed_file(path, kind) for kind, path in job.files],
-        "written": files_written(folder, _HOLDS),
+        "written": files_written(folder, HOLDS),
         "beside": [listed_file(path, what) | {"name": str(path)} for path, what in beside.items()],
     }
     write_page(folder / PAGE, "chaincor.workflows.job_analysis", contents)

@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined
 
-from chaincor.analysis.atomic_write import folder_aside
+from chaincor.analysis.atomic_write import folder_aside, publish
+from chaincor.analysis.output_paths import judge_folder
 from chaincor.workflows.pages.typesetting import (
     format_fitted,
     format_number,
@@ -110,6 +111,11 @@ class StudyReport:
         """Name of the page's file."""
         return f"{self.name}.html"
 
+    def judge(self, folder: Path) -> None:
+        """Raise InputError if the folder is a file, or has such files of something else."""
+        drawn = (f"{name}.{ending}" for name in self.figures for ending in ("png", "svg"))
+        judge_folder(folder, self.page, (f"{self.name}.json", *self.tables, *drawn))
+
     def write(
         self,
         folder: Path,
@@ -119,10 +125,11 @@ class StudyReport:
         contents: Mapping[str, Any],
     ) -> None:
         """
-        Write all files, or none.
+        Write the data first, then figures and the page.
 
-        `plain` goes to JSON; `tables` and `drawn` are rows and axes by name; `contents` are the
-        page's own, `shown` among them: what the figures are of.
+        A figure that fails leaves the data in the folder. `plain` goes to JSON; `tables` and
+        `drawn` are rows and axes by name; `contents` are the page's own, `shown` among them: what
+        the figures are of.
         """
         data = f"{self.name}.json"
         holds = {data: "all numbers of the study", **self.tables}
@@ -134,6 +141,7 @@ class StudyReport:
                     writer = csv.DictWriter(stream, list(dict.fromkeys(k for r in rows for k in r)))
                     writer.writeheader()
                     writer.writerows(rows)
+            publish(aside, folder)
             for name, axes in drawn.items():
                 for ending in ("png", "svg"):
                     axes.figure.savefig(aside / f"{name}.{ending}")  # type: ignore[union-attr]

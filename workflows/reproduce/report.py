@@ -226,11 +226,12 @@ def write_figures(folder: Path, figures: tuple[Figure, ...]) -> dict[str, str]:
     drawings.mkdir(parents=True, exist_ok=True)
     images = {}
     for figure in figures:
+        if figure.records:
+            write_whole(drawings / f"{figure.key}.csv", figure.to_csv())
+    for figure in figures:
         rendered = figure.render()
         for kind, content in rendered.items():
             (drawings / f"{figure.key}.{kind}").write_bytes(content)
-        if figure.records:
-            write_whole(drawings / f"{figure.key}.csv", figure.to_csv())
         images[figure.key] = data_uri(rendered)
     return images
 

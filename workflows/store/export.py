@@ -7,10 +7,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from chaincor.analysis.atomic_write import written_aside
+from chaincor.analysis.output_paths import judge_output
 from chaincor.lammps_inputs.bonds.potentials import WHOLE_KEYS
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.workflows.errors import StoreError
-from chaincor.workflows.outputs import make_folder, refuse_other_kinds
+from chaincor.workflows.outputs import make_folder
 from chaincor.workflows.research_object import METADATA_FILE, describe_folder, require_rocrate
 from chaincor.workflows.showing.terms import ALL_TERMS, OTHER_NAMES
 from chaincor.workflows.store.query import query_rows
@@ -31,9 +32,10 @@ def export_store(store: Store, path: Path) -> int:
     """
     if path.suffix not in (".csv", ".parquet"):
         raise StoreError(f"'{path.name}' ends in '{path.suffix}'; expected .csv or .parquet")
-    refuse_other_kinds(path, path.suffix)
+    kind = "results" if path.suffix == ".csv" else path.suffix
+    judge_output(path, kind)
     rows = _rows(store)
-    with written_aside(path) as aside:
+    with written_aside(path, kind) as aside:
         if path.suffix == ".csv":
             with aside.open("w", newline="", encoding="utf-8") as file:
                 csv.writer(file).writerows([PLAIN_COLUMNS, *rows])

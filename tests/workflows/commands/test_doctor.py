@@ -34,7 +34,7 @@ def test_no(chaincor, monkeypatch):
 @pytest.mark.slow
 def test_warm_loops_need_no_compiler(chaincor, tmp_path):
     # In a cache of its own, and in processes of their own: what one compiled the next only loads.
-    environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path), "CHAINCOR_CACHE": str(tmp_path)}
+    environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}
     command = [sys.executable, "-m", "chaincor"]
     warmed = subprocess.run(
         [*command, "doctor", "--warm"], env=environment, capture_output=True, text=True, check=True

@@ -32,6 +32,7 @@ from chaincor.workflows.errors import (
     ToleranceError,
 )
 from chaincor.workflows.measured import measured
+from chaincor.workflows.outputs import sign_job
 
 # A range that has to be guessed: two particles that meet at 2 v0 compress their bond with the
 # energy v0^2, and somewhat more when others push; and bonds stretch about as fast as they came. A
@@ -92,7 +93,7 @@ def run_at_steps(
         if scene.save is not None:
             _keep_job(scene.save, folder, scene.dump)
         if scene.dump is not None:
-            with written_aside(scene.dump) as aside:
+            with written_aside(scene.dump, "dump") as aside:
                 shutil.move(folder / DUMP_FILE, aside)
         return outcomes
 
@@ -109,6 +110,7 @@ def _keep_job(target: Path, folder: Path, dump: Path | None = None) -> None:
         # The script's own come last: they take the place of what only the engine can use.
         for file in [*files, *folder.glob(f"{_KEPT}/*")]:
             shutil.copy2(file, aside / file.name)
+        sign_job(aside)
 
 
 def _write_kept(

@@ -270,15 +270,17 @@ def folder_of_loops() -> Path:
 
 
 def _read(path: Path, key: str) -> ObjectCode | None:
-    """Return what is kept there, if it is that and whole."""
+    """Return the compiled loop that a file keeps; None if the file is damaged or stale."""
     try:
-        head, code = path.read_bytes().split(b"\n", 1)
+        digest, content = path.read_bytes().split(b"\n", 1)
+        if digest != sha256(content).hexdigest().encode():
+            return None
+        head, code = content.split(b"\n", 1)
         facts = json.loads(head)
-        whole = facts["key"] == key and facts["sum"] == sha256(code).hexdigest()
         made = ObjectCode(code, facts["symbol"], facts["returns"], facts["needs"])
     except (OSError, ValueError, KeyError, TypeError):
         return None
-    return made if whole and all(map(_is_known, made.needs)) else None
+    return made if facts["key"] == key and all(map(_is_known, made.needs)) else None
 
 
 def tell_address(name: str, function: Any) -> None:
@@ -303,11 +305,15 @@ def _is_known(name: str) -> bool:
 
 def _write(path: Path, key: str, made: ObjectCode) -> None:
     """Keep a loop for other processes; those that read meanwhile find the old one, or the new."""
-    facts: dict[str, Any] = {"key": key, "sum": sha256(made.code).hexdigest()}
-    facts |= {"symbol": made.symbol, "returns": made.returns, "needs": made.needs}
+    facts = {"key": key, "symbol": made.symbol, "returns": made.returns, "needs": made.needs}
+    content = json.dumps(facts).encode() + b"\n" + made.code
     part = path.with_suffix(f".{os.getpid()}")
     # A full or read-only disk costs the next process its time, no more.
     with suppress(OSError):
         path.parent.mkdir(parents=True, exist_ok=True)
-        part.write_bytes(json.dumps(facts).encode() + b"\n" + made.code)
-        part.replace(path)
+        try:
+            # The first line is the checksum of all that follows: a damaged symbol would crash.
+            part.write_bytes(sha256(content).hexdigest().encode() + b"\n" + content)
+            part.replace(path)
+        finally:
+            part.unlink(missing_ok=True)

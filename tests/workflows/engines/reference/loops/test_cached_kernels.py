@@ -82,7 +82,7 @@ def test_arguments_of_every_kind_arrive_and_what_was_kept_gives_the_same(tmp_pat
     assert kernel(*off[:4], False, off[5]) == -1.0
 
 
-@pytest.mark.parametrize("damage", ["cut", "changed", "other", "empty"])
+@pytest.mark.parametrize("damage", ["cut", "changed", "other", "empty", "symbol"])
 @pytest.mark.slow_cases
 def test_what_is_damaged_is_compiled_again(tmp_path, monkeypatch, damage):
     expected = loop(tmp_path, monkeypatch)(*arguments())
@@ -91,9 +91,14 @@ def test_what_is_damaged_is_compiled_again(tmp_path, monkeypatch, damage):
     changed = bytearray(whole)
     changed[-100] ^= 1
     path.write_bytes(
-        {"cut": whole[:-50], "changed": bytes(changed), "other": b"[1]\n" + whole, "empty": b""}[
-            damage
-        ]
+        {
+            "cut": whole[:-50],
+            "changed": bytes(changed),
+            "other": b"[1]\n" + whole,
+            "empty": b"",
+            # The name of no function: called by it, the process would crash.
+            "symbol": whole.replace(b'"symbol": "', b'"symbol": "x'),
+        }[damage]
     )
     again = loop(tmp_path, monkeypatch)
     assert again(*arguments()) == expected

@@ -1,0 +1,102 @@
+"""Output paths: resolved, and judged by the file that is there, before anything is written."""
+
+import os
+import re
+from collections.abc import Iterable
+from pathlib import Path
+
+from chaincor.lammps_inputs.errors import InputError
+
+# A pattern near the beginning of each kind of file.
+_MARKS = {
+    "dump": b"ITEM:",
+    "arrays": b"PK",
+    "xyz": rb"^\d+\nProp",
+    "results": b"potential,",
+    ".html": b"<!doctype html>",
+    ".gif": b"GIF8",
+    ".mp4": b"ftyp",
+    ".png": b"PNG",
+    ".pdf": b"%PDF",
+    ".svg": rb"<\?xml",
+    ".parquet": b"PAR1",
+}
+
+
+def resolve_output(path: Path) -> Path:
+    """
+    Return the path of an output with its folder resolved, links and ``..`` included.
+
+    The name itself may be a link, which is replaced and not followed. Raises InputError if the path
+    leads nowhere.
+    """
+    try:
+        folder = path.parent.resolve()
+        place = folder.resolve() if path.name in ("", "..") else folder / path.name
+        place.exists()
+    except (OSError, RuntimeError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or str(error) or type(error).__name__
+        raise InputError(f"{str(path)!r} cannot be written ({reason}); give another path") from None
+    return place
+
+
+def judge_output(path: Path, kind: str) -> Path:
+    """
+    Return the resolved path of an output that may be written.
+
+    `kind` is "dump", "arrays", "xyz", "results" (CSV of a store), or the ending of the file. Raises
+    InputError if there is a folder or a device, or a file that is neither empty nor an earlier
+    output of this kind. Files of other endings are not examined.
+    """
+    place = resolve_output(path)
+    refuse_no_file(place)
+    _refuse_blocked(place.parent)
+    if not place.exists():
+        return place
+    try:
+        with place.open("rb") as file:
+            found = file.read(16)
+    except OSError as error:
+        raise InputError(f"cannot read {str(path)!r} to replace it: {error.strerror}") from None
+    if found and not re.search(_MARKS.get(kind, b""), found):
+        raise InputError(
+            f"{str(path)!r} was given to write to, and holds something else; give another path, or "
+            "remove it"
+        )
+    return place
+
+
+def refuse_no_file(path: Path) -> None:
+    """Raise InputError if there is a folder or a device where a file is to be written."""
+    if path.exists() and not path.is_file():
+        found = "a folder" if path.is_dir() else "a device"
+        raise InputError(
+            f"{str(path)!r} was given as the file to write, but that is {found}; give another path"
+        )
+
+
+def _refuse_blocked(folder: Path) -> None:
+    """Raise InputError if a folder cannot be made, or nothing can be written into it."""
+    nearest = next(path for path in (folder, *folder.parents) if path.exists())
+    if not nearest.is_dir():
+        raise InputError(f"{str(nearest)!r} is a file; expected a folder: give another path")
+    if not os.access(nearest, os.W_OK | os.X_OK):
+        raise InputError(f"cannot write into {str(nearest)!r}; expected a folder of your own")
+
+
+def judge_folder(folder: Path, sign: str, names: Iterable[str]) -> Path:
+    """
+    Return the resolved folder of a report that may be written.
+
+    An earlier report is replaced: its folder holds the file `sign`. Raises InputError if the path
+    is a file, or if the folder holds some of the other `names` without that sign.
+    """
+    place = resolve_output(folder / sign).parent
+    _refuse_blocked(place)
+    present = [name for name in names if (place / name).exists()]
+    if present and not (place / sign).is_file():
+        raise InputError(
+            f"the folder {str(folder)!r} has {', '.join(present[:3])} of something else; give "
+            "another folder, or remove these"
+        )
+    return place
