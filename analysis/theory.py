@@ -236,7 +236,7 @@ class HardSphereLimit:
 
     restitution: float  #: Exactly 1: velocities are only exchanged.
     contacts: int  #: n: each particle's velocity is handed down to the wall once.
-    exchanges: int  #: n(n + 1)/2 reversals and pair exchanges in all.
+    events: int  #: Contacts and exchanges of velocity together: n(n + 1)/2.
 
 
 def hard_sphere_limit(particles: int) -> HardSphereLimit:
@@ -254,6 +254,6 @@ def hard_sphere_limit(particles: int) -> HardSphereLimit:
     Returns
     -------
     HardSphereLimit
-        eta = 1, f = n and n(n + 1)/2 exchanges.
+        eta = 1, n contacts with the wall and n(n + 1)/2 events.
     """
     return HardSphereLimit(1.0, particles, particles * (particles + 1) // 2)

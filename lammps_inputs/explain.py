@@ -26,7 +26,8 @@ def explain_script(script: str, others_own: bool = False, brief: bool = False) -
     """
     Write an explanation above the first command of each kind.
 
-    A `brief` one is a sentence, and is left out where the script has a comment of its own there.
+    A `brief` explanation is a sentence. Where the script has a comment of its own, the page of the
+    manual is added to it.
     Raises KeyError if a command has no explanation, unless some are `others_own`.
     """
     lines: list[str] = [*_comment(_texts()["plain_heading" if brief else "heading"]), ""]
@@ -40,7 +41,9 @@ def explain_script(script: str, others_own: bool = False, brief: bool = False) -
             found = None
         if found is not None and found not in explained:
             explained.add(found)
-            if not (brief and lines[-1].startswith("#")):
+            if brief and lines[-1].startswith("#"):
+                lines[-1] += f" [{found.page}]"
+            else:
                 if lines[-1] and not lines[-1].startswith("# ----"):
                     lines.append("")
                 text = _SENTENCE_ENDS.split(found.text)[0] if brief else found.text

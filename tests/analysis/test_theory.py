@@ -73,18 +73,18 @@ def test_low_speed_slope_is_that_of_the_formula():
 def test_hard_spheres_by_sorting_velocities():
     n = 9
     velocities = [-1.0] * n
-    contacts = exchanges = 0
+    contacts = events = 0
     while velocities[0] < 0 or any(a > b for a, b in itertools.pairwise(velocities)):
         if velocities[0] < 0:
             velocities[0] = -velocities[0]
             contacts += 1
-            exchanges += 1
+            events += 1
         for i in range(n - 1):
             if velocities[i] > velocities[i + 1]:
                 velocities[i], velocities[i + 1] = velocities[i + 1], velocities[i]
-                exchanges += 1
+                events += 1
     limit = hard_sphere_limit(n)
-    assert (contacts, exchanges) == (limit.contacts, limit.exchanges)
+    assert (contacts, events) == (limit.contacts, limit.events)
     assert limit.restitution == np.mean(velocities) ** 2 == 1.0
 
 

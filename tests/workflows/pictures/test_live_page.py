@@ -71,6 +71,7 @@ def test_every_control_has_a_label_and_every_picture_a_name(page):
     for attrs in pictures:
         assert attrs["role"] == "img"
         assert {attrs["aria-labelledby"], attrs["aria-describedby"]} <= names
+    assert len({attrs["aria-describedby"] for attrs in pictures}) == 6
     assert ("html", {"lang": "en"}) in elements.found
 
 
@@ -124,6 +125,61 @@ def test_the_page_computes_from_its_file(opened):
     eta = browser.evaluate("shown.run.restitution")
     on_curve = browser.evaluate("shown.curve.find((p) => p.speed === 0.5).restitution")
     assert on_curve == pytest.approx(eta, abs=2e-6)
+
+
+VISIBLE = "document.body.innerText"
+
+
+@needs_browser
+@pytest.mark.slow
+def test_a_class_sees_the_restitution_only_when_it_asks(opened):
+    browser = opened("#potential=harmonic&particles=10&velocity=0.1&eta=hidden")
+    browser.wait(IDLE)
+    # 90.7 % of the energy comes back, and 95.2 % of the speed.
+    hidden = f"!/90.7|0.907|0.952|same at every speed/.test({VISIBLE})"
+    assert browser.evaluate(hidden)
+    browser.evaluate("find('ask').click()")
+    assert browser.evaluate(f"{VISIBLE}.includes('90.7 %') && {VISIBLE}.includes('0.952')")
+    # The next collision is a new question, and so is the link to it.
+    browser.evaluate("find('particles').value = 20; change()")
+    browser.wait("location.hash.includes('particles=20')")
+    browser.wait(IDLE)
+    assert browser.evaluate("location.hash").endswith("&eta=hidden")
+    assert browser.evaluate("find('eta').offsetWidth") == 0
+
+
+@needs_browser
+@pytest.mark.slow
+def test_each_picture_is_described_by_what_it_shows(opened):
+    browser = opened("#potential=harmonic&particles=10&velocity=0.1")
+    browser.wait(IDLE)
+    words = browser.evaluate(
+        "Array.from(document.querySelectorAll('canvas'),"
+        " (c) => find(c.getAttribute('aria-describedby')).textContent)"
+    )
+    assert all(words)
+    assert len(set(words)) == 6
+    assert "9 times, the last time at 18.7" in text_of(browser, "world-words")
+    assert "translation has 90.7 %" in text_of(browser, "energy-words")
+
+
+@needs_browser
+@pytest.mark.slow
+def test_no_number_stands_under_a_chain_that_is_drawn_larger(opened):
+    browser = opened("#potential=harmonic&particles=10&velocity=0.1")
+    # What the picture of the chain writes when it is painted, at the width of a phone.
+    texts = (
+        "(() => { const found = [], pen = CanvasRenderingContext2D.prototype;"
+        "const write = pen.fillText; pen.fillText = function (text, x, y, most) {"
+        "found.push([text, Math.min(this.measureText(text).width, most ?? 1e9), x]); };"
+        "chainPicture.forget(); seek(6); pen.fillText = write; return found; })()"
+    )
+    browser.show(375, 800)
+    browser.wait(IDLE)
+    found = browser.evaluate(texts)
+    assert [text for text, *_ in found if text.isdigit() and text not in "012"] == []
+    assert "position" in [text for text, *_ in found]
+    assert "displacements drawn 5.2 times as large" in text_of(browser, "chain-scale")
 
 
 @needs_browser

@@ -1,7 +1,8 @@
 """Lesson 1: what a coefficient of restitution is."""
 
-from chaincor.workflows.lessons.exercise import RIGHT, Answers, exercise
+from chaincor.workflows.lessons.exercise import RIGHT, exercise
 from chaincor.workflows.lessons.exercises import in_house
+from chaincor.workflows.lessons.judging import Answers
 
 _LINEAR = "springs are linear: all displacements double, and no ratio changes"
 

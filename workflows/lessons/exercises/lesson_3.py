@@ -4,7 +4,9 @@ import numpy as np
 
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.workflows.engines.compositions import COMPOSITIONS
-from chaincor.workflows.lessons.exercise import RIGHT, Answers, exercise
+from chaincor.workflows.lessons.begin import prepared
+from chaincor.workflows.lessons.exercise import RIGHT, exercise
+from chaincor.workflows.lessons.judging import Answers
 
 _DIFFERENCE = 3e-4
 _ORDER = COMPOSITIONS["verlet"].order
@@ -12,24 +14,26 @@ _ORDER = COMPOSITIONS["verlet"].order
 
 @exercise(
     "one number: the order of the event wall, the slope in the doubly logarithmic picture",
-    # Errors of the wall scatter about the line; what a fit to seven steps gives.
+    # The errors of the seven steps scatter about the line.
     tolerance=0.13,
 )
 def _exercise_1() -> Answers:
-    yield _ORDER, RIGHT
-    yield (
-        -_ORDER,
-        "the slope against 1/h: against the step h the error rises, and the order is positive",
+    steps, reflect, event = np.loadtxt(
+        prepared("timestep_and_wall.csv"), delimiter=",", unpack=True
     )
-    yield 1.0, "order 1 is what the stock wall has at best; fit the event wall"
+    fitted, stock = (np.polyfit(np.log(steps), np.log(e), 1)[0] for e in (event, reflect))
+    turned = "the slope against 1/h: against the step h the error rises, and the order is positive"
+    yield _ORDER, RIGHT
+    yield -fitted, turned
+    yield -float(_ORDER), turned
+    yield stock, "this is the slope of the reflect wall; fit the event wall"
+    yield 1.0, "the stock wall has order 1 at best; fit the event wall"
     yield (
         2.0**_ORDER,
         "this is the factor that halving the step gains; the order is its logarithm to base 2",
     )
-    yield (
-        _ORDER * np.log(10.0),
-        "one axis is in log and the other in log10: use one of them for both",
-    )
+    for mixed in (fitted * np.log(10.0), fitted / np.log(10.0)):
+        yield mixed, "one axis is in log and the other in log10: use one of them for both"
 
 
 @exercise("one number: how many times smaller the error gets when the step is halved three times")
@@ -77,7 +81,10 @@ def _exercise_3(x: Array, v: Array, a: Array) -> Answers:
 )
 def _exercise_4() -> Answers:
     yield _DIFFERENCE / (2.0**_ORDER - 1.0), RIGHT
-    yield _DIFFERENCE, "the difference bounds the coarser run; the finer one is nearer to the truth"
+    yield (
+        _DIFFERENCE,
+        "this is about the error of the coarser run; the finer one is nearer to the exact number",
+    )
     yield (
         _DIFFERENCE / 4.0,
         "4 is the ratio of the two errors; the difference is 3 errors of the finer run",

@@ -3,8 +3,9 @@
 import numpy as np
 
 from chaincor.analysis.modes import mode_frequencies
-from chaincor.workflows.lessons.exercise import RIGHT, Answers, exercise
+from chaincor.workflows.lessons.exercise import RIGHT, exercise
 from chaincor.workflows.lessons.exercises import in_house
+from chaincor.workflows.lessons.judging import Answers
 
 _N = 10
 
@@ -44,6 +45,11 @@ def _exercise_2() -> Answers:
     yield period, RIGHT
     yield 2.0 * np.pi / period, "this is the frequency omega; the period is 2 pi/omega"
     yield period / 2.0, "half of it: sound has to go there and back"
+    yield (
+        2.0 * 99.0,
+        "this is 2(n - 1), the bonds there and back; the standing wave also needs half a bond at "
+        "either end: 2n",
+    )
     yield period / (2.0 * np.pi), "1/omega is the time for one radian; a period has 2 pi of them"
     yield 2.0 * np.pi / fastest, "this is the fastest vibration, j = n - 1; the slowest is j = 1"
 
@@ -71,6 +77,7 @@ def _exercise_3() -> Answers:
     "a function of j and n that returns the pattern of mode j >= 1, n numbers whose squares "
     "sum to 1",
     tolerance=1e-6,
+    either_sign=True,
     arguments=lambda: (3, _N),
 )
 def _exercise_4(j: int, n: int) -> Answers:

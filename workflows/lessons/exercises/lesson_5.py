@@ -4,8 +4,9 @@ import numpy as np
 
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.bonds.potentials import LennardJones, Power, Toda
-from chaincor.workflows.lessons.exercise import RIGHT, Answers, exercise
+from chaincor.workflows.lessons.exercise import RIGHT, exercise
 from chaincor.workflows.lessons.exercises import in_house
+from chaincor.workflows.lessons.judging import Answers
 
 _SPEED = 0.8
 

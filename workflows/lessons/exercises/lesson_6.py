@@ -6,8 +6,9 @@ from chaincor.analysis.restitution import restitution
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.potentials import LennardJones
 from chaincor.workflows.engines.compositions import COMPOSITIONS
-from chaincor.workflows.lessons.exercise import RIGHT, Answers, exercise
+from chaincor.workflows.lessons.exercise import RIGHT, exercise
 from chaincor.workflows.lessons.exercises import in_house
+from chaincor.workflows.lessons.judging import Answers
 
 _HALF = "half of the forces are missing: each bond acts on the particles at both its ends"
 

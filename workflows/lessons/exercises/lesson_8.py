@@ -4,8 +4,9 @@ import numpy as np
 
 from chaincor.analysis.theory import hard_sphere_limit
 from chaincor.lammps_inputs.arrays import Array
-from chaincor.workflows.lessons.exercise import RIGHT, Answers, exercise
+from chaincor.workflows.lessons.exercise import RIGHT, exercise
 from chaincor.workflows.lessons.exercises import in_house
+from chaincor.workflows.lessons.judging import Answers
 
 _LOGS = "one axis is in log and the other in log10: use one of them for both"
 _TURNED = "each velocity has to be turned round, and only the first ball meets the wall"
@@ -27,7 +28,7 @@ def _exercise_1() -> Answers:
     exponent = _slope(np.log(lengths), np.log(lost))
     yield exponent, RIGHT
     yield -exponent, "the sign: longer chains lose less, so the exponent is negative"
-    yield -2.0 / 3.0, "this is the law of long chains on average; fit what these five give"
+    yield -2.0 / 3.0, "-2/3 is the law of long chains on average; fit what these five give"
     yield (
         _slope(np.log(lost), np.log(lengths)),
         "the axes are exchanged: fit ln(1 - eta) against ln n",
@@ -68,7 +69,7 @@ def _exercise_2() -> Answers:
 )
 def _exercise_3() -> Answers:
     limit = hard_sphere_limit(10)
-    yield [limit.contacts, limit.exchanges], RIGHT
+    yield [limit.contacts, limit.events], RIGHT
     yield (
         [10, 45],
         "these are the exchanges among the balls; the contacts with the wall come on top",

@@ -62,6 +62,10 @@ function wire() {
     play(!state.playing);
   });
   find("stop").addEventListener("click", stop);
+  find("ask").addEventListener("click", () => {
+    document.body.dataset.answer = "";
+    repaint();
+  });
   find("theme").addEventListener("click", () => {
     const theme = find("theme").textContent.toLowerCase();
     try {

@@ -74,8 +74,8 @@ class Picture {
     return this.top + this.inner[1] * (1 - (value - this.y0) / (this.y1 - this.y0));
   }
 
-  /** Draw axes with ticks and labels; `logarithmic` marks powers of ten at whole numbers. */
-  axes(xLabel, yLabel, { logarithmic = false, grid = true } = {}) {
+  /** Draw axes and labels; `numbers` at the ticks of x; `logarithmic` marks powers of ten in y. */
+  axes(xLabel, yLabel, { numbers = true, logarithmic = false, grid = true } = {}) {
     const { pen, left, top } = this, [width, height] = this.inner;
     pen.lineWidth = 1;
     pen.fillStyle = colour("ink");
@@ -83,9 +83,10 @@ class Picture {
     pen.textAlign = "center";
     for (const tick of ticksOf(this.x0, this.x1, Math.max(2, width / 90))) {
       this.line([[tick, this.y0], [tick, this.y1]], "grid", grid ? 1 : 0);
-      pen.fillText(tickText(tick), this.x(tick), top + height + 5);
+      if (numbers) pen.fillText(tickText(tick), this.x(tick), top + height + 5);
     }
-    pen.fillText(xLabel, left + width / 2, this.high - 15);
+    const middle = left + width / 2; // a label is condensed where it would not fit
+    pen.fillText(xLabel, middle, this.high - 15, 2 * Math.min(middle, this.wide - middle));
     pen.textAlign = "right";
     pen.textBaseline = "middle";
     const step = Math.max(1, Math.ceil((this.y1 - this.y0) / (height / 32)));
@@ -106,10 +107,11 @@ class Picture {
       }
     }
     pen.save();
-    pen.translate(10, top + height / 2);
+    const centre = top + height / 2;
+    pen.translate(10, centre);
     pen.rotate(-Math.PI / 2);
     pen.textAlign = "center";
-    pen.fillText(yLabel, 0, 0);
+    pen.fillText(yLabel, 0, 0, 2 * Math.min(centre, this.high - centre));
     pen.restore();
     pen.strokeStyle = colour("ink");
     pen.beginPath();

@@ -60,6 +60,7 @@ function readScene() {
 /** Put what an address says into the form. */
 function readAddress() {
   const given = new URLSearchParams(location.hash.slice(1));
+  state.question = given.get("eta") === "hidden";
   for (const key of TEXTS) {
     const value = given.get(key);
     if (value === null) continue;
@@ -71,9 +72,10 @@ function readAddress() {
   }
 }
 
-/** A scene as the end of an address. */
+/** A scene as the end of an address, and whether its restitution is hidden until asked for. */
 function addressOf(scene) {
   const pairs = Object.entries(scene).map(([key, value]) => [key, String(value)]);
+  if (state.question) pairs.push(["eta", "hidden"]);
   return "#" + pairs.map(([key, value]) => `${key}=${value}`).join("&");
 }
 
@@ -112,7 +114,7 @@ function arrange() {
   }
   find("speed-unit").textContent = linear ? "bond lengths \u00d7 \u221a(k/m)" : "v*";
   find("speed-hint").textContent = linear
-    ? "0.0001 to 10; with springs \u03b7 is the same at every speed"
+    ? `0.0001 to 10${state.question ? "" : "; with springs \u03b7 is the same at every speed"}`
     : "0.0001 to 10; at v* a bond is compressed so far that it no longer acts as a spring";
   find("speed-slider").max = linear ? 0.7 : 2.5;
   find("speed-slider").value = find("speed").value;

@@ -76,6 +76,7 @@ function hear(task, own, data) {
   } else {
     own.busy = false;
     find("curve-now").textContent = curveText();
+    find("curve-words").textContent = `${curveText()} All are in the table below.`;
     tabulate();
   }
   busy();
@@ -110,6 +111,7 @@ function change({ later = 0 } = {}) {
     // At the first look the address stays as it was given.
     if (state.scene || location.hash) history.replaceState(null, "", address);
     state.scene = scene;
+    document.body.dataset.answer = state.question ? "asked" : "";
     sayCommand(scene);
     find("progress").textContent = "Computing \u2026";
     state.fresh = true;
@@ -143,10 +145,10 @@ function show(run, done) {
   document.body.dataset.refused = "";
   const unknown = done && run.error > NOT_KNOWN;
   find("eta").textContent = unknown ? "not known"
-    : run.error === null ? `${run.restitution.toFixed(4)} \u2026`
+    : run.error === null ? "\u2026"
       : run.ending === "open" ? `${run.restitution.toFixed(4)} so far`
       : withBar(run.restitution, run.error);
-  const share = `${(100 * run.restitution).toFixed(1)} %`, loose = run.fragments - 1;
+  const share = `${(100 * run.restitution).toFixed(run.error > 5e-4 ? 0 : 1)} %`, loose = run.fragments - 1;
   find("verdict").textContent = unknown
     ? `Halving the time step changes \u03b7 by ${run.error.toPrecision(1)}: this motion is chaotic, and ` +
       "the page gives no number. The pictures show one of many motions."
@@ -155,7 +157,8 @@ function show(run, done) {
       (loose > 0 ? `The chain breaks at ${loose} ${loose === 1 ? "bond" : "bonds"}. ` : "");
   find("ending").textContent = ENDINGS[run.ending](run);
   find("ending").dataset.kind = run.ending;
-  find("kinematic").textContent = unknown ? "" : `e = \u221a\u03b7 = ${Math.sqrt(run.restitution).toFixed(4)}`;
+  find("kinematic").textContent = unknown || run.error === null ? ""
+    : `e = \u221a\u03b7 = ${Math.sqrt(run.restitution).toFixed(run.error > 5e-5 ? 2 : 4)}`;
   find("progress").textContent = done
     ? `Time step ${run.step.toPrecision(3)}; the run before, with ` +
       `${(2 * run.step).toPrecision(3)}, gives the error bar. Computed in ${run.seconds.toFixed(2)} s.`
@@ -166,6 +169,7 @@ function show(run, done) {
       `${(1 + run.shortest).toFixed(3)} to ${(1 + run.longest).toFixed(3)}.` : "") +
     (scene.temperature ? ` T = ${scene.temperature}; this page's own random numbers (sfc32) drew the ` +
       `first state from seed ${scene.seed}.` : "");
+  describePictures(run, unknown);
   find("break-key").hidden = !shown.run.broken.some((bonds) => bonds.some((b) => b));
   for (const part of document.querySelectorAll(".target-key"))
     part.hidden = !(scene.target_particles > 0);

@@ -128,8 +128,11 @@ const chainPicture = new RunPicture("chain", {
       low = Math.min(low, run.rest[0] + m * run.film.displacements[at]);
     }
     axes.span(run.rigid ? 0 : low - 0.5, high + 0.5, -2.2, 2.2);
-    axes.axes(m > 1.2 ? `position (bond lengths; displacements drawn ${m.toPrecision(2)} times as large)`
-      : "position (bond lengths)", "velocity / v\u2080");
+    const larger = m > 1.2; // then places on the axis are not positions, and have no numbers
+    find("chain-scale").textContent = larger
+      ? `displacements drawn ${Number(m.toPrecision(2))} times as large` : "";
+    axes.axes(larger ? "position" : "position (bond lengths)", "velocity / v\u2080",
+      { numbers: !larger });
     axes.line([[axes.x0, 0], [axes.x1, 0]], "ink", 1);
   },
   overlay(axes, run, moment) {

@@ -21,6 +21,27 @@ const ENDINGS = {
     "there was no other, and the page follows the chain no longer. A later one may still change \u03b7.",
 };
 
+/** Describe each picture of a run, for those who do not see it. */
+function describePictures(run, unknown) {
+  const { contacts, spectrum } = run, { energies } = run.film;
+  const speeds = contacts.map(([, speed]) => speed), after = energies[energies.length - 1];
+  const percent = (part) => `${(100 * part).toFixed(unknown ? 0 : 1)} %`;
+  const modes = Array.from(spectrum).slice(1), strongest = 1 + modes.indexOf(Math.max(...modes));
+  const times = contacts.length === 1 ? "once" : `${contacts.length} times`;
+  const words = {
+    chain: `The particles at the moment shown; above each, its velocity.`,
+    world: `Position of each particle against time. Particle 1 meets the wall or the target ${times}, ` +
+      `the last time at ${contacts[contacts.length - 1][0].toFixed(1)}.`,
+    energy: `At the end translation has ${percent(after[0])} of the energy that came, ` +
+      `vibration ${percent(after[1] + after[2])}.`,
+    contacts: `Speeds of approach from ${Math.min(...speeds).toFixed(2)} to ` +
+      `${Math.max(...speeds).toFixed(2)} times the impact speed.`,
+    spectrum: modes.length ? `After the last contact mode ${strongest} of ${modes.length} has most energy.`
+      : "A single particle has no vibration.",
+  };
+  for (const [name, text] of Object.entries(words)) find(`${name}-words`).textContent = text;
+}
+
 /** What the finished curve is. */
 function curveText() {
   const refused = shown.curve.filter((p) => p.refused).length;

@@ -14,7 +14,7 @@ def test_counts_are_those_of_sorting(particles):
     # Every sphere's velocity must turn at the wall once, and pass every other one once.
     assert contacts == particles
     assert exchanges == particles * (particles - 1) // 2
-    assert contacts + exchanges == hard_sphere_limit(particles).exchanges
+    assert contacts + exchanges == hard_sphere_limit(particles).events
 
 
 def test_velocities_are_reversed_in_exact_arithmetic():

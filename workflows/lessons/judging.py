@@ -1,0 +1,184 @@
+"""Compare an answer with the right one and with usual mistakes, and say what is wrong."""
+
+import html
+import math
+import re
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from chaincor.lammps_inputs.arrays import Array
+from chaincor.lammps_inputs.given_numbers import shown
+
+# Answers, each with what is said of it.
+Answers = Iterator[tuple[ArrayLike, str]]
+
+# A mistake is named only where the answer is this near to it, however loose the exercise is.
+_NAMED_WITHIN = 0.01
+# Mistakes that can be made with any number are looked for only where answers are this sharp.
+_SHARP = 0.01
+# An answer with this many digits is right if its digits are, whatever the tolerance asks.
+_ENOUGH_DIGITS = 3
+_TEXT = re.compile(r"([-+]?[\d.]+(?:e[-+]?\d+)?)\s*(?:/\s*([\d.]+(?:e[-+]?\d+)?))?\s*(%?)", re.I)
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """The judgement of an answer; true if the answer is right."""
+
+    right: bool  #: Whether the answer is right.
+    says: str  #: What is right or wrong about the answer.
+
+    def __bool__(self) -> bool:
+        return self.right
+
+    def __repr__(self) -> str:
+        return self.says
+
+    def _repr_html_(self) -> str:
+        # JupyterLab breaks lines of plain text within words.
+        return f"<p>{html.escape(self.says)}</p>"
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """An answer in numbers, and how it is compared."""
+
+    given: Array  #: The numbers of the answer.
+    tolerance: float  #: Allowed difference, as a fraction of the largest number.
+    either_sign: bool = False  #: Whether all signs may be turned.
+    rounded: bool = True  #: Whether numbers were typed, and so may be rounded.
+
+    def verdict(
+        self, truth: Array, right: str, mistakes: Iterable[tuple[ArrayLike, str]]
+    ) -> Verdict:
+        """
+        Return the verdict on the answer.
+
+        `right` is said of a right answer, and the text of a mistake of an answer that makes it.
+        """
+        if self._near(truth, self.tolerance) or self._digits(truth) >= _ENOUGH_DIGITS:
+            return Verdict(True, right)
+        near = min(self.tolerance, _NAMED_WITHIN)
+        with np.errstate(all="ignore"):
+            arrays = [(np.ravel(np.asarray(other, dtype=float)), says) for other, says in mistakes]
+            known = [(other, says) for other, says in arrays if other.size == truth.size]
+            general = list(_general_mistakes(truth)) if self.tolerance <= _SHARP else []
+        for other, says in known:
+            if self._near(other, near) or self._digits(other) >= _ENOUGH_DIGITS:
+                return Verdict(False, f"not yet: {says}")
+        for other, says in general:
+            if self._near(other, 1e-9) or self._digits(other) >= _ENOUGH_DIGITS:
+                return Verdict(False, f"not yet: {says}")
+        if factor := self._common_factor(truth):
+            times = f"each number is {factor:.4g} times the right one"
+            return Verdict(False, f"not yet: {times}: a constant factor is wrong")
+        if self._digits(truth) == 2:
+            return Verdict(False, f"right to 2 digits: {self._asked_precision()}")
+        for other, says in known:
+            if self._digits(other) == 2:
+                return Verdict(False, f"not yet: {says}")
+        return Verdict(False, f"not yet: {self._side(truth)}")
+
+    def _aligned(self, other: Array) -> Array:
+        """Return the answer, with its signs turned where they may be."""
+        return -self.given if self.either_sign and float(self.given @ other) < 0.0 else self.given
+
+    def _near(self, other: Array, tolerance: float) -> bool:
+        scale = float(np.max(np.abs(other)))
+        off = np.abs(self._aligned(other) - other)
+        return math.isfinite(scale) and bool(np.all(off <= tolerance * scale))
+
+    def _digits(self, other: Array) -> int:
+        """Return to how many digits of its largest number `other` is rounded; 0 if it is not."""
+        scale = float(np.max(np.abs(other)))
+        if not self.rounded or not (math.isfinite(scale) and scale > 0.0):
+            return 0
+        given = self._aligned(other)
+        for digits in (6, 5, 4, 3, 2):
+            decimals = digits - 1 - math.floor(math.log10(scale))
+            by_decimals = [round(float(value), decimals) for value in other]
+            by_digits = [float(f"{value:.{digits - 1}e}") for value in other]
+            for rounded in (by_decimals, by_digits):
+                if np.allclose(given, rounded, rtol=1e-12, atol=1e-12 * scale):
+                    return digits
+        return 0
+
+    def _common_factor(self, truth: Array) -> float | None:
+        """Return the one factor between all numbers and the right ones; None if there is none."""
+        used = truth != 0.0
+        if truth.size < 3 or not used.any() or np.any(self.given[~used] != 0.0):
+            return None
+        factors = self.given[used] / truth[used]
+        factor = float(np.mean(factors))
+        same = np.allclose(factors, factor, rtol=1e-6, atol=0.0)
+        return factor if same and factor != 0.0 else None
+
+    def _asked_precision(self) -> str:
+        if self.tolerance < 1e-4:
+            return "give more digits, or an expression"
+        return f"give it within {100.0 * self.tolerance:g} % of its value, or as an expression"
+
+    def _side(self, truth: Array) -> str:
+        """Say which way an answer is off, and which of several numbers are."""
+        given = self._aligned(truth)
+        if truth.size == 1:
+            return f"it is too {'large' if given[0] > truth[0] else 'small'}"
+        off = np.abs(given - truth) > self.tolerance * float(np.max(np.abs(truth)))
+        right = int(truth.size - np.count_nonzero(off))
+        first = int(np.argmax(off))
+        side = "large" if given[first] > truth[first] else "small"
+        return f"{right} of {truth.size} numbers are right; number {first + 1} is too {side}"
+
+
+def _general_mistakes(truth: Array) -> Iterator[tuple[Array, str]]:
+    """Return what can go wrong with any number, tried after the mistakes of an exercise."""
+    if truth.size > 1:
+        yield truth[::-1], "the numbers are right, but exchanged: give them in the order asked for"
+    yield -truth, "the sign is wrong: everything else is right"
+    yield 100.0 * truth, "this is right in per cent: give the number itself"
+    yield 2.0 * truth, "this is twice the answer: a factor of 2 too much"
+    yield 0.5 * truth, "this is half the answer: a factor of 2 is missing"
+    yield truth**2, "this is the square of the answer: take the root"
+    yield np.sqrt(np.abs(truth)), "this is the square root of the answer"
+    yield 1.0 / truth, "this is the reciprocal: turn the fraction over"
+    yield 2.0 * np.pi * truth, "there is a factor of 2 pi too much"
+    yield truth / (2.0 * np.pi), "a factor of 2 pi is missing"
+
+
+def numbers_in(answer: Any) -> Array | str:
+    """
+    Return an answer as an array, or what it is instead.
+
+    Texts such as ``"1/64"`` and ``"9.3 %"`` are numbers.
+    """
+    if isinstance(answer, str):
+        answer = _number_of(answer)
+    if isinstance(answer, str | bytes | dict | set | bool) or answer is None:
+        return shown(answer)
+    try:
+        numbers = np.asarray(answer)
+        if numbers.dtype.kind == "c":  # its imaginary part would be dropped with a warning
+            return shown(answer)
+        numbers = np.ravel(numbers.astype(float))
+    except Exception:  # an object that is no number may raise anything
+        return shown(answer)
+    if not np.all(np.isfinite(numbers)):
+        return "not finite: a division by zero, or a root of a negative number"
+    return numbers
+
+
+def _number_of(text: str) -> float | str:
+    """Return the number that a text states: a decimal, a fraction or a percentage."""
+    found = _TEXT.fullmatch(text.strip().replace("−", "-"))
+    if found is None:
+        return text
+    try:
+        number = float(found[1]) / float(found[2] or 1.0)
+    except (ValueError, ZeroDivisionError):
+        return text
+    # A percentage keeps the digits that it was typed with.
+    return float(f"{number / 100.0:.12g}") if found[3] else number
