@@ -22,6 +22,8 @@ _NAMED_WITHIN = 0.01
 _SHARP = 0.01
 # An answer with this many digits is right if its digits are, whatever the tolerance asks.
 _ENOUGH_DIGITS = 3
+# The first of these mistakes are named by two digits: they are about signs and per cent.
+_CERTAIN = 2
 _TEXT = re.compile(r"([-+]?[\d.]+(?:e[-+]?\d+)?)\s*(?:/\s*([\d.]+(?:e[-+]?\d+)?))?\s*(%?)", re.I)
 
 
@@ -71,14 +73,14 @@ class Comparison:
             if self._near(other, near) or self._digits(other) >= _ENOUGH_DIGITS:
                 return Verdict(False, f"not yet: {says}")
         for other, says in general:
-            if self._near(other, 1e-9) or self._digits(other) >= _ENOUGH_DIGITS:
+            if self._near(other, 1e-9) or self._shares_digits(other):
                 return Verdict(False, f"not yet: {says}")
         if factor := self._common_factor(truth):
             times = f"each number is {factor:.4g} times the right one"
             return Verdict(False, f"not yet: {times}: a constant factor is wrong")
         if self._digits(truth) == 2:
             return Verdict(False, f"right to 2 digits: {self._asked_precision()}")
-        for other, says in known:
+        for other, says in (*known, *general[:_CERTAIN]):
             if self._digits(other) == 2:
                 return Verdict(False, f"not yet: {says}")
         return Verdict(False, f"not yet: {self._side(truth)}")
@@ -106,6 +108,11 @@ class Comparison:
                 if np.allclose(given, rounded, rtol=1e-12, atol=1e-12 * scale):
                     return digits
         return 0
+
+    def _shares_digits(self, other: Array) -> bool:
+        """Return whether `other` is rounded to digits that the answer shows: 1.1 shows but two."""
+        shown_digits = max(len(f"{abs(v):.15e}".split("e")[0].rstrip("0")) - 1 for v in self.given)
+        return min(self._digits(other), shown_digits) >= _ENOUGH_DIGITS
 
     def _common_factor(self, truth: Array) -> float | None:
         """Return the one factor between all numbers and the right ones; None if there is none."""
@@ -136,10 +143,10 @@ class Comparison:
 
 def _general_mistakes(truth: Array) -> Iterator[tuple[Array, str]]:
     """Return what can go wrong with any number, tried after the mistakes of an exercise."""
-    if truth.size > 1:
-        yield truth[::-1], "the numbers are right, but exchanged: give them in the order asked for"
     yield -truth, "the sign is wrong: everything else is right"
     yield 100.0 * truth, "this is right in per cent: give the number itself"
+    if truth.size > 1:
+        yield truth[::-1], "the numbers are right, but exchanged: give them in the order asked for"
     yield 2.0 * truth, "this is twice the answer: a factor of 2 too much"
     yield 0.5 * truth, "this is half the answer: a factor of 2 is missing"
     yield truth**2, "this is the square of the answer: take the root"

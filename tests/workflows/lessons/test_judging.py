@@ -1,0 +1,235 @@
+"""Right answers in odd forms are right, and no wrong one is accused of another mistake."""
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+from chaincor.lammps_inputs.bonds.potentials import LennardJones
+from chaincor.workflows.lessons import check
+from chaincor.workflows.lessons.exercise import LESSONS, exercise, exercises_of, judge
+from tests.workflows.lessons.test_exercises import WRONG, acceleration
+
+J = np.arange(10)
+# The right answers, by other means than the exercises: by hand, or as the pages print them.
+NUMBERS = {
+    "1.1": [1.0, 1.0],
+    "1.2": 1.0 - 0.95242**2,
+    "1.3": 1.95242,
+    "1.4": 0.9071039,
+    "2.1": [10.0, 100**0.25],
+    "2.3": (-13 * 0.9**-14 + 7 * 0.9**-8) / 6,
+    "3.1": 2.0,
+    "3.2": 64.0,
+    "3.4": 1e-4,
+    "4.1": 2.0 * np.sin(np.pi * J / 20),
+    "4.2": np.pi / np.sin(np.pi / 200),
+    "4.3": 0.1844757,
+    "5.1": 0.5072168,
+    "5.2": 0.8 * 0.128489059895,
+    "5.3": 0.1,
+    "5.4": [0.86, 1.0],
+    "6.3": 256.0,
+    "7.1": [36, 108],
+    "7.2": 1.02,
+    "7.3": 3.968562,
+    "7.4": 0.06386856,
+    "8.1": -0.7188164,
+    "8.2": 101.0596,
+    "8.3": [10, 55],
+    "8.4": 2.0**-46 / 1e-9,
+}
+
+
+def text_of(value):
+    return f"{value:.6g}".replace("-", "−")
+
+
+def percent_of(value):
+    return f"{100.0 * value:.3g} %"
+
+
+def rounded(value, digits):
+    """Round to so many digits of the largest number, as one who types all with equal decimals."""
+    decimals = digits - 1 - int(np.floor(np.log10(np.max(np.abs(value)))))
+    return np.round(value, decimals).tolist()
+
+
+def significant(value, digits):
+    return [float(f"{one:.{digits - 1}e}") for one in np.ravel(value)]
+
+
+FORMS = {
+    "as it is": lambda value: value,
+    "an array": np.asarray,
+    "a tuple": lambda value: tuple(np.ravel(value)),
+    "three digits": lambda value: rounded(value, 3),
+    "four digits": lambda value: rounded(value, 4),
+    "five digits": lambda value: rounded(value, 5),
+    "three significant digits": lambda value: significant(value, 3),
+    "fractions": lambda value: [Fraction(float(one)) for one in np.ravel(value)],
+    "a float32": lambda value: np.asarray(value, dtype=np.float32),
+}
+TEXTS = {"a text": text_of, "per cent": percent_of, "a fraction": lambda v: f"{text_of(v)}/1"}
+RIGHT_ANSWERS = [(name, form) for name in NUMBERS for form in FORMS]
+RIGHT_TEXTS = [(name, form) for name, v in NUMBERS.items() if np.ndim(v) == 0 for form in TEXTS]
+
+FUNCTIONS = [
+    ("2.2", lambda r: 12 * (r**-13 - r**-7) / 72),
+    ("2.2", lambda r: (1 / r**13 - 1 / r**7) / 6),
+    ("2.2", lambda r: [(x**-13 - x**-7) / 6 for x in r]),
+    ("3.3", lambda x, v, a: (-v - np.sqrt(v * v - 2 * a * x)) / a),
+    ("3.3", lambda x, v, a: 2 * x / (np.sqrt(v * v - 2 * a * x) - v)),
+    ("4.4", lambda j, n: -np.sqrt(2 / n) * np.cos(np.pi * j * (np.arange(n) + 0.5) / n)),
+    # Counted from the far end it is the same mode: of odd j all signs are turned.
+    ("4.4", lambda j, n: np.sqrt(2 / n) * np.cos(np.pi * j * (n - np.arange(n) - 0.5) / n)),
+    ("4.4", lambda j, n: [(2 / n) ** 0.5 * np.cos(np.pi * j * (i + 0.5) / n) for i in range(n)]),
+    ("6.1", acceleration),
+    ("6.1", lambda u: -np.diff(LennardJones().force(np.diff(u)), prepend=0.0, append=0.0)),
+    ("6.2", lambda s, n, v0: (1 - 2 * np.sum(s) / (n * v0)) ** 2),
+]
+
+
+def test_there_are_200_right_answers():
+    assert set(NUMBERS) | {name for name, _ in FUNCTIONS} == {
+        name for lesson in LESSONS for name in exercises_of(lesson)
+    }
+    assert len(RIGHT_ANSWERS) + len(RIGHT_TEXTS) + len(FUNCTIONS) >= 200
+
+
+@pytest.mark.slow_cases
+@pytest.mark.parametrize(("name", "form"), RIGHT_ANSWERS)
+def test_a_right_answer_is_right_in_any_form(name, form):
+    assert check(name, FORMS[form](NUMBERS[name])).says == "right"
+
+
+@pytest.mark.slow_cases
+@pytest.mark.parametrize(("name", "form"), RIGHT_TEXTS)
+def test_a_right_answer_may_be_a_text(name, form):
+    assert check(name, TEXTS[form](NUMBERS[name])).says == "right"
+
+
+@pytest.mark.slow_cases
+@pytest.mark.parametrize("case", range(len(FUNCTIONS)))
+def test_a_right_function_may_be_written_otherwise(case):
+    name, function = FUNCTIONS[case]
+    assert check(name, function).says == "right"
+
+
+TYPED = [
+    (name, k, digits)
+    for name, cases in WRONG.items()
+    for k, (answer, _) in enumerate(cases)
+    if not callable(answer)
+    for digits in (3, 4, None)
+]
+
+
+def test_there_are_200_usual_wrong_answers():
+    functions = sum(callable(answer) for cases in WRONG.values() for answer, _ in cases)
+    assert len(TYPED) + functions >= 200
+
+
+@pytest.mark.slow_cases
+@pytest.mark.parametrize(("name", "case", "digits"), TYPED)
+def test_a_usual_mistake_is_named_however_it_is_rounded(name, case, digits):
+    answer, said = WRONG[name][case]
+    zero = not np.any(answer)
+    typed = answer if digits is None or zero else rounded(answer, digits)
+    verdict = check(name, typed)
+    assert not verdict
+    assert said in verdict.says
+
+
+# Answers that are off by what no mistake explains.
+OFF = (0.77, 0.87, 0.93, 1.09, 1.17, 1.31)
+SINGLE = [name for name, value in NUMBERS.items() if np.ndim(value) == 0]
+
+
+@pytest.mark.slow_cases
+@pytest.mark.parametrize("name", SINGLE)
+@pytest.mark.parametrize("factor", OFF)
+def test_nothing_is_made_up_about_an_answer_that_is_just_wrong(name, factor):
+    if name == "3.1" and 0.87 <= factor <= 1.13:
+        return  # within the scatter of the points that are fitted
+    for digits in (2, 3, 6):
+        answer = rounded(NUMBERS[name] * factor, digits)
+        says = check(name, answer).says
+        # By accident it may be a mistake, to the digits that it is given with.
+        near = [
+            v
+            for v in mistakes_of(name)
+            if rounded(v, digits) == answer or abs(v / answer - 1) < 0.01
+        ]
+        side = "large" if answer > NUMBERS[name] else "small"
+        assert says == f"not yet: it is too {side}" or near, (answer, says)
+
+
+def mistakes_of(name):
+    _, *mistakes = exercises_of(int(name[0]))[name].answers()
+    return [float(np.ravel(value)[0]) for value, _ in mistakes if np.size(value) == 1 and value]
+
+
+@pytest.mark.parametrize(
+    ("name", "answer", "says"),
+    [
+        # Loose exercises have been read as roots, reciprocals and squares of their answers.
+        ("3.1", 1.4, "not yet: it is too small"),
+        ("3.1", 0.5, "not yet: it is too small"),
+        ("7.2", 1.06, "not yet: it is too large"),
+        ("7.4", 0.01, "not yet: it is too small"),
+        # Digits and what is asked of them.
+        ("5.2", 0.103, "right"),
+        ("4.1", np.round(2.0 * np.sin(np.pi * J / 20), 2), "right"),
+        ("4.3", 0.18, "right to 2 digits: give it within 1 % of its value, or as an expression"),
+        ("1.2", 9.3, "not yet: this is right in per cent: give the number itself"),
+        ("1.2", "9.29 %", "right"),
+        ("3.2", "128/2", "right"),
+        (
+            "3.2",
+            "1/0",
+            "this is '1/0'; expected: one number: how many times smaller the error "
+            "gets when the step is halved three times",
+        ),
+        # Mistakes that had no name.
+        (
+            "2.2",
+            lambda r: r**-13 - r**-7,
+            "not yet: each number is 6 times the right one: a constant factor is wrong",
+        ),
+        (
+            "4.2",
+            198,
+            "not yet: this is 2(n - 1), the bonds there and back; the standing wave also "
+            "needs half a bond at either end: 2n",
+        ),
+        (
+            "7.1",
+            [108, 36],
+            "not yet: the numbers are right, but exchanged: give them in the order asked for",
+        ),
+        (
+            "8.3",
+            [55, 10],
+            "not yet: the numbers are right, but exchanged: give them in the order asked for",
+        ),
+    ],
+)
+@pytest.mark.slow_cases
+def test_what_was_misjudged(name, answer, says):
+    assert check(name, answer).says == says
+
+
+def test_a_mode_has_no_sign_of_its_own_but_an_answer_has():
+    @exercise("two numbers", either_sign=True)
+    def shape():
+        yield [1.0, -2.0], "right"
+        yield [1.0, 2.0], "known"
+
+    @exercise("two numbers")
+    def numbers():
+        yield [1.0, -2.0], "right"
+
+    assert judge(shape, [-1.0, 2.0])
+    assert judge(shape, [-1.0, -2.0]).says == "not yet: known"
+    assert judge(numbers, [-1.0, 2.0]).says.startswith("not yet: the sign is wrong")
