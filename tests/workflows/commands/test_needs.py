@@ -65,7 +65,7 @@ USES = {
         "export s.sqlite crate --rocrate": ("rocrate",),
     },
     "explore": {"--particles 3 -o page.html": ()},
-    "check-script": {"plain/in.chain": ("scipy",)},
+    "check-script": {"plain/in.chain": ("numba", "scipy")},
     "lessons": {"-o lessons": ()},
     "doctor": {"--help": ()},
 }
@@ -149,7 +149,11 @@ def imports_of(module):
 @pytest.mark.slow_cases
 def test_nothing_is_named_that_the_code_does_not_import(command):
     """Also for what takes minutes or a cluster to try."""
-    seen, todo, libraries = set(), [f"chaincor.workflows.commands.{command}"], set()
+    seen, todo, libraries = (
+        set(),
+        [f"chaincor.workflows.commands.{command.replace('-', '_')}"],
+        set(),
+    )
     while todo:
         module = todo.pop()
         if module in seen:
