@@ -120,10 +120,10 @@ class Scene(SceneFields):
         """U''(1) over the smallest mass: the square of the fastest bond's frequency."""
         return self.bond.stiffness / self.line.lightest
 
-    @property
+    @cached_property
     def slow_stiffness(self) -> float:
         """U''(1) over the mean mass of the slower body: sound crosses bonds at its root."""
-        return self.bond.stiffness / self.line.mean_mass
+        return self.bond.sound_stiffness(self.impact_velocity**2) / self.line.mean_mass
 
     @property
     def contact_duration(self) -> float:

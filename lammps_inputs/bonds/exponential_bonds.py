@@ -17,6 +17,8 @@ from chaincor.lammps_inputs.errors import PotentialError
 class _Exponential(NamedBond):
     """A bond of one inverse length, on which U depends as U(s; b) = U(b s; 1)/b^2."""
 
+    becomes_hard = True
+
     def __post_init__(self) -> None:
         """Refuse what is not a positive number, or whose square is none."""
         ((key, given),) = self.as_keys().items()

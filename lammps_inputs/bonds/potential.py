@@ -46,6 +46,9 @@ class Potential(ABC):
     #: Whether the force is known to have derivatives of every order.
     smooth: ClassVar[bool] = False
     is_harmonic: ClassVar[bool] = False  #: Whether U = s^2/2, so that a chain is a sum of modes.
+    #: Whether U is known to grow faster than any power of the compression: such bonds act like hard
+    #: spheres at high speeds.
+    becomes_hard: ClassVar[bool] = False
     #: Constant taken off the energies, whose rounding it leaves in them.
     energy_offset: float = 0.0
     #: Order of the lowest anharmonic term of U at s = 0; None for harmonic or unknown.
@@ -85,6 +88,13 @@ class Potential(ABC):
         kernel = self.curvature_kernel
         assert kernel is not None, "a potential without a kernel overrides curvature"
         return kernel(np.asarray(strain, dtype=float), self.parameters)
+
+    def sound_stiffness(self, _energy: float) -> float:
+        """Return the stiffness that sets the speed of sound in a chain whose bonds hold energies.
+
+        That is U'' at rest, unless a bond knows that only by a difference.
+        """
+        return self.stiffness
 
     def as_keys(self) -> dict[str, Any]:
         """Return what decides a bond that a scene names: its parameters by their keys there."""

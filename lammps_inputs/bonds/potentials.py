@@ -93,6 +93,7 @@ class LennardJones(NamedBond):
     force_kernel = staticmethod(lj_force)
     curvature_kernel = staticmethod(lj_curvature)
     lammps_formula = "(1.0-(1.0+{s})^-6)^2/72.0"
+    becomes_hard = True
     strain_min = -1.0
     dissociation = 1.0 / 72.0
     convex_strain = (13.0 / 7.0) ** (1.0 / 6.0) - 1.0
@@ -128,6 +129,7 @@ class Logarithmic(NamedBond):
     force_kernel = staticmethod(log_force)
     curvature_kernel = staticmethod(log_curvature)
     lammps_formula = "{s}-ln(1.0+{s})"
+    becomes_hard = True
     strain_min = -1.0
     # U = r - 1 - ln r = e^y - 1 - y at y = ln r.
     log_length = LogLength(log_force_of_log_length, expm1_minus_x)

@@ -14,6 +14,10 @@ from chaincor.lammps_inputs.bonds.check import find_kinks, refuse_mismatch, scan
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.errors import PotentialError, one_line
 
+# Sound is what a chain still carries long after its impact: so much of the energy of two particles
+# that meet. A secant this far from U'' at rest is that of a force which is not linear there.
+_SOUND_SHARE, _FAR = 1e-4, 10.0
+
 
 class UserBond(Potential):
     r"""
@@ -119,6 +123,21 @@ class UserBond(Potential):
             above = np.where((s <= kink) & (kink < above), kink, above)
             below = np.where((below < kink) & (kink < s), kink, below)
         return -(self.force(above) - self.force(below)) / (above - below)
+
+    def sound_stiffness(self, energy: float) -> float:
+        """
+        Return the stiffness of a bond that is compressed to a small part of an energy.
+
+        Where this is far from U'' at rest, that is a difference over a step in which the force is
+        not linear, and says nothing of the sound: U may rise like s^4, or like s^1.5.
+        """
+        if self.smooth:
+            return self.stiffness
+        held = _SOUND_SHARE * energy
+        strain = self.distance_at(held, -1.0, -self.strain_min)
+        secant = 2.0 * held / strain**2 if 0.0 < strain < math.inf else self.stiffness
+        far = not 1.0 / _FAR <= secant / self.stiffness <= _FAR
+        return secant if far else self.stiffness
 
     def _end_of_energy(self) -> float:
         """Return U at infinite length where it comes to an end: 0 for a bond without tension."""

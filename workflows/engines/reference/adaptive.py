@@ -126,6 +126,12 @@ def _compile(function: Callable, *, keep: bool, logarithmic: bool) -> Callable:
     return compiler.compile(flight)
 
 
+def _compression(scene: Scene) -> float:
+    """Return ten times the strain of two particles that stop each other, for errors of strains."""
+    strain = -scene.bond.compressed_strain(scene.impact_velocity**2)
+    return 10.0 * strain if strain > 0.0 else math.inf
+
+
 class _Flight:
     """A collision in progress: the arrays of the adaptive loops, and when to stop them."""
 
@@ -142,7 +148,7 @@ class _Flight:
         state[particles] = speed
         contacts = np.zeros((3, 2 * particles + 64))
         local = max(FINEST_LOCAL, LOCAL_SHARE * accuracy)
-        scale = np.full(2 * particles, local * min(1.0, speed))
+        scale = np.full(2 * particles, local * min(1.0, speed, _compression(scene)))
         scale[particles:] = local * speed
         slopes = np.zeros((DOP853.n_stages + 1, 2 * particles))
         self.arrays = adaptive.Arrays(
@@ -161,7 +167,7 @@ class _Flight:
         tableau = (DOP853.A, DOP853.B, DOP853.E3, DOP853.E5)
         self._method = adaptive.Tableau(*(np.ascontiguousarray(part) for part in tableau))
         self._not_before = 0.0
-        stiffness = scene.bond.stiffness
+        stiffness = scene.slow_stiffness
         self.ledger = ledger = np.zeros(1, adaptive.LEDGER)[0]
         ledger.momentum = -particles * speed
         bookkeeping.argue_when_silent(ledger, stiffness)
@@ -197,7 +203,7 @@ class _Flight:
     def run(self) -> Ending:
         """Fly until the end and return it."""
         ledger, scene = self.ledger, self._scene
-        watch = EndWatch(scene.particles, scene.bond)
+        watch = EndWatch(scene.particles, scene.bond, scene.slow_stiffness)
         while True:
             status = self._advance()
             now, last = float(ledger.time), float(ledger.last_contact)
@@ -231,7 +237,7 @@ class _Flight:
         now, last = float(ledger.time), float(ledger.last_contact)
         first, strains = float(self.arrays.state[0]), self._bond.strains(bonds)
         ending = watch.look_at(now, last, [Body(first, strains, velocities)])
-        quiet = sound_round_trip(scene.particles, scene.bond.stiffness)
+        quiet = sound_round_trip(scene.particles, scene.slow_stiffness)
         if ending is not None or now - last < quiet or now < self._not_before:
             return ending
         # What has fallen apart and flown for so long is followed with fixed steps.

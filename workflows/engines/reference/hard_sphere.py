@@ -81,31 +81,40 @@ def deviation(scene: Scene) -> float:
     toda, log, at 3 to 100 v*), by a factor of 1 to 10, and more in longer chains. It is a measured
     rule, not a theorem.
 
-    The loss is taken from the energy of the triple's vibration, which is far below the rounding of
-    eta itself. Where the triple's own bonds get too short to be followed, it is extrapolated from
-    half the speed, or a quarter and so on, by the slowest fall with speed that was measured. Raises
-    TimestepError if a triple of such bonds cannot be followed at any of the speeds tried.
+    The rule holds where the loss falls with the speed as it does for those bonds. So the loss is
+    measured at the speed asked for and at half of it, and inf is returned where it falls less: a
+    bond that stiffens like a power of the strain keeps its loss at any speed. The loss is taken
+    from the energy of the triple's vibration, which is far below the rounding of eta itself. Only
+    for bonds that are known to become hard is it extrapolated, by the slowest fall that was
+    measured, to speeds at which the triple cannot be followed; others have inf there. Raises
+    TimestepError if a triple of bonds that become hard cannot be followed at any speed.
     """
-    particles = scene.particles
+    particles, bond = scene.particles, scene.bond
     if particles < 3:
         return 0.0
-    velocity = scene.impact_velocity
-    if scene.bond.natural_speed is not None:
-        velocity = min(velocity, _FASTEST_TRIPLE * scene.bond.natural_speed)
+    velocity, halvings = scene.impact_velocity, 0
+    if bond.becomes_hard:
+        assert bond.natural_speed is not None
+        velocity, halvings = min(velocity, _FASTEST_TRIPLE * bond.natural_speed), _MOST_HALVINGS
     triple = scene.replace(particles=3, speed=None, velocity=velocity)
     loss = vibration(triple)
-    for _ in range(_MOST_HALVINGS):
+    for _ in range(halvings):
         if loss is not None:
             break
         triple = triple.replace(velocity=0.5 * triple.impact_velocity)
         loss = vibration(triple)
     if loss is None:
+        if not bond.becomes_hard:
+            return math.inf
         raise TimestepError(
             f"no step resolves three particles with {scene.label} bonds, at velocity "
             f"{velocity:.6g} or down to {triple.impact_velocity:.2g}, so that it cannot be told "
             "how near the chain is to hard spheres; expected bonds that get softer as they are "
             "less compressed: check the potential, or lower the speed"
         )
+    slower = vibration(triple.replace(velocity=0.5 * triple.impact_velocity))
+    if slower is None or max(loss, _LEAST_LOSS) > max(0.5**_LEAST_POWER * slower, _LEAST_LOSS):
+        return math.inf
     loss *= (triple.impact_velocity / scene.impact_velocity) ** _LEAST_POWER
     return 0.5 * (particles - 1) * (particles - 2) * max(loss, _LEAST_LOSS)
 

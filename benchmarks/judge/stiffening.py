@@ -1,0 +1,198 @@
+"""
+Judge bonds that stiffen like powers of the strain, by SciPy's DOP853 in the scene's own units.
+
+    python -m benchmarks.judge.stiffening [--count 500] [--seed 1]
+
+Strains are counted in the compression that stops two particles, velocities in v0, so that the
+judge's numbers are near 1 whatever the stiffness at rest. It shares no code with the engines. A run
+ends where the particles fly apart without a bond in touch, or at five times the last contact.
+"""
+
+import argparse
+import time
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chaincor import UserBond
+from chaincor.lammps_inputs.errors import ChaincorError
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.collision import collide
+
+Array = NDArray[np.float64]
+# Tolerances of the two runs that must agree, and how far beyond the last contact they go.
+_TOLERANCES, _MULTIPLE, _LEAST = (1e-11, 1e-13), 5.0, 30.0
+_MOST_SECONDS = 120.0
+
+
+@dataclass(frozen=True)
+class Case:
+    """A chain whose bonds push with k s + p c |s|^(p - 1), one-sided or not."""
+
+    kind: str  #: ``power``, ``formula``, ``two-sided`` or ``one-sided``.
+    exponent: float  #: p of the energy c |s|^p.
+    c: float
+    rest: float  #: k, the stiffness at rest.
+    particles: int
+    velocity: float
+    tolerance: float = 1e-6
+
+    def energy(self, strain: Array) -> Array:
+        """Return U of strains."""
+        size = self._size(strain)
+        return 0.5 * self.rest * size**2 + self.c * size**self.exponent
+
+    def force(self, strain: Array) -> Array:
+        """Return -dU/ds of strains."""
+        size = self._size(strain)
+        push = self.rest * size + self.exponent * self.c * size ** (self.exponent - 1.0)
+        return -np.sign(strain) * push
+
+    def _size(self, strain: Array) -> Array:
+        return np.maximum(-strain, 0.0) if self.kind == "one-sided" else np.abs(strain)
+
+    def scene(self) -> Scene:
+        """Return the scene; for the kind ``power``, c belongs to an even exponent."""
+        fields: dict[str, Any] = {"potential": UserBond(self.energy, self.force)}
+        if self.kind == "power":
+            fields = {"potential": "power", "power_order": int(self.exponent), "power_c": self.c}
+        if self.kind == "formula":
+            parameters = {"k": self.rest, "c": self.c}
+            energy = f"k*s^2/2+c*s^{int(self.exponent)}"
+            fields = {"potential": "formula", "energy": energy, "parameters": parameters}
+        return Scene(
+            particles=self.particles,
+            velocity=self.velocity,
+            engine="reference",
+            tolerance=self.tolerance,
+            **fields,
+        )
+
+    def compression(self) -> float:
+        """Return the strain at which two particles that meet at v0 stop each other."""
+        low, high = -60.0, 3.0
+        for _ in range(200):
+            middle = 0.5 * (low + high)
+            held = float(self.energy(np.array(-(10.0**middle))))
+            low, high = (middle, high) if held < self.velocity**2 else (low, middle)
+        return 10.0**low
+
+
+def judge(case: Case) -> tuple[float, float]:
+    """Return the restitution, and by how much two runs of different tolerances differ."""
+    unit, n = case.compression(), case.particles
+
+    def push(strains: Array) -> Array:
+        return case.force(unit * strains) * unit / case.velocity**2
+
+    coarse, fine = (_restitution(push, n, tolerance) for tolerance in _TOLERANCES)
+    return fine, abs(fine - coarse)
+
+
+def _restitution(push: Callable[[Array], Array], n: int, tolerance: float) -> float:
+    from scipy.integrate import DOP853
+    from scipy.optimize import brentq
+
+    def rates(_time: float, state: Array) -> Array:
+        forces, slopes = push(np.diff(state[:n])), np.zeros(2 * n)
+        slopes[:n] = state[n:]
+        slopes[n : 2 * n - 1] -= forces
+        slopes[n + 1 :] += forces
+        return slopes
+
+    def solver(start: float, state: Array, end: float) -> Any:
+        return DOP853(rates, start, state, end, rtol=tolerance, atol=tolerance)
+
+    now = last = 0.0
+    state = np.append(np.zeros(n), np.full(n, -1.0))
+    state[n] = 1.0
+    motion = solver(now, state, np.inf)
+    while True:
+        motion.step()
+        if motion.status == "failed":
+            raise ArithmeticError("the judge cannot follow this motion")
+        state, leaving = motion.y, motion.y[n:]
+        if state[0] < 0.0:
+            begun, path = motion.t_old, motion.dense_output()
+            # A contact begins at the wall: look a little after it.
+            first = begun + 1e-9 * (motion.t - begun)
+            now = last = brentq(lambda time, path=path: path(time)[0], first, motion.t, xtol=1e-15)
+            part = solver(begun, path(begun), now)
+            while part.status == "running":
+                part.step()
+            state = part.y.copy()
+            state[0], state[n] = 0.0, abs(state[n])
+            motion = solver(now, state, np.inf)
+            continue
+        free = np.all(push(np.diff(state[:n])) == 0.0)
+        apart = free and leaving[0] > 0.0 and np.all(np.diff(leaving) >= 0.0)
+        late = motion.t > max(_LEAST * n, _MULTIPLE * last) and leaving.sum() > 0.0
+        if apart or late:
+            return float(np.mean(leaving) ** 2)
+
+
+def draw(random: np.random.Generator) -> Case:
+    """Draw a bond of exponent 1.2 to 12 and stiffness 0 to that of its power, and a speed."""
+    kinds = ["power", "formula", "two-sided", "one-sided"]
+    kind = str(random.choice(kinds, p=[0.4, 0.1, 0.25, 0.25]))
+    exponent = float(random.uniform(1.2, 12.0))
+    if kind == "power":
+        exponent = float(random.choice([4, 6, 8, 10, 12]))
+    if kind == "formula":
+        exponent = 4.0  # each text of a formula is compiled
+    velocity = float(10.0 ** random.uniform(-9.0, 1.0))
+    compression = float(10.0 ** random.uniform(-6.0, -0.5))
+    c = velocity**2 / compression**exponent
+    rest = 1.0 if kind == "power" else 0.0
+    stiffness = (velocity / compression) ** 2
+    if kind == "formula":  # which must not be softer than 1e-8
+        rest = max(stiffness * 10.0 ** random.uniform(-6.0, 0.0), 1e-8)
+    elif kind != "power" and random.uniform() < 0.5:
+        rest = stiffness * 10.0 ** random.uniform(-16.0, 0.0)
+    particles = int(random.integers(2, 16))
+    return Case(kind, exponent, c, rest, particles, velocity, 10.0 ** random.uniform(-8.0, -4.0))
+
+
+def try_case(case: Case) -> tuple[str, str]:
+    """Return the verdict on a case, and a line that says what was found."""
+    begun = time.process_time()
+    try:
+        found = collide(case.scene(), most_seconds=_MOST_SECONDS)
+    except ChaincorError as error:
+        return f"refused: {type(error).__name__}", f"{error} {case}"
+    seconds = time.process_time() - begun
+    try:
+        right, error = judge(case)
+    except ArithmeticError as unsure:
+        return "judge unsure", f"{unsure}: {case}"
+    off = abs(found.restitution - right)
+    text = f"{found.restitution:.10f} +- {found.restitution_error:.1e}, judge {right:.10f} +- "
+    text += f"{error:.0e}, {found.scheme}, {found.ending}, {seconds:.1f} s: {case}"
+    if error > 1e-4:
+        return "judge unsure", text
+    held = off <= found.restitution_error + 3.0 * error + 1e-12
+    return "inside" if held else "outside", text
+
+
+def main() -> None:
+    """Run the study from the command line."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[1])
+    parser.add_argument("--count", type=int, default=500)
+    parser.add_argument("--seed", type=int, default=1)
+    given = parser.parse_args()
+    random = np.random.default_rng(given.seed)
+    verdicts: Counter[str] = Counter()
+    for index in range(given.count):
+        verdict, text = try_case(draw(random))
+        verdicts[verdict] += 1
+        print(f"{index} {verdict}: {text}", flush=True)
+    print(dict(verdicts))
+    raise SystemExit(1 if verdicts["outside"] else 0)
+
+
+if __name__ == "__main__":
+    main()
