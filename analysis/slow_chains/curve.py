@@ -4,11 +4,13 @@ What a slow long chain loses, from the curve of its bonds' order and the lead of
 .. math:: n^{2/3} (1 - \eta) = h_r(y) + 2 \beta\, n^{-1/3} + O(n^{-2/3}), \qquad
           y = r (r - 1) |c|\, v_0^{r-2} n^{2/3}
 
-for bonds U = s^2/2 + c s^r + ... that stiffen by compression. Derived in
+for bonds U = s^2/2 + c s^r + ...; y < 0 where compression softens the bond. Derived in
 ``docs/explanation/slow_chains.md``.
 """
 
 import math
+from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -24,8 +26,12 @@ TABLE = Path(__file__).with_name("curves.csv")
 # By how many bond lengths the front of a pressed harmonic chain is ahead: ``harmonic.front_lead``.
 FRONT_LEAD = 0.9945645
 
-# h_3(y)/y for large y: within 0.3715 and 0.3725 from y = 16 to 30, where it still swings.
-STEEP_LIMIT, STEEP_LIMIT_ERROR = 0.371, 0.002
+# h_3(y)/y for y -> infinity: ``python -m benchmarks.slow_chains.limit``.
+STEEP_LIMIT, STEEP_LIMIT_ERROR = 0.3748, 0.0005
+
+# Largest part of h by which interpolation misses it between the points of the table:
+# ``python -m benchmarks.slow_chains.curves --check``.
+INTERPOLATION_ERROR = 1e-4
 
 
 def slow_chain_variable(bond: Potential, particles: int, impact_velocity: float) -> float:
@@ -44,26 +50,67 @@ def slow_chain_variable(bond: Potential, particles: int, impact_velocity: float)
     Returns
     -------
     float
-        :math:`y = r (r - 1) |c| v_0^{r-2} n^{2/3}`; kappa v0 n^(2/3) with kappa = -U''' for r = 3.
+        y, positive where compression stiffens the bond, negative where it softens the bond:
+        :math:`|y| = r (r - 1) |c| v_0^{r-2} n^{2/3}`; kappa v0 n^(2/3), kappa = -U''', for r = 3.
 
     Raises
     ------
     InputError
-        If compression softens the bond, whose front does not steepen.
+        For an anharmonic bond of functions or a table, whose lowest order is unknown.
     """
     order = bond.anharmonic_order
     if order is None:
-        return 0.0
-    coefficient = (-1) ** order * anharmonic_coefficient(bond)
-    if coefficient < 0.0:
+        # Functions and tables do not tell their order. Stiffness that is constant is harmonic.
+        if np.allclose(bond.curvature(np.array([-0.01, 0.01])), bond.stiffness, rtol=1e-6):
+            return 0.0
         raise InputError(
-            f"bond '{bond.name}' softens by compression; expected one that stiffens, whose front "
-            "steepens"
+            f"The lowest anharmonic order of bond '{bond.name}' is unknown. Give the bond as a "
+            "formula."
         )
+    coefficient = (-1) ** order * anharmonic_coefficient(bond)
     steepness = order * (order - 1) * coefficient / bond.stiffness
     # Speeds in units of the sound of the chain, whose bonds have length 1.
     speed = impact_velocity / math.sqrt(bond.stiffness)
     return float(steepness * speed ** (order - 2) * particles ** (2.0 / 3.0))
+
+
+@dataclass(frozen=True)
+class _Wave:
+    """Loss of chains that leave at one wave of the train, between two values of y."""
+
+    variables: Array
+    losses: Array
+    errors: Array
+
+    def loss(self, variable: Array) -> Array:
+        """Interpolate the loss; infinite outside the points."""
+        from scipy.interpolate import CubicSpline
+
+        inside = (variable >= self.variables[0]) & (variable <= self.variables[-1])
+        return np.where(inside, CubicSpline(self.variables, self.losses)(variable), np.inf)
+
+
+@lru_cache(maxsize=4)
+def _waves(order: int) -> tuple[_Wave, ...]:
+    """Return the waves of the table; the loss is the least of them, with kinks where they cross."""
+    table = np.loadtxt(TABLE, delimiter=",", skiprows=1)
+    table = table[table[:, 0] == order]
+    groups = [table[table[:, 2] == wave] for wave in np.unique(table[:, 2])]
+    return tuple(_Wave(g[:, 1], g[:, 4], g[:, 5]) for g in groups if len(g) > 3)
+
+
+def _within_table(variable: ArrayLike, order: int) -> Array:
+    """Return y as an array, or raise ValueError if the table has no such y."""
+    wanted = np.asarray(variable, dtype=float)
+    waves = _waves(order)
+    low = min((wave.variables[0] for wave in waves), default=math.nan)
+    high = max((wave.variables[-1] for wave in waves), default=math.nan)
+    if not (waves and wanted.min() >= low and wanted.max() <= high):
+        raise ValueError(
+            f"Order {order}, y from {wanted.min():g} to {wanted.max():g} given. Give order 3 or 4, "
+            f"and y within the table ({low:g} to {high:g})."
+        )
+    return wanted
 
 
 def limiting_loss(variable: ArrayLike, order: int = 3) -> Array:
@@ -75,39 +122,57 @@ def limiting_loss(variable: ArrayLike, order: int = 3) -> Array:
     Parameters
     ----------
     variable : array_like
-        y, between 0 and the largest of the table (30 for r = 3, 12 for r = 4).
+        y, within the table, which begins at -20.
     order : int
         r: 3 or 4.
 
     Returns
     -------
     numpy.ndarray
-        By cubic splines; errors of the table's points are below 3e-3.
+        By cubic splines, one for each wave of the front's train at which chains can leave, and the
+        least of them. `limiting_loss_error` has the error.
 
     Raises
     ------
     ValueError
         For a variable or order outside the table.
     """
-    from scipy.interpolate import CubicSpline
+    wanted = _within_table(variable, order)
+    return np.min([wave.loss(wanted) for wave in _waves(order)], axis=0)
 
-    table = np.loadtxt(TABLE, delimiter=",", skiprows=1)
-    points = table[table[:, 0] == order]
-    wanted = np.asarray(variable, dtype=float)
-    if not len(points) or wanted.min() < 0.0 or wanted.max() > points[-1, 1]:
-        raise ValueError(
-            f"order {order}, y from {wanted.min():g} to {wanted.max():g}: expected order 3 or 4, "
-            "and y within the table"
-        )
-    return CubicSpline(points[:, 1], points[:, 2])(wanted)
+
+def limiting_loss_error(variable: ArrayLike, order: int = 3) -> Array:
+    """
+    Return the error bar of `limiting_loss`: by the grids of the front, and by interpolation.
+
+    Parameters
+    ----------
+    variable : array_like
+        y, as for `limiting_loss`.
+    order : int
+        r: 3 or 4.
+
+    Returns
+    -------
+    numpy.ndarray
+        Error of the nearer points of the table plus `INTERPOLATION_ERROR` of the loss, which is
+        measured between the points.
+    """
+    wanted = _within_table(variable, order)
+    waves = _waves(order)
+    losses = np.array([wave.loss(wanted) for wave in waves])
+    least = losses.argmin(axis=0)
+    grids = np.array([np.interp(wanted, wave.variables, wave.errors) for wave in waves])
+    chosen = np.take_along_axis(grids, least[None], axis=0)[0]
+    return chosen + INTERPOLATION_ERROR * losses.min(axis=0)
 
 
 def long_chain_slope(bond: Potential) -> float:
     r"""
     Return C of :math:`1 - \eta = C v_0/v^*` for long chains first, and then low speed.
 
-    :math:`C = 0.371(2)\, \kappa v^*` with :math:`\kappa = -U^{(3)}(1)`: 1.00 for lj, 0.94 for toda
-    at any b, 0.72 for log.
+    :math:`C = 0.3748(5)\, \kappa v^*` with :math:`\kappa = -U^{(3)}(1)`: 1.011 for lj, 0.950 for
+    toda at any b, 0.725 for log.
 
     Parameters
     ----------
@@ -150,3 +215,22 @@ def slow_chain_dissipation(bond: Potential, particles: int, impact_velocity: flo
     variable = slow_chain_variable(bond, particles, impact_velocity)
     loss = float(limiting_loss(variable, bond.anharmonic_order or 3))
     return loss * particles ** (-2.0 / 3.0) + 2.0 * FRONT_LEAD / particles
+
+
+def slow_chain_dissipation_error(bond: Potential, particles: int, impact_velocity: float) -> float:
+    r"""
+    Return the error bar that the table gives `slow_chain_dissipation`.
+
+    Parameters
+    ----------
+    bond, particles, impact_velocity
+        As for `slow_chain_dissipation`.
+
+    Returns
+    -------
+    float
+        :math:`n^{-2/3}` times `limiting_loss_error`, without the terms that theory leaves out.
+    """
+    variable = slow_chain_variable(bond, particles, impact_velocity)
+    error = float(limiting_loss_error(variable, bond.anharmonic_order or 3))
+    return error * particles ** (-2.0 / 3.0)

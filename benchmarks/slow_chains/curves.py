@@ -1,34 +1,123 @@
 """
 The curves of loss that ``analysis.slow_chains.curve`` interpolates.
 
-    python -m benchmarks.slow_chains.curves
+    python -m benchmarks.slow_chains.curves [--check]
 
-Writes ``analysis/slow_chains/curves.csv``: for bonds of lowest anharmonic order 3 and 4 the loss at
-each y, and what the extrapolation from two grids changed. No random numbers; ten minutes.
+Adds to ``analysis/slow_chains/curves.csv`` the variables that it lacks: for bonds of lowest
+anharmonic order 3 and 4 the two deepest minima at each y, the wave at which each lies, and the
+error by the grids. It may be stopped and goes on. ``--check`` computes points between those of the
+table instead and prints by how much the interpolation misses them. No random numbers; an hour.
 """
 
+import argparse
 import csv
+from collections.abc import Iterator
+from itertools import chain, product
 from pathlib import Path
 
-from chaincor.analysis.slow_chains.curve import TABLE
+import numpy as np
+
+from chaincor.analysis.slow_chains.curve import TABLE, limiting_loss, limiting_loss_error
 from chaincor.analysis.slow_chains.front import front_loss
 
-VARIABLES = [0.0, 0.1, 0.3, 0.6, 1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.5, 8.0, 10.0, 12.0]
-LARGE = [16.0, 20.0, 30.0]
+HEADER = ["order", "variable", "wave", "place", "loss", "error"]
+# Between points of the table, and where another wave takes over.
+CHECKS = {
+    3: [
+        *(-9.0, -0.7, 0.2, 1.3, 2.7, 5.2, 8.3, 11.2, 15.5, 17.7, 18.2, 18.6, 24.5, 30.5, 30.8),
+        *(31.3, 36.5, 41.0, 43.0, 51.0, 59.0, 67.0, 75.0, 86.0, 101.0),
+    ],
+    4: [-9.0, -0.7, 0.2, 1.3, 2.7, 5.2, 8.3, 11.2, 13.4, 13.5, 17.5, 22.5, 29.0],
+}
+# How far a minimum moves with y, while it lies at one wave.
+_DRIFT = 1.25
+# Minima that are higher by this part of y are far from being the deepest.
+_NEAR = 0.04
+
+
+def wanted() -> Iterator[tuple[int, float, float]]:
+    """Yield order, variable and refinement of the grids."""
+    for variable in np.arange(13.0, 41.0):
+        yield 3, float(variable), 0.7
+    slow = chain(np.arange(-6.0, 12.1, 0.5), np.arange(-20.0, -6.0, 2.0))
+    for variable, order in product(slow, (3, 4)):
+        yield order, float(variable), 1.0
+    for variable in np.arange(42.0, 81.0, 2.0):
+        yield 3, float(variable), 0.5
+    for variable in chain(np.arange(13.0, 20.1), np.arange(22.0, 30.1, 2.0), np.arange(33, 46, 3)):
+        yield 4, float(variable), 0.85
+    for variable in np.arange(85.0, 121.0, 5.0):
+        yield 3, float(variable), 0.5
+
+
+def measure() -> None:
+    """Add the points that the table lacks, as they come, and name the waves in the end."""
+    begun = TABLE.exists()
+    with Path(TABLE).open("a+", newline="") as file:
+        file.seek(0)
+        known = {(row[0], row[1]) for row in csv.reader(file)}
+        writer = csv.writer(file, lineterminator="\n")
+        if not begun:
+            writer.writerow(HEADER)
+        for order, variable, refinement in wanted():
+            if (str(order), str(variable)) in known:
+                continue
+            for found in front_loss(variable, order, refinement).minima[:2]:
+                numbers = [f"{x:.6f}" for x in (found.place, found.loss, found.error)]
+                writer.writerow([order, variable, 0, *numbers])
+            file.flush()
+
+
+def name_waves() -> None:
+    """Count the waves at which the minima lie, the first to be the deepest as 1, and sort rows."""
+    table = np.loadtxt(TABLE, delimiter=",", skiprows=1)
+    rows = []
+    for order in (3, 4):
+        last: dict[int, tuple[float, float]] = {}
+        for variable in np.unique(table[table[:, 0] == order, 1]):
+            here = table[(table[:, 0] == order) & (table[:, 1] == variable)]
+            here = here[here[:, 4] <= here[:, 4].min() + _NEAR * max(variable, 0.0)]
+            # From the place that each wave's minimum should have, the nearest is the same wave.
+            for place, loss, error in here[np.argsort(-here[:, 3]), 3:]:
+                wave = _wave_at(place, variable, last)
+                last[wave] = (variable, place)
+                numbers = [f"{x:.6f}" for x in (place, loss, error)]
+                rows.append([order, variable, wave, *numbers])
+    with Path(TABLE).open("w", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(HEADER)
+        writer.writerows(rows)
+
+
+def _wave_at(place: float, variable: float, last: dict[int, tuple[float, float]]) -> int:
+    """Return the wave whose minimum is expected nearest to a place; a new one lies behind all."""
+    if not last:
+        return 1
+    expected = {wave: x + _DRIFT * (variable - y) for wave, (y, x) in last.items()}
+    nearest = min(expected, key=lambda wave: abs(expected[wave] - place))
+    new = place < min(expected.values()) and abs(expected[nearest] - place) > 2.0
+    return max(last) + 1 if new and variable > 0.0 else nearest
+
+
+def check() -> None:
+    """Print what the interpolation misses between the points of the table, and its bar."""
+    for order, variables in CHECKS.items():
+        for variable in variables:
+            front = front_loss(variable, order, 1.0 if variable <= 12.0 else 0.6)
+            missed = float(limiting_loss(variable, order)) - front.loss
+            bar = float(limiting_loss_error(variable, order))
+            print(f"{order} {variable:g} {front.loss:.6f} {missed:+.6f} {bar:.6f}", flush=True)
 
 
 def main() -> None:
-    """Compute the curves and write them."""
-    rows = []
-    for order, variables in ((3, VARIABLES + LARGE), (4, VARIABLES)):
-        for variable in variables:
-            front = front_loss(variable, order)
-            rows.append([order, variable, f"{front.loss:.6f}", f"{front.error:.6f}"])
-            print(*rows[-1], flush=True)
-    with Path(TABLE).open("w", newline="") as file:
-        writer = csv.writer(file)
-        writer.writerow(["order", "variable", "loss", "error"])
-        writer.writerows(rows)
+    """Compute the curves and write them, or check them."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--check", action="store_true", help="compute points between the table's")
+    if parser.parse_args().check:
+        check()
+        return
+    measure()
+    name_waves()
 
 
 if __name__ == "__main__":

@@ -5,8 +5,9 @@ It goes by how the paper puts a claim: exactly, as a trend, in digits or in word
 "approaches", "agrees" and the like are words: no reader takes them for more than 10 %, nor for less
 than a quarter. A trend has no number: 1 stands for "it is so", 0 for "it is not".
 
-A claim is undecided only by a range that could have failed: one wider than the wider margin of
-words would take in any number that a reader calls roughly the same, and more.
+A claim is undecided only if the ranges that the paper leaves open could have missed its number. If
+these ranges give more than the wider margin of words on both sides, the quantity is no constant,
+and the claim of a constant is not reproduced.
 """
 
 import math
@@ -146,6 +147,12 @@ class Claim:
                 "number is among them",
             )
         correction = self.correction.format(value=finding.value)
+        if self.unsaid and low <= margin.paper <= high and not could_fail:
+            return Judgement(
+                Verdict.NOT_REPRODUCED,
+                f"the paper does not say {self.unsaid}, and it is no constant: ours give {low:.2f} "
+                f"to {high:.2f}; {correction}",
+            )
         if distance <= margin.corrected_within + error:
             if self.unsaid and finding.spread:
                 correction += f"; over the ranges tried {low:.2f} to {high:.2f}"

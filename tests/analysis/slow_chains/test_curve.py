@@ -1,14 +1,14 @@
 import numpy as np
 import pytest
 
-from chaincor.analysis.slow_chains import curve
 from chaincor.analysis.slow_chains.curve import (
     FRONT_LEAD,
     STEEP_LIMIT,
-    STEEP_LIMIT_ERROR,
     limiting_loss,
+    limiting_loss_error,
     long_chain_slope,
     slow_chain_dissipation,
+    slow_chain_dissipation_error,
     slow_chain_variable,
 )
 from chaincor.analysis.slow_chains.front import front_loss
@@ -20,9 +20,19 @@ from chaincor.lammps_inputs.bonds.potentials import (
     Power,
     Toda,
 )
+from chaincor.lammps_inputs.bonds.user_bond import UserBond
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.collision import collide
+
+# Toda's bond of b = 10 with compression and stretch exchanged.
+MIRRORED_TODA = Scene(
+    potential="formula",
+    energy="(exp(10*(r-1)) - 1)/100 - (r-1)/10",
+    particles=100,
+    velocity=1e-3,
+    engine="reference",
+)
 
 
 @pytest.mark.parametrize(
@@ -37,28 +47,48 @@ def test_variable_of_quartic_bonds():
     assert slow_chain_variable(Power(4, 0.5), 1000, 0.1) == pytest.approx(12 * 0.5 * 0.01 * 100)
 
 
-def test_bonds_that_soften_are_refused(monkeypatch):
-    # No named bond softens; a user's may.
-    monkeypatch.setattr(curve, "anharmonic_coefficient", lambda bond: 0.5)
-    with pytest.raises(InputError, match="'lj' softens by compression"):
-        slow_chain_variable(LennardJones(), 100, 0.1)
+def test_variable_of_bonds_that_soften_is_negative():
+    assert slow_chain_variable(MIRRORED_TODA.bond, 1000, 0.01) == pytest.approx(-10.0, rel=1e-6)
+    assert slow_chain_variable(Power(3, -0.5), 1000, 0.1) == pytest.approx(6 * 0.5 * 0.1 * 100)
+
+
+def test_bonds_of_unknown_order_are_refused():
+    bond = UserBond(lambda s: s**2 / 2 - s**3, lambda s: 3 * s**2 - s, name="mine")
+    with pytest.raises(InputError, match="order of bond 'mine' is unknown"):
+        slow_chain_variable(bond, 100, 0.1)
 
 
 def test_the_table_is_the_front():
-    assert float(limiting_loss(0.0)) == pytest.approx(harmonic_dissipation_limit(), abs=1e-4)
+    assert float(limiting_loss(0.0)) == pytest.approx(harmonic_dissipation_limit(), abs=1e-5)
     for order in (3, 4):
-        front = front_loss(1.0, order)
-        assert float(limiting_loss(1.0, order)) == pytest.approx(front.loss, abs=1e-5)
+        for variable in (-1.0, 1.0):
+            front = front_loss(variable, order)
+            assert float(limiting_loss(variable, order)) == pytest.approx(front.loss, abs=2e-6)
 
 
-def test_between_its_points_the_table_is_the_front_too():
-    front = front_loss(0.8)
-    assert float(limiting_loss(0.8)) == pytest.approx(front.loss, abs=3e-4)
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("variable", "order"), [(0.2, 3), (-0.7, 3), (15.5, 3), (18.2, 3), (18.6, 3), (1.3, 4)]
+)
+def test_between_its_points_the_table_keeps_its_bar(variable, order):
+    front = front_loss(variable, order, 0.7)
+    missed = abs(float(limiting_loss(variable, order)) - front.loss)
+    assert missed <= float(limiting_loss_error(variable, order)) + front.error
 
 
-def test_steep_fronts_lose_in_proportion_to_their_speed():
-    y = np.array([20.0, 30.0])
-    np.testing.assert_allclose(limiting_loss(y) / y, STEEP_LIMIT, atol=STEEP_LIMIT_ERROR)
+def test_the_curve_has_kinks_where_another_wave_takes_over():
+    # The slope dh/dy falls by 0.1 between 18 and 19, and changes by 0.002 at most on either side.
+    y = np.array([17.0, 17.5, 18.0, 19.0, 19.5, 20.0])
+    slopes = np.diff(limiting_loss(y)) / np.diff(y)
+    assert slopes[1] - slopes[3] > 0.09
+    assert abs(slopes[1] - slopes[0]) < 0.002
+
+
+def test_steep_fronts_swing_about_their_limit():
+    y = np.arange(16.0, 41.0)
+    slopes = limiting_loss(y) / y
+    assert (slopes.min(), slopes.max()) == pytest.approx((0.36798, 0.37677), abs=5e-5)
+    assert float(limiting_loss(80.0)) / 80.0 == pytest.approx(0.37297, abs=5e-5)
     # kappa v* is 21 x 0.128489, and the same for all toda bonds.
     assert long_chain_slope(LennardJones()) == pytest.approx(STEEP_LIMIT * 2.698270, rel=1e-5)
     assert long_chain_slope(Toda(3.0)) == pytest.approx(long_chain_slope(Toda(10.0)), rel=1e-6)
@@ -66,10 +96,21 @@ def test_steep_fronts_lose_in_proportion_to_their_speed():
         long_chain_slope(Power(4, 0.5))
 
 
-def test_outside_the_table_nothing_is_said():
-    for variable, order in ((31.0, 3), (-0.1, 3), (1.0, 5), (13.0, 4)):
+@pytest.mark.parametrize(
+    ("variable", "order"), [(121.0, 3), (-20.1, 3), (1.0, 5), (46.0, 4), (np.nan, 3)]
+)
+def test_outside_the_table_is_refused(variable, order):
+    for ask in (limiting_loss, limiting_loss_error):
         with pytest.raises(ValueError, match="within the table"):
-            limiting_loss(variable, order)
+            ask(variable, order)
+
+
+def test_error_of_the_loss_is_that_of_the_table():
+    bond, n, velocity = Toda(10.0), 1000, 0.03
+    bar = slow_chain_dissipation_error(bond, n, velocity)
+    variable = slow_chain_variable(bond, n, velocity)
+    assert bar == pytest.approx(0.01 * float(limiting_loss_error(variable)))
+    assert 0.0 < bar < 2e-4 * slow_chain_dissipation(bond, n, velocity)
 
 
 def test_harmonic_chains_have_no_speed():

@@ -111,8 +111,8 @@ def _harmonic_exponent(measured: Measurements) -> Finding:
 
 @claim(
     "eq. (12)",
-    words(_PAPER_FACTOR),
-    "the factor 0.652 of eq. (12)",
+    digits("0.652"),
+    "0.652 as the limit of long harmonic chains",
     text="1 − η = 0.652 n^(−2/3) for long chains agrees very well: the limit of n^(2/3)(1 − η)",
     correction="the limit is {value:.3f}; chains near n = 6000 have 0.652, longer ones less",
     figure=_KEY,
@@ -132,8 +132,8 @@ def _harmonic_prefactor(measured: Measurements) -> Finding:
         f"limit of exact collisions around n = {means} (each {_PHASES} lengths within 6 %), less "
         f"the lead of the front, 2β n^(−1/3) with β = {FRONT_LEAD:.4f}, and a term in n^(−2/3) "
         f"that is fitted; derived without a fit it is {harmonic_dissipation_limit():.4f}. The mean "
-        f"falls with the length: {by_range}. Judged as words, because the paper says that the law "
-        "agrees very well, and as the limit, because it is derived as that",
+        f"falls with the length: {by_range}. Judged in digits and as the limit, because the paper "
+        "derives it as the limit of long chains",
         _long(measured).points,
     )
 

@@ -29,7 +29,7 @@ _BONDS: dict[str, dict[str, Any]] = {
     "log": {"potential": "log"},
 }
 _SHORTEST = 30
-# The table of the curve ends there.
+# Chains beyond are not slow in any length that is computed.
 _LAST = 30.0
 # kappa v0: faster than this a chain is not slow, its front is steep.
 _FASTEST = 0.6
@@ -107,17 +107,17 @@ def infinite_chain(measured: Measurements) -> str:
     if not rows:
         raise NoNumber("Too few long chains to say.")
     # Toda chains have the same C at any b.
-    slopes = {row["bond"].partition(",")[0]: f"{row['slope']:.2f}" for row in rows}
+    slopes = {row["bond"].partition(",")[0]: f"{row['slope']:.3f}" for row in rows}
     return (
         "In an infinite chain the harmonic part is gone and C is the limit of (1 − η)/(v₀/v*) as "
-        f"v₀ → 0, taken after n → ∞. It follows without a fit: {STEEP_LIMIT}(2) κ v* with "
+        f"v₀ → 0, taken after n → ∞. It follows without a fit: {STEEP_LIMIT}(5) κ v* with "
         "κ = −U‴(1), which is "
         + ", ".join(f"{slope} for {kind}" for kind, slope in slopes.items())
         + " (docs/explanation/slow_chains.md). Chains of finite length have n^(2/3) (1 − η) larger "
         f"by 2β n^(−1/3), β = {FRONT_LEAD:.4f}, less a term that falls faster; in the table "
         "is the longest chain of each bond beside theory with the first of these. The paper has "
         "0.66 and 2.61 for lj, and says that the two disagree. Its 0.66 is C of lj at no length "
-        "and speed in particular: C is a function of κ v₀ n^(2/3), 1.00 in the limit."
+        "and speed in particular: C is a function of κ v₀ n^(2/3), 1.011 in the limit."
     )
 
 
@@ -157,7 +157,7 @@ def figure(measured: Measurements) -> Figure:
             "κ = −U‴(1), is the ratio of the two. Above, n^(2/3)(1 − η) of "
             f"{len(every)} chains, n = {_SHORTEST} to {longest}, against y; black, the limit of "
             "long chains h(y), derived without a fit. Slow or short chains are harmonic "
-            "(h = 0.5626), long ones lose 0.371 κ v₀. Toda chains of three b are one. Below, the "
+            "(h = 0.5626), long ones lose 0.3748 κ v₀. Toda chains of three b are one. Below, the "
             "distance from the curve times n^(1/3), for y up to 5: theory has 2β = 1.99 of it for "
             "long chains (line), less what falls faster; dots at one length differ by the phase of "
             f"the last contacts. {len(checked)} of the chains are by LAMMPS as well."

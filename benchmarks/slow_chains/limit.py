@@ -1,0 +1,97 @@
+"""
+The limit of C'(y) = h_3(y)/y for steep fronts, and how it is approached.
+
+    python -m benchmarks.slow_chains.limit [--fit]
+
+Adds to ``limit.csv`` beside itself the points of large y that it lacks, then fits them together
+with the last points of ``analysis/slow_chains/curves.csv``. The leading soliton lags behind the
+edge of the modulated wave by a logarithm of t = (y/2)^(3/2)/3, so that
+
+    C'(y) = C - (a ln t + b)/t.
+
+The bar of C is the larger of the spread of the fits that begin at other y, and of the difference
+from a fit without the logarithm. No random numbers; half an hour.
+"""
+
+import argparse
+import csv
+from itertools import product
+from pathlib import Path
+
+import numpy as np
+
+from chaincor.analysis.slow_chains.curve import TABLE as CURVES
+from chaincor.analysis.slow_chains.front import Grid
+
+TABLE = Path(__file__).with_name("limit.csv")
+HEADER = ["variable", "spacing", "loss"]
+# The step's smoothing no longer matters here; the differences err by the 8th power of the spacing.
+SPACINGS, ORDER = (0.24, 0.2), 8
+VARIABLES = [160.0, 240.0, 200.0, 140.0, 320.0, 180.0, 280.0]
+# Below this, kinks between waves swing C' by more than its distance to the limit changes.
+STARTS = (60.0, 80.0, 100.0, 120.0)
+
+
+def measure() -> None:
+    """Add the points that the table lacks, as they come."""
+    begun = TABLE.exists()
+    with TABLE.open("a+", newline="") as file:
+        file.seek(0)
+        known = {(row[0], row[1]) for row in csv.reader(file)}
+        writer = csv.writer(file, lineterminator="\n")
+        if not begun:
+            writer.writerow(HEADER)
+        for variable, spacing in product(VARIABLES, SPACINGS):
+            if (str(variable), str(spacing)) not in known:
+                loss = min(loss for _, loss in Grid(variable, 1, spacing).minima())
+                writer.writerow([variable, spacing, f"{loss:.6f}"])
+                file.flush()
+
+
+def points() -> tuple[np.ndarray, np.ndarray]:
+    """Return y and C'(y) of all points from 40 on."""
+    curves = np.loadtxt(CURVES, delimiter=",", skiprows=1)
+    curves = curves[(curves[:, 0] == 3) & (curves[:, 1] >= 40.0)]
+    found = {y: curves[curves[:, 1] == y, 4].min() / y for y in np.unique(curves[:, 1])}
+    steep = np.loadtxt(TABLE, delimiter=",", skiprows=1)
+    for variable in np.unique(steep[:, 0]):
+        coarse, fine = (
+            float(steep[(steep[:, 0] == variable) & (steep[:, 1] == h), 2][0]) for h in SPACINGS
+        )
+        change = (fine - coarse) / ((SPACINGS[0] / SPACINGS[1]) ** ORDER - 1.0)
+        found[float(variable)] = (fine + change) / variable
+        print(f"y = {variable:g}: two grids change C' by {abs(fine - coarse) / variable:.1e}")
+    return np.array(list(found)), np.array(list(found.values()))
+
+
+def fitted(y: np.ndarray, slope: np.ndarray, logarithm: bool = True) -> tuple[np.ndarray, float]:
+    """Fit C, a and b, and return them with the largest residual."""
+    t = (0.5 * y) ** 1.5 / 3.0
+    columns = [np.ones_like(t), -1.0 / t] + ([-np.log(t) / t] if logarithm else [])
+    design = np.column_stack(columns)
+    best = np.linalg.lstsq(design, slope, rcond=None)[0]
+    return best, float(np.abs(design @ best - slope).max())
+
+
+def main() -> None:
+    """Measure and fit."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--fit", action="store_true", help="use the table that is there")
+    if not parser.parse_args().fit:
+        measure()
+    y, slope = points()
+    for variable, value in zip(y, slope, strict=True):
+        print(f"y = {variable:g}: C' = {value:.5f}")
+    for start in STARTS:
+        chosen = y >= start
+        for logarithm in (True, False):
+            best, residual = fitted(y[chosen], slope[chosen], logarithm)
+            terms = ", ".join(f"{value:.4f}" for value in best[1:])
+            print(
+                f"from {start:g}, {'with' if logarithm else 'without'} ln t: C = {best[0]:.5f}, "
+                f"b and a = {terms}, residual {residual:.1e}"
+            )
+
+
+if __name__ == "__main__":
+    main()
