@@ -144,7 +144,7 @@ def directions(
 
         yield Direction(name, slope, abs(slope), steeper, value)
     if found.contact_stiffness is not None:
-        k = scene.line.contact_stiffness
+        k = scene.line.contact.strength
 
         def stiffer(change: float) -> Scene:
             return scene.replace(contact_stiffness=k + change)
@@ -271,7 +271,7 @@ def _described(scene: Scene) -> str:
     if not line.rigid:
         words.append(f"target of {line.targets}")
     if line.soft:
-        words.append(f"contact of exponent {line.contact_exponent:g}")
+        words.append(f"contact of exponent {line.contact.parameters[1]:g}")
     return ", ".join([*words, f"{scene.impact_velocity:.3g}"])
 
 

@@ -22,24 +22,19 @@ def displacement(particles: int, alone: bool = True, length: float = 1.0) -> str
 
 
 def contact_force(line: Line, only: str = "", unit: float = 1.0, length: float = 1.0) -> list[str]:
-    r"""
-    Return the commands that define the force :math:`K d^q` between soft bodies with overlap d.
+    """
+    Return the commands that define the force between soft bodies that overlap.
 
-    While they overlap, stages of a step may lie a little before or after: where q is whole, the
-    force goes on there as the same power of a negative overlap, and steps keep their order. `only`
-    is a factor of it, such as a condition; `unit` and `length` are the chain's units of force and
-    length in those of the script.
+    `only` is a factor of the force, such as a condition; `unit` and `length` are the chain's units
+    of force and length in those of the script.
     """
     place = None if line.rigid else len(line.chain_masses) + 1
     overlap = "(0.0-x[1])" if place is None else f"(x[{place}]-x[1])"
-    power = f"{overlap}^{number(line.contact_exponent)}"
-    if not line.contact_exponent.is_integer():
-        power = f"({overlap}>0.0)*abs{power}"
-    scale = number(unit * line.contact_stiffness / length**line.contact_exponent)
-    commands = [f"variable        push equal {only}{scale}*{power}", "group           struck id 1"]
+    force = line.contact.lammps_force(overlap, unit, length)
+    commands = [f"variable        push equal {only}{force}", "group           struck id 1"]
     if place is not None:
         commands += [
-            f"variable        pull equal -{only}{scale}*{power}",
+            f"variable        pull equal -{only}{force}",
             f"group           met id {place}",
         ]
     return commands

@@ -14,6 +14,8 @@ import numpy as np
 
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.potential import Potential
+from chaincor.lammps_inputs.contacts.contact_law import ContactLaw
+from chaincor.lammps_inputs.contacts.hard import HARD
 
 # Masses that differ by no more than this part amplify errors as equal ones do. A choice: by a
 # hundredth would do in the few scenes that were judged, too few to promise it.
@@ -32,14 +34,12 @@ class Line:
     #: shape (N - 1,).
     strains: Array
     velocities: Array  #: At the start, along x: the chain comes with negative ones; of shape (N,).
-    #: K of the repulsion :math:`K d^q` of an overlap d; 0 for hard bodies.
-    contact_stiffness: float = 0.0
-    contact_exponent: float = 1.5  #: q.
+    contact: ContactLaw = HARD  #: How the bodies repel each other.
 
     @property
     def soft(self) -> bool:
         """Whether the bodies overlap when they meet."""
-        return self.contact_stiffness > 0.0
+        return self.contact.soft
 
     @cached_property
     def cold(self) -> bool:
@@ -74,11 +74,6 @@ class Line:
         masses = self.chain_masses
         alike = bool(np.ptp(masses) <= _ALIKE * np.min(masses))
         return self.at_wall and self.cold and alike
-
-    @property
-    def smooth(self) -> bool:
-        """Whether the contact has all derivatives while it lasts: hard, or of a whole power."""
-        return not self.soft or float(self.contact_exponent).is_integer()
 
     @property
     def rigid(self) -> bool:
@@ -149,15 +144,13 @@ class Line:
 
     def overlap(self, speed: float) -> float:
         """Return how far the two particles at the contact overlap if they meet at a speed."""
-        power = self.contact_exponent + 1.0
-        energy = 0.5 * self.contact_mass * speed**2
-        return float((power * energy / self.contact_stiffness) ** (1.0 / power))
+        return self.contact.overlap(0.5 * self.contact_mass * speed**2)
 
     @property
     def contact_rate(self) -> float:
-        """K q d^(q - 1)/mu of soft bodies, d the overlap of two particles that meet at 2 v0."""
-        q, v0 = self.contact_exponent, float(np.max(np.abs(self.velocities)))
-        return q * self.contact_stiffness * self.overlap(2.0 * v0) ** (q - 1.0) / self.contact_mass
+        """Stiffness over mass of the contact of soft bodies, where two particles meet at 2 v0."""
+        v0 = float(np.max(np.abs(self.velocities)))
+        return self.contact.rate(0.5 * self.contact_mass * (2.0 * v0) ** 2, self.contact_mass)
 
     def energy(self, bond: Potential, strains: Array, velocities: Array) -> float:
         """
@@ -169,9 +162,7 @@ class Line:
         with np.errstate(over="ignore", invalid="ignore"):
             energy = 0.5 * float(masses @ velocities**2)
             energy += float(np.sum(bond.energy(np.delete(strains, self.gap))))
-        overlap = max(-float(strains[self.gap]), 0.0)
-        power = self.contact_exponent + 1.0
-        return energy + self.contact_stiffness * overlap**power / power
+        return energy + self.contact.energy(max(-float(strains[self.gap]), 0.0))
 
     def separation(self, velocities: Array) -> float:
         """Return the velocity of the chain's centre of mass along x less that of the target's."""

@@ -12,7 +12,7 @@ from tests.programs import ROOT
 
 _TREE = ("chaincor", "analysis", "lammps_inputs", "workflows")
 
-# Each kind of addition is used as its reader would: a bond and a scheme by both engines.
+# Each kind of addition is used as its reader would: a bond, a law and a scheme by both engines.
 _USED = """
 import sys
 from chaincor import Scene, collide, sweep
@@ -24,6 +24,14 @@ exact = collide(Scene(**bond, engine="reference"), tolerance=1e-9)
 by_lammps = collide(Scene(**bond), tolerance=1e-5)
 bars = exact.restitution_error + by_lammps.restitution_error
 assert abs(exact.restitution - by_lammps.restitution) <= bars, (exact, by_lammps)
+
+# A contact law is followed by both engines, too.
+soft = dict(bond, contact="cubic", contact_stiffness=2.0)
+exact_soft = collide(Scene(**soft, engine="reference"), tolerance=1e-8)
+soft_by_lammps = collide(Scene(**soft), tolerance=1e-5)
+bars = exact_soft.restitution_error + soft_by_lammps.restitution_error
+assert abs(exact_soft.restitution - soft_by_lammps.restitution) <= bars, (exact_soft, bars)
+assert abs(exact_soft.restitution - exact.restitution) > bars
 
 # The live page has its formulas, too.
 assert "cosh: {" in bonds_script()
@@ -64,7 +72,7 @@ def test_each_walk_through_is_a_patch_that_works(tmp_path):
         shutil.copytree(ROOT / name, tmp_path / name, symlinks=True, ignore=ignored)
     page = (ROOT / "CONTRIBUTING.md").read_text()
     patches = re.findall(r"^```diff\n(.*?)^```$", page, re.MULTILINE | re.DOTALL)
-    assert len(patches) == 4
+    assert len(patches) == 5
     for patch in patches:
         command = ["git", "apply", "--whitespace=nowarn", "-"]
         done = subprocess.run(

@@ -15,8 +15,6 @@ from chaincor.lammps_inputs.line import Line
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.scene_parts.given_bodies import (
-    DEFAULT_CONTACT_EXPONENT,
-    DEFAULT_CONTACT_STIFFNESS,
     given_bodies,
     seed_of,
 )
@@ -154,9 +152,8 @@ def _as_given(scene: Scene) -> dict[str, Any]:
         given["masses"] = tuple(state.masses.tolist())
     if scene.temperature is not None:
         given["seed"] = seed_of(scene)
-    if scene.contact == "power":
-        given.setdefault("contact_stiffness", DEFAULT_CONTACT_STIFFNESS)
-        given.setdefault("contact_exponent", DEFAULT_CONTACT_EXPONENT)
+    if scene.line.soft:
+        given |= scene.line.contact.as_keys()
     else:
         given.pop("contact", None)
     return given

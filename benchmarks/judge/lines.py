@@ -58,8 +58,7 @@ def bodies_of(scene: Scene) -> Bodies:
         line.velocities,
         line.strains,
         line.first,
-        line.contact_stiffness,
-        line.contact_exponent,
+        *(line.contact.parameters if line.soft else (0.0, 1.5)),
     )
 
 
@@ -109,7 +108,7 @@ def describe(scene: Scene) -> dict[str, Any]:
         "particles": scene.particles,
         "target": line.targets,
         "mass_ratio": float(free.max() / free.min()),
-        "contact": [line.contact_stiffness, line.contact_exponent] if line.soft else "hard",
+        "contact": line.contact.identity if line.soft else "hard",
         "start": _start_of(scene),
         "velocity": scene.impact_velocity,
         "speed": scene.speed,

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from chaincor.lammps_inputs.arrays import Array
+from chaincor.lammps_inputs.contacts.contact_laws import CONTACT_KEYS, contact_of
 from chaincor.lammps_inputs.line import Line
 from chaincor.lammps_inputs.small_file import read_small_file, why_unreadable
 from chaincor.lammps_inputs.thermal_state import DEFAULT_SEED, draw
@@ -20,15 +21,12 @@ BODY_KEYS = (
     "target_particles",
     "target_masses",
     "contact",
-    "contact_stiffness",
-    "contact_exponent",
+    *CONTACT_KEYS,
     "initial",
     "compression",
     "temperature",
     "seed",
 )
-DEFAULT_CONTACT_STIFFNESS = 1.0
-DEFAULT_CONTACT_EXPONENT = 1.5
 _MASSES = "numbers with commas between them, such as 1,2, or a file of numbers"
 # Lists of masses longer than this are known by their hash.
 _LONGEST_LIST = 64
@@ -104,14 +102,12 @@ def line_of(scene: "Scene") -> Line:
         if len(free):
             target_strains = drawn.target_strains[0, ::-1]
             target_velocities = drawn.target_velocities[0, ::-1]
-    soft = scene.contact == "power"
     return Line(
         masses=np.concatenate((target, masses)),
         first=len(target),
         strains=np.concatenate((target_strains, [gap], strains)),
         velocities=np.concatenate((target_velocities, velocities)),
-        contact_stiffness=(scene.contact_stiffness or DEFAULT_CONTACT_STIFFNESS) if soft else 0.0,
-        contact_exponent=scene.contact_exponent or DEFAULT_CONTACT_EXPONENT,
+        contact=contact_of(scene.contact, {key: getattr(scene, key) for key in CONTACT_KEYS}),
     )
 
 
@@ -135,7 +131,7 @@ def body_fields(scene: "Scene") -> dict[str, Any]:
     if not line.rigid:
         fields |= {"target_particles": line.first, "target_masses": _period(line.target_masses)}
     if line.soft:
-        fields["contact"] = [line.contact_stiffness, line.contact_exponent]
+        fields["contact"] = line.contact.identity
     if scene.initial is not None:
         # Not of the file, which may have been written otherwise, or over, since it was read.
         state = np.concatenate((line.strains[line.gap :], line.velocities[line.first :]))

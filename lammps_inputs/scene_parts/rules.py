@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.equilibrium import bond_distribution
 from chaincor.lammps_inputs.bonds.potentials import BOND_KEYS, missing_keys
+from chaincor.lammps_inputs.contacts.contact_laws import CONTACT_KEYS, CONTACT_LAWS, laws_with
 from chaincor.lammps_inputs.errors import ChaincorError, SceneError, meant
 
 if TYPE_CHECKING:
@@ -121,15 +122,17 @@ def _check_bodies(scene: "Scene") -> Iterator[str]:
                 f"target_masses has {len(scene.target_masses)} numbers; expected "
                 f"{scene.target_particles} at most, one for each particle of the target"
             )
-    for key in ("contact_stiffness", "contact_exponent"):
-        if getattr(scene, key) is not None and scene.contact != "power":
-            yield (f"{key} goes with contact 'power'")
-    stiffness = scene.contact_stiffness
-    if stiffness is not None and not 1.0 / LARGEST_STIFFNESS <= stiffness <= LARGEST_STIFFNESS:
-        yield (
-            f"contact_stiffness is {stiffness:g}; expected {1.0 / LARGEST_STIFFNESS:g} to "
-            f"{LARGEST_STIFFNESS:g}"
-        )
+    for key in CONTACT_KEYS:
+        laws = laws_with(key)
+        if getattr(scene, key) is not None and scene.contact not in laws:
+            yield (f"{key} goes with contact {' or '.join(map(repr, laws))}")
+    if scene.contact is not None and (key := CONTACT_LAWS[scene.contact].strength_key):
+        stiffness = getattr(scene, key) or 1.0
+        if not 1.0 / LARGEST_STIFFNESS <= stiffness <= LARGEST_STIFFNESS:
+            yield (
+                f"{key} is {stiffness:g}; expected {1.0 / LARGEST_STIFFNESS:g} to "
+                f"{LARGEST_STIFFNESS:g}"
+            )
     state = scene.initial_state
     if state is not None:
         if len(state.strains) + 1 != scene.particles:

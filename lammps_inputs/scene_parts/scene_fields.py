@@ -7,6 +7,7 @@ from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field
 
 from chaincor.lammps_inputs.bonds.formula_text import check_parameters
 from chaincor.lammps_inputs.bonds.potentials import BondKeys
+from chaincor.lammps_inputs.contacts.contact_laws import ContactKeys
 from chaincor.lammps_inputs.number_types import IsCount, IsNumber, PositiveNumber, at_least
 from chaincor.lammps_inputs.scene_parts.given_bodies import read_masses
 from chaincor.lammps_inputs.schemes import Scheme
@@ -15,7 +16,6 @@ from chaincor.lammps_inputs.thermal_state import LARGEST_SEED
 Engine = Literal["lammps", "reference"]
 Wall = Literal["event", "reflect"]
 TableStyle = Literal["linear", "spline"]
-Contact = Literal["hard", "power"]
 
 
 def _frames(value: Any) -> Any:
@@ -31,7 +31,6 @@ def _without_null_characters(value: Path) -> Path:
 
 
 Tolerance = Annotated[float, Field(gt=0, le=1, allow_inf_nan=False), IsNumber]
-ContactExponent = Annotated[float, Field(ge=1, le=9), IsNumber]
 # Roots and quotients of smaller temperatures are no numbers any more.
 Temperature = Annotated[PositiveNumber, at_least(1e-290)]
 Compression = Annotated[float, Field(gt=-1, lt=1), IsNumber]
@@ -48,12 +47,8 @@ Frames = Annotated[PositiveNumber | Literal["contacts"], BeforeValidator(_frames
 FilePath = Annotated[Path, AfterValidator(_without_null_characters)]
 
 
-class SceneFields(BondKeys):
-    """What a scene says, each field valid by itself."""
-
-    model_config = ConfigDict(
-        frozen=True, extra="forbid", arbitrary_types_allowed=True, allow_inf_nan=False
-    )
+class BodyKeys(BondKeys):
+    """What a scene says of its bodies and their bonds."""
 
     bond_file: FilePath | None = Field(
         default=None, description="LAMMPS bond table of your own, for potential table"
@@ -79,17 +74,15 @@ class SceneFields(BondKeys):
         default=None,
         description="masses of the target's particles, from the contact outward [default: 1]",
     )
-    contact: Contact | None = Field(
-        default=None,
-        description="hard bodies, or soft ones, which repel with the force K d^q where they "
-        "overlap by d [default: hard]",
+
+
+class SceneFields(ContactKeys, BodyKeys):
+    """What a scene says, each field valid by itself."""
+
+    model_config = ConfigDict(
+        frozen=True, extra="forbid", arbitrary_types_allowed=True, allow_inf_nan=False
     )
-    contact_stiffness: PositiveNumber | None = Field(
-        default=None, description="K of contact power [default: 1]"
-    )
-    contact_exponent: ContactExponent | None = Field(
-        default=None, description="q of contact power, 1 to 9; 1.5 is Hertz's [default: 1.5]"
-    )
+
     initial: FilePath | None = Field(
         default=None,
         description="state in which the chain arrives: CSV file with one row for each particle and "

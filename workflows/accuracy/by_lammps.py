@@ -9,7 +9,6 @@ import numpy as np
 
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.lammps_inputs.scene_parts.given_bodies import DEFAULT_CONTACT_STIFFNESS
 from chaincor.lammps_inputs.scene_parts.scene_fields import TableStyle
 from chaincor.lammps_inputs.schemes import SCHEME_ORDERS, StepSchemeName
 from chaincor.workflows.accuracy.bounded_run import (
@@ -215,10 +214,11 @@ def _too_sharp(scene: Scene, sharp: float) -> str:
     """Say what LAMMPS's fixed steps cannot follow: the contact or the bonds."""
     expected = f"expected less than {SHARPEST_LAMMPS:g} times for LAMMPS's fixed steps"
     if contact_is_stiffest(scene):
+        law = scene.line.contact
         return (
-            f"with contact_stiffness {scene.contact_stiffness or DEFAULT_CONTACT_STIFFNESS:g} the "
-            f"contact would swing {sharp:.2g} times faster than bonds at rest; {expected}: give a "
-            "smaller one, or use engine 'reference', or contact 'hard'"
+            f"with {law.strength_key} {law.strength:g} the contact would swing {sharp:.2g} times "
+            f"faster than bonds at rest; {expected}: give a smaller one, or use engine "
+            "'reference', or contact 'hard'"
         )
     line = scene.line
     at_first = float(np.min(np.delete(line.strains, line.gap), initial=0.0))

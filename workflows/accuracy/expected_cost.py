@@ -114,7 +114,9 @@ def refuse_endless(scene: Scene, most_seconds: float) -> None:
     expected = expected_seconds(scene)
     if expected <= most_seconds:
         return
-    cheaper = ", or a smaller contact_stiffness" if contact_is_stiffest(scene) else ""
+    cheaper = (
+        f", or a smaller {scene.line.contact.strength_key}" if contact_is_stiffest(scene) else ""
+    )
     if scene.engine != "reference" and not scene.explicit:
         in_house = expected_seconds(scene.replace(engine="reference"))
         cheaper += f", or use engine 'reference' (about {format_duration(in_house)})"

@@ -103,7 +103,7 @@ class _Search:
 
     @property
     def share(self) -> float:
-        if self.kinked or not self.scene.line.smooth:
+        if self.kinked or not self.scene.line.contact.smooth:
             return KINKED_SHARE
         return _SEEMINGLY_SMOOTH_SHARE
 
@@ -121,7 +121,7 @@ class _Search:
         least = least_step(scene, scheme, float(fine.contact_times[-1]))
         done = error + floor <= self.target_error or error < 0.3 * floor or step <= least
         self.lost = self.lost + 1 if order < _LOST_ORDER and error > 10.0 * floor else 0
-        anew = scheme != "verlet" and self.lost == 2 and scene.line.smooth
+        anew = scheme != "verlet" and self.lost == 2 and scene.line.contact.smooth
         if anew:
             self.scheme, self.kinked = "verlet", True
             smaller = step / STEP_SCHEMES[_SCHEME].evaluations

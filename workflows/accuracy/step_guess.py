@@ -111,7 +111,7 @@ def contact_is_stiffest(scene: Scene) -> bool:
 
 def is_smooth(scene: Scene) -> bool:
     """Return whether schemes keep their order: neither bonds nor a soft contact have kinks."""
-    return scene.bond.smooth and scene.line.smooth
+    return scene.bond.smooth and scene.line.contact.smooth
 
 
 def effective_order(scene: Scene, scheme: StepSchemeName) -> float:
@@ -121,8 +121,8 @@ def effective_order(scene: Scene, scheme: StepSchemeName) -> float:
     A soft contact of a power q that is no whole number costs an error of order q + 1 where the
     bodies touch and part; steps graded there make it small, but not of another order.
     """
-    order, line = float(STEP_SCHEMES[scheme].order), scene.line
-    return order if line.smooth else min(order, line.contact_exponent + 1.0)
+    order, onset = float(STEP_SCHEMES[scheme].order), scene.line.contact.onset
+    return order if onset is None else min(order, onset + 1.0)
 
 
 def largest_step(scheme: StepSchemeName, stiffness: float) -> float:

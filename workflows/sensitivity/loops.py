@@ -20,12 +20,13 @@ from typing import Any, NamedTuple
 
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.potential import Potential
+from chaincor.lammps_inputs.contacts.contact_law import ContactLaw
 from chaincor.workflows.engines.reference.compile import (
     KEPT,
     LoopCompiler,
     scalar_force,
 )
-from chaincor.workflows.engines.reference.line_traits import LineParameters, contact_force
+from chaincor.workflows.engines.reference.line_traits import LineParameters
 
 # Of a force whose curvature has no formula: difference over so much strain to either side.
 _DIFFERENCE = 1e-5
@@ -69,24 +70,26 @@ class Loops(NamedTuple):
     parameters: tuple  #: Of the bond's kernel.
 
 
-def loops_for(bond: Potential) -> Loops | None:
-    """Return the loops for a bond; None where its force cannot be compiled."""
+def loops_for(bond: Potential, law: type[ContactLaw]) -> Loops | None:
+    """Return the loops for a bond and a contact; None where the bond cannot be compiled."""
     force = scalar_force(bond)
     if force is None:
         return None
-    loops = _compiled(force.function, force.keep, bond.curvature_kernel)
+    loops = _compiled(force.function, force.keep, bond.curvature_kernel, law)
     return loops._replace(parameters=force.parameters)
 
 
 @lru_cache(maxsize=KEPT)
-def _compiled(function: Callable, keep: bool, curvature: Callable | None) -> Loops:
-    compiler = LoopCompiler.for_force(function, keep, ".sensitivity")
+def _compiled(
+    function: Callable, keep: bool, curvature: Callable | None, law: type[ContactLaw]
+) -> Loops:
+    compiler = LoopCompiler.for_force(function, keep, f".sensitivity.{law.name}")
     register, compiled = compiler.register, compiler.compile
     force = register(function)
     bend = register(curvature or differences_of(force))
     return Loops(
-        compiled(_build_follow(force, register)),
-        compiled(_build_pull(bend, register)),
+        compiled(_build_follow(force, law, register)),
+        compiled(_build_pull(bend, law, register)),
         compiled(_build_impulse(force)),
         (),
     )
@@ -103,15 +106,10 @@ def differences_of(force: Callable) -> Callable:
     return curvature
 
 
-def contact_curvature(gap: float, stiffness: float, exponent: float) -> float:
-    """Return the stiffness K q d^(q - 1) of a contact whose bodies overlap by d = -gap."""
-    return stiffness * exponent * (-gap) ** (exponent - 1.0) if gap < 0.0 else 0.0
-
-
 # Both loops are made of loops with few arrays each, or there would be no vectors. These take all
 # bonds alike, then the gap among them: a question at each would cost more than its force.
-def _build_follow(force: Callable, register: Callable) -> Callable:
-    press, kick_by = register(contact_force), register(kicked)
+def _build_follow(force: Callable, law: type[ContactLaw], register: Callable) -> Callable:
+    press, kick_by = register(law.force_kernel), register(kicked)
 
     @register
     def stretch(strain: Array, velocity: Array, time: float) -> None:
@@ -122,7 +120,7 @@ def _build_follow(force: Callable, register: Callable) -> Callable:
     def forces_at(at: Array, forces: Array, line: LineParameters) -> None:
         for i in range(at.shape[0]):
             forces[i] = force(at[i], line.bond)
-        forces[line.gap] = press(at[line.gap], line.stiffness, line.exponent)
+        forces[line.gap] = press(at[line.gap], line.contact)
 
     def follow(
         strain: Array, velocity: Array, substeps: Substeps, tape: Tape, line: LineParameters
@@ -163,14 +161,14 @@ def kicked(velocity: Array, forces: Array, inverse: Array, kick: float) -> None:
     velocity[bonds] += kick * inverse[bonds] * forces[bonds - 1]
 
 
-def _build_pull(bend: Callable, register: Callable) -> Callable:
-    press_bend = register(contact_curvature)
+def _build_pull(bend: Callable, law: type[ContactLaw], register: Callable) -> Callable:
+    press_bend = register(law.curvature_kernel)
 
     @register
     def soften(at: Array, change: Array, forces: Array, line: LineParameters) -> None:
         # Subtracts U'' times a change.
         gap = line.gap
-        softer = press_bend(at[gap], line.stiffness, line.exponent) * change[gap]
+        softer = press_bend(at[gap], line.contact) * change[gap]
         softer = forces[gap] - softer
         for i in range(at.shape[0]):
             forces[i] -= bend(at[i], line.bond) * change[i]

@@ -238,7 +238,7 @@ def gradient(traced: Trace, variants: list[Variant]) -> Gradient:
         rounding += stages * _ROUNDED * float(rounded @ rounded)
         if line.soft:
             at, given = tape.strains[..., line.gap], tape.weights[..., line.gap]
-            stiffness += float(np.sum(given * np.maximum(-at, 0.0) ** line.contact_exponent))
+            stiffness += float(np.sum(given * line.contact.force_per_strength(at)))
     after = line.separation(end)
     eta = (after / before) ** 2
     masses = -light * line.inverse_masses**2

@@ -18,7 +18,7 @@ def describe_sensitivity(found: Sensitivity, scene: Scene) -> str:
     for name, slope in found.parameters.items():
         rows.append((name, _of(slope, values[name], name)))
     if found.contact_stiffness is not None:
-        k = scene.line.contact_stiffness
+        k = scene.line.contact.strength
         rows.append(("contact stiffness", _of(found.contact_stiffness, k, "K")))
     line = scene.line
     bodies = [("masses", found.masses, line.chain_masses)]

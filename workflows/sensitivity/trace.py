@@ -91,7 +91,7 @@ def trace(scene: Scene, step: float, contacts: int, duration: float) -> Trace:
     Raises SensitivityError if it has other contacts with this step, or no loops.
     """
     line = scene.line
-    loops = loops_for(scene.bond)
+    loops = loops_for(scene.bond, type(line.contact))
     if loops is None:
         raise SensitivityError(
             f"the force of bond '{scene.label}' cannot be compiled; expected a function of "
@@ -99,8 +99,8 @@ def trace(scene: Scene, step: float, contacts: int, duration: float) -> Trace:
         )
     stepper = Stepper.of(line, scene.bond, SCHEME, step)
     moving = Motion.at_start(scene, stepper)
-    given = line.contact_stiffness, line.contact_exponent
-    parameters = LineParameters(loops.parameters, line.inverse_masses.copy(), line.gap, *given)
+    law, inverse = line.contact.parameters, line.inverse_masses.copy()
+    parameters = LineParameters(loops.parameters, inverse, line.gap, law)
     drifts, kicks = stepper.scheme.fractions
     # Of the states that are kept and the tape of a stretch neither is much larger; but each stretch
     # costs calls, so that few are made where their tape fits into a cache.
@@ -109,7 +109,7 @@ def trace(scene: Scene, step: float, contacts: int, duration: float) -> Trace:
     steps = 8 + math.ceil(max(math.sqrt(2.0 * wanted_steps / len(kicks)), cached))
     room = np.empty((2, 2 * steps + motion.SPARE_GRADED_SUBSTEPS))
     moving.arrays = moving.arrays._replace(log=room)
-    if not line.smooth:
+    if not line.contact.smooth:
         moving.ledger["grading"], moving.ledger["shortest_share"] = GRADING, SHORTEST_SHARE
     mark, wanted = (2.0, 2 * contacts) if line.soft else (1.0, contacts)
     met, stretches = 0, []

@@ -3,7 +3,7 @@
 import numpy as np
 
 from chaincor.workflows.engines.reference.compile import scalar_force
-from chaincor.workflows.sensitivity.loops import contact_curvature, differences_of
+from chaincor.workflows.sensitivity.loops import differences_of
 
 
 def changed(traced, bond, strain, velocity):
@@ -25,9 +25,7 @@ def changed(traced, bond, strain, velocity):
                 strain += drifts[k] * time * np.diff(velocity)
                 at = tape.strains[n, k]
                 stiffness = bend(at, force.parameters)
-                stiffness[p] = contact_curvature(
-                    at[p], line.contact_stiffness, line.contact_exponent
-                )
+                stiffness[p] = line.contact.curvature(at[p])
                 pushes = np.concatenate(([0.0], -stiffness * strain, [0.0]))
                 velocity -= kick * time * inverse * np.diff(pushes)
             strain += drifts[-1] * time * np.diff(velocity)

@@ -143,7 +143,7 @@ def test_derivatives_are_those_of_whole_collisions(name):
     if line.soft:
 
         def by_stiffness(change):
-            changed = scene.replace(contact_stiffness=line.contact_stiffness + change)
+            changed = scene.replace(contact_stiffness=line.contact.strength + change)
             return eta_of(changed, run(changed))
 
         assert found.stiffness == pytest.approx(central(by_stiffness, 1e-3), rel=1e-6)

@@ -23,7 +23,7 @@ def verlet(scene, h=2e-3):
     def acceleration(s):
         force = np.asarray(bond.force(s), dtype=float)
         overlap = max(-s[gap], 0.0)
-        force[gap] = line.contact_stiffness * overlap**line.contact_exponent
+        force[gap] = line.contact.force(-overlap)
         return m * (np.concatenate((force, [0.0])) * -1.0 + np.concatenate(([0.0], force)))
 
     def step(s, v, h):

@@ -96,10 +96,10 @@ class SoftMeeting(Meeting):
     by ``fix addforce``: no step reaches across the kink of the force at either event, where its
     order would be lost.
 
-    Where q is no whole number, no polynomial fits the force at these events. Composed steps are
-    graded there: the time t from one, or to one, is divided at :math:`\tau (k/m)^g`, so that the
-    errors of steps of order p, :math:`h^p t^{q+1-p}` each, sum up to one of order p in 1/m. Without
-    it the order would be q + 1, whatever that of the scheme.
+    Where the force sets in as a power q that is no whole number, no polynomial fits the force.
+    Composed steps are graded there: the time t from one, or to one, is divided at :math:`\tau
+    (k/m)^g`, so that the errors of steps of order p, :math:`h^p t^{q+1-p}` each, sum up to one of
+    order p in 1/m. Without it the order would be q + 1, whatever that of the scheme.
     """
 
     def __init__(self, chain: LammpsChain, scene: Scene, order: int) -> None:
@@ -171,9 +171,10 @@ def grading(scene: Scene, order: int) -> tuple[float, float] | None:
     None where they are not: for hard bodies, and where the force is a polynomial.
     """
     line = scene.line
-    if not line.soft or line.contact_exponent.is_integer():
+    onset = line.contact.onset
+    if onset is None:
         return None
-    return _ZONE / scene.fast_stiffness**0.5, max(1.0, order / (line.contact_exponent + 1.0))
+    return _ZONE / scene.fast_stiffness**0.5, max(1.0, order / (onset + 1.0))
 
 
 def time_to_zero(distance: float, rate: float, acceleration: float) -> float:

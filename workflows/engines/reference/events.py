@@ -17,7 +17,6 @@ from chaincor.workflows.engines.reference.contact_search import PathPoint, build
 from chaincor.workflows.engines.reference.line_traits import (
     KernelSpec,
     LineParameters,
-    contact_force,
     read_parameters,
 )
 from chaincor.workflows.engines.reference.stages import Parameters, State, VerletKernels
@@ -44,7 +43,7 @@ class Contact(NamedTuple):
 
 def build_contact(source: KernelSpec) -> Contact:
     """Return the contact of a kind of line."""
-    return _at_wall(source) if source.kind.contact == "wall" else _of_two(source)
+    return _at_wall(source) if source.kind.at_wall else _of_two(source)
 
 
 def _at_wall(source: KernelSpec) -> Contact:
@@ -70,13 +69,13 @@ def _at_wall(source: KernelSpec) -> Contact:
 
 def _of_two(source: KernelSpec) -> Contact:
     register, force = source.register, read_parameters(source).force
-    push = register(contact_force)
+    push = register(source.kind.law.force_kernel)
 
     @register
     def gap_derivatives(_position: float, state: State, parameters: LineParameters) -> PathPoint:
         place, inverse = parameters.gap, parameters.inverse
         strain, velocity = state
-        pressed = push(strain[place], parameters.stiffness, parameters.exponent)
+        pressed = push(strain[place], parameters.contact)
         ahead = 0.0
         behind = 0.0
         if place + 1 < strain.shape[0]:
@@ -143,7 +142,7 @@ class Path(NamedTuple):
 
 def build_event(source: KernelSpec, stages: VerletKernels, take_step: Callable) -> Event:
     """Return the event of a kind of line, of whose stages `take_step` is made."""
-    register, wall = source.register, source.kind.contact == "wall"
+    register, wall = source.register, source.kind.at_wall
     copy, extremes = stages.copy, stages.extremes
     gap_derivatives, close, bounce = build_contact(source)
     record_contact, note_parting = map(

@@ -1,29 +1,44 @@
 """What is known of a line when its loops are compiled, and what these are told of it."""
 
 from collections.abc import Callable
-from typing import Any, Literal, NamedTuple
+from typing import Any, NamedTuple
 
 from chaincor.lammps_inputs.arrays import Array
+from chaincor.lammps_inputs.contacts.contact_law import ContactLaw
+from chaincor.lammps_inputs.contacts.contact_laws import CONTACT_LAWS
+from chaincor.lammps_inputs.contacts.hard import Hard
 from chaincor.lammps_inputs.line import Line
+
+WALL = "wall"
 
 
 class LineTraits(NamedTuple):
     """What is known of a line when its loops are compiled: what it does not name costs nothing."""
 
-    #: ``wall``: hard and rigid, and no particle; the gap is the position of particle 1. ``two``:
-    #: two bodies, hard or soft, of which one may be a soft wall; the gap is a strain.
-    contact: Literal["wall", "two"]
+    #: ``wall``: hard and rigid, and no particle; the gap is the position of particle 1. Else the
+    #: contact law of two bodies, of which one may be a soft wall; the gap is a strain.
+    contact: str
     unit: bool  #: Whether all masses are 1, of a chain before a hard wall.
 
     @classmethod
     def of(cls, line: Line) -> "LineTraits":
         """Return that of a line."""
         if line.at_wall:
-            return cls("wall", line.unit)
-        return cls("two", False)
+            return cls(WALL, line.unit)
+        return cls(line.contact.name, False)
+
+    @property
+    def at_wall(self) -> bool:
+        """Whether the target is a hard, rigid wall."""
+        return self.contact == WALL
+
+    @property
+    def law(self) -> type[ContactLaw]:
+        """The contact law."""
+        return Hard if self.at_wall else CONTACT_LAWS[self.contact]
 
 
-PLAIN = LineTraits("wall", True)
+PLAIN = LineTraits(WALL, True)
 
 
 class LineParameters(NamedTuple):
@@ -33,17 +48,15 @@ class LineParameters(NamedTuple):
     #: 1/m along x; 0 for a rigid wall that is a particle; of shape (N,).
     inverse: Array
     gap: int  #: Where among the strains the gap is; -1 before a hard wall.
-    #: K and q of the contact.
-    stiffness: float
-    exponent: float  #: See ``stiffness``.
+    contact: Any  #: Of the contact law's kernel; tuple of float.
 
     @classmethod
     def of(cls, line: Line, bond: tuple[float, ...]) -> "LineParameters":
         """Return those of a line, with the parameters of its bonds' kernel."""
         inverse, gap = line.inverse_masses, line.gap
-        if LineTraits.of(line).contact == "wall":
+        if line.at_wall:
             inverse, gap = inverse[1:], -1
-        return cls(bond, inverse.copy(), gap, line.contact_stiffness, line.contact_exponent)
+        return cls(bond, inverse.copy(), gap, line.contact.parameters)
 
 
 def as_it_is(function: Callable, **_options: Any) -> Callable:
@@ -90,8 +103,8 @@ def read_parameters(source: KernelSpec) -> Reading:
 
     @register
     def around_line(parameters: LineParameters, begin: int, end: int) -> LineParameters:
-        bond, inverse, gap, stiffness, exponent = parameters
-        return LineParameters(bond, inverse[begin:end], gap - begin, stiffness, exponent)
+        bond, inverse, gap, contact = parameters
+        return LineParameters(bond, inverse[begin:end], gap - begin, contact)
 
     @register
     def force(strain: float, parameters: LineParameters) -> float:
@@ -102,8 +115,3 @@ def read_parameters(source: KernelSpec) -> Reading:
         return number * parameters.inverse[i]
 
     return Reading(around_line, force, weighed_line)
-
-
-def contact_force(gap: float, stiffness: float, exponent: float) -> float:
-    """Return K d^q, which drives the bodies apart where they overlap by d = -gap."""
-    return stiffness * (-gap) ** exponent if gap < 0.0 else 0.0

@@ -64,7 +64,7 @@ def build_motion(source: KernelSpec, stages: VerletKernels, build_step: Callable
     something needs the caller. With a log it also comes back, with `DONE`, when there may be no
     room for the substeps of another step.
     """
-    register, wall = source.register, source.kind.contact == "wall"
+    register, wall = source.register, source.kind.at_wall
     slice_parameters = read_parameters(source).slice_parameters
     copy, are_allowed = stages.copy, stages.are_allowed
     take_step = register(build_step(stages))
@@ -152,7 +152,7 @@ def build_coarse_steps(source: KernelSpec, stages: VerletKernels) -> Callable:
     and the last part of a flight: the state is half a step off between parts.
     """
     stage, drift, are_allowed = stages.stage, stages.drift, stages.are_allowed
-    wall = source.kind.contact == "wall"
+    wall = source.kind.at_wall
 
     def take_coarse_steps(ledger: Any, state: State, asked: tuple, parameters: Parameters) -> int:
         strain, velocity = state

@@ -162,7 +162,7 @@ class Motion:
         ledger["contact_mass"] = line.contact_mass
         ledger["soft"] = line.soft
         bookkeeping.argue_when_silent(ledger, bond.stiffness / line.lightest)
-        ledger["shortest_share"] = 1.0 if line.smooth else events.SHORTEST_SHARE
+        ledger["shortest_share"] = 1.0 if line.contact.smooth else events.SHORTEST_SHARE
         ledger["grading"] = events.GRADING
         ledger["strain_floor"], ledger["strain_ceiling"] = allowed_strains(bond)
         ledger["strain_min"] = ledger["contact_min"] = min(float(np.min(bonds, initial=0.0)), 0.0)

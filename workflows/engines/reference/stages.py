@@ -8,7 +8,7 @@ is the position form, drift - kick - drift:
 .. math:: s_i \to s_i + d\,(v_{i+1} - v_i), \qquad v_i \to v_i + (k/m_i)\,(F(s_{i-1}) - F(s_i)),
 
 where two bodies, and a soft wall, have the gap among their strains, with the force
-:math:`K (-g)^q` where the bodies overlap and none elsewhere. The drifts of neighbouring steps
+of the contact law where the bodies overlap and none elsewhere. The drifts of neighbouring steps
 merge, so that one stage of a composition is one drift and one kick, done in a single pass.
 """
 
@@ -24,7 +24,6 @@ from chaincor.workflows.engines.reference.line_traits import (
     PLAIN,
     KernelSpec,
     LineTraits,
-    contact_force,
     read_parameters,
 )
 
@@ -95,8 +94,8 @@ class VerletKernels(NamedTuple):
 
 def looped_stages(source: KernelSpec) -> VerletKernels:
     """Return the stages as loops, for a compiler."""
-    register, wall = source.register, source.kind.contact == "wall"
-    read, push = read_parameters(source), source.register(contact_force)
+    register, wall = source.register, source.kind.at_wall
+    read, push = read_parameters(source), source.register(source.kind.law.force_kernel)
     slice_parameters, force, over_mass = read.slice_parameters, read.force, read.over_mass
 
     def passing(in_place: bool) -> Callable:
@@ -142,7 +141,7 @@ def looped_stages(source: KernelSpec) -> VerletKernels:
                 behind = pass_bonds(gap, 0.0, old, new, drift, kick, parameters)
                 opened = old_strain[gap] + drift * (old_velocity[gap + 1] - old_velocity[gap])
                 strain[gap] = opened
-                ahead = push(opened, parameters.stiffness, parameters.exponent)
+                ahead = push(opened, parameters.contact)
                 given = over_mass(kick, gap, parameters) * (behind - ahead)
                 velocity[gap] = old_velocity[gap] + given
                 # Loops that begin at 0 have vectors: others may have indices from the end.
@@ -238,7 +237,7 @@ def array_stages(bond: Potential, kind: LineTraits = PLAIN) -> VerletKernels:
             velocity[1 : bonds + 1] += impulse
             return
         forces = strain[:bonds].copy()
-        if kind.contact == "wall":
+        if kind.at_wall:
             forces = bond.force(forces)
         else:
             gap = parameters.gap
@@ -246,7 +245,7 @@ def array_stages(bond: Potential, kind: LineTraits = PLAIN) -> VerletKernels:
                 bond.force(forces[:gap]),
                 bond.force(forces[gap + 1 :]),
             )
-            forces[gap] = contact_force(strain[gap], parameters.stiffness, parameters.exponent)
+            forces[gap] = kind.law.force_kernel(strain[gap], parameters.contact)
         pushes = np.concatenate((-forces, [0.0])) + np.concatenate(([0.0], forces))
         velocity[: bonds + 1] += kick * parameters.inverse[: bonds + 1] * pushes
 
@@ -281,7 +280,7 @@ def array_stages(bond: Potential, kind: LineTraits = PLAIN) -> VerletKernels:
 
 def _looks(count: Callable, spread: Callable, kind: LineTraits, register: Callable) -> tuple:
     """Return how strains are looked over, the gap left out, by what looks at all of them."""
-    wall, widen = kind.contact == "wall", register(bookkeeping.widen)
+    wall, widen = kind.at_wall, register(bookkeeping.widen)
 
     @register
     def extremes(strain: Array, bonds: int, parameters: Parameters) -> tuple[float, float]:

@@ -254,7 +254,7 @@ def test_two_soft_particles(exponent, scheme):
 def plain_soft_eta(scene, longest):
     """Integrate the equations of motion of a soft contact as they stand, event by event."""
     line, bond = scene.line, scene.bond
-    stiffness, exponent, gap = line.contact_stiffness, line.contact_exponent, line.gap
+    (stiffness, exponent), gap = line.contact.parameters, line.gap
     count = len(line.masses)
 
     def rates(touching):

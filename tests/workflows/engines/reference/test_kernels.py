@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from chaincor.lammps_inputs.bonds.potentials import Harmonic, LennardJones, Logarithmic, Power, Toda
+from chaincor.lammps_inputs.contacts.contact_laws import CONTACT_LAWS
 from chaincor.workflows.engines.reference import kernels
 from chaincor.workflows.engines.reference.compile import LoopCompiler, scalar_force
 from chaincor.workflows.engines.reference.contact_search import (
@@ -16,7 +17,7 @@ from chaincor.workflows.engines.reference.contact_search import (
     count_sign_changes,
     fit_path,
 )
-from chaincor.workflows.engines.reference.line_traits import KernelSpec, LineTraits
+from chaincor.workflows.engines.reference.line_traits import WALL, KernelSpec, LineTraits
 from chaincor.workflows.engines.reference.motion import build_coarse_steps
 from chaincor.workflows.engines.reference.stages import State, array_stages, looped_stages
 from chaincor.workflows.engines.schemes import STEP_SCHEMES, StepCoefficients
@@ -58,7 +59,8 @@ def test_compiled_stage_is_the_stage_in_numpy(bond):
 
 def test_each_kind_of_line_keeps_its_loops_under_its_own_name():
     force = kernel_of(LennardJones()).function
-    kinds = [LineTraits(contact, unit) for contact in ("wall", "two") for unit in (True, False)]
+    contacts = (WALL, *CONTACT_LAWS)
+    kinds = [LineTraits(contact, unit) for contact in contacts for unit in (True, False)]
     loops = [kernels._compile(force, True, kind, build_coarse_steps) for kind in kinds]
     assert len({loop._function.__qualname__ for loop in loops}) == len(kinds)
 

@@ -1,0 +1,77 @@
+"""Power contact: bodies that overlap by d repel each other with K d^q; Hertz's law has q = 3/2."""
+
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+from chaincor.lammps_inputs.contacts.contact_law import ContactLaw, is_whole, lammps_number
+
+
+class PowerParameters(NamedTuple):
+    """K and q."""
+
+    stiffness: float
+    exponent: float
+
+
+def power_force(gap: float, law: PowerParameters) -> float:
+    """Return K d^q, which drives the bodies apart where they overlap by d = -gap."""
+    return law.stiffness * (-gap) ** law.exponent if gap < 0.0 else 0.0
+
+
+def power_curvature(gap: float, law: PowerParameters) -> float:
+    """Return the stiffness K q d^(q - 1)."""
+    return law.stiffness * law.exponent * (-gap) ** (law.exponent - 1.0) if gap < 0.0 else 0.0
+
+
+@dataclass(frozen=True)
+class Power(ContactLaw):
+    """Bodies that repel each other with the force K d^q of their overlap d."""
+
+    stiffness: float = 1.0  #: K.
+    exponent: float = 1.5  #: q.
+
+    name = "power"
+    keys = {"contact_stiffness": "stiffness", "contact_exponent": "exponent"}  # noqa: RUF012
+    strength_key = "contact_stiffness"
+    force_kernel = staticmethod(power_force)
+    curvature_kernel = staticmethod(power_curvature)
+
+    @property
+    def parameters(self) -> PowerParameters:
+        """Of the kernels."""
+        return PowerParameters(self.stiffness, self.exponent)
+
+    @property
+    def onset(self) -> float | None:  # type: ignore[override]
+        """Return q where it is no whole number."""
+        return None if is_whole(self.exponent) else self.exponent
+
+    @property
+    def identity(self) -> Any:
+        """Return K and q alone, as every store has them."""
+        return [self.stiffness, self.exponent]
+
+    def energy(self, overlap: float) -> float:
+        """Return K d^(q + 1)/(q + 1)."""
+        power = self.exponent + 1.0
+        return self.stiffness * overlap**power / power
+
+    def overlap(self, energy: float) -> float:
+        """Return ((q + 1) E/K)^(1/(q + 1))."""
+        power = self.exponent + 1.0
+        return float((power * energy / self.stiffness) ** (1.0 / power))
+
+    def lammps_force(self, overlap: str, force: float = 1.0, length: float = 1.0) -> str:
+        """Return K d^q; of a whole q also the same power of a negative overlap."""
+        power = f"{overlap}^{lammps_number(self.exponent)}"
+        if not is_whole(self.exponent):
+            power = f"({overlap}>0.0)*abs{power}"
+        return f"{lammps_number(force * self.stiffness / length**self.exponent)}*{power}"
+
+    @property
+    def description(self) -> str:
+        """Return the law with its numbers."""
+        return (
+            f"soft contact: force K d^q of the overlap d, K = {self.stiffness:.6g}, "
+            f"q = {self.exponent:.6g}"
+        )
