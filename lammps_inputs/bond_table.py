@@ -9,7 +9,7 @@ import numpy as np
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.interpolation import interpolate
 from chaincor.lammps_inputs.bonds.potential import Potential
-from chaincor.lammps_inputs.bonds.table_checks import section_text
+from chaincor.lammps_inputs.bonds.table_text import section_text
 from chaincor.lammps_inputs.errors import TableError
 from chaincor.lammps_inputs.scene_parts.scene_fields import TableStyle
 from chaincor.lammps_inputs.units.unit_system import CHAIN_UNITS, UnitSystem

@@ -12,13 +12,9 @@ import numpy as np
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.named_bond import LARGEST, SMALLEST
 from chaincor.lammps_inputs.bonds.potential import Potential
-from chaincor.lammps_inputs.bonds.table_checks import (
-    Section,
-    fault_of_energies,
-    fault_of_slopes,
-    sections_of,
-)
+from chaincor.lammps_inputs.bonds.table_checks import fault_of_energies, fault_of_slopes
 from chaincor.lammps_inputs.bonds.table_rows import LEAST_ROWS, Rows
+from chaincor.lammps_inputs.bonds.table_text import Section, sections_of
 from chaincor.lammps_inputs.bonds.user_bond import UserBond
 from chaincor.lammps_inputs.errors import TableError
 from chaincor.lammps_inputs.small_file import refuse_endless, why_unreadable

@@ -1,114 +1,12 @@
-"""The text of a table, and what it says twice: energies, and slopes, against its forces."""
-
-from collections.abc import Iterable
-from dataclasses import dataclass
-from functools import cached_property
+"""Comparisons of a table with itself: energies, and slopes, against its forces."""
 
 import numpy as np
 
 from chaincor.lammps_inputs.arrays import Array
-from chaincor.lammps_inputs.errors import TableError
-from chaincor.lammps_inputs.given_numbers import last_digit
+from chaincor.lammps_inputs.bonds.table_text import Section
 
 # Rounding of numbers that are written with all their digits.
 _EPSILON = 1e-14
-# What a header may hold, and how many words behind it; of pairs, more.
-_SETTINGS = {"N": 1, "FP": 2, "EQ": 1}
-_PAIR_SETTINGS = {"N": 1, "EQ": 1, "FPRIME": 2, "FP": 2, "R": 2, "RSQ": 2, "BITMAP": 2}
-
-
-@dataclass(frozen=True)
-class Section:
-    """One section of a table, as it stands in a file."""
-
-    keyword: str  #: Its name; empty where the file has none.
-    #: What the line ``N rows FP slope slope EQ length`` says, by name.
-    header: dict[str, list[float]]
-    #: Length or angle, energy and force, and one unit of the last digit of each; of shape (rows,
-    #: 3).
-    data: Array
-    digits: Array  #: See ``data``.
-
-    @cached_property
-    def least_digits(self) -> Array:
-        """
-        One unit of the last digit of each number where formats have left zeros out at its end.
-
-        A column has as many decimals, or as many digits, as the number that shows most of them.
-        """
-        digits = self.digits
-        with np.errstate(divide="ignore"):
-            exponents = np.floor(np.log10(np.abs(self.data)))
-            size = np.where(self.data == 0.0, digits, 10.0**exponents)
-        in_all = size * np.min(digits / size, axis=0)
-        return np.minimum(digits, np.maximum(np.min(digits, axis=0), in_all))
-
-
-def section_text(keyword: str, header: str, columns: Iterable[Array]) -> str:
-    """Write a section, of lengths, energies and forces, with all their digits."""
-    rows = enumerate(zip(*(column.tolist() for column in columns), strict=True), 1)
-    lines = [f"{i} {r:.17g} {e:.17g} {f:.17g}" for i, (r, e, f) in rows]
-    return "\n".join([keyword, header, "", *lines, ""])
-
-
-def sections_of(text: str, path: str, *, pair: bool = False) -> list[Section]:
-    """
-    Return the sections of a table file; one without a header where there are only rows.
-
-    Raises TableError where a header or a row cannot be read.
-    """
-    found: list[tuple[str, dict[str, list[float]], list[list[str]]]] = []
-    last = ""
-    for line in text.splitlines():
-        words = line.split("#")[0].split()
-        if not words:
-            continue
-        if len(words) > 1 and words[0] in _PAIR_SETTINGS and "N" in words:
-            found.append((last, _header(words, line, path, pair=pair), []))
-        elif words[0].isdigit() and len(words) == 4:
-            if not found:
-                found.append(("", {}, []))
-            found[-1][2].append([*words[1:], line])
-        last = words[0]
-    return [_section(keyword, header, rows, path) for keyword, header, rows in found]
-
-
-def _header(words: list[str], line: str, path: str, *, pair: bool) -> dict[str, list[float]]:
-    settings = _PAIR_SETTINGS if pair else _SETTINGS
-    found: dict[str, list[float]] = {}
-    try:
-        while words:
-            name, count = words[0], settings[words[0]]
-            found[name] = [float(word) for word in words[1 : 1 + count]]
-            if len(found[name]) < count:
-                raise ValueError
-            words = words[1 + count :]
-    except (KeyError, ValueError):
-        expected = (
-            "'R low high' or 'FP slope slope'" if pair else "'FP slope slope' and 'EQ length'"
-        )
-        raise TableError(
-            f"table {path!r} has the line {line.strip()[:60]!r}; expected "
-            f"'N rows', then {expected} if they are known"
-        ) from None
-    return found
-
-
-def _section(
-    keyword: str, header: dict[str, list[float]], rows: list[list[str]], path: str
-) -> Section:
-    read, digits = [], []
-    for *words, line in rows:
-        try:
-            read.append([float(word) for word in words])
-            digits.append([last_digit(word) for word in words])
-        except ValueError:
-            raise TableError(
-                f"table {path!r} has the row {line.strip()[:60]!r}; expected "
-                "'index length energy force'"
-            ) from None
-    shape = (-1, 3)
-    return Section(keyword, header, np.array(read).reshape(shape), np.array(digits).reshape(shape))
 
 
 @np.errstate(over="ignore", invalid="ignore")

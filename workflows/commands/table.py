@@ -1,6 +1,5 @@
-"""``chaincor table``: whether a LAMMPS table is good, and what its rows and digits leave open."""
+"""``chaincor table``: what LAMMPS makes of a table, and what is wrong with it."""
 
-from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -10,36 +9,58 @@ from chaincor.workflows.commands.options import FILE, json_option, option, tell
 from chaincor.workflows.json_output import finite
 
 if TYPE_CHECKING:
-    from chaincor.workflows.tables.check import TableReport
+    from chaincor.workflows.tables.report import TableReport
 
 _LEAST_ROWS = 4
 
 
+class _Range(click.ParamType):
+    """Two rising numbers, as LOW:HIGH."""
+
+    name = "range"
+
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> tuple[float, float]:
+        try:
+            low, high = (float(word) for word in str(value).split(":"))
+        except ValueError:
+            self.fail(f"{value!r} is no range; write LOW:HIGH, such as 0.9:2.5", param, ctx)
+        return low, high
+
+
 @click.command()
 @click.argument("file", type=FILE)
-@option("--keyword K", "the section, where there are several")
+@option("--keyword K", "section, if there are several")
 @option(
     "--style",
-    "how LAMMPS interpolates [default: spline]",
+    "interpolation in LAMMPS [default: spline]",
     click.Choice(["spline", "linear", "lookup"]),
     default="spline",
 )
 @option(
     "--kind",
-    "what it is a table of [default: what it looks like]",
-    click.Choice(["bond", "angle", "pair"]),
+    "kind of table [default: by header and content]",
+    click.Choice(["bond", "angle", "dihedral", "pair"]),
+)
+@option(
+    "--range LOW:HIGH",
+    "where particles go [default: energy below 10 kT above its minimum]",
+    _Range(),
 )
 @option(
     "--tolerance X",
-    "largest error to accept, as a fraction of the largest force [default: it is told, not judged]",
+    "largest error to accept, as a fraction of the local force [default: the error is reported "
+    "only]",
     float,
 )
+@option("--compare", "run LAMMPS on the table and print both forces")
 @option(
     "--write NEW", "write a table through these rows, with all digits and energies that fit", FILE
 )
 @option(
     "--rows N",
-    "rows of what is written [default: as many as there are]",
+    "rows of LAMMPS's style, and of what is written [default: those of the file]",
     click.IntRange(min=_LEAST_ROWS, max=10_000_000),
 )
 @json_option
@@ -47,24 +68,30 @@ def table(
     file: Path,
     keyword: str | None,
     write: Path | None,
+    compare: bool,
     rows: int | None,
     as_json: bool,
     **options: Any,
 ) -> None:
     """
-    Check a table of a bond, an angle or a pair, as `bond_style table` and others read it.
+    Check a table of a bond, an angle, a dihedral or a pair.
 
-    Forces against -dE/dr, rows against each other and the header, and the error of the force that
-    rows and digits leave. Exit status 1 where something is wrong, or that error is beyond
-    --tolerance.
+    The command compares forces with -dE/dr row by row, and LAMMPS's interpolated force with the
+    rows around. Errors are parts of the local force. The exit status is 1 if something is wrong,
+    or if the error exceeds --tolerance.
     """
     from chaincor.workflows.tables.check import check_table
 
-    if rows is not None and write is None:
-        raise click.UsageError("--rows is for --write; expected --write NEW beside it")
     given = {name: value for name, value in options.items() if value is not None}
-    report = check_table(file, keyword, **given)
-    tell(finite(asdict(report)), describe_table(report), as_json)
+    report = check_table(file, keyword, rows=rows, **given)
+    plain, text = report.as_keys(), describe_table(report)
+    if compare:
+        from chaincor.workflows.tables.compare import compare_with_lammps
+
+        comparison = compare_with_lammps(report)
+        plain["comparison"] = comparison.as_keys()
+        text = "\n".join([*comparison.lines(), text])
+    tell(finite(plain), text, as_json)
     if write is not None:
         from chaincor.workflows.tables.rewrite import rewrite_table
 
@@ -75,25 +102,6 @@ def table(
 
 
 def describe_table(report: "TableReport") -> str:
-    """Describe a table for people."""
-    from chaincor.workflows.tables.check import TOLERANCE
-
-    name = f" {report.keyword}" if report.keyword else ""
-    lines = [f"{report.path}{name}: {report.kind} table of {report.rows} rows"]
-    if report.error is not None and report.noise is not None:
-        lines += [
-            f"{'range':<8} {report.low:.9g} to {report.high:.9g}; no force at "
-            + (", ".join(f"{zero:.9g}" for zero in report.zeros[:3]) or "any of them"),
-            f"{'error':<8} {report.error:.2g} of the largest force, {report.largest_force:.6g}, by "
-            f"style {report.style}",
-            f"{'noise':<8} {report.noise:.2g}",
-            f"{'rows':<8} for {report.tolerance or TOLERANCE:.2g}: "
-            + ", ".join(f"{count} {style}" for style, count in report.rows_wanted.items()),
-        ]
-    lines += [f"{'fault':<8} {each}" for each in report.faults]
-    lines += [f"{'note':<8} {each}" for each in report.notes]
-    verdict = "faulty" if report.faults else "good"
-    if report.is_good and report.tolerance is None:
-        verdict = f"consistent, with an error of {report.error:.2g} of the largest force"
-    lines.append(f"{'verdict':<8} {verdict}")
-    return "\n".join(lines)
+    """Describe a table for people; the last line is the bottom line."""
+    lines = [f"{name:<8} {text}" for name, text in report.lines()]
+    return "\n".join([report.heading, *lines, report.summary])

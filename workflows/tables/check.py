@@ -1,98 +1,44 @@
-"""What is wrong with a table of a bond, angle or pair, and what its rows and digits leave open."""
+"""What LAMMPS makes of a table of a bond, angle, dihedral or pair, and what is wrong with it."""
 
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from pathlib import Path
-from typing import Literal
 
 import numpy as np
 
-from chaincor.lammps_inputs.bonds.table_checks import Section, sections_of
+from chaincor.lammps_inputs.arrays import Array
+from chaincor.lammps_inputs.bonds.table_checks import fault_of_slopes
 from chaincor.lammps_inputs.bonds.table_rows import Rows, spline_through
+from chaincor.lammps_inputs.bonds.table_text import Section
 from chaincor.lammps_inputs.errors import InputError, TableError
-from chaincor.lammps_inputs.small_file import refuse_endless, why_unreadable
-from chaincor.workflows.tables.faults import (
-    WHOLE_ANGLE,
-    Kind,
-    count_inconsistent,
-    ends_by_zero,
+from chaincor.workflows.tables.causes import Cause, cause_of_contradiction, cause_of_error
+from chaincor.workflows.tables.judge import Errors, Judge, judged_range, last_row
+from chaincor.workflows.tables.lammps_curve import Kind, Style, TableData
+from chaincor.workflows.tables.reading import (
+    KINDS,
+    count_of_warnings,
     fault_of_numbers,
     faults_of_header,
-    faults_of_rows,
-    left_open,
+    faults_of_text,
+    in_order,
+    kind_of,
+    read_sections,
+    read_text,
+    table_data,
+    thermal_energy,
 )
+from chaincor.workflows.tables.report import TableReport, percent, sentence
 
-Style = Literal["linear", "spline", "lookup"]
-
-KINDS: tuple[Kind, ...] = ("bond", "angle", "pair")
 STYLES: tuple[Style, ...] = ("spline", "linear", "lookup")
-# Of the largest force: what energies and forces may disagree by, and what rows are counted for
-# where nobody says.
+# Parts of the local force: what energies and forces may differ by, and what rows are counted for,
+# without a tolerance.
+CONTRADICTION = 0.01
 TOLERANCE = 1e-3
-MOST_LINES = 10_000_000
-
-
-@dataclass(frozen=True)
-class TableReport:
-    """
-    What is known of a table.
-
-    Attributes
-    ----------
-    path : str
-        The file.
-    keyword : str
-        The section.
-    kind, style : str
-        What it is a table of, and how LAMMPS shall interpolate in it.
-    rows : int
-        How many were read.
-    tolerance : float or None
-        What a good table leaves open at most, where that was asked.
-    faults : tuple of str
-        What is wrong, a sentence each; none of a good table.
-    notes : tuple of str
-        What LAMMPS will warn of, where an error comes from, and what else is worth knowing.
-    low, high : float
-        First and last length, or angle.
-    zeros : tuple of float
-        Where the force vanishes.
-    largest_force : float
-        Of all rows; the unit of the errors below.
-    error : float or None
-        Largest error of the force that rows and digits leave, with that of the style; None where
-        the rows are no table.
-    noise : float or None
-        Standard deviation of what no smooth force explains.
-    style_error : float or None
-        Largest error by interpolation in so many rows, of ``linear`` and ``lookup``; 0 of splines,
-        whose error is that of the rows.
-    rows_wanted : dict of str to int
-        Rows that reach the tolerance, or 0.001 of the force, by style; without what no number of
-        rows reaches.
-    """
-
-    path: str
-    keyword: str
-    kind: Kind
-    style: Style
-    rows: int
-    tolerance: float | None
-    faults: tuple[str, ...]
-    notes: tuple[str, ...] = ()
-    low: float = math.nan
-    high: float = math.nan
-    zeros: tuple[float, ...] = ()
-    largest_force: float = math.nan
-    error: float | None = None
-    noise: float | None = None
-    style_error: float | None = None
-    rows_wanted: dict[str, int] = field(default_factory=dict)
-
-    @property
-    def is_good(self) -> bool:
-        """Whether nothing is wrong."""
-        return not self.faults
+# Numbers of rows that are tried for a tolerance.
+_TRIED = (1, 2, 5, 10, 20, 50, 100, 1000)
+_MOST_TRIED = 200_000
+# The core contradicts itself if so many neighbours do, by so much.
+_CORE_ROWS, _CORE_PART = 5, 0.1
 
 
 def check_table(
@@ -102,12 +48,15 @@ def check_table(
     style: Style = "spline",
     kind: Kind | None = None,
     tolerance: float | None = None,
+    range: tuple[float, float] | None = None,
+    rows: int | None = None,
 ) -> TableReport:
     r"""
-    Check a table that LAMMPS reads by ``bond_style``, ``angle_style`` or ``pair_style table``.
+    Check a table of ``bond_style``, ``angle_style``, ``dihedral_style`` or ``pair_style table``.
 
-    Rows are compared with :math:`-dE/dr`, with each other and with the header. What lies between
-    them is shown by leaving every second one out; digits, by what one unit of the last of them is.
+    Forces are compared with :math:`-dE/dr`, and the force that LAMMPS interpolates with the force
+    that the rows around say. Errors are parts of the local force: the largest within 5 % of the
+    range on either side.
 
     Parameters
     ----------
@@ -116,18 +65,22 @@ def check_table(
     keyword : str, optional
         The section; by default the only one.
     style : str, optional
-        How LAMMPS interpolates: ``spline``, ``linear`` or ``lookup`` in as many rows as the file
-        has.
+        Interpolation in LAMMPS: ``spline``, ``linear`` or ``lookup``. Bitmaps have their own.
     kind : str, optional
-        ``bond``, ``angle`` or ``pair``; by default what header and range say.
+        ``bond``, ``angle``, ``dihedral`` or ``pair``; by default, header and content decide.
     tolerance : float, optional
-        Error of the force, as a part of the largest, beyond which a table is faulty. Without one
-        the error is told and not judged: what is enough depends on what the table is for.
+        Largest error to accept, as a part of the local force. Without one, few rows, few digits
+        and noise are reported only; contradictions of more than 1 % are always faults.
+    range : (float, float), optional
+        Where particles go. By default, where the energy is below 10 kT above its minimum; kT is 1
+        if the file does not name other units.
+    rows : int, optional
+        Number of rows in LAMMPS's style command; by default that of the file.
 
     Returns
     -------
     TableReport
-        Error and faults.
+        Error, faults and a summary of one sentence.
 
     Raises
     ------
@@ -149,119 +102,273 @@ def check_table(
             f"the table is of style {style!r} and kind {kind!r}; expected one of "
             f"{', '.join(STYLES)}, and of {', '.join(KINDS)}"
         )
+    if range is not None and not -math.inf < range[0] < range[1] < math.inf:
+        raise InputError(f"the range is {range[0]} to {range[1]}; expected two rising numbers")
+    if rows is not None and rows < 4:
+        raise InputError(f"the number of rows is {rows}; expected at least 4")
     path = Path(path)
+    text = read_text(path)
+    report = TableReport(str(path), keyword or "", kind or "bond", style, 0, tolerance, ())
     try:
-        section, *others = read_sections(path, keyword)
+        section, *others = read_sections(path, keyword, text)
     except TableError as error:
-        return TableReport(
-            str(path), keyword or "", kind or "bond", style, 0, tolerance, (str(error),)
+        return replace(report, faults=(*faults_of_text(text), str(error)))
+    kind = kind or kind_of(section)
+    if style == "lookup" and kind != "pair":
+        raise InputError(f"LAMMPS has no style lookup for a {kind} table; use spline or linear")
+    faults = faults_of_text(text)
+    if others:
+        faults.append(
+            f"it has {1 + len(others)} sections named {section.keyword}, of which LAMMPS reads the "
+            "first; expected a keyword of its own for each"
         )
-    report = _report(section, path, kind or _kind_of(section), style, tolerance)
-    if not others:
-        return report
-    fault = (
-        f"it has {1 + len(others)} sections named {section.keyword}, of which LAMMPS reads the "
-        "first; expected a keyword of its own for each"
+    section = in_order(section)
+    faults += faults_of_header(section, kind)
+    report = replace(
+        report,
+        keyword=section.keyword,
+        kind=kind,
+        style="bitmap" if "BITMAP" in section.header else style,
+        rows=len(section.data),
+        faults=tuple(faults),
     )
-    return replace(report, faults=(fault, *report.faults))
+    unusable = fault_of_numbers(section.data, kind, has_forces="NOF" not in section.header)
+    if unusable is not None:
+        # Rows that are missing are said once.
+        return replace(report, faults=(*faults, unusable) if len(section.data) else tuple(faults))
+    table = table_data(section, kind)
+    if kind == "pair" and not table.lengths[0] > 0.0:
+        return report
+    return _judged(report, section, table, range, rows, text)
 
 
-def read_sections(path: Path, keyword: str | None) -> list[Section]:
-    """
-    Return the sections of a table file that have a keyword, or that of all; in rising order.
+def _judged(
+    report: TableReport,
+    section: Section,
+    table: TableData,
+    asked: tuple[float, float] | None,
+    rows: int | None,
+    text: str,
+) -> TableReport:
+    thermal, how = thermal_energy(text)
+    low, high = float(table.lengths[0]), float(table.lengths[-1])
+    warned, differing = count_of_warnings(section, table)
+    report = replace(
+        report,
+        low=low,
+        high=high,
+        warnings=warned,
+        style_rows=rows or report.rows,
+        largest_force=float(np.max(np.abs(np.nan_to_num(table.forces)))),
+    )
+    notes = []
+    if warned:
+        notes.append(
+            f"LAMMPS will warn: {warned} of {report.rows} force values in table {report.keyword} "
+            "are inconsistent with -dE/dr"
+        )
+    if differing:
+        notes.append(
+            f"LAMMPS will warn: {differing} of {report.rows} distance values differ from those "
+            "that it recomputes"
+        )
+    if report.largest_force == 0.0 and table.has_forces:
+        said = "all forces are 0, and all energies the same: no interaction"
+        return replace(
+            report, notes=(said,), error=0.0, noise=0.0, style_error=0.0, range=(low, high)
+        )
+    if asked is None:
+        bounds = judged_range(table, thermal)
+        how = f"energy below 10 kT above its minimum; {how}"
+    else:
+        bounds, how = (max(asked[0], low), min(asked[1], high)), "as asked"
+        if not bounds[0] < bounds[1]:
+            raise InputError(
+                f"the range {asked[0]:g} to {asked[1]:g} is outside the table, which goes from "
+                f"{low:g} to {high:g}"
+            )
+    judge = Judge(table, _rounding(section), *bounds)
+    return _with_errors(replace(report, range=bounds, range_reason=how), judge, section, notes)
 
-    Raises InputError where the file cannot be read or it is not clear which section is meant, and
-    TableError where it holds none or what cannot be read.
-    """
-    try:
-        refuse_endless(path)
-        text = path.read_bytes().decode("utf-8", "replace")
-    except (OSError, ValueError) as error:
-        raise InputError(f"cannot read the table {str(path)!r}: {why_unreadable(error)}") from None
-    if text.count("\n") > MOST_LINES:
-        raise InputError(
-            f"the table {str(path)!r} has more than {MOST_LINES} lines; expected fewer rows: none "
-            "needs so many"
-        )
-    sections = sections_of(text, str(path), pair=True)
-    if not sections:
-        raise TableError(
-            f"{str(path)!r} has no line 'N rows' and no row 'index length energy force'; expected "
-            "a keyword, the line 'N rows', and the rows"
-        )
-    names = list(dict.fromkeys(each.keyword for each in sections))
-    chosen = names[0] if keyword is None and len(names) == 1 else keyword
-    found = [_in_order(each) for each in sections if each.keyword == chosen]
-    if not found:
-        named = ", ".join(name or "one without a keyword" for name in names)
-        raise InputError(
-            f"{str(path)!r} has the sections {named}, and "
-            f"{'none was chosen' if keyword is None else f'none is {keyword!r}'}; expected "
-            "--keyword with one of them"
-        )
+
+def _rounding(section: Section) -> Array:
+    """Return half a unit of the last digit of energies and forces; zeros are as exact as others."""
+    units = section.least_digits[:, 1:]
+    beside = np.minimum(np.roll(units, 1, axis=0), np.roll(units, -1, axis=0))
+    is_zero = section.data[:, 1:] == 0.0
+    rounding: Array = 0.5 * np.where(is_zero, np.minimum(units, beside), units)
+    return rounding
+
+
+def _with_errors(
+    report: TableReport, judge: Judge, section: Section, notes: list[str]
+) -> TableReport:
+    table, style, tolerance = judge.table, report.style, report.tolerance
+    errors = judge.errors(style, report.style_rows)
+    limit = tolerance or TOLERANCE
+    faults = list(report.faults)
+    found = _contradictions(judge, errors, tolerance or CONTRADICTION)
+    cause, contradiction = found or (None, None)
+    short = f"{cause.said}. {sentence(cause.help)}" if cause else ""
+    faults += [contradiction] if contradiction else []
+    faults += _other_faults(report, judge, section)
+    if table.is_bitmap or not table.has_forces:
+        ideal = errors
+    else:
+        ideal = replace(errors, interpolation=np.zeros(len(errors.at)))
+    if len(faults) == len(report.faults) and errors.largest > limit:
+        cause = cause_of_error(judge, errors, style, report.style_rows)
+        said = f"{cause.said}: an error of {errors.largest:.2g} of the local force; {cause.help}"
+        if tolerance is None:
+            notes.append(said)
+        else:
+            faults.append(f"{said}; expected {tolerance:.2g} at most")
+            short = f"{cause.said}, {percent(errors.largest)} of the local force"
+            short = f"{short}. {sentence(cause.help)}"
+    notes += _notes_beyond(report, judge)
+    return replace(
+        report,
+        faults=tuple(faults),
+        notes=tuple(notes),
+        zeros=_zeros(judge),
+        error=errors.largest,
+        worst=errors.worst,
+        noise=float(np.max(errors.scatter)),
+        style_error=float(np.max(errors.interpolation)),
+        core_error=_core_error(report, judge),
+        rows_wanted=_rows_wanted(report, judge, limit, ideal),
+        cause=cause.name if cause else None,
+        advice=cause.help if cause else "",
+        verdict=short if len(faults) == 1 else "",
+        good_range=_good_range(errors, limit if tolerance else CONTRADICTION),
+        curves=judge,
+    )
+
+
+def _contradictions(judge: Judge, errors: Errors, allowed: float) -> tuple[Cause, str] | None:
+    """Return why energies and forces contradict each other, and a sentence; None if they agree."""
+    if not judge.table.has_forces:
+        return None
+    x = judge.rows.padded[0]
+    _signed, systematic = judge.differences
+    middle = 0.5 * (x[1:] + x[:-1])
+    inside = (x[1:] > judge.low) & (x[:-1] < judge.high)
+    size = judge.size_at(np.clip(middle, judge.low, judge.high))
+    wrong = inside & (systematic > allowed * size)
+    by_energies, by_forces, _ = judge.rows.mean_forces()
+    own = np.maximum(np.abs(by_energies), np.abs(by_forces)) + 1e-300
+    beyond = ~inside & (systematic > max(_CORE_PART, allowed) * own)
+    runs = np.convolve(beyond, np.ones(_CORE_ROWS), mode="valid") >= _CORE_ROWS
+    if not np.any(wrong) and np.any(runs):
+        wrong, size = beyond, own
+    if not np.any(wrong):
+        return None
+    cause = cause_of_contradiction(judge, wrong)
+    places = np.flatnonzero(wrong)
+    worst = int(places[np.argmax((systematic / size)[wrong])])
+    where = f"between {x[places[0]]:.4g} and {x[places[-1] + 1]:.4g}"
+    return cause, (
+        f"{cause.said} {where}: near {middle[worst]:.6g} the energies say "
+        f"{by_energies[worst]:.6g}, the forces {by_forces[worst]:.6g}; expected force = -dE/dr: "
+        f"{cause.help}"
+    )
+
+
+def _other_faults(report: TableReport, judge: Judge, section: Section) -> list[str]:
+    table = judge.table
+    found: list[str] = []
+    if table.has_forces and not table.period:
+        kept = slice(last_row(table) + 1)
+        lengths, forces = table.lengths[kept], table.forces[kept]
+        spline = spline_through(lengths, forces)
+        digits = section.least_digits[kept]
+        outlier = Rows.of(spline, forces, digits * [0.0, 1.0, 1.0]).outlier(report.path)
+        if outlier and np.max(judge.errors(report.style, report.style_rows).scatter) > TOLERANCE:
+            found.append(outlier)
+        if slopes := fault_of_slopes(section, report.path):
+            found.append(slopes)
+    if table.has_forces and np.ptp(table.energies) == 0.0:
+        found.append("all its energies are the same; expected the energy in the third column")
+    if "EQ" in section.header and table.has_forces:
+        found += _fault_of_natural_length(section.header["EQ"][0], judge)
     return found
 
 
-def _in_order(section: Section) -> Section:
-    """Let rows in the order of their bits, which begins somewhere inside, begin with the least."""
-    if "BITMAP" not in section.header or not len(section.data):
-        return section
-    first = -int(np.argmin(section.data[:, 0]))
-    data, digits = (np.roll(rows, first, axis=0) for rows in (section.data, section.digits))
-    return replace(section, data=data, digits=digits)
+def _fault_of_natural_length(natural: float, judge: Judge) -> list[str]:
+    """Compare EQ with the places without force."""
+    x, forces = judge.table.lengths, judge.table.forces
+    if not x[0] <= natural <= x[-1]:
+        return []
+    crossing = np.flatnonzero(forces[:-1] * forces[1:] <= 0.0)
+    room = max(2.0 * float(np.max(np.diff(x))), 0.02 * float(x[-1] - x[0]))
+    zeros = [*x[crossing], *x[crossing + 1]]
+    if judge.table.kind == "angle":
+        zeros += [x[0], x[-1]]
+    if not len(zeros) or np.min(np.abs(np.array(zeros) - natural)) <= room:
+        return []
+    force = float(np.interp(natural, x, forces))
+    nearest = zeros[int(np.argmin(np.abs(np.array(zeros) - natural)))]
+    return [
+        f"it says EQ {natural:g}, where the force is {force:.3g}; expected no force there, as near "
+        f"{nearest:.6g}"
+    ]
 
 
-def _kind_of(section: Section) -> Kind:
-    if set(section.header) & {"R", "RSQ", "BITMAP", "FPRIME"}:
-        return "pair"
-    lengths = section.data[:, 0]
-    whole = len(lengths) > 0 and lengths[0] == 0.0 and abs(lengths[-1] - WHOLE_ANGLE) < 1.0
-    return "angle" if whole else "bond"
-
-
-def _report(
-    section: Section, path: Path, kind: Kind, style: Style, tolerance: float | None
-) -> TableReport:
-    data, faults = section.data, faults_of_header(section, kind)
-    head = (str(path), section.keyword, kind, style, len(data), tolerance)
-    unusable = fault_of_numbers(data, kind)
-    if unusable is not None:
-        return TableReport(*head, (*faults, unusable))
-    lengths, energies, forces = data.T
-    largest = float(np.max(np.abs(forces)))
-    whole = TableReport(
-        *head,
-        faults=tuple(faults),
-        low=float(lengths[0]),
-        high=float(lengths[-1]),
-        largest_force=largest,
-    )
-    if largest == 0.0:
-        said = "all forces are 0, and all energies the same: no interaction"
-        return replace(whole, notes=(said,), error=0.0, noise=0.0, style_error=0.0)
-    spline = spline_through(lengths, forces)
-    rows = Rows.of(spline, forces, section.least_digits)
-    faults += faults_of_rows(section, rows, str(path), kind, TOLERANCE * largest)
+def _notes_beyond(report: TableReport, judge: Judge) -> list[str]:
+    """Return what there is to say of the core and of the cutoff."""
+    table = judge.table
     notes = []
-    warned = count_inconsistent(lengths, energies, forces)
-    if warned:
+    end = last_row(table)
+    if end < len(table.energies) - 1:
         notes.append(
-            f"LAMMPS will warn: {warned} of {len(data)} force values in table {section.keyword} "
-            "are inconsistent with -dE/dr"
+            f"its rows are 0 from {table.lengths[end + 1]:.6g} on: there the energy jumps by "
+            f"{-table.energies[end]:.3g}, and LAMMPS's force is wrong within the rows around"
         )
-    if kind == "pair" and ends_by_zero(data):
-        notes.append(f"its last row is 0: there the energy jumps by {-energies[-2]:.3g}")
-    left, cause = left_open(rows, spline, style, TOLERANCE if tolerance is None else tolerance)
-    if tolerance is None and left["error"] > TOLERANCE:
-        notes.append(cause)
-    elif tolerance is not None and left["error"] > tolerance:
-        faults.append(f"{cause}; expected {tolerance:.2g} at most")
+    return notes
+
+
+def _core_error(report: TableReport, judge: Judge) -> float | None:
+    """Return the error below the range, as a part of the local force there; None without core."""
+    low = float(judge.table.lengths[0])
+    if judge.table.period or not low < judge.low:
+        return None
+    return judge.errors(report.style, report.style_rows, low, judge.low).largest
+
+
+def _rows_wanted(report: TableReport, judge: Judge, limit: float, ideal: Errors) -> dict[str, int]:
+    """Return the numbers of rows in LAMMPS's style that reach a limit; none that cannot."""
+    table, found = judge.table, dict[str, int]()
+    if table.is_bitmap or ideal.largest > limit:
+        return found
+    styles = STYLES if table.kind == "pair" else STYLES[:2]
+    for style in styles:
+        for factor in _TRIED:
+            rows = factor * report.style_rows
+            if rows > _MOST_TRIED:
+                break
+            if judge.errors(style, rows).largest <= limit:
+                found[str(style)] = rows
+                break
+    return found
+
+
+def _zeros(judge: Judge) -> tuple[float, ...]:
+    """Return places without force within the table."""
+    if not judge.table.has_forces:
+        return ()
+    kept = slice(last_row(judge.table) + 1)
+    spline = spline_through(judge.table.lengths[kept], judge.table.forces[kept])
     zeros = spline.roots(extrapolate=False)
-    zeros = zeros[np.isfinite(zeros)]
-    return replace(
-        whole,
-        faults=tuple(faults),
-        notes=tuple(notes),
-        zeros=tuple(float(zero) for zero in zeros[:10]),
-        **left,
-    )
+    return tuple(float(zero) for zero in zeros[np.isfinite(zeros)][:10])
+
+
+def _good_range(errors: Errors, limit: float) -> tuple[float, float] | None:
+    """Return the longest part of the range in which the error is below a limit."""
+    good = np.concatenate([[False], errors.whole <= limit, [False]])
+    edges = np.flatnonzero(np.diff(good.astype(int)))
+    starts, ends = edges[::2], edges[1::2] - 1
+    if not len(starts):
+        return None
+    longest = int(np.argmax(errors.at[ends] - errors.at[starts]))
+    low, high = float(errors.at[starts[longest]]), float(errors.at[ends[longest]])
+    return (low, high) if low < high else None

@@ -5,10 +5,11 @@ from pathlib import Path
 import numpy as np
 
 from chaincor.analysis.atomic_write import write_whole
-from chaincor.lammps_inputs.bonds.table_checks import section_text
 from chaincor.lammps_inputs.bonds.table_rows import spline_through
+from chaincor.lammps_inputs.bonds.table_text import section_text
 from chaincor.lammps_inputs.errors import InputError
-from chaincor.workflows.tables.check import TableReport, read_sections
+from chaincor.workflows.tables.reading import in_order, read_sections
+from chaincor.workflows.tables.report import TableReport
 
 
 def rewrite_table(report: TableReport, target: Path, rows: int) -> None:
@@ -23,7 +24,7 @@ def rewrite_table(report: TableReport, target: Path, rows: int) -> None:
         raise InputError(f"{report.path!r} holds no table that could be rewritten; see its faults")
     if target.exists():
         raise InputError(f"{str(target)!r} is there already; expected a new file for --write")
-    section, *_ = read_sections(Path(report.path), report.keyword)
+    section = in_order(read_sections(Path(report.path), report.keyword)[0])
     data = section.data
     force = spline_through(data[:, 0], data[:, 2])
     energy = force.antiderivative()

@@ -1,0 +1,99 @@
+"""A table beside what the installed LAMMPS makes of it."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from chaincor.lammps_inputs.arrays import Array
+from chaincor.lammps_inputs.errors import InputError
+from chaincor.workflows.tables.lammps_run import LammpsTable, run_lammps
+from chaincor.workflows.tables.report import TableReport, percent
+
+_POINTS, _SHOWN = 1001, 12
+# LAMMPS refuses the ends of some tables themselves.
+_INSIDE = 1e-6
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Forces of LAMMPS, of the model of LAMMPS, and of the rows around, within a range."""
+
+    lammps: LammpsTable
+    modelled: Array  #: What the check took for LAMMPS's force.
+    expected: Array  #: The force that the rows around say.
+    slopes: Array  #: -dE/dr of LAMMPS's energies, by central differences.
+    error: float  #: Largest difference of LAMMPS and the rows, as a part of the local force.
+    model_error: float  #: The same of LAMMPS and the model.
+
+    def as_keys(self) -> dict[str, Any]:
+        """Return what JSON has."""
+        return {
+            "lengths": self.lammps.lengths.tolist(),
+            "lammps_forces": self.lammps.forces.tolist(),
+            "lammps_energies": self.lammps.energies.tolist(),
+            "modelled_forces": self.modelled.tolist(),
+            "expected_forces": self.expected.tolist(),
+            "error": self.error,
+            "model_error": self.model_error,
+            "warnings": self.lammps.warned_forces,
+            "refusal": self.lammps.error or None,
+        }
+
+    def lines(self) -> list[str]:
+        """Return a short table."""
+        if self.lammps.error:
+            return [f"LAMMPS refuses the table: {self.lammps.error}"]
+        found = [f"{'r':>12} {'rows':>14} {'LAMMPS':>14} {'-dE/dr LAMMPS':>14}"]
+        for k in np.linspace(0, len(self.modelled) - 1, _SHOWN).astype(int).tolist():
+            numbers = (self.expected[k], self.lammps.forces[k], self.slopes[k])
+            found.append(
+                f"{self.lammps.lengths[k]:>12.6g} " + " ".join(f"{x:>14.7g}" for x in numbers)
+            )
+        found.append(
+            f"LAMMPS is off the rows by {percent(self.error)} of the local force at most, and off "
+            f"this program's model of LAMMPS by {percent(self.model_error)}"
+        )
+        return found
+
+
+def compare_with_lammps(report: TableReport, points: int = _POINTS) -> Comparison:
+    """
+    Run LAMMPS on a table, in the style and range of its report.
+
+    A table that LAMMPS refuses gives empty curves and the refusal. Raises InputError if the rows
+    are no table, and RunError if LAMMPS is missing or gives no answer.
+    """
+    judge = report.curves
+    if judge is None or report.range is None:
+        raise InputError(f"{report.path!r} holds no table to compare; see its faults")
+    table = judge.table
+    low, high = report.range
+    margin = _INSIDE * (high - low)
+    is_bitmap = report.style == "bitmap"
+    lammps = run_lammps(
+        Path(report.path),
+        report.keyword,
+        report.kind,
+        report.style,
+        report.rows.bit_length() - 1 if is_bitmap else report.style_rows,
+        (low + margin, high - margin),
+        points,
+        period=table.period or 360.0,
+    )
+    if lammps.error:
+        nothing = np.zeros(0)
+        return Comparison(lammps, nothing, nothing, nothing, 0.0, 0.0)
+    at = lammps.lengths
+    modelled = judge.curve(report.style, report.style_rows).force(at)
+    expected, _ = judge.rows.forces_at(at, np.zeros(len(at), dtype=bool))
+    size = judge.size_at(at)
+    return Comparison(
+        lammps,
+        modelled,
+        expected,
+        -np.gradient(lammps.energies, at),
+        float(np.max(np.abs(lammps.forces - expected) / size)),
+        float(np.max(np.abs(lammps.forces - modelled) / size)),
+    )

@@ -1,0 +1,227 @@
+"""Error of LAMMPS's force by place, as a part of the force around it."""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from chaincor.lammps_inputs.arrays import Array
+from chaincor.lammps_inputs.bonds.table_rows import LEAST_ROWS
+from chaincor.workflows.tables.lammps_curve import Curve, Style, TableData, lammps_curve
+from chaincor.workflows.tables.neighbours import Neighbours
+
+# Particles rarely climb higher than so many kT above the minimum.
+THERMAL_ENERGIES = 10.0
+# The size of the force at a place is its largest value within this part of the range on both
+# sides, and not less than this part of the largest force of the range.
+WINDOW = 0.05
+LEAST_FORCE = 1e-3
+_BINS = 200
+# Places that are judged between two rows, and at most in all.
+_PLACES, _MOST_PLACES = 8, 400_000
+# Rows on both sides over which scatter and contradictions are looked at.
+_BESIDE = 3
+_MEAN_OF_NOISE = 1.5
+# Polynomials follow noise so many times in the outer rows.
+_END_ROWS, _MOVED_AT_ENDS = 2, 6.0
+# Rounding scatters by 0.29 units; less than this part of half a unit is none.
+_EXACT = 0.05
+
+
+def judged_range(table: TableData, thermal: float) -> tuple[float, float]:
+    """
+    Return the range in which the energy is below 10 kT above its minimum.
+
+    For pairs, distances outside count as well if their energy is not above that of the last row.
+    The last rows before a cutoff are left out if the energy jumps there. At least four rows are
+    in the range.
+    """
+    end = last_row(table)
+    if end < len(table.energies) - 1 and not table.is_bitmap:
+        end = max(end - _BESIDE, LEAST_ROWS)
+    energies, x = table.energies[: end + 1], table.lengths[: end + 1]
+    lowest = int(np.argmin(energies))
+    limit = float(energies[lowest]) + THERMAL_ENERGIES * thermal
+    if table.kind == "pair":
+        limit = max(limit, float(energies[-1]))
+    if table.period:
+        return float(x[0]), float(x[-1])
+    inside = energies <= limit
+    first = last = lowest
+    while first > 0 and inside[first - 1]:
+        first -= 1
+    while last < len(x) - 1 and inside[last + 1]:
+        last += 1
+    first = min(first, max(last - 3, 0))
+    last = max(last, min(first + 3, len(x) - 1))
+    low, high = float(x[first]), float(x[last])
+    if 0 < first <= lowest and not inside[first - 1]:
+        low = _crossing(x, energies, first - 1, first, limit)
+    if last < len(x) - 1 and not inside[last + 1]:
+        high = _crossing(x, energies, last + 1, last, limit)
+    return low, high
+
+
+def _crossing(x: Array, energies: Array, outside: int, inside: int, limit: float) -> float:
+    part = (limit - energies[inside]) / (energies[outside] - energies[inside])
+    return float(x[inside] + np.clip(part, 0.0, 1.0) * (x[outside] - x[inside]))
+
+
+@dataclass(frozen=True)
+class Errors:
+    """Errors of the force at places of a range, as parts of the local force."""
+
+    at: Array
+    size: Array  #: The local force.
+    #: LAMMPS's interpolation against the rows around, which say no more than `unsure`.
+    interpolation: Array
+    unsure: Array
+    scatter: Array  #: Noise, and rounding of forces.
+    contradiction: Array  #: Forces against energies.
+
+    @cached_property
+    def whole(self) -> Array:
+        """All together."""
+        return np.maximum(self.interpolation + self.unsure, self.scatter) + self.contradiction
+
+    @property
+    def largest(self) -> float:
+        """The largest of all places."""
+        return float(np.max(self.whole))
+
+    @property
+    def worst(self) -> float:
+        """Where it is."""
+        return float(self.at[np.argmax(self.whole)])
+
+
+@dataclass(frozen=True)
+class Judge:
+    """A table, and what its rows say of its forces."""
+
+    table: TableData
+    digits: Array  #: Half a unit of the last digit of energies and forces; of shape (rows, 2).
+    low: float  #: Range that is judged.
+    high: float  #: See ``low``.
+
+    @cached_property
+    def rows(self) -> Neighbours:
+        """The rows of the function; zeros beyond a cutoff are no part of it."""
+        kept = slice(last_row(self.table) + 1)
+        t = self.table
+        short = replace(
+            t, lengths=t.lengths[kept], energies=t.energies[kept], forces=t.forces[kept]
+        )
+        return Neighbours(short, self.digits[kept])
+
+    def size_at(self, at: Array, low: float | None = None, high: float | None = None) -> Array:
+        """Return the local force: the largest around each place within a range."""
+        low, high = self.low if low is None else low, self.high if high is None else high
+        x, _, forces, _ = self.rows.padded
+        if not self.table.has_forces:
+            forces = self.rows.by_energies(x, 8)
+        edges = np.linspace(low, high, _BINS + 1)
+        within = (x >= low) & (x <= high)
+        ends = np.abs(np.interp(edges, x, forces))
+        largest = np.maximum(ends[:-1], ends[1:])
+        bins = np.clip(((x[within] - low) / (high - low) * _BINS).astype(int), 0, _BINS - 1)
+        np.maximum.at(largest, bins, np.abs(forces[within]))
+        reach = round(WINDOW * _BINS)
+        around = np.lib.stride_tricks.sliding_window_view(
+            np.pad(largest, reach, mode="edge"), 2 * reach + 1
+        ).max(axis=1)
+        around = np.maximum(around, LEAST_FORCE * float(np.max(largest)))
+        where = np.clip(((at - low) / (high - low) * _BINS).astype(int), 0, _BINS - 1)
+        result: Array = around[where]
+        return np.where(result > 0.0, result, 1.0)
+
+    @cached_property
+    def differences(self) -> tuple[Array, Array]:
+        """
+        Mean force by energies less that by forces between rows, and how much of it is systematic.
+
+        Both of shape (rows - 1,), in units of force. Noise has no sign: the mean over seven
+        neighbours counts, beyond what rounding and distance of rows explain.
+        """
+        if not self.table.has_forces:
+            nothing = np.zeros(len(self.rows.padded[0]) - 1)
+            return nothing, nothing
+        by_energies, by_forces, room = self.rows.mean_forces()
+        signed = np.nan_to_num(by_energies - by_forces)
+        if np.ptp(self.table.energies) == 0.0:
+            return signed, np.zeros(len(signed))
+        width = 2 * _BESIDE + 1
+        mean = np.abs(_windows(signed, width).mean(axis=1))
+        # The mean of seven errors of random sign rarely exceeds this part of the largest scatter.
+        noise = _MEAN_OF_NOISE * self._scatter_between()
+        beyond = mean - _windows(np.minimum(room, 1e300), width).mean(axis=1) - noise
+        return signed, np.clip(beyond, 0.0, None)
+
+    def _scatter_between(self) -> Array:
+        scatter = self.scatter
+        return np.maximum(scatter[1:], scatter[:-1])
+
+    @cached_property
+    def scatter(self) -> Array:
+        """Largest scatter, or rounding, of forces around each row."""
+        if not self.table.has_forces:
+            return np.zeros(len(self.rows.padded[0]))
+        own = np.nan_to_num(self.rows.scatter(), nan=0.0, posinf=0.0)
+        largest: Array = _windows(own, 2 * _BESIDE + 1).max(axis=1)
+        rounding = self.rows.padded[3][:, 1]
+        # Numbers that are exact with their few digits do not scatter.
+        is_rounded = np.median(own) > _EXACT * np.median(rounding)
+        return np.maximum(largest, rounding) if is_rounded else largest
+
+    def places(self, low: float, high: float) -> Array:
+        """Return places in a range at which the force is judged."""
+        x = self.table.lengths
+        inside = x[(x > low) & (x < high)]
+        edges = np.concatenate([[low], inside, [high]])
+        many = int(np.clip(_MOST_PLACES // len(edges), 1, _PLACES))
+        parts = (np.arange(many) + 0.5) / many
+        between = (edges[:-1, None] + np.diff(edges)[:, None] * parts).ravel()
+        return np.sort(np.concatenate([edges, between]))
+
+    def curve(self, style: Style, rows: int) -> Curve:
+        """Return what LAMMPS interpolates."""
+        return lammps_curve(self.table, style, rows)
+
+    def errors(
+        self, style: Style, rows: int, low: float | None = None, high: float | None = None
+    ) -> Errors:
+        """Return the errors in a range, by default that which is judged."""
+        low, high = self.low if low is None else low, self.high if high is None else high
+        at = self.places(low, high)
+        size = self.size_at(at, low, high)
+        x = self.rows.padded[0]
+        between = np.clip(np.searchsorted(x, at, side="right") - 1, 0, len(x) - 2)
+        _, systematic = self.differences
+        contradiction = systematic[between] / size
+        best, unsure = self.rows.forces_at(at, contradiction < 1e-3)
+        with np.errstate(all="ignore"):
+            missed = np.abs(self.curve(style, rows).force(at) - best)
+        scatter = np.maximum(self.scatter[between], self.scatter[between + 1])
+        # Noise moves the polynomials too, and more beside the ends: it counts once.
+        is_end = (between < _END_ROWS) | (between >= len(x) - 1 - _END_ROWS)
+        moved = np.where(is_end & (self.table.period == 0.0), _MOVED_AT_ENDS, 1.0) * scatter
+        missed = np.clip(missed - moved, 0.0, None)
+        unsure = np.clip(unsure - moved, 0.0, None)
+        parts = (missed, unsure, scatter)
+        missed, unsure, scatter = (np.nan_to_num(p / size, nan=0.0, posinf=1e300) for p in parts)
+        return Errors(at, size, missed, unsure, scatter, contradiction)
+
+
+def last_row(table: TableData) -> int:
+    """Return the last row of the function: rows of zeros stand for what is beyond the cutoff."""
+    rows = np.flatnonzero((table.energies != 0.0) | (table.forces != 0.0))
+    last = len(table.energies) - 1
+    if table.kind != "pair" or not len(rows) or rows[-1] < LEAST_ROWS:
+        return last
+    return int(rows[-1])
+
+
+def _windows(values: Array, width: int) -> Array:
+    """Return a window of `width` values around each; of shape (values, width)."""
+    padded = np.pad(values, width // 2, mode="reflect" if len(values) > width // 2 else "edge")
+    return np.lib.stride_tricks.sliding_window_view(padded, width)

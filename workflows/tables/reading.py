@@ -1,0 +1,317 @@
+"""Table files as LAMMPS reads them: sections, kinds, and what LAMMPS refuses."""
+
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from chaincor.lammps_inputs.arrays import Array
+from chaincor.lammps_inputs.bonds.named_bond import LARGEST
+from chaincor.lammps_inputs.bonds.table_rows import LEAST_ROWS
+from chaincor.lammps_inputs.bonds.table_text import SETTINGS, Section, sections_of
+from chaincor.lammps_inputs.errors import InputError, TableError
+from chaincor.lammps_inputs.small_file import refuse_endless, why_unreadable
+from chaincor.workflows.tables.lammps_curve import Kind, TableData, bitmap_lengths
+
+KINDS: tuple[Kind, ...] = ("bond", "angle", "dihedral", "pair")
+MOST_LINES = 10_000_000
+# Header words that LAMMPS knows, by kind.
+_KNOWN: dict[Kind, set[str]] = {
+    "bond": {"N", "FP", "EQ"},
+    "angle": {"N", "FP", "EQ"},
+    "dihedral": {"N", "NOF", "DEGREES", "RADIANS", "CHECKU", "CHECKF"},
+    "pair": {"N", "R", "RSQ", "BITMAP", "FPRIME"},
+}
+_WHOLE = 180.0
+# LAMMPS refuses an angle table whose ends are further off than this.
+_ANGLE_ENDS = 1e-10
+# LAMMPS recomputes distances from R, RSQ and BITMAP; it warns of larger relative differences.
+_SAME_LENGTH = 1e-6
+# Cubics between rows that are closer overflow.
+_NEAREST = 1e-30
+_UNITS = re.compile(r"UNITS:\s*(\w+)")
+# kT at 300 K, by the units that LAMMPS's writers put into the first line.
+_THERMAL = {"lj": 1.0, "real": 0.59616, "metal": 0.025852, "electron": 9.5004e-4, "si": 4.1419e-21}
+
+
+def read_text(path: Path) -> str:
+    """Return the text of a table file; raises InputError if it cannot be read."""
+    try:
+        refuse_endless(path)
+        return path.read_bytes().decode("utf-8", "replace")
+    except (OSError, ValueError) as error:
+        raise InputError(f"cannot read the table {str(path)!r}: {why_unreadable(error)}") from None
+
+
+def read_sections(path: Path, keyword: str | None, text: str | None = None) -> list[Section]:
+    """
+    Return the sections of a table file that have a keyword, or the only one.
+
+    Raises InputError if the file cannot be read or it is not clear which section is meant, and
+    TableError if it holds none or holds lines that cannot be read.
+    """
+    text = read_text(path) if text is None else text
+    if text.count("\n") > MOST_LINES:
+        raise InputError(
+            f"the table {str(path)!r} has more than {MOST_LINES} lines; expected fewer rows: none "
+            "needs so many"
+        )
+    sections = sections_of(text, str(path), SETTINGS)
+    if not sections:
+        raise TableError(
+            f"{str(path)!r} has no line 'N rows' and no row 'index length energy force'; expected "
+            "a keyword, the line 'N rows', and the rows"
+        )
+    names = list(dict.fromkeys(each.keyword for each in sections))
+    chosen = names[0] if keyword is None and len(names) == 1 else keyword
+    found = [each for each in sections if each.keyword == chosen]
+    if not found:
+        named = ", ".join(name or "one without a keyword" for name in names)
+        raise InputError(
+            f"{str(path)!r} has the sections {named}, and "
+            f"{'none was chosen' if keyword is None else f'none is {keyword!r}'}; expected "
+            "--keyword with one of them"
+        )
+    return found
+
+
+def thermal_energy(text: str) -> tuple[float, str]:
+    """Return kT in the unit of a file, and how it was taken."""
+    match = _UNITS.search(text[:1000])
+    units = match.group(1) if match else ""
+    if units in _THERMAL:
+        how = "lj units" if units == "lj" else f"300 K in {units} units"
+        return _THERMAL[units], f"kT = {_THERMAL[units]:g}, {how}"
+    return 1.0, "kT = 1 assumed; the file names no units"
+
+
+def kind_of(section: Section) -> Kind:
+    """Return the kind of a table by its header and range."""
+    words = set(section.header)
+    if words & {"R", "RSQ", "BITMAP", "FPRIME"}:
+        return "pair"
+    if words & {"NOF", "DEGREES", "RADIANS"}:
+        return "dihedral"
+    x, energies, forces = section.data.T
+    if len(x) < 2 or not np.all(np.isfinite(x)):
+        return "bond"
+    low, high = float(x[0]), float(x[-1])
+    for turn in (360.0, 2.0 * np.pi):
+        step = (high - low) / (len(x) - 1)
+        if abs(high + step - low - turn) < 1.5 * step + 1e-3 * turn and (
+            abs(low) < 2.0 * step or abs(low + turn / 2.0) < 2.0 * step
+        ):
+            return "dihedral"
+    if -1.0 <= low <= 2.0 and abs(high - _WHOLE) <= 2.0:
+        return "angle"
+    if abs(low) < 1e-3 and abs(high - np.pi) < 1e-2:
+        return "angle"
+    if "EQ" in words or "FP" in words:
+        return "bond"
+    depth = float(np.max(energies) - np.min(energies[np.argmin(energies) :]))
+    outside = energies[np.argmin(energies) :]
+    tail = abs(energies[-1]) + abs(forces[-1] * (high - low))
+    if len(outside) > 2 and depth > 0.0 and tail < 0.05 * float(np.ptp(outside)):
+        return "pair"
+    return "bond"
+
+
+def table_data(section: Section, kind: Kind) -> TableData:
+    """
+    Return the rows of an ordered section as LAMMPS holds them.
+
+    Distances are those of R, RSQ or BITMAP where a header has them. The rows must have passed
+    `fault_of_numbers`.
+    """
+    header = section.header
+    lengths, energies, forces = section.data.T
+    slopes = header.get("FPRIME" if kind == "pair" else "FP")
+    period = 0.0
+    if kind == "dihedral":
+        period = 2.0 * np.pi if "RADIANS" in header else 360.0
+    return TableData(
+        kind,
+        _lengths_of_header(section) if kind == "pair" else lengths,
+        energies,
+        forces if "NOF" not in header else np.full(len(lengths), np.nan),
+        (slopes[0], slopes[1]) if slopes else None,
+        is_bitmap=kind == "pair" and "BITMAP" in header,
+        period=period,
+    )
+
+
+def in_order(section: Section) -> Section:
+    """Return a section with the rows of a bitmap in rising order, which begin inside the range."""
+    if "BITMAP" not in section.header or not len(section.data):
+        return section
+    first = -int(np.argmin(section.data[:, 0]))
+    data, digits = (np.roll(rows, first, axis=0) for rows in (section.data, section.digits))
+    return replace(section, data=data, digits=digits)
+
+
+def _lengths_of_header(section: Section) -> Array:
+    """Return distances as LAMMPS computes them from R, RSQ or BITMAP, in rising order."""
+    header, lengths = section.header, section.data[:, 0]
+    for name, power in (("R", 1), ("RSQ", 2)):
+        if name in header:
+            low, high = header[name]
+            made: Array = np.linspace(low**power, high**power, len(lengths)) ** (1.0 / power)
+            return made
+    if "BITMAP" in header:
+        bits = len(lengths).bit_length() - 1
+        if 1 << bits == len(lengths):
+            try:
+                return np.sort(bitmap_lengths(header["BITMAP"][0], header["BITMAP"][1], bits))
+            except (ValueError, OverflowError):
+                return lengths
+    return lengths
+
+
+def faults_of_text(text: str) -> list[str]:
+    """Name line ends that LAMMPS does not know."""
+    if re.search(r"\r(?!\n)", text):
+        return [
+            "its lines end with a carriage return alone, as on old Macs; LAMMPS reads them as one "
+            "line: convert them, for example with tr '\\r' '\\n'"
+        ]
+    return []
+
+
+def faults_of_header(section: Section, kind: Kind) -> list[str]:
+    """Compare the header with the rows, and with the words that LAMMPS knows for this kind."""
+    header, data = section.header, section.data
+    if len(section.odd_lines) > len(data):
+        return [
+            f"its rows have no index: {section.odd_lines[0][:60]!r}; expected 'index length energy "
+            "force', and LAMMPS refuses a row that does not begin with a whole number"
+        ]
+    if "N" not in header:
+        return ["it has no line 'N rows' before its rows, without which LAMMPS does not read it"]
+    faults = []
+    unknown = [name for name in header if name not in _KNOWN[kind]]
+    if unknown:
+        faults.append(
+            f"its header has {' and '.join(unknown)}, which LAMMPS does not know in {kind} tables "
+            f"and refuses; expected only {', '.join(sorted(_KNOWN[kind]))}"
+        )
+    if not section.keyword or section.keyword.isdigit():
+        faults.append("its section has no keyword; expected a name in the line before 'N rows'")
+    if section.odd_lines:
+        faults.append(
+            f"it has the line {section.odd_lines[0][:60]!r} among its rows, which LAMMPS refuses; "
+            "expected 'index length energy force'"
+        )
+    if header["N"][0] != len(data):
+        faults.append(
+            f"it says N {header['N'][0]:g} and has {len(data)} rows; expected as many as it says: "
+            "LAMMPS reads past the section, or stops before its end"
+        )
+    elif kind != "dihedral" and not section.is_parted:
+        faults.append(
+            "its rows follow the line 'N rows' at once; LAMMPS skips the first row then: insert an "
+            "empty line"
+        )
+    lengths = data[:, 0]
+    if len(lengths) >= 2 and np.all(np.isfinite(lengths)):
+        faults += _faults_of_range(section, kind)
+    return faults
+
+
+def _faults_of_range(section: Section, kind: Kind) -> list[str]:
+    header, lengths = section.header, section.data[:, 0]
+    low, high = float(lengths[0]), float(lengths[-1])
+    faults = []
+    if kind == "angle" and (abs(low) > _ANGLE_ENDS or abs(high - _WHOLE) > _ANGLE_ENDS):
+        faults.append(
+            f"its angles go from {low:g} to {high:g}; LAMMPS refuses an angle table that does not "
+            "go from 0 to 180 degrees"
+        )
+    if kind == "dihedral":
+        whole = 2.0 * np.pi if "RADIANS" in header else 360.0
+        if high - low >= whole:
+            faults.append(
+                f"its angles go from {low:g} to {high:g}; LAMMPS refuses a dihedral table of a "
+                f"whole turn of {whole:.6g} or more: leave out the last row, which repeats the "
+                "first"
+            )
+    bounds = header.get("R") or header.get("RSQ") or header.get("BITMAP") or [low, high]
+    if kind == "pair" and bounds[0] <= 0.0:
+        faults.append(f"its distances begin at {bounds[0]:g}; LAMMPS refuses 0 and less")
+    if kind == "pair" and bounds[1] <= bounds[0]:
+        faults.append(f"its range {bounds[0]:g} to {bounds[1]:g} is empty, which LAMMPS refuses")
+    elif kind == "pair":
+        faults += _faults_of_spacing(section)
+    if "EQ" in header and not low <= header["EQ"][0] <= high:
+        faults.append(
+            f"it says EQ {header['EQ'][0]:g}, and its rows go from {low:g} to {high:g}; expected "
+            "the natural value inside"
+        )
+    return faults
+
+
+def _faults_of_spacing(section: Section) -> list[str]:
+    """Compare distances with those that LAMMPS recomputes, except for lost digits."""
+    name = next((name for name in ("R", "RSQ", "BITMAP") if name in section.header), None)
+    if name is None:
+        return []
+    lengths = section.data[:, 0]
+    bits = len(lengths).bit_length() - 1
+    if name == "BITMAP" and 1 << bits != len(lengths):
+        return [
+            f"it is a BITMAP table of {len(lengths)} rows, which LAMMPS refuses; expected a power "
+            "of 2"
+        ]
+    made = _lengths_of_header(section)
+    off = np.abs(lengths - made) > _SAME_LENGTH * np.abs(made) + section.digits[:, 0]
+    if not np.any(off):
+        return []
+    row, (low, high) = int(np.flatnonzero(off)[0]), section.header[name]
+    return [
+        f"{np.count_nonzero(off)} of {len(lengths)} distance values differ from those of its line "
+        f"'{name} {low:g} {high:g}', which LAMMPS takes instead: row {row + 1} is at "
+        f"{lengths[row]:.9g}, not {made[row]:.9g}"
+    ]
+
+
+def fault_of_numbers(data: Array, kind: Kind, *, has_forces: bool = True) -> str | None:
+    """Say why rows are no table at all; None if they are one."""
+    columns = data if has_forces else data[:, :2]
+    wrong = np.flatnonzero(~np.all(np.abs(columns) <= LARGEST, axis=1))
+    if len(wrong):
+        said = " ".join(f"{number:g}" for number in data[wrong[0]])
+        return f"row {wrong[0] + 1} says '{said}'; expected finite numbers, of {LARGEST:g} at most"
+    if len(data) < LEAST_ROWS:
+        return f"it has {len(data)} rows; expected {LEAST_ROWS} at least"
+    falling = np.flatnonzero(np.diff(data[:, 0]) <= 0.0)
+    if len(falling):
+        row = int(falling[0]) + 2
+        return (
+            f"{kind} table values are not increasing: row {row} is at {data[row - 1, 0]:.9g} "
+            f"behind {data[row - 2, 0]:.9g}; LAMMPS refuses that or reads past its table"
+        )
+    nearest = int(np.argmin(np.diff(data[:, 0])))
+    if np.diff(data[:, 0])[nearest] < _NEAREST:
+        return f"rows {nearest + 1} and {nearest + 2} are closer than {_NEAREST:g}; expected more"
+    if has_forces and np.all(data[:, 2] == 0.0) and np.ptp(data[:, 1]) > 0.0:
+        return "all forces are 0; expected -dE/dr in the fourth column"
+    return None
+
+
+def count_of_warnings(section: Section, table: TableData) -> tuple[int, int]:
+    """
+    Return LAMMPS's two counts: forces inconsistent with -dE/dr, and distances that differ.
+
+    A force counts if it lies outside the slopes of the energy to both neighbours.
+    """
+    distances = 0
+    if table.kind == "pair" and set(section.header) & {"R", "RSQ", "BITMAP"}:
+        given, made = section.data[:, 0], table.lengths
+        with np.errstate(divide="ignore", invalid="ignore"):
+            distances = int(np.count_nonzero(np.abs(made - given) / given > _SAME_LENGTH))
+    if table.kind not in ("bond", "pair") or table.is_bitmap:
+        return 0, distances
+    slopes = -np.diff(table.energies) / np.diff(table.lengths)
+    low, high = np.minimum(slopes[:-1], slopes[1:]), np.maximum(slopes[:-1], slopes[1:])
+    inside = table.forces[1:-1]
+    return int(np.count_nonzero((inside < low) | (inside > high))), distances
