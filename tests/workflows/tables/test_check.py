@@ -268,7 +268,9 @@ def test_what_pair_write_and_bitmaps_look_like(tmp_path):
         "pair",
         rows=256,
         head={"BITMAP": [0.9, 2.5]},
-        spoil=lambda d, h: h.pop("R") and h.pop("FPRIME") and np.transpose([r, *lennard_jones(r)[:2]]),
+        spoil=lambda d, h: (
+            h.pop("R") and h.pop("FPRIME") and np.transpose([r, *lennard_jones(r)[:2]])
+        ),
     )
     report = check_table(rolled)
     assert report.is_good
