@@ -137,7 +137,8 @@ def check_table(
         # Rows that are missing are said once.
         return replace(report, faults=(*faults, unusable) if len(section.data) else tuple(faults))
     table = table_data(section, kind)
-    if kind == "pair" and not table.lengths[0] > 0.0:
+    span = float(table.lengths[-1] - table.lengths[0])
+    if (kind == "pair" and not table.lengths[0] > 0.0) or (table.period and span >= table.period):
         return report
     return _judged(report, section, table, range, rows, text)
 
@@ -263,12 +264,13 @@ def _contradictions(judge: Judge, errors: Errors, allowed: float) -> tuple[Cause
         wrong, size = beyond, own
     if not np.any(wrong):
         return None
-    cause = cause_of_contradiction(judge, wrong)
     places = np.flatnonzero(wrong)
     worst = int(places[np.argmax((systematic / size)[wrong])])
     where = f"between {x[places[0]]:.4g} and {x[places[-1] + 1]:.4g}"
+    cause = cause_of_contradiction(judge, wrong)
+    cause = cause._replace(said=f"{cause.said} {where}")
     return cause, (
-        f"{cause.said} {where}: near {middle[worst]:.6g} the energies say "
+        f"{cause.said}: near {middle[worst]:.6g} the energies say "
         f"{by_energies[worst]:.6g}, the forces {by_forces[worst]:.6g}; expected force = -dE/dr: "
         f"{cause.help}"
     )
