@@ -318,7 +318,7 @@ def local_size(exact, at):
 
 
 def true_error(report, exact):
-    """Return the largest error of the modelled force in a report's range, as a part of the local."""
+    """Return the largest error of the modelled force in a report's range."""
     judge = report.curves
     at = judge.places(*report.range)
     force = judge.curve(report.style, report.style_rows).force(at)
