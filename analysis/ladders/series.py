@@ -1,5 +1,7 @@
 """Means of correlated series, with their standard errors."""
 
+from typing import NamedTuple
+
 import numpy as np
 
 from chaincor.lammps_inputs.arrays import Array
@@ -7,13 +9,22 @@ from chaincor.lammps_inputs.arrays import Array
 # Correlations over a larger share of a series, or fewer independent samples, tell no error.
 _LARGEST_SHARE, _LEAST_INDEPENDENT = 0.25, 3.0
 _THREE_SIGMA = 0.99865
+# A bar longer than this many standard deviations of the series says nothing.
+_LONGEST_BAR = 1.5
 # Bars of a series whose von Neumann ratio times its length is this are twice as long. A random walk
 # has 6 to 10; by `benchmarks.bars.series`, 3 bars then hold in 95 of 100 even where 100 samples are
 # one correlation time.
 _WALKS = 35.0
 
 
-def standard_error(series: Array) -> float:
+class MeanError(NamedTuple):
+    """Uncertainty of the mean of a series."""
+
+    error: float  #: Standard error; 0 for a constant series, inf where the samples are too few.
+    independent: float  #: Number of independent samples, 1 at least.
+
+
+def standard_error(series: Array) -> MeanError:
     r"""
     Return the standard error of the mean of a stationary, correlated series of shape (N,).
 
@@ -26,17 +37,17 @@ def standard_error(series: Array) -> float:
     :math:`N \gamma_0` over that sum independent samples, so that three of it hold as often as
     three of a Gaussian. A series that looks like a random walk may be a short piece of a slower
     one: by :math:`1 + (35/\nu)^3`, :math:`\nu = N \sum (x_{i+1} - x_i)^2 / \sum (x_i - \bar x)^2`,
-    it is made longer. It is 0 for a constant series, inf where the series is too short against its
-    correlations to tell.
+    it is made longer. The error is inf where it would exceed 1.5 standard deviations of the
+    series: about four independent samples are needed.
     """
     from scipy.special import stdtrit
 
     count = len(series)
     if count < 4:
-        return float("inf")
+        return MeanError(float("inf"), 1.0)
     rest = series - series.mean()
     if not np.any(rest):
-        return 0.0
+        return MeanError(0.0, float(count))
     spectrum = np.fft.rfft(rest, 2 * count)
     covariance = np.fft.irfft(np.abs(spectrum) ** 2)[:count] / count
     pairs = covariance[: count // 2 * 2].reshape(-1, 2).sum(axis=1)
@@ -46,9 +57,12 @@ def standard_error(series: Array) -> float:
     left = 1.0 - (2 * lags - 1) / count
     # Less than independent samples have is a small number's luck.
     total = max(2.0 * float(pairs.sum()) - float(covariance[0]), float(covariance[0]))
-    independent = left * count * float(covariance[0]) / total
+    independent = max(left * count * float(covariance[0]) / total, 1.0)
     if lags > _LARGEST_SHARE * count or independent < _LEAST_INDEPENDENT:
-        return float("inf")
+        return MeanError(float("inf"), min(independent, _LEAST_INDEPENDENT))
     wider = float(stdtrit(independent - 1.0, _THREE_SIGMA)) / 3.0
     walk = _WALKS * float(np.sum(rest**2) / np.sum(np.diff(rest) ** 2)) / count
-    return wider * (1.0 + walk**3) * float(np.sqrt(total / count)) / left
+    error = wider * (1.0 + walk**3) * float(np.sqrt(total / count)) / left
+    if error > _LONGEST_BAR * float(np.sqrt(covariance[0])):
+        return MeanError(float("inf"), min(independent, _LEAST_INDEPENDENT))
+    return MeanError(error, independent)

@@ -18,7 +18,7 @@ def main() -> None:
         for time in (0, 1, 3, 10, 30, 100):
             random = np.random.default_rng(11)
             series = [autoregressive(count, time, random) for _ in range(draws)]
-            bars = np.array([standard_error(each) for each in series])
+            bars = np.array([standard_error(each).error for each in series])
             means = np.abs([each.mean() for each in series])
             told = np.isfinite(bars)
             cells = [f"{100 * np.mean(means[told] <= k * bars[told]):.0f}" for k in (1, 2, 3)]

@@ -1,4 +1,4 @@
-"""What to run for a tolerance: the cheapest value of the variable, and how many seeds."""
+"""Advice for one number: the cheapest value of the variable, and how many runs to average."""
 
 import math
 from dataclasses import dataclass
@@ -10,40 +10,48 @@ from chaincor.lammps_inputs.arrays import Array
 from chaincor.workflows.scripts.varied import Ladder
 
 # A mean of more runs than these is no advice.
-_MOST_RUNS = 10_000
+MOST_RUNS = 10_000
 _AIM = 0.5
 
 
 @dataclass(frozen=True)
 class ScriptAdvice:
-    """What to run for a tolerance."""
+    """Advice for a tolerance."""
 
     value: float  #: Of the variable.
-    runs: int  #: So many, whose mean is taken; 1 where a single run does.
+    runs: int  #: How many runs to average.
     promised_error: float | None  #: What this keeps; None beyond the ladder.
     seconds: float  #: Processor time of all these runs.
     #: Whether the value lies on the ladder; beyond it, it is a guess by the order, to be measured.
     tried: bool
 
 
-def own_tolerance(verdict: LadderVerdict) -> float | None:
-    """
-    Return an error that is worth keeping where none is asked for; None where none can be told.
+def runs_to_average(verdict: LadderVerdict, tolerance: float) -> list[int | None]:
+    """Return how many runs on each rung have a mean within a tolerance; None where none has."""
+    bias = np.maximum.accumulate(verdict.bias[::-1])[::-1]
+    found: list[int | None] = []
+    for promised, error, scatter in zip(verdict.promised, bias, verdict.scatter, strict=True):
+        runs = None
+        if promised <= tolerance:
+            runs = 1
+        elif error < tolerance:
+            runs = math.ceil((SCATTER_RESERVE * scatter / (tolerance - error)) ** 2)
+        found.append(runs if runs is not None and runs <= MOST_RUNS else None)
+    return found
 
-    A thousandth of the number or, where that is beyond the ladder, twice what one run on its finest
-    rung keeps.
-    """
-    keeps = float(verdict.promised[-1])
-    if verdict.value is None or not math.isfinite(keeps):
+
+def largest_value(
+    ladder: Ladder, values: Array, verdict: LadderVerdict, tolerance: float
+) -> float | None:
+    """Return the coarsest value at which one run keeps a tolerance; None where none does."""
+    promised = verdict.promised
+    good = np.flatnonzero(promised <= tolerance)
+    if not len(good):
         return None
-    return max(2.0 * keeps, 1e-3 * abs(verdict.value))
-
-
-def runs_wanted(verdict: LadderVerdict, tolerance: float, columns: int) -> int | None:
-    """Return how many runs a rung make the finest rung's bias sure enough; None beyond all."""
-    bias = float(np.min(verdict.bias))
-    wanted = columns * (2.0 * bias / tolerance) ** 2
-    return math.ceil(wanted) if columns < wanted <= _MOST_RUNS else None
+    k = int(good[0])
+    if k == 0 or verdict.kind == "noise":
+        return float(values[k])
+    return _value_between(ladder, values[k - 1 : k + 1], promised[k - 1 : k + 1], tolerance)
 
 
 def give_advice(
@@ -67,17 +75,12 @@ def give_advice(
     promised = verdict.promised
     bias = np.maximum.accumulate(verdict.bias[::-1])[::-1]
     found: dict[int, ScriptAdvice] = {}
-    for k, value in enumerate(values):
-        scatter = SCATTER_RESERVE * float(verdict.scatter[k])
-        if promised[k] <= tolerance:
-            runs = 1
-        elif repeats and bias[k] < tolerance:
-            runs = math.ceil((scatter / (tolerance - float(bias[k]))) ** 2)
-        else:
+    for k, runs in enumerate(runs_to_average(verdict, tolerance)):
+        if runs is None or (runs > 1 and not repeats):
             continue
-        if runs <= _MOST_RUNS:
-            kept = float(promised[k] if runs == 1 else bias[k] + scatter / math.sqrt(runs))
-            found[k] = ScriptAdvice(float(value), runs, kept, runs * float(seconds[k]), True)
+        scatter = SCATTER_RESERVE * float(verdict.scatter[k])
+        kept = float(promised[k] if runs == 1 else bias[k] + scatter / math.sqrt(runs))
+        found[k] = ScriptAdvice(float(values[k]), runs, kept, runs * float(seconds[k]), True)
     if not found:
         return _beyond(ladder, float(values[-1]), verdict, float(seconds[-1]), tolerance)
     k = min(found, key=lambda each: found[each].seconds)
@@ -93,13 +96,21 @@ def _between(
     """Return a value between two rungs, the finer of which keeps the tolerance."""
     coarse, fine = map(float, values)
     span = math.log(float(promised[0] / promised[1]))
-    share = math.log(tolerance / float(promised[1])) / span if span > 0.0 else 0.0
-    value = _round_towards(fine * (coarse / fine) ** share, fine)
-    if ladder.counts:
-        value = float(math.ceil(value) if ladder.fine > ladder.coarse else math.floor(value))
+    value = _value_between(ladder, values, promised, tolerance)
     share = math.log(value / fine) / math.log(coarse / fine)
     cost = float(seconds[1] * (seconds[0] / seconds[1]) ** share)
     return ScriptAdvice(value, 1, float(promised[1] * math.exp(share * span)), cost, True)
+
+
+def _value_between(ladder: Ladder, values: Array, promised: Array, tolerance: float) -> float:
+    """Return the coarsest value between two rungs that keeps a tolerance, rounded."""
+    coarse, fine = map(float, values)
+    span = math.log(float(promised[0] / promised[1])) if np.isfinite(promised[0]) else 0.0
+    share = math.log(tolerance / float(promised[1])) / span if span > 0.0 else 0.0
+    value = round_towards(fine * (coarse / fine) ** share, fine)
+    if ladder.counts:
+        value = float(math.ceil(value) if ladder.fine > ladder.coarse else math.floor(value))
+    return value
 
 
 def _beyond(
@@ -112,11 +123,13 @@ def _beyond(
     factor = (_AIM * tolerance / promised) ** (1.0 / verdict.order)
     shrinks = ladder.fine < ladder.coarse
     value = finest * factor if shrinks else finest / factor
-    value = _round_towards(value, 0.0 if shrinks else math.inf)
+    value = round_towards(value, 0.0 if shrinks else math.inf)
+    if ladder.counts:
+        value = float(max(round(value), 1))
     return ScriptAdvice(value, 1, None, seconds / factor, False)
 
 
-def _round_towards(value: float, fine: float) -> float:
+def round_towards(value: float, fine: float) -> float:
     """Round to two digits in the direction of a finer value, and not past it."""
     unit = 10.0 ** (math.floor(math.log10(value)) - 1)
     if fine < value:

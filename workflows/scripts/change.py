@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from chaincor.lammps_inputs.given_numbers import number_in
+from chaincor.workflows.scripts.restarting import Halfway
 from chaincor.workflows.scripts.step_counts import count_positions, plain_style
 
 _TABLES = ("pair_style", "bond_style", "angle_style")
@@ -46,6 +47,9 @@ class Change:
     #: Share of the box by which all particles are displaced before the first run.
     shaken: float = 0.0
     frames: bool = False  #: Whether positions are written with the samples.
+    restart: Halfway | None = None  #: A restart that is written, or read, in the middle.
+    #: Commands before each run, such as a cutoff that is shifted.
+    extra: tuple[str, ...] = ()
     #: Whether a number is read from what the script prints, and all thermo output stays.
     printed: bool = False
 
@@ -68,6 +72,13 @@ class Change:
         if self.scale_periods and self.finer != 1.0:
             before += _scale(words, self.finer)
         return before
+
+
+def draws_forces(words: list[str]) -> bool:
+    """Return whether a command draws random numbers as a run goes on."""
+    place = _STYLE_AT.get(words[0], len(words))
+    style = plain_style(words[place]) if place < len(words) else ""
+    return f"{words[0]} {style}" in _FORCES or (words[0] == "fix" and "langevin" in words[4:])
 
 
 def _seed(words: list[str], added: int, forces_alone: bool) -> list[str]:

@@ -1,73 +1,167 @@
-"""Error of a script's number along a ladder, and what it costs."""
+"""Figures of a study: errors of numbers along a ladder, or the distance of compared runs."""
 
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from chaincor.analysis.figures.style import BLACK, CYCLE, GREY, MARKERS, new_figure
+from chaincor.lammps_inputs.errors import InputError
+from chaincor.workflows.scripts.ladder_runs import NumberLadder, ScriptLadder
+from chaincor.workflows.scripts.parting import PARTED, Comparison
 from chaincor.workflows.scripts.study import ScriptStudy
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+# A panel of costs is drawn where they differ by this factor at least.
+_COSTS_APART = 2.0
 _WIDE = 10.0
-_FEW = 6
+# More ticks than these would overlap.
+_MOST_TICKS = 6
+_CRASHED = "#c00000"
 
 
-def plot_script_ladders(study: ScriptStudy) -> "Axes":
+def has_figure(study: ScriptStudy) -> bool:
+    """Return whether a study has anything to draw: an error or a distance that is not 0."""
+    return bool(_drawn_names(study)) or any(
+        np.any(each.distances > 0.0) for each in study.comparisons
+    )
+
+
+def plot_script_study(study: ScriptStudy) -> "Axes":
     """
-    Draw errors against the variable and against processor time, both logarithmic.
+    Draw a study; returns the first axes.
 
-    Dots are single runs, the line of each ladder is what one run on a rung promises, the thin black
-    line the fitted law, the grey one the tolerance. Left the variable, right the time.
+    Of a ladder there is a panel for each number, of its errors against the variable; of a single
+    number a second one, against processor time, where that differs. Dots are single runs, lines the
+    error that one run keeps, dashed ones the fitted power, grey ones the tolerance; crosses stand
+    at values where a run failed. Of compared runs the distance of their particles is drawn against
+    time. Raises InputError where all runs gave the same.
     """
-    figure, (left, right) = new_figure(1, 2, figsize=(8.0, 3.9), sharey=True)
-    curves = [(each, number) for each in study.ladders for number in each.numbers]
+    if not has_figure(study):
+        raise InputError(
+            "all runs of the study gave the same numbers; expected a difference to draw"
+        )
+    if study.comparisons:
+        return _plot_distances(study.comparisons)
+    names = _drawn_names(study)
+    costs = np.concatenate([each.seconds for each in study.ladders])
+    with_costs = len(names) == 1 and costs.max() > _COSTS_APART * costs.min()
+    columns = 2 if with_costs else min(len(names), 3)
+    rows = 1 if with_costs else -(-len(names) // columns)
+    size = (max(4.0 * columns, 5.0) if columns < 3 else 10.0, 0.8 + 3.1 * rows)
+    figure, grid = new_figure(
+        rows, columns, figsize=size, squeeze=False, sharey="row" if with_costs else False
+    )
+    panels = list(grid.ravel())
+    for panel, name in zip(panels, names, strict=False):
+        _plot_number(panel, study, name)
+    if with_costs:
+        _plot_costs(panels[1], study, names[0])
+    for panel in panels[len(names) + with_costs :]:
+        panel.remove()
+    entries = {
+        label: handle
+        for panel in panels
+        for handle, label in zip(*panel.get_legend_handles_labels(), strict=True)
+    }
+    figure.legend(
+        list(entries.values()), list(entries), loc="outside upper left", ncols=4, fontsize=8
+    )
+    return panels[0]
+
+
+def _numbers(study: ScriptStudy, name: str) -> list[tuple[ScriptLadder, NumberLadder]]:
+    found = [(each, number) for each in study.ladders for number in each.numbers]
+    return [pair for pair in found if pair[1].name == name]
+
+
+def _errors(number: NumberLadder) -> np.ndarray:
+    """Return the distance of each run from the best value; nan where it is 0."""
+    best = number.verdict.value
+    errors = np.abs(number.results - (float(number.results[-1].mean()) if best is None else best))
+    return np.where(errors > 0.0, errors, np.nan)
+
+
+def _drawn_names(study: ScriptStudy) -> list[str]:
+    names = dict.fromkeys(number.name for each in study.ladders for number in each.numbers)
+    return [
+        name
+        for name in names
+        if any(np.any(np.isfinite(_errors(number))) for _, number in _numbers(study, name))
+    ]
+
+
+def _plot_number(panel: "Axes", study: ScriptStudy, name: str) -> None:
+    """Draw the errors of one number against the variable."""
+    curves = _numbers(study, name)
     for k, (each, number) in enumerate(curves):
-        colour, marker = CYCLE[k % len(CYCLE)], MARKERS[k % len(MARKERS)]
-        verdict = number.verdict
-        fixed = ", ".join(f"{name} {value}" for name, value in each.fixed.items())
-        several = number.name if len(each.numbers) > 1 else ""
-        label = ", ".join(filter(None, [fixed, several])) or verdict.kind
-        best = float(number.results[-1].mean()) if verdict.value is None else verdict.value
-        errors = np.abs(number.results - best)
-        shown = np.where(errors > 0.0, errors, np.nan)
-        # A finer rung that cost less did so by chance.
-        costs = np.minimum.accumulate(each.seconds[::-1])[::-1]
-        for ax, x in ((left, each.inputs), (right, np.repeat(costs[:, None], shown.shape[1], 1))):
-            ax.plot(
-                x.ravel(), shown.ravel(), color=colour, marker=marker, linestyle="none",
-                markersize=3.0, alpha=0.55, markeredgewidth=0.0,
-                label=f"{label}: single runs" if ax is left else None,
+        colour, verdict = CYCLE[k % len(CYCLE)], number.verdict
+        fixed = ", ".join(f"{key} {value}" for key, value in each.fixed.items())
+        panel.plot(
+            each.inputs.ravel(), _errors(number).ravel(), color=colour,
+            marker=MARKERS[k % len(MARKERS)], linestyle="none", markersize=3.0, alpha=0.55,
+            markeredgewidth=0.0, label=", ".join(filter(None, ["single runs", fixed])),
+        )  # fmt: skip
+        if np.all(np.isfinite(verdict.promised)):
+            panel.plot(
+                np.median(each.inputs, axis=1), verdict.promised, color=colour,
+                label="error that one run keeps",
             )  # fmt: skip
-            if np.all(np.isfinite(number.verdict.promised)):
-                ax.plot(
-                    np.median(x, axis=1), number.verdict.promised, color=colour,
-                    label="what one run promises" if ax is left else None,
-                )  # fmt: skip
         if verdict.fit is not None:
             steps = np.vectorize(each.ladder.step)(each.inputs)
             law = np.abs(verdict.fit.bias(np.median(steps / steps.max(), axis=1)))
-            left.plot(
+            panel.plot(
                 np.median(each.inputs, axis=1), np.where(law > 0.0, law, np.nan),
                 color=BLACK, linewidth=0.8, linestyle="--", label="fitted power",
             )  # fmt: skip
-    # Short runs cost the same on many rungs: logarithms of less than a factor have no room.
-    all_costs = np.concatenate([each.seconds for each in study.ladders])
-    right.set_xscale("log" if all_costs.max() > _WIDE * all_costs.min() else "linear")
-    left.set_xscale("log")
-    rungs = sorted(
-        {float(f"{np.median(row):.3g}") for each in study.ladders for row in each.inputs}
-    )
-    if len(rungs) <= _FEW:
-        # Within less than two decades, powers of ten alone are too few, and all between too many.
-        left.set_xticks(rungs, [f"{value:g}" for value in rungs])
-        left.set_xticks([], minor=True)
-    for ax in (left, right):
-        ax.set_yscale("log")
-        if study.tolerance is not None:
-            ax.axhline(study.tolerance, color=GREY, linewidth=0.8, label="tolerance")
-    left.set(xlabel=study.ladders[0].ladder.name, ylabel="distance from the best value")
-    right.set_xlabel("processor time of one run (s)")
-    figure.legend(*left.get_legend_handles_labels(), loc="outside upper left", ncols=4, fontsize=8)
-    return left
+        if number.tolerance is not None and k == 0:
+            panel.axhline(number.tolerance, color=GREY, linewidth=0.8, label="tolerance")
+    panel.set(xscale="log", yscale="log", title=name if study.asked.pattern != name else "")
+    panel.set(xlabel=curves[0][0].ladder.name, ylabel="distance from the best value")
+    if study.crashes:
+        panel.plot(
+            [crash.value for crash in study.crashes], [0.97] * len(study.crashes), color=_CRASHED,
+            marker="X", linestyle="none", transform=panel.get_xaxis_transform(), clip_on=False,
+            label="run failed",
+        )  # fmt: skip
+    values = {float(f"{np.median(row):.3g}") for each, _ in curves for row in each.inputs}
+    ticks = sorted(values | {crash.value for crash in study.crashes})
+    ticks = ticks[:: -(-len(ticks) // _MOST_TICKS)]
+    panel.set_xticks(ticks, [f"{value:g}" for value in ticks], fontsize=8)
+    panel.set_xticks([], minor=True)
+
+
+def _plot_costs(panel: "Axes", study: ScriptStudy, name: str) -> None:
+    """Draw the errors of one number against processor time."""
+    largest = smallest = 0.0
+    for k, (each, number) in enumerate(_numbers(study, name)):
+        # A finer rung that cost less did so by chance.
+        costs = np.minimum.accumulate(each.seconds[::-1])[::-1]
+        largest, smallest = max(largest, costs.max()), min(smallest or costs.min(), costs.min())
+        colour, errors = CYCLE[k % len(CYCLE)], _errors(number)
+        panel.plot(
+            np.repeat(costs, errors.shape[1]), errors.ravel(), color=colour,
+            marker=MARKERS[k % len(MARKERS)], linestyle="none", markersize=3.0, alpha=0.55,
+            markeredgewidth=0.0,
+        )  # fmt: skip
+        if np.all(np.isfinite(number.verdict.promised)):
+            panel.plot(costs, number.verdict.promised, color=colour)
+        if number.tolerance is not None and k == 0:
+            panel.axhline(number.tolerance, color=GREY, linewidth=0.8)
+    panel.set(
+        xscale="log" if largest > _WIDE * smallest else "linear", yscale="log",
+        xlabel="processor time of one run (s)",
+    )  # fmt: skip
+
+
+def _plot_distances(comparisons: tuple[Comparison, ...]) -> "Axes":
+    """Draw how far the particles of two runs are apart, against time."""
+    figure, panel = new_figure(figsize=(6.0, 3.9))
+    for each in comparisons:
+        shown = np.where(each.distances > 0.0, each.distances, np.nan)
+        panel.plot(each.times, shown, label=each.what)
+    panel.axhline(PARTED, color=GREY, linewidth=0.8, label="parted")
+    panel.set(yscale="log", xlabel="time", ylabel="distance / distance of neighbours")
+    figure.legend(*panel.get_legend_handles_labels(), loc="outside upper left", ncols=2, fontsize=8)
+    return panel

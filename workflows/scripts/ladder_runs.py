@@ -1,17 +1,23 @@
 """One ladder of a script: its runs made and judged, with an advice for each number."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from chaincor.analysis.ladders.verdict import LEAST_RUNGS, LadderVerdict, judge_ladder
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.errors import InputError
-from chaincor.workflows.scripts.advice import ScriptAdvice, give_advice, own_tolerance
+from chaincor.workflows.scripts.advice import ScriptAdvice, give_advice
+from chaincor.workflows.scripts.ladder import Ladder
+from chaincor.workflows.scripts.quantities import Asked
 from chaincor.workflows.scripts.script_run import Runner, ScriptRun, ScriptRunError
-from chaincor.workflows.scripts.varied import Ladder, Varied
+from chaincor.workflows.scripts.tolerances import Tolerance, default_tolerance
+from chaincor.workflows.scripts.varied import Varied
+from chaincor.workflows.scripts.vary_options import in_whole_numbers
 
+# How LAMMPS refuses a number that is not whole.
+_WANTS_WHOLE = ("Expected integer", "Expected an integer")
 # The coarse end should not be the dear one: then somebody gave the ends the other way round.
 _DEARER, _SURELY_SECONDS = 2.0, 0.5
 # Runs that end further apart than this share of their time do not answer the same question.
@@ -29,11 +35,15 @@ class NumberLadder:
     results: Array  #: What was found, run by run; of shape (R, M).
     #: Unit of the last digit printed, of the most exact run; 0 for what is sampled.
     resolution: float
-    #: Of one run's mean, from the run itself, on the finest rung; None for what is no mean.
+    #: Of one run's mean, from the run itself, on the finest rung; None for what is no mean, and
+    #: where the samples are too few.
     standard_error: float | None
-    verdict: LadderVerdict  #: What the error is like.
-    tolerance: float | None  #: What the advice is for: as asked, or one of its own.
+    independent: float | None  #: Number of independent samples of one run's mean.
+    verdict: LadderVerdict  #: The kind of its error.
+    tolerance: float | None  #: The error that the advice keeps; None where none is known.
+    tolerance_reason: str  #: Why that tolerance; empty where it was asked for.
     advice: ScriptAdvice | None  #: None where nothing can be advised.
+    repeats: bool  #: Whether a mean of several runs is advice as well.
 
 
 @dataclass(frozen=True)
@@ -60,11 +70,10 @@ class ScriptLadder:
         return self.inputs[:, 0]
 
     @property
-    def failures(self) -> list[str]:
-        """Of every run that failed where that was, and why."""
-        name, text = self.ladder.name, self.ladder.text
+    def failed(self) -> list[tuple[float, ScriptRun]]:
+        """The runs that failed, with their values of the variable."""
         runs = zip(self.given, self.runs, strict=True)
-        return [f"{name} = {text(given)}: {run.failure}" for given, run in runs if run.failure]
+        return [(given, run) for given, run in runs if run.failure]
 
     @property
     def ends_apart(self) -> bool:
@@ -82,9 +91,17 @@ class _Runs:
     done: dict[tuple[int, int], ScriptRun] = field(default_factory=dict)
 
     def run(self, rung: int, column: int) -> ScriptRun:
-        """Return one run of a rung."""
+        """Return one run of a rung; whole numbers that are the same share a run."""
         if (rung, column) not in self.done:
-            self.done[rung, column] = self.anew(rung, column)
+            change = self.varied.change(self.fixed, rung, column)
+            changes = {
+                place: self.varied.change(self.fixed, *place)
+                for place in self.done
+                if self.varied.ladder.counts
+            }
+            same = next((place for place, each in changes.items() if each == change), None)
+            found = self.anew(rung, column) if same is None else self.done[same]
+            self.done[rung, column] = found
         return self.done[rung, column]
 
     def anew(self, rung: int, column: int, *, again: bool = False) -> ScriptRun:
@@ -152,6 +169,19 @@ def _first(run: ScriptRun) -> float:
     return next(iter(run.numbers.values())).value
 
 
+def _with_whole_numbers(runner: Runner, varied: Varied, fixed: dict[str, str]) -> Varied:
+    """Let a variable take whole numbers where LAMMPS refuses others at the fine end."""
+    ladder = varied.ladder
+    if varied.kind != "variable" or ladder.counts:
+        return varied
+    if not (ladder.coarse.is_integer() and ladder.fine.is_integer()):
+        return varied
+    fine = _Runs(runner, varied, fixed).run(ladder.rungs - 1, 0)
+    if not any(said in str(fine.failure) for said in _WANTS_WHOLE):
+        return varied
+    return replace(varied, values=in_whole_numbers(ladder))
+
+
 def measure_ladder(
     runner: Runner,
     varied: Varied,
@@ -160,6 +190,7 @@ def measure_ladder(
     progress: Progress,
 ) -> ScriptLadder:
     """Run one ladder, both ends first, and judge each number."""
+    varied = _with_whole_numbers(runner, varied, fixed)
     ladder, columns = varied.ladder, varied.columns
     title = " ".join(f"{key} {value}" for key, value in fixed.items()) or ladder.name
     weights = 1.0 / np.array([ladder.step(varied.value(r, 0)) for r in range(ladder.rungs)])
@@ -191,7 +222,7 @@ def measure_ladder(
         inputs=inputs,
         seconds=seconds,
         numbers=tuple(
-            _judge(varied, name, rows, inputs, seconds, tolerance, name != runner.asked.pattern)
+            _judge(varied, runner.asked, name, rows, inputs, seconds, tolerance)
             for name in runner.asked.names
         ),
         ends=(min(ends), max(ends)) if ends else None,
@@ -201,33 +232,41 @@ def measure_ladder(
 
 def _judge(
     varied: Varied,
+    asked: Asked,
     name: str,
     rows: list[list[ScriptRun]],
     inputs: Array,
     seconds: Array,
     tolerance: float | None,
-    sampled: bool,
 ) -> NumberLadder:
-    """Say of one number what its error is like, and what to run."""
+    """Judge the error of one number, and advise a value."""
     ladder, seeded = varied.ladder, bool(varied.seeds)
     found = [[run.numbers[name] for run in row] for row in rows]
     results = np.array([[each.value for each in row] for row in found])
     resolution = min(each.unit for row in found for each in row)
     steps = np.vectorize(ladder.step)(inputs)
     verdict = judge_ladder(steps, results, resolution=resolution, seeded=seeded)
-    if tolerance is None and sampled:
-        tolerance = own_tolerance(verdict)
-    advice = None
+    quantity = next((each for each in asked.quantities if str(each) == name), None)
+    wanted: Tolerance | None = None
     if tolerance is not None:
-        repeats = seeded or sampled
-        advice = give_advice(ladder, inputs[:, 0], verdict, seconds, tolerance, repeats=repeats)
+        wanted = Tolerance(tolerance, "")
+    else:
+        samples = [run.samples for run in rows[-1] if run.samples is not None]
+        wanted = default_tolerance(quantity, samples, verdict)
+    advice, repeats = None, seeded or quantity is not None
+    if wanted is not None:
+        advice = give_advice(ladder, inputs[:, 0], verdict, seconds, wanted.value, repeats=repeats)
     error = float(np.sqrt(np.mean([each.error**2 for each in found[-1]])))
+    independent = float(np.median([each.independent for each in found[-1]]))
     return NumberLadder(
         name=name,
         results=results,
         resolution=resolution,
         standard_error=error if np.isfinite(error) else None,
+        independent=independent if np.isfinite(independent) else None,
         verdict=verdict,
-        tolerance=tolerance,
+        tolerance=None if wanted is None else wanted.value,
+        tolerance_reason="" if wanted is None else wanted.reason,
         advice=advice,
+        repeats=repeats,
     )

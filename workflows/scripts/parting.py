@@ -1,8 +1,8 @@
 """
-Whether a difference is a bug, chaos or statistics: runs on other processes, or with a last digit.
+Compare runs that should differ by roundings alone: other processes, a last digit, a restart.
 
-Two runs that differ in roundings alone stay together until chaos has made these visible: their
-distance grows as exp(lambda t). In a crystal it does not. What differs at once is set up otherwise.
+Their distance grows as exp(lambda t) where the motion is chaotic, until the runs have parted. In a
+crystal it does not grow. A difference from the beginning has another cause, which is looked for.
 """
 
 import math
@@ -15,24 +15,57 @@ import numpy as np
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.workflows.scripts.change import Change
+from chaincor.workflows.scripts.frames import Frames
+from chaincor.workflows.scripts.matching import IndexArray, match_particles
+from chaincor.workflows.scripts.parting_causes import find_causes
+from chaincor.workflows.scripts.quantities import Asked
+from chaincor.workflows.scripts.restarting import Halfway, find_halfway
 from chaincor.workflows.scripts.script_run import Runner, ScriptRun
+from chaincor.workflows.scripts.varied import LAST_DIGIT, RANKS, RESTART, Varied
 
-# Of the distance between neighbours: runs have parted when they differ by this much.
+# Runs have parted when they differ by this part of the distance between neighbours.
 PARTED = 0.01
-# What differs by more in the first tenth of a run was no rounding.
+# A larger difference in the first tenth of a run was no rounding.
 _AT_ONCE, _EARLY = 1e-6, 0.1
 # A coordinate's last digit, as a share of the box.
-_LAST_DIGIT = 1e-15
+_SHAKEN = 1e-15
 # Growth is fitted between roundings and what is visible.
 _GROWN_FROM = 1e3
 _SURE = 3.0
+# A relative difference that roundings make over a run.
+_ROUNDING = 1e-10
+# Times of two runs are sums of steps, and rounded.
+_SAME_TIME = 1e-9
+
+
+@dataclass(frozen=True)
+class Difference:
+    """A number in both runs."""
+
+    value: float  #: In the first run.
+    difference: float  #: Second minus first.
+    #: Standard error of the difference; nan where it is no mean, inf with too few samples.
+    error: float
+    independent: float  #: Number of independent samples of a mean.
+
+    @property
+    def is_rounding(self) -> bool:
+        """Whether the difference is no more than roundings make."""
+        return abs(self.difference) <= _ROUNDING * abs(self.value)
+
+    @property
+    def agrees(self) -> bool | None:
+        """Whether the difference is within three standard errors; None: not known."""
+        if self.is_rounding:
+            return True
+        return None if not math.isfinite(self.error) else abs(self.difference) <= _SURE * self.error
 
 
 @dataclass(frozen=True)
 class Comparison:
-    """A run beside the script's own."""
+    """A run beside another."""
 
-    what: str  #: What it did otherwise.
+    what: str  #: The difference between their set-ups.
     #: ``same``: not a digit differs; ``together``: roundings stay invisible; ``chaos``: they grow
     #: until the runs have parted; ``at once``: no rounding does that.
     kind: str
@@ -42,30 +75,43 @@ class Comparison:
     #: of shape (S,).
     times: Array
     distances: Array  #: See ``times``.
-    #: By name: the script's own number, the difference, and the standard error of that, nan where
-    #: it is not known.
-    numbers: dict[str, tuple[float, float, float]]
+    numbers: dict[str, Difference]  #: By name.
+    renumbered: bool = False  #: Whether ids differed, so that particles were matched by position.
+    causes: tuple[str, ...] = ()  #: Why runs differ at once, the likeliest first.
 
     def agrees(self, name: str) -> bool | None:
         """Return whether a number's difference is within three standard errors; None: not known."""
-        _, difference, error = self.numbers[name]
-        if difference == 0.0:
-            return True
-        return None if not math.isfinite(error) else abs(difference) <= _SURE * error
+        return self.numbers[name].agrees
 
 
-def compare_runs(runner: Runner, ranks: tuple[int, ...]) -> tuple[Comparison, ...]:
-    """Compare runs on numbers of processes with the first; without any, with a last digit moved."""
-    if ranks:
+def compare_runs(runner: Runner, varied: Varied) -> tuple[Comparison, ...]:
+    """Compare runs with the first one, by the kind of what is varied."""
+    what, values = varied.switch
+    start: Halfway | None = None
+    if varied.kind == RANKS:
         mpi = _launcher(runner.lmp)
         runs = [
-            _run(replace(runner, lmp=f"{mpi} -n {k} {runner.lmp}"), f"{k} processes") for k in ranks
+            _run(replace(runner, lmp=f"{mpi} -n {k} {runner.lmp}"), f"{k} processes")
+            for k in values
         ]
-        names = [f"{k} processes instead of {ranks[0]}" for k in ranks[1:]]
-    else:
-        runs = [_run(runner, "as it stands"), _run(runner, "last digit changed", _LAST_DIGIT)]
+        names = [f"{k} processes instead of {values[0]}" for k in values[1:]]
+    elif varied.kind == LAST_DIGIT:
+        runs = [_run(runner, "as it stands"), _run(runner, "last digit changed", shaken=_SHAKEN)]
         names = ["last digit of the coordinates"]
-    return tuple(_compare(name, runs[0], run) for name, run in zip(names, runs[1:], strict=True))
+    elif varied.kind == RESTART:
+        start = find_halfway(runner, varied.script)
+        runs = [
+            _run(runner, "a restart written halfway", restart=start),
+            _run(runner, "a restart read", restart=replace(start, reads=True)),
+        ]
+        names = [f"restart read at step {start.step} instead of one run"]
+    else:
+        runs = [_run(runner, f"{what} = {each}", variables={what: each}) for each in values]
+        names = [f"{what} = {each} instead of {values[0]}" for each in values[1:]]
+    return tuple(
+        _compare(varied, runner.asked, name, runs[0], run)
+        for name, run in zip(names, runs[1:], strict=True)
+    )
 
 
 def _launcher(lmp: str) -> str:
@@ -83,36 +129,81 @@ def _launcher(lmp: str) -> str:
     return found
 
 
-def _run(runner: Runner, name: str, shaken: float = 0.0) -> ScriptRun:
-    run = runner.run(name, Change(shaken=shaken, frames=True))
+def _run(runner: Runner, name: str, **change: object) -> ScriptRun:
+    run = runner.run(name, Change(frames=True, **change))  # type: ignore[arg-type]
     if run.failure:
         raise runner.error(f"with {name}", run.failure)
     return run
 
 
-def _compare(what: str, first: ScriptRun, second: ScriptRun) -> Comparison:
-    """Say how the distance of two runs grew, and what became of the numbers."""
+def _common_times(first: Frames, second: Frames) -> tuple[IndexArray, IndexArray]:
+    """Return which frames of two runs show the same times."""
+    span = max(float(first.times[-1]), 1e-300)
+    places = np.searchsorted(first.times, second.times - _SAME_TIME * span)
+    places = np.minimum(places, len(first.times) - 1)
+    same = np.abs(first.times[places] - second.times) <= _SAME_TIME * span
+    return places[same], np.flatnonzero(same)
+
+
+def _compare(
+    varied: Varied, asked: Asked, what: str, first: ScriptRun, second: ScriptRun
+) -> Comparison:
+    """Return how the distance of two runs grew, and the differences of their numbers."""
     assert first.frames is not None
     assert second.frames is not None
-    (times, here, spacing), there = first.frames, second.frames.positions
-    count, particles = map(min, zip(here.shape[:2], there.shape[:2], strict=True))
-    apart = here[:count, :particles] - there[:count, :particles]
-    distances = np.sqrt(np.nanmean(np.sum(apart**2, axis=2), axis=1)) / spacing
-    numbers = {
-        name: (
-            number.value,
-            second.numbers[name].value - number.value,
-            math.hypot(number.error, second.numbers[name].error),
+    ours, theirs = _common_times(first.frames, second.frames)
+    if len(ours) < 2:
+        raise InputError(
+            f"the runs have {len(ours)} sampled times in common ({what}); expected runs that cover "
+            "the same physical time, of several steps"
         )
-        for name, number in first.numbers.items()
-    }
-    kind, parted, growth = judge_distances(times[:count], distances)
-    return Comparison(what, kind, parted, growth, times[:count], distances, numbers)
+    here, there = first.frames.positions[ours], second.frames.positions[theirs]
+    begun = np.isfinite(here[:, 0, 0]) & np.isfinite(there[:, 0, 0])
+    start = int(np.argmax(begun))
+    at = int(ours[start]), int(theirs[start])
+    match = match_particles(first.frames, second.frames, at)
+    particles = min(here.shape[1], there.shape[1])
+    order = np.arange(particles)
+    order[: len(match.order)] = match.order[:particles]
+    apart = here[:, :particles] - there[:, order]
+    edges = first.frames.edges
+    inside = np.isfinite(edges)
+    images = np.round(apart[start][:, inside] / edges[inside])
+    apart[:, :, inside] -= np.where(np.isfinite(images), images, 0.0) * edges[inside]
+    distances = np.sqrt(np.nanmean(np.sum(apart**2, axis=2), axis=1)) / first.frames.spacing
+    times = first.frames.times[ours]
+    known = np.isfinite(distances)
+    kind, parted, growth = judge_distances(times[known], distances[known])
+    causes: tuple[str, ...] = ()
+    if kind == "at once":
+        causes = find_causes(varied, match)
+    return Comparison(
+        what, kind, parted, growth, times, distances, _differences(asked, first, second),
+        renumbered=match.renumbered, causes=causes,
+    )  # fmt: skip
+
+
+def _differences(asked: Asked, first: ScriptRun, second: ScriptRun) -> dict[str, Difference]:
+    """Return the differences of numbers; sampled ones over the time that both runs cover."""
+    found = {}
+    sampled = {str(each): each for each in asked.quantities}
+    for name in first.numbers:
+        runs = [first.numbers[name], second.numbers[name]]
+        if name in sampled and first.samples is not None and second.samples is not None:
+            start = max(each.samples.times[0] for each in (first, second) if each.samples)
+            if start > first.samples.times[0] + _SAME_TIME * first.samples.end:
+                runs = [
+                    each.number(sampled[name], start) for each in (first.samples, second.samples)
+                ]
+        error = math.hypot(*(each.error for each in runs))
+        independent = min(each.independent for each in runs)
+        found[name] = Difference(runs[0].value, runs[1].value - runs[0].value, error, independent)
+    return found
 
 
 def judge_distances(times: Array, distances: Array) -> tuple[str, float | None, float | None]:
     """
-    Return what a growing distance means, the time of parting, and the rate of growth.
+    Return the kind of a growing distance, the time of parting, and the rate of growth.
 
     The rate is the slope of the logarithm, fitted from a thousand times the smallest rounding seen
     to what is visible; None where the distance does not grow so far.
@@ -123,7 +214,7 @@ def judge_distances(times: Array, distances: Array) -> tuple[str, float | None, 
     beyond = np.flatnonzero(distances > PARTED)
     parted = float(span[beyond[0]]) if len(beyond) else None
     if np.any(distances[span <= _EARLY * span[-1]] > _AT_ONCE) and (
-        np.flatnonzero(distances > _AT_ONCE)[0] <= 1
+        np.flatnonzero(distances > _AT_ONCE)[0] <= 2
     ):
         return "at once", parted, None
     least = float(np.min(distances[distances > 0.0]))

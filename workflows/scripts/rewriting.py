@@ -15,7 +15,7 @@ from chaincor.workflows.scripts.change import Change
 # So many samples of a run are wanted.
 SAMPLES = 200
 SAMPLE_FILE, FRAME_FILE = "chaincor_samples.txt", "chaincor_frames.txt"
-STEP_FILE = "chaincor_step.txt"
+START_FILE, STEP_FILE = "chaincor_start.txt", "chaincor_step.txt"
 _BEFORE, _AFTER, _SAMPLE = "chaincor_before.in", "chaincor_after.in", "chaincor_sample.in"
 _LEFT_OUT = ("dump", "undump", "dump_modify", "restart")
 # What may stand in a command's place where nothing shall.
@@ -31,7 +31,8 @@ def rewrite_folder(folder: Path, script: Path, change: Change) -> None:
     for path in folder.rglob("*"):
         if path == script or _may_be_included(path):
             path.write_text(rewrite(path.read_text("utf-8", "replace"), folder, change), "utf-8")
-    head = "variable chaincor_shift string 0\nvariable chaincor_first string 1\n"
+    names = ("shift", "first", "begun", "run")
+    head = "".join(f"variable chaincor_{name} string 0\n" for name in names)
     script.write_text(head + script.read_text("utf-8"), "utf-8")
     for name, text in included_files(folder, change).items():
         (folder / name).write_text(text, "utf-8")
@@ -71,9 +72,17 @@ def _command(command: str, folder: Path, change: Change) -> list[str]:
         return [command]
     name = words[0]
     if name == "run" and len(words) > 1:
+        if change.restart is not None and change.restart.reads:
+            limits = ("start", change.restart.start), ("stop", change.restart.end)
+            words += [f"{key} {value}" for key, value in limits if key not in words]
+            words = " ".join(words).split()
         return timed_run(words, folder)
     if name in _LEFT_OUT:
         return []
+    if change.restart is not None and change.restart.reads:
+        replaced = change.restart.replace_set_up(words)
+        if replaced is not None:
+            return replaced
     if name in _RESETS:
         return [command, "variable chaincor_shift string 0"]
     is_value = name == "variable" and len(words) > 2 and words[2] not in _NO_VALUES
@@ -138,6 +147,7 @@ def included_files(folder: Path, change: Change) -> dict[str, str]:
 
     before = [
         string("dt", "dt", ":%.17g"),
+        f'print "${{chaincor_dt}} $(step) ${{chaincor_n}}" append {folder / STEP_FILE} screen no',
         string("u", "ternary(v_chaincor_u<1,1,v_chaincor_u)"),
         string("b", "ternary(v_chaincor_n<v_chaincor_u,1,v_chaincor_n/v_chaincor_u)"),
         string("e", f"floor(v_chaincor_u*{finer}*v_chaincor_b/{SAMPLES}+1e-9)"),
@@ -148,26 +158,39 @@ def included_files(folder: Path, change: Change) -> dict[str, str]:
     ]
     if change.finer == 1.0:
         # The run as it stands.
-        before[5:] = [string("p", "v_chaincor_u"), string("m", "v_chaincor_n")]
+        before[6:] = [string("p", "v_chaincor_u"), string("m", "v_chaincor_n")]
     if change.shaken:
         shake = (
             f"displace_atoms all random {change.shaken:.3g} {change.shaken:.3g} 0 4711 units box"
         )
         before.append(
-            f'if "${{chaincor_first}} == 1" then "{shake}" "variable chaincor_first string 0"'
+            f'if "${{chaincor_first}} == 0" then "{shake}" "variable chaincor_first string 1"'
         )
+    before.append(string("run", "v_chaincor_run+1"))
     ready = "*".join(["v_chaincor_pre", *_defined(change.quantities)])
+    halfway = change.restart
+    if halfway is not None and not halfway.reads:
+        before += halfway.before()
+    elif halfway is not None:
+        # Runs up to the one that the restart is of take no step.
+        this = f"(v_chaincor_run=={halfway.run})"
+        before.append(string("m", f"{this}*({halfway.end}-step)"))
+        before.append(string("n", "v_chaincor_m"))
+        ready += f"*{this}"
+    before += change.extra
     before.append(f'if "$({ready}) > 0" then "include {folder / _SAMPLE}"')
     before.append(
         "timestep $(ternary(v_chaincor_m<1,v_chaincor_dt,v_chaincor_dt*v_chaincor_n/"
         "ternary(v_chaincor_m<1,1,v_chaincor_m)):%.17g)"
     )
     after = [
-        f'print "${{chaincor_dt}}" append {folder / STEP_FILE} screen no',
         "timestep ${chaincor_dt}",
+        'if "$(is_defined(fix,chaincor_start)) > 0" then "unfix chaincor_start"',
         string("shift", "v_chaincor_shift+v_chaincor_m-v_chaincor_n"),
     ]
     columns = " ".join(f"$({each}:%.17g)" for each in ("time", *change.quantities))
+    columns = columns.replace(" ", " $(step) ", 1) if change.quantities else columns + " $(step)"
+    start = [f"v_chaincor_s{k}" for k in range(1 + len(change.quantities))]
     sample = [
         # So that the last sample is that of the end.
         string("from", "step+v_chaincor_m-v_chaincor_e*floor(v_chaincor_m/v_chaincor_e)"),
@@ -175,13 +198,26 @@ def included_files(folder: Path, change: Change) -> dict[str, str]:
         "variable chaincor_at equal stride(${chaincor_from},${chaincor_to},${chaincor_e})",
         f'fix chaincor all print v_chaincor_at "{columns}" append {folder / SAMPLE_FILE} '
         'screen no title ""',
+        # The sample at the first step, which `fix print` leaves out. A period that no later step
+        # is a multiple of, but for a restart's twofold step.
+        string("period", "ternary(step<1,1000000000,step)"),
+        *(
+            f"variable {name[2:]} equal {each}"
+            for name, each in zip(start, ("time", *change.quantities), strict=True)
+        ),
+        'if "${chaincor_begun} == 0" then "variable chaincor_begun string 1" '
+        f'"fix chaincor_start all ave/time ${{chaincor_period}} 1 ${{chaincor_period}} '
+        f"{' '.join(start)} format ' %.17g' file {folder / START_FILE}\"",
     ]
+    if any(each.startswith("f_") for each in change.quantities):
+        # A fix may have no value at the first step.
+        sample.pop()
     if change.frames:
         frames = folder / FRAME_FILE
         sample += [
             'if "$(is_defined(dump,chaincor)) > 0" then "undump chaincor"',
-            f"dump chaincor all custom 1 {frames} id xu yu zu",
-            "dump_modify chaincor sort id append yes format float %.17g time yes",
+            f"dump chaincor all custom 1 {frames} id xu yu zu vx vy vz",
+            "dump_modify chaincor sort id append yes first yes format float %.17g time yes",
             "dump_modify chaincor every v_chaincor_at",
         ]
     return {

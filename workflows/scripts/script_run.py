@@ -15,25 +15,27 @@ from chaincor.lammps_inputs.errors import InputError
 from chaincor.workflows.engines.lammps.library import lmp_environment
 from chaincor.workflows.errors import RunError
 from chaincor.workflows.scripts.change import Change
+from chaincor.workflows.scripts.crashes import Crash, find_crash
+from chaincor.workflows.scripts.frames import Frames, read_frames
 from chaincor.workflows.scripts.quantities import (
     Asked,
-    Frames,
     Observed,
-    Samples,
     find_observable,
-    read_frames,
-    read_samples,
 )
 from chaincor.workflows.scripts.rewriting import (
     FRAME_FILE,
     SAMPLE_FILE,
+    START_FILE,
     STEP_FILE,
     rewrite_folder,
 )
+from chaincor.workflows.scripts.samples import Samples, last_step, read_samples
+from chaincor.workflows.scripts.step_settings import format_command
 
 SCREEN_FILE = "screen.txt"
 _MOST_FOLDER_BYTES = 200_000_000
 _POLL_SECONDS = 0.005
+_CRASH_BYTES = 1_000_000
 
 
 class ScriptRunError(RunError):
@@ -53,6 +55,9 @@ class ScriptRun:
     samples: Samples | None = None  #: What was sampled; None where nothing was.
     step: float | None = None  #: The script's own, in its last run; None where it has none.
     frames: Frames | None = None  #: Positions, where these are asked for.
+    #: First step and number of steps of every `run`, as the script asks for them.
+    lengths: tuple[tuple[int, int], ...] = ()
+    crash: Crash | None = None  #: Where LAMMPS stopped; None where it did not.
 
 
 def list_files(folder: Path) -> list[Path]:
@@ -78,12 +83,6 @@ def list_files(folder: Path) -> list[Path]:
                     "expected the script and what it reads in a folder of their own"
                 )
     return files
-
-
-def format_command(lmp: str, variables: dict[str, str], script: str) -> str:
-    """Return the command of a run, to paste into a shell."""
-    given = [word for name, value in variables.items() for word in ("-var", name, value)]
-    return shlex.join([*shlex.split(lmp), *given, "-in", script])
 
 
 @dataclass(frozen=True)
@@ -121,19 +120,23 @@ class Runner:
             if status != 0:
                 raise RunError(_said(screen, status))
             numbers, samples = _read(folder, self.asked)
-            steps = folder / STEP_FILE
             run = ScriptRun(
                 variables=variables,
                 seconds=seconds if len(shlex.split(self.lmp)) == 1 else _loops(screen),
                 numbers=numbers,
                 samples=samples,
-                step=float(steps.read_text().split()[-1]) if steps.is_file() else None,
+                step=_own_step(folder),
+                lengths=_lengths(folder),
                 frames=read_frames(folder / FRAME_FILE) if change.frames else None,
             )
         except RunError as error:
             text = f"{command}\n{error}\n"
             (folder / "command.txt").write_text(text, encoding="utf-8")
-            return ScriptRun(variables, seconds, str(error))
+            crash = None
+            if status not in (0, None):
+                text = end_of(screen, _CRASH_BYTES)
+                crash = find_crash(text, last_step(folder / SAMPLE_FILE), str(error))
+            return ScriptRun(variables, seconds, str(error), step=_own_step(folder), crash=crash)
         shutil.rmtree(folder, ignore_errors=True)
         return run
 
@@ -145,13 +148,26 @@ class Runner:
         )
 
 
+def _own_step(folder: Path) -> float | None:
+    """Return the script's own step in its last run; None where it has had none."""
+    path = folder / STEP_FILE
+    return float(path.read_text().splitlines()[-1].split()[0]) if path.is_file() else None
+
+
+def _lengths(folder: Path) -> tuple[tuple[int, int], ...]:
+    """Return the first step of every run, and how many the script asks for."""
+    path = folder / STEP_FILE
+    rows = [line.split() for line in path.read_text().splitlines()] if path.is_file() else []
+    return tuple((int(row[1]), int(float(row[2]))) for row in rows)
+
+
 def _read(folder: Path, asked: Asked) -> tuple[dict[str, Observed], Samples | None]:
     """Return a run's numbers and samples; raises RunError where a number is missing."""
     numbers, samples = {}, None
     if asked.pattern is not None:
         numbers[asked.pattern] = find_observable(asked.pattern, folder / SCREEN_FILE)
     try:
-        samples = read_samples(folder / SAMPLE_FILE, asked.sampled)
+        samples = read_samples(folder / SAMPLE_FILE, folder / START_FILE, asked.sampled)
     except RunError:
         if asked.quantities:
             raise

@@ -7,6 +7,7 @@ import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,58 +15,54 @@ from chaincor.lammps_inputs.errors import InputError
 from chaincor.workflows.engines.lammps.library import find_lmp_command
 from chaincor.workflows.errors import MissingLibraryError
 from chaincor.workflows.scripts.change import Change
+from chaincor.workflows.scripts.crashes import CrashedRun, crashed_runs
+from chaincor.workflows.scripts.energy_changes import EnergyChange, find_energy_changes
+from chaincor.workflows.scripts.ladder import STEP, Ladder, ladder_around
 from chaincor.workflows.scripts.ladder_runs import Progress, ScriptLadder, measure_ladder
 from chaincor.workflows.scripts.parting import Comparison, compare_runs
 from chaincor.workflows.scripts.quantities import Asked, read_asked
-from chaincor.workflows.scripts.script_run import Runner, ScriptRunError, list_files
+from chaincor.workflows.scripts.script_run import Runner, ScriptRun, ScriptRunError, list_files
 from chaincor.workflows.scripts.script_text import ScriptText
 from chaincor.workflows.scripts.step_counts import StepCount, find_step_counts
-from chaincor.workflows.scripts.varied import (
-    LAST_DIGIT,
-    RANKS,
-    STEP,
-    Ladder,
-    Varied,
-    ladder_around,
-    read_varied,
-)
+from chaincor.workflows.scripts.varied import COMPARED, Varied, read_varied
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 DEFAULT_TIMEOUT = 600.0
-# A coarse end that no run survives is halved so often.
-_HALVINGS = 3
+# How often a coarse end that no run survives is halved.
+_HALVINGS = 4
 
 
 @dataclass(frozen=True)
 class ScriptStudy:
     """
-    What a study of a script found.
+    Result of a study of a script.
 
     Attributes
     ----------
     script : pathlib.Path
         The script.
     asked : Asked
-        The numbers of it.
-    ladder : Ladder or None
-        What was varied; None where runs were compared.
-    own_step : float or None
-        The script's own step, of its last run, where the step was varied.
-    seeds : tuple of int
-        Values of the variable `seed`, or what was added to seeds; empty where there is none.
-    phases : int
-        Runs a rung.
+        The numbers asked for.
+    varied : Varied
+        The ladder or comparison, and the script's own step.
     tolerance : float or None
         Error asked for.
     ladders : tuple of ScriptLadder
         One for each combination of fixed values.
     comparisons : tuple of Comparison
-        Runs on other numbers of processes, or with a last digit changed.
+        Runs beside the first one: on other processes, with a last digit changed, from a restart.
+    crashes : tuple of CrashedRun
+        Runs that failed, one for each value, the coarsest first.
+    changes : tuple of EnergyChange
+        Changes of energy that no step cures.
     counts : tuple of StepCount
-        What in the script counts steps.
-    scale_periods : bool
-        Whether these were held in time.
+        Commands of the script that count steps.
     lmp : str
-        The command that ran them.
+        The command of LAMMPS.
+    command : tuple of str
+        The words of the command that made this study, without the ladder.
     kept : pathlib.Path or None
         Where failed runs were left.
     seconds : float
@@ -74,18 +71,50 @@ class ScriptStudy:
 
     script: Path
     asked: Asked
-    ladder: Ladder | None
-    own_step: float | None
-    seeds: tuple[int, ...]
-    phases: int
+    varied: Varied
     tolerance: float | None
     ladders: tuple[ScriptLadder, ...]
     comparisons: tuple[Comparison, ...]
+    crashes: tuple[CrashedRun, ...]
+    changes: tuple[EnergyChange, ...]
     counts: tuple[StepCount, ...]
-    scale_periods: bool
     lmp: str
+    command: tuple[str, ...]
     kept: Path | None
     seconds: float
+
+    @property
+    def ladder(self) -> Ladder | None:
+        """The ladder; None where runs were compared."""
+        return self.varied.values
+
+    @property
+    def own_step(self) -> float | None:
+        """The script's own step, of its last run, where the step was varied."""
+        return self.varied.own_step
+
+    @property
+    def summary(self) -> str:
+        """The bottom line."""
+        from chaincor.workflows.scripts.bottom_line import bottom_line
+
+        return bottom_line(self)
+
+    def plot(self) -> "Axes":
+        """Draw errors along the ladder, or the distance of compared runs; returns the axes."""
+        from chaincor.workflows.scripts.figure import plot_script_study
+
+        return plot_script_study(self)
+
+    def __repr__(self) -> str:
+        """Return the script, the numbers and the bottom line."""
+        names = ", ".join(self.asked.names)
+        return f"<ScriptStudy of {self.script.name}: {names}. {self.summary}>"
+
+    def _repr_html_(self) -> str:
+        from chaincor.workflows.scripts.description import study_to_html
+
+        return study_to_html(self)
 
 
 def timestep_study(
@@ -166,6 +195,8 @@ def timestep_study(
     >>> study = timestep_study("job/in.chain", observable="^restitution = (.*)$", phases=3)
     >>> study.ladders[0].numbers[0].verdict.kind
     'bounded'
+    >>> study.summary.split(" is ")[0]
+    'Your step 0.1'
     """
     started = time.perf_counter()
     asked = read_asked(quantities, observable)
@@ -179,14 +210,14 @@ def timestep_study(
     varied = read_varied(
         text, vary, fix, seeds, phases, printed=printed, scale_periods=scale_periods
     )
-    compared = varied.kind in (LAST_DIGIT, RANKS)
+    compared = varied.kind in COMPARED
     options = {"--fix": fix, "--seeds": seeds, "--phases": phases, "--tolerance": tolerance}
     unused = [
         name for name, value in (options | {"--scale-periods": scale_periods}).items() if value
     ]
     if compared and unused:
         raise InputError(
-            f"--vary {varied.kind} compares runs of the script as it stands, so that "
+            f"--vary {varied.switch[0]} compares runs at the script's own step, so that "
             f"{', '.join(unused)} would not be used; expected one or the other: drop it"
         )
     command = _command(lmp)
@@ -195,19 +226,23 @@ def timestep_study(
     runner = Runner(text.path, files, asked, command, scratch, timeout)
     keep = False
     comparisons: tuple[Comparison, ...] = ()
+    changes: tuple[EnergyChange, ...] = ()
     found: list[ScriptLadder] = []
+    failed: list[tuple[float, ScriptRun]] = []
     try:
         if compared:
-            comparisons = compare_runs(runner, varied.ranks)
+            comparisons = compare_runs(runner, varied)
         else:
-            varied = _with_step(runner, varied)
+            varied, failed = _with_step(runner, varied)
             for values in varied.fixed:
 
                 def part(name: str, done: float) -> None:
                     progress(name, (len(found) + done) / len(varied.fixed))
 
                 found.append(measure_ladder(runner, varied, values, tolerance, part))
-        keep = any(each.failures for each in found)
+            changes = find_energy_changes(runner, varied, found[0])
+        failed += [each for ladder in found for each in ladder.failed]
+        keep = bool(failed)
     except ScriptRunError:
         keep = True
         raise
@@ -217,16 +252,15 @@ def timestep_study(
     return ScriptStudy(
         script=text.path,
         asked=asked,
-        ladder=varied.values,
-        own_step=varied.own_step,
-        seeds=varied.seeds,
-        phases=varied.columns,
+        varied=varied,
         tolerance=tolerance,
         ladders=tuple(found),
         comparisons=comparisons,
+        crashes=crashed_runs(failed, varied.own_step, "" if compared else varied.ladder.name),
+        changes=changes,
         counts=_step_counts(varied),
-        scale_periods=scale_periods,
         lmp=command,
+        command=_words(script, quantities, observable, fix, tolerance, scale_periods, lmp),
         kept=scratch if keep else None,
         seconds=time.perf_counter() - started,
     )
@@ -249,29 +283,56 @@ def _command(lmp: str | None) -> str:
     return shlex.join(words)
 
 
-def _with_step(runner: Runner, varied: Varied) -> Varied:
+def _words(
+    script: Path | str,
+    quantities: Sequence[str],
+    observable: str | None,
+    fix: Sequence[str],
+    tolerance: float | None,
+    scale_periods: bool,
+    lmp: str | None,
+) -> tuple[str, ...]:
+    """Return the words of a study's command, without its ladder and the runs of a rung."""
+    words = ["chaincor", "timestep", str(script), *quantities]
+    words += [] if observable is None else ["--observable", observable]
+    words += [word for each in fix for word in ("--fix", each)]
+    words += [] if tolerance is None else ["--tolerance", f"{tolerance:g}"]
+    words += ["--scale-periods"] if scale_periods else []
+    return (*words, *([] if lmp is None else ["--lmp", lmp]))
+
+
+def _with_step(runner: Runner, varied: Varied) -> tuple[Varied, list[tuple[float, ScriptRun]]]:
     """
     Find the script's own step, where that is varied, by a run as it stands.
 
     The ladder around it, where none was given, begins at the coarsest step that a run survives.
+    Runs that fail on the way are returned with their steps.
     """
     if varied.kind != "step":
-        return varied
+        return varied, []
     run = runner.run("as it stands", Change())
     own, ladder = run.step, varied.values
-    if own is None:
+    if own is not None and own <= 0.0:
+        raise runner.error("as it stands", f"its timestep is {own:g}; expected one above 0")
+    if own is None or (run.failure and (run.crash is None or run.crash.step is None)):
+        # It fails before a step was done: another step would not help.
         said = run.failure or "it has no run, so that no step can be varied"
         raise runner.error("as it stands", said)
-    if own <= 0.0:
-        raise runner.error("as it stands", f"its timestep is {own:g}; expected one above 0")
+    failed = [(own, run)] if run.failure else []
     if ladder is None:
-        ladder = ladder_around(own)
+        ladder = ladder_around(own, 1.0 if run.failure else 2.0)
         for _ in range(_HALVINGS):
             finer = own / ladder.coarse
-            if not runner.run(f"step over {finer:g}", Change(finer=finer)).failure:
+            run = (
+                failed[0][1]
+                if finer == 1.0
+                else runner.run(f"step over {finer:g}", Change(finer=finer))
+            )
+            if not run.failure:
                 break
+            failed += [] if finer == 1.0 else [(ladder.coarse, run)]
             ladder = ladder_around(own, 0.5 / finer)
-    return replace(varied, values=ladder, own_step=own)
+    return replace(varied, values=ladder, own_step=own), failed
 
 
 def _step_counts(varied: Varied) -> tuple[StepCount, ...]:

@@ -6,31 +6,39 @@ from typing import Any
 from chaincor.workflows.json_output import finite, stamped
 from chaincor.workflows.pages.page import StudyReport, listed_file
 from chaincor.workflows.scripts.description import KINDS, advise, notes, told
+from chaincor.workflows.scripts.energy_changes import EnergyChange
 from chaincor.workflows.scripts.ladder_runs import NumberLadder, ScriptLadder
 from chaincor.workflows.scripts.parting import Comparison
 from chaincor.workflows.scripts.study import ScriptStudy
 from chaincor.workflows.scripts.varied import SEED
 from chaincor.workflows.showing.terms import OF_SCRIPTS
 
+_ERRORS, _DISTANCES = "work_precision", "distances"
 REPORT = StudyReport(
     name="timestep",
     package="chaincor.workflows.scripts",
     tables={"runs.csv": "each run: the variable, the numbers found, its time"},
     figures={
-        "work_precision": (
-            "Error against step and time",
-            "Each mark is a run: how far its number is from the best value, against the variable "
-            "and against processor time. Lines are the error that a run on the rung keeps and, "
-            "where the error is regular, its law.",
+        _ERRORS: (
+            "Error along the ladder",
+            "Each mark is a run: how far its number is from the best value. Lines are the error "
+            "that a run keeps and, where the error is regular, the fitted power; crosses stand "
+            "where a run failed.",
+        ),
+        _DISTANCES: (
+            "Distance of the runs",
+            "Root-mean-square distance of the particles of two runs, in distances of neighbours, "
+            "against time. Above the grey line the runs have parted.",
         ),
     },
 )
 # What JSON has of each part of a study; where it has another name, key and name.
 _VERDICT = ("reason", "order", "order_error", "value", "value_error")
-_NUMBER = ("standard_error", "resolution", "tolerance")
+_NUMBER = ("standard_error", "resolution", "tolerance", "tolerance_reason")
 _VARY = {"name": "name", "from": "coarse", "to": "fine", "count": "rungs"}
 _ADVICE = {
     "advice": "value",
+    "advice_runs": "runs",
     "advised_runs": "runs",
     "advised_seconds": "seconds",
     "tried": "tried",
@@ -38,7 +46,7 @@ _ADVICE = {
 
 
 def script_study_to_dict(study: ScriptStudy) -> dict[str, Any]:
-    """Return a study as plain values; what is told at the top is the first ladder's."""
+    """Return a study as plain values; the verdict at the top is that of the first ladder."""
     ladder = study.ladder
     ladders = [_ladder_dict(study, each) for each in study.ladders]
     observables = ladders[0]["observables"] if ladders else _compared(study.comparisons)
@@ -47,14 +55,20 @@ def script_study_to_dict(study: ScriptStudy) -> dict[str, Any]:
         "script": str(study.script),
         "vary": ladder and {key: getattr(ladder, name) for key, name in _VARY.items()},
         "own_step": study.own_step,
-        "phases": study.phases,
-        "seeds": list(study.seeds),
+        "phases": study.varied.columns,
+        "seeds": list(study.varied.seeds),
         "tolerance": study.tolerance,
         "observables": observables,
         **{name: first[name] for name in ("verdict", *_VERDICT[1:])},
         "ladders": ladders,
         "parting": [_parting(each) for each in study.comparisons],
+        "crashed": [
+            {key: getattr(each, key) for key in ("timestep", "step", "message", "value")}
+            for each in study.crashes
+        ],
+        "energy_changes": [_energy_change(each) for each in study.changes],
         "notes": notes(study),
+        "summary": study.summary,
         "lmp": study.lmp,
         "kept": None if study.kept is None else str(study.kept),
         "seconds_total": study.seconds,
@@ -71,10 +85,13 @@ def _ladder_dict(study: ScriptStudy, each: ScriptLadder) -> dict[str, Any]:
         "runs": [
             {
                 "value": given,
-                "seed": int(run.variables[SEED]) if SEED in run.variables and study.seeds else None,
+                "seed": int(run.variables[SEED])
+                if SEED in run.variables and study.varied.seeds
+                else None,
                 "results": {name: found.value for name, found in run.numbers.items()},
                 "seconds": run.seconds,
                 "failure": run.failure,
+                "stopped_at": run.crash and run.crash.step,
             }
             for given, run in zip(each.given, each.runs, strict=True)
         ],
@@ -111,24 +128,39 @@ def _compared(comparisons: tuple[Comparison, ...]) -> list[dict[str, Any]]:
     return [
         {
             "name": f"{name}, {each.what}",
-            "verdict": words[each.agrees(name)],
+            "verdict": words[number.agrees],
             "reason": KINDS[each.kind],
             "order": None,
             "order_error": None,
-            "value": value,
-            "value_error": error,
+            "value": number.value,
+            "value_error": number.error,
             "advice": None,
-            "bound": abs(difference),
+            "advice_runs": None,
+            "bound": abs(number.difference),
         }
         for each in comparisons
-        for name, (value, difference, error) in each.numbers.items()
+        for name, number in each.numbers.items()
     ]
+
+
+def _energy_change(each: EnergyChange) -> dict[str, Any]:
+    return {
+        "name": each.name,
+        "drift": each.drift,
+        "error": each.error,
+        "causes": [cause.text for cause in each.causes],
+        "tested": each.tested and each.tested.text,
+        "confirmed": each.confirmed,
+        "text": str(each),
+    }
 
 
 def _parting(each: Comparison) -> dict[str, Any]:
     return {
         "what": each.what,
         "verdict": each.kind,
+        "renumbered": each.renumbered,
+        "causes": list(each.causes),
         "parted": each.parted,
         "growth": each.growth,
         "times": each.times.tolist(),
@@ -138,16 +170,17 @@ def _parting(each: Comparison) -> dict[str, Any]:
 
 def write_script_study(study: ScriptStudy, folder: Path) -> None:
     """Write a study: a page and its JSON, ``runs.csv``, the figure as PNG and SVG."""
-    from chaincor.workflows.scripts.figure import plot_script_ladders
+    from chaincor.workflows.scripts.figure import has_figure, plot_script_study
 
     plain = stamped(script_study_to_dict(study))
     rows = [
         {**each.fixed, "value": run["value"], **run["results"]}
-        | {key: run[key] for key in ("seed", "seconds", "failure")}
+        | {key: run[key] for key in ("seed", "seconds", "failure", "stopped_at")}
         for each, ladder in zip(study.ladders, plain["ladders"], strict=True)
         for run in ladder["runs"]
     ]
-    drawn = {"work_precision": plot_script_ladders(study)} if study.ladders else {}
+    name = _DISTANCES if study.comparisons else _ERRORS
+    drawn = {name: plot_script_study(study)} if has_figure(study) else {}
     REPORT.write(folder, plain, {"runs.csv": rows}, drawn, _page(study, plain))
 
 
@@ -165,15 +198,16 @@ def _page(study: ScriptStudy, plain: dict[str, Any]) -> dict[str, Any]:
         "ladders": list(zip(plain["ladders"], words, strict=True)),
         "comparisons": study.comparisons,
         "notes": plain["notes"],
+        "summary": plain["summary"],
         "terms": OF_SCRIPTS,
         "settings": {
             "numbers": ", ".join(study.asked.names),
             "vary": "nothing"
             if vary is None
             else f"{vary.name}={vary.coarse:g}:{vary.fine:g}:{vary.rungs}",
-            "runs a rung": f"{len(study.seeds)} seeds"
-            if study.seeds
-            else f"{study.phases} nearby values",
+            "runs a rung": f"{len(study.varied.seeds)} seeds"
+            if study.varied.seeds
+            else f"{study.varied.columns} nearby values",
             "tolerance": "none given" if study.tolerance is None else f"{study.tolerance:g}",
             "LAMMPS": study.lmp,
             "runs": f"{sum(len(each.runs) for each in study.ladders)}, in {study.seconds:.3g} s",

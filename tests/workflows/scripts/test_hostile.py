@@ -8,7 +8,7 @@ import pytest
 
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.workflows.scripts.quantities import check_pattern
-from chaincor.workflows.scripts.varied import read_fixed, read_ladder
+from chaincor.workflows.scripts.vary_options import read_fixed, read_ladder
 from tests.extremes.test_injection import ATTACKS
 
 SCRIPT = """

@@ -10,10 +10,10 @@ from chaincor.lammps_inputs.errors import InputError
 from chaincor.workflows.engines.lammps.library import find_lmp_command
 from chaincor.workflows.scripts.change import Change
 from chaincor.workflows.scripts.description import _describe_comparison, describe_script_study
-from chaincor.workflows.scripts.parting import PARTED, Comparison, judge_distances
+from chaincor.workflows.scripts.parting import PARTED, Comparison, Difference, judge_distances
 from chaincor.workflows.scripts.quantities import Asked
 from chaincor.workflows.scripts.script_run import Runner
-from chaincor.workflows.scripts.varied import read_ranks
+from chaincor.workflows.scripts.vary_options import read_ranks, read_switch
 
 SCRIPT = """
 units lj
@@ -76,9 +76,10 @@ def test_a_melt_parts_when_lyapunov_says(tmp_path, vary):
     # Lyapunov's exponent by a displacement a million times larger, from where its direction has
     # turned to the fastest growing one (1000 times grown) to half of what is called parted.
     first, second = (frames_of(path, tmp_path, shaken) for shaken in (0.0, 1e-9))
-    apart = np.sqrt(np.mean(np.sum((first[1] - second[1]) ** 2, axis=2), axis=1)) / first[2]
+    apart = np.sqrt(np.mean(np.sum((first.positions - second.positions) ** 2, axis=2), axis=1))
+    apart /= first.spacing
     inside = (apart > 1000.0 * apart[0]) & (apart < 0.5 * PARTED)
-    growth = np.polyfit(first[0][inside], np.log(apart[inside]), 1)[0]
+    growth = np.polyfit(first.times[inside], np.log(apart[inside]), 1)[0]
     expected = math.log(PARTED / found.distances[found.distances > 0.0][0]) / growth
     assert 0.5 < found.parted / expected < 2.0
     assert 0.5 < found.growth / growth < 2.0
@@ -106,10 +107,11 @@ def test_a_run_may_begin_without_particles(tmp_path):
     head = path.read_text().split("create_atoms")[0]
     more = "mass 1 1.0\npair_style lj/cut 2.5\npair_coeff 1 1 1.0 1.0\nfix 1 all nve\nrun 9\n"
     path.write_text(f"{head}{more}create_atoms 1 single 1 1 1 units box\nrun 5\n")
-    times, positions, spacing = frames_of(path, tmp_path, 0.0)
-    assert times == pytest.approx(0.005 * np.arange(1, 15))
-    assert np.all(np.isnan(positions[:9]))
-    assert np.all(positions[9:] == 1.0)
+    found = frames_of(path, tmp_path, 0.0)
+    times, positions, spacing = found.times, found.positions, found.spacing
+    assert times == pytest.approx(0.005 * np.arange(15))
+    assert np.all(np.isnan(positions[:10]))
+    assert np.all(positions[10:] == 1.0)
     # The box holds 3 cells of 4 particles at density 1, and one particle.
     assert spacing == pytest.approx(3.0 * 4.0 ** (1.0 / 3.0))
 
@@ -127,11 +129,91 @@ def test_verdicts_on_distances():
 
 
 def test_a_mean_whose_error_is_not_known_is_called_one():
-    numbers = {"temp:mean": (0.1, 1e-16, math.inf), "pe:drift": (0.2, 1e-16, math.nan)}
+    numbers = {
+        "temp:mean": Difference(0.1, 1e-3, math.inf, 3.0),
+        "pe:drift": Difference(0.2, 1e-3, math.nan, math.nan),
+        "pe:last": Difference(0.2, 1e-16, math.nan, math.nan),
+    }
     parted = Comparison("last digit", "together", None, None, np.zeros(1), np.zeros(1), numbers)
-    mean, drift = _describe_comparison(parted)[-2:]
-    assert mean.endswith("difference 1e-16: cannot tell: the run is too short")
-    assert drift.endswith("difference 1e-16: not a mean")
+    mean, drift, last = _describe_comparison(parted)[-3:]
+    said = "too few samples for a bar (3 correlation times: run 10 times longer)"
+    assert mean.endswith(f"difference 0.001: {said}")
+    assert drift.endswith("difference 0.001: not a mean")
+    assert last.endswith("difference 1e-16: agrees up to roundings")
+
+
+CRYSTAL = """
+units lj
+lattice fcc 0.8442
+region box block 0 3 0 3 0 3
+create_box 1 box
+create_atoms 1 box
+mass 1 1.0
+velocity all create 0.1 87287 {loop}
+pair_style lj/cut 2.5
+pair_coeff 1 1 1.0 1.0
+fix 1 all nve
+run 100
+"""
+
+
+@pytest.mark.slow
+def test_particles_that_lammps_numbers_otherwise_are_matched_by_position(tmp_path):
+    """`create_atoms` numbers particles by process; velocities by place are then the same ones."""
+    path = tmp_path / "in.x"
+    path.write_text(CRYSTAL.format(loop="loop geom"))
+    (found,) = timestep_study(path, ["temp"], vary="ranks=1,2").comparisons
+    assert found.kind == "together"
+    assert found.renumbered
+    # 100 steps of roundings, in distances of neighbours.
+    assert np.max(found.distances) < 1e-10
+    assert found.agrees("temp:mean")
+    path.write_text(CRYSTAL.format(loop=""))
+    study = timestep_study(path, ["temp"], vary="ranks=1,2")
+    (found,) = study.comparisons
+    assert found.kind == "at once"
+    assert "numbered the particles differently" in found.causes[0]
+    assert "loop geom" in study.summary
+
+
+@pytest.mark.slow
+def test_a_restart_halfway_goes_on_as_one_run_does(tmp_path):
+    path = tmp_path / "in.x"
+    path.write_text(CRYSTAL.format(loop="") + "run 300\n")
+    (found,) = timestep_study(path, ["temp"], vary="restart").comparisons
+    assert found.what == "restart read at step 250 instead of one run"
+    # From step 250 to 400 of steps of 0.005.
+    assert found.times[0] == pytest.approx(1.25)
+    assert found.times[-1] == pytest.approx(2.0)
+    assert found.kind in ("same", "together")
+    assert found.agrees("temp:mean")
+    # Random forces begin anew: no restart holds their state.
+    path.write_text(path.read_text() + "fix 2 all langevin 0.1 0.1 0.1 4711\nrun 200\n")
+    (found,) = timestep_study(path, ["temp"], vary="restart").comparisons
+    assert found.kind == "at once"
+    assert "fix 2 all langevin" in found.causes[0]
+
+
+@pytest.mark.slow
+def test_values_of_a_switch_are_compared(tmp_path):
+    path = tmp_path / "in.x"
+    switch = "variable hot index 0\nif '${hot} > 0' then 'velocity all scale 0.2'\nrun 100"
+    path.write_text(CRYSTAL.format(loop="").replace("run 100", switch))
+    study = timestep_study(path, ["temp"], vary="hot=0:1:2")
+    (found,) = study.comparisons
+    assert found.what == "hot = 1 instead of 0"
+    assert found.kind == "at once"
+    assert "other velocities" in study.summary
+
+
+def test_switches_are_whole_numbers():
+    assert read_switch("use_restart=0:1:2") == ("0", "1")
+    assert read_switch("way=0:4:3") == ("0", "2", "4")
+    assert read_switch("way=3,1,2") == ("3", "1", "2")
+    for text in ("h=0.1:0.01:4", "n=10:20:5", "n=0:1", "n"):
+        assert read_switch(text) is None
+    with pytest.raises(InputError, match="each once"):
+        read_switch("way=1,1")
 
 
 def test_ranks_are_numbers():

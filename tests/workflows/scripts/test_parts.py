@@ -8,9 +8,10 @@ from chaincor.lammps_inputs.errors import InputError
 from chaincor.workflows.errors import RunError
 from chaincor.workflows.scripts import quantities
 from chaincor.workflows.scripts.advice import give_advice
+from chaincor.workflows.scripts.ladder import PHASE_WIDTH
 from chaincor.workflows.scripts.quantities import find_observable, read_observed
 from chaincor.workflows.scripts.script_text import ScriptText
-from chaincor.workflows.scripts.varied import PHASE_WIDTH, read_fixed, read_ladder
+from chaincor.workflows.scripts.vary_options import read_fixed, read_ladder
 
 
 def test_a_ladder_goes_from_end_to_end_in_equal_ratios():

@@ -1,0 +1,93 @@
+"""Where and why a run of LAMMPS stopped, as its output says."""
+
+import re
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from chaincor.workflows.scripts.script_run import ScriptRun
+
+_SOURCE = re.compile(r"\s*\((?:\S*/)?\w+\.(?:cpp|h):\d+\)")
+_ERROR = re.compile(r"^ERROR(?: on proc \d+)?:\s*(.*)$", re.MULTILINE)
+# Messages that name the step, and what went wrong first: two atoms, mostly.
+_WHERE = (
+    (re.compile(r"FENE bond too long: (\d+) (\d+) (\d+) (\S+)"), "bond of atoms {} and {}"),
+    (
+        re.compile(r"[Bb]ond atoms? (\d+) (\d+) missing on proc \d+ at step (\d+)"),
+        "atoms {} and {}",
+    ),
+    (
+        re.compile(r"Angle atoms? (\d+) (\d+) (\d+) missing on proc \d+ at step (\d+)"),
+        "atoms {}, {} and {}",
+    ),
+    (re.compile(r"atoms? ((?:\d+ ){2,}\d+ ?)missing on proc \d+ at step (\d+)"), "atoms {}"),
+)
+_AT_STEP = re.compile(r"(?:at|on) (?:time)?step (\d+)")
+
+
+@dataclass(frozen=True)
+class Crash:
+    """A run that LAMMPS ended with an error."""
+
+    step: int | None  #: Of the run that was made; None where it is not known.
+    exact: bool  #: Whether LAMMPS names that step; otherwise it is the last one sampled.
+    message: str  #: The error, and the first atoms that LAMMPS blames.
+
+    def __str__(self) -> str:
+        where = "" if self.step is None else f" {'at' if self.exact else 'after'} step {self.step}"
+        return f"the run stops{where}: {self.message}"
+
+
+def find_crash(screen: str, sampled: int | None, failure: str) -> Crash:
+    """
+    Return where a run stopped, from what it printed and the last step that it sampled.
+
+    `failure` is the message where LAMMPS printed no error.
+    """
+    errors = _ERROR.findall(screen)
+    message = _SOURCE.sub("", errors[-1]).strip() if errors else failure
+    step, blamed = None, ""
+    for pattern, said in _WHERE:
+        if (found := pattern.search(screen)) is not None:
+            groups = found.groups()
+            if "FENE" in pattern.pattern:
+                step, atoms, message = int(groups[0]), groups[1:3], "FENE bond too long"
+            else:
+                step, atoms = int(groups[-1]), groups[:-1]
+            blamed = said.format(*(each.strip() for each in atoms))
+            break
+    if step is None and (named := _AT_STEP.search(message)) is not None:
+        step = int(named[1])
+    if blamed and not all(word in message for word in re.findall(r"\d+", blamed)):
+        message += f" ({blamed})"
+    return Crash(sampled if step is None else step, step is not None, message)
+
+
+@dataclass(frozen=True)
+class CrashedRun:
+    """A run of a ladder that failed."""
+
+    name: str  #: The variable of the ladder.
+    value: float  #: Its value.
+    timestep: float | None  #: Time step of that run; None where it is not known.
+    step: int | None  #: Step at which it stopped, or the last one sampled; None: not known.
+    said: str  #: What happened: a clause.
+    message: str  #: LAMMPS's error.
+
+    def __str__(self) -> str:
+        return f"At {self.name} {self.value:g} {self.said}."
+
+
+def crashed_runs(
+    failed: list[tuple[float, "ScriptRun"]], own_step: float | None, name: str
+) -> tuple[CrashedRun, ...]:
+    """Return the runs that failed, one for each value, the coarsest first."""
+    found: dict[float, CrashedRun] = {}
+    for value, run in failed:
+        timestep = run.step if own_step is None else value
+        failure = str(run.failure)
+        said = str(run.crash) if run.crash else failure.removesuffix(".")
+        message = run.crash.message if run.crash else failure
+        step = run.crash.step if run.crash else None
+        found.setdefault(value, CrashedRun(name, value, timestep, step, said, message))
+    return tuple(sorted(found.values(), key=lambda each: -each.value))

@@ -1,0 +1,192 @@
+"""Drifts of energy that no time step cures: likely causes, and a test of the first."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from chaincor.workflows.scripts.ladder_runs import NumberLadder, ScriptLadder
+from chaincor.workflows.scripts.quantities import Quantity
+from chaincor.workflows.scripts.script_run import Runner
+from chaincor.workflows.scripts.script_text import Command, ScriptText
+from chaincor.workflows.scripts.step_counts import find_step_counts, plain_style
+from chaincor.workflows.scripts.tolerances import thermal_tolerance
+from chaincor.workflows.scripts.varied import Varied
+
+# Energies that a run without thermostat keeps, and one that a run with it keeps.
+_KEPT, _KEPT_IN_BATH = ("etotal", "econserve"), "econserve"
+# A cause is found where its removal leaves less than this part of the drift.
+_CURED = 0.3
+# Fixes that exchange energy with the particles.
+_BATHS = ("nvt", "npt", "nph", "langevin", "temp/", "press/", "deform", "rigid/nvt", "rigid/npt",
+          "brownian", "gle", "gld", "wall/", "move", "addforce", "efield", "indent", "heat", "ehex",
+          "viscous", "setforce", "smd", "thermal/", "aveforce", "nve/limit", "evaporate", "deposit",
+          "pour", "gcmc", "freeze", "drag", "gravity")  # fmt: skip
+_UNSHIFTED = ("lj/cut", "lj96/cut", "morse", "buck", "yukawa", "born", "mie/cut", "lj/expand")
+# Tables of fewer rows have forces that differ from the slope of their energies.
+_FEW_ROWS = 2000
+
+
+class Cause(NamedTuple):
+    """A likely cause of a drift."""
+
+    text: str
+    remedy: str = (
+        ""  #: A command before each run that removes the cause; empty where there is none.
+    )
+
+
+@dataclass(frozen=True)
+class EnergyChange:
+    """A drift that stays at small steps."""
+
+    name: str  #: The quantity.
+    drift: float  #: In the limit of small steps, over the run.
+    error: float  #: Its error.
+    causes: tuple[Cause, ...]  #: The likeliest first.
+    tested: Cause | None = None  #: The cause that was removed in one more run.
+    before: float = 0.0  #: Drift at the finest step, with that cause.
+    after: float = 0.0  #: And without.
+
+    @property
+    def confirmed(self) -> bool:
+        """Whether the drift is gone with the cause that was tested."""
+        return self.tested is not None and abs(self.after) < _CURED * abs(self.before)
+
+    def __str__(self) -> str:
+        what = self.name.partition(":")[0]
+        head = f"{what} drifts by {self.drift:.2g} at every step, so no time step cures it. "
+        causes = "; ".join(each.text for each in self.causes)
+        if self.tested is None:
+            return head + (f"Likely causes: {causes}." if causes else "The script shows no cause.")
+        found = f"With '{self.tested.remedy}' the drift is {self.after:.2g} instead of "
+        found += f"{self.before:.2g}: "
+        if self.confirmed:
+            return f"{head}{found}the cause is {self.tested.text}."
+        others = "; ".join(each.text for each in self.causes if each is not self.tested)
+        found += f"{self.tested.text} is not the cause."
+        return f"{head}{found}" + (f" Other likely causes: {others}." if others else "")
+
+
+def find_energy_changes(
+    runner: Runner, varied: Varied, ladder: ScriptLadder
+) -> tuple[EnergyChange, ...]:
+    """Return the energies that drift at every step; the first cause that can be tested is."""
+    if varied.kind != "step":
+        return ()
+    found = []
+    for quantity in runner.asked.quantities:
+        number = next(each for each in ladder.numbers if each.name == str(quantity))
+        if quantity.what in _KEPT and quantity.kind == "drift" and _stays(ladder, number):
+            found.append(_explain(runner, varied, ladder, quantity, number))
+    return tuple(found)
+
+
+def _stays(ladder: ScriptLadder, number: NumberLadder) -> bool:
+    """Return whether a drift in the limit of small steps is more than its error, and matters."""
+    verdict = number.verdict
+    if verdict.value is None or verdict.value_error is None:
+        return False
+    good = [pair for pair in zip(ladder.given, ladder.runs, strict=True) if pair[1].samples]
+    _, finest = min(good, key=lambda pair: ladder.ladder.step(pair[0]))
+    least = 0.0 if finest.samples is None else thermal_tolerance(finest.samples)
+    return abs(verdict.value) > verdict.value_error + max(least, verdict.value_error)
+
+
+def _explain(
+    runner: Runner, varied: Varied, ladder: ScriptLadder, quantity: Quantity, number: NumberLadder
+) -> EnergyChange:
+    verdict = number.verdict
+    assert verdict.value is not None
+    assert verdict.value_error is not None
+    causes = tuple(_find_causes(varied.script, quantity.what))
+    change = EnergyChange(str(quantity), verdict.value, verdict.value_error, causes)
+    first = next((each for each in causes if each.remedy), None)
+    if first is None or (causes and causes[0].text.endswith(_BATH_SAID)):
+        return change
+    rung = int(np.argmin(np.abs(np.array(_rungs(varied)) - ladder.values[-1])))
+    run = runner.run(
+        "a cause tested", replace(varied.change(ladder.fixed, rung, 0), extra=(first.remedy,))
+    )
+    if run.failure:
+        return change
+    before = float(number.results[-1][0])
+    after = run.numbers[str(quantity)].value
+    return replace(change, tested=first, before=before, after=after)
+
+
+def _rungs(varied: Varied) -> list[float]:
+    return [varied.value(rung, 0) for rung in range(varied.ladder.rungs)]
+
+
+_BATH_SAID = "exchanges energy; econserve:drift counts that"
+
+
+def _find_causes(script: ScriptText, what: str) -> Iterator[Cause]:
+    """Return what the script shows, the likeliest first."""
+    searches: tuple[Callable[[Command], Cause | None], ...] = (
+        *([] if what == _KEPT_IN_BATH else [_bath]),
+        lambda command: _cutoff(command, script),
+        _neighbours,
+        _table,
+        _long_range,
+    )
+    for search in searches:
+        yield from filter(None, map(search, script.commands))
+    for count in find_step_counts(script, None):
+        if count.moves and count.command.words[0] == "fix":
+            yield Cause(str(count))
+
+
+def _bath(command: Command) -> Cause | None:
+    words = command.words
+    if words[0] == "fix" and len(words) > 3 and plain_style(words[3]).startswith(_BATHS):
+        return Cause(f"{command}, 'fix {words[1]} {words[2]} {words[3]}', {_BATH_SAID}")
+    return None
+
+
+def _cutoff(command: Command, script: ScriptText) -> Cause | None:
+    words = command.words
+    shifted = any(
+        each.words[0] == "pair_modify" and "shift yes" in " ".join(each.words)
+        for each in script.commands
+    )
+    if shifted or words[0] != "pair_style" or len(words) < 2:
+        return None
+    if not any(word.startswith(_UNSHIFTED) for word in words[1:]):
+        return None
+    text = f"the energy jump at the cutoff of '{' '.join(words)}' ({command})"
+    return Cause(text, "pair_modify shift yes")
+
+
+def _neighbours(command: Command) -> Cause | None:
+    words = command.words
+    if words[0] != "neigh_modify":
+        return None
+    given = dict(zip(words[1::2], words[2::2], strict=False))
+    late = given.get("check") == "no" or given.get("once") == "yes"
+    late = late or any(given.get(key, "0") not in ("0", "1") for key in ("delay", "every"))
+    if not late:
+        return None
+    text = f"neighbour lists that are rebuilt too late ({command}, '{' '.join(words)}')"
+    return Cause(text, "neigh_modify delay 0 every 1 check no once no")
+
+
+def _table(command: Command) -> Cause | None:
+    words = command.words
+    if not words[0].endswith("_style") or "table" not in words[1:-1]:
+        return None
+    at = words.index("table")
+    rows = words[at + 2] if len(words) > at + 2 else ""
+    if rows.isdigit() and int(rows) >= _FEW_ROWS and words[at + 1] == "spline":
+        return None
+    return Cause(f"a table whose forces are not the slope of its energy ({command}; see "
+                 "`chaincor table`)")  # fmt: skip
+
+
+def _long_range(command: Command) -> Cause | None:
+    words = command.words
+    if words[0] == "kspace_style" and len(words) > 2:
+        return Cause(f"the accuracy {words[2]} of '{words[1]}' ({command})")
+    return None

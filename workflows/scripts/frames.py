@@ -1,0 +1,55 @@
+"""Positions and velocities that a run wrote with its samples."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from chaincor.lammps_inputs.arrays import Array
+from chaincor.lammps_inputs.errors import InputError
+
+
+@dataclass(frozen=True)
+class Frames:
+    """Positions of a run, and its velocities at the start; particles in the order of their ids."""
+
+    times: Array  #: Of shape (S,).
+    positions: Array  #: Unwrapped, of shape (S, N, 3); nan beyond the particles of a frame.
+    velocities: Array  #: Of the first frame with particles, of shape (M, 3).
+    #: Mean distance of neighbours: that of as many particles on a simple cubic lattice.
+    spacing: float
+    #: Edges of the box in the first frame, of shape (3,); inf where a direction is not periodic or
+    #: the box is tilted.
+    edges: Array
+
+
+def read_frames(path: Path) -> Frames:
+    """Read the frames of a run; raises InputError where there are none."""
+    lines = path.read_text("utf-8").splitlines() if path.is_file() else []
+    if not lines:
+        raise InputError("the script wrote no positions; expected a 'run' with particles")
+    times: list[float] = []
+    frames: list[Array] = []
+    edges = velocities = np.zeros(0)
+    spacing, at = 0.0, 0
+    while at < len(lines):
+        # Time, step, number of particles, box, and particles, each below a line that names it.
+        count, first = int(lines[at + 5]), at + 11
+        rows = np.array([line.split() for line in lines[first : first + count]], dtype=float)
+        rows = rows.reshape(-1, 7)
+        box = [[float(x) for x in line.split()] for line in lines[at + 7 : at + 10]]
+        if not len(velocities) and count:
+            velocities = rows[:, 4:]
+            edges = np.array([edge[1] - edge[0] for edge in box])
+            words = lines[at + 6].split()[3:]
+            periodic = np.array([word == "pp" for word in words[-3:]])
+            edges = np.where(periodic & (len(words) == 3), edges, np.inf)
+        # Each run begins with the frame that the one before ended with.
+        if not times or float(lines[at + 1]) != times[-1]:
+            times.append(float(lines[at + 1]))
+            frames.append(rows[:, 1:4])
+        spacing = float(np.prod([e[1] - e[0] for e in box]) / max(count, 1)) ** (1.0 / 3.0)
+        at = first + count
+    most = max(len(frame) for frame in frames)
+    padded = [np.pad(f, ((0, most - len(f)), (0, 0)), constant_values=np.nan) for f in frames]
+    return Frames(np.array(times), np.array(padded), velocities, spacing, edges)

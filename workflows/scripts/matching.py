@@ -1,0 +1,75 @@
+"""Particles of two runs, matched by id or by position at the start."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chaincor.lammps_inputs.arrays import Array
+from chaincor.workflows.scripts.frames import Frames
+
+IndexArray = NDArray[np.intp]
+# Roundings of positions, in distances of neighbours; of velocities, in their root mean square.
+_SAME_PLACE, _SAME_SPEED = 1e-9, 1e-9
+
+
+@dataclass(frozen=True)
+class Match:
+    """How the particles of a second run belong to those of the first, at the start."""
+
+    order: IndexArray  #: Which particle of the second run each of the first is.
+    renumbered: bool  #: Whether ids differ, so that particles were matched by position.
+    same_places: bool  #: Whether positions agree up to roundings.
+    same_speeds: bool  #: Whether velocities do.
+
+
+def match_particles(first: Frames, second: Frames, at: tuple[int, int]) -> Match:
+    """
+    Match the particles of two runs in the frames `at` (one each) that show the same time.
+
+    Positions are compared in the periodic box. Velocities are those of the first frame of a run,
+    and are compared only where both frames are that.
+    """
+    here, there = first.positions[at[0]], second.positions[at[1]]
+    here, there = (each[np.isfinite(each[:, 0])] for each in (here, there))
+    order = np.arange(min(len(here), len(there)))
+    allowed = _SAME_PLACE * first.spacing
+    if len(here) != len(there):
+        return Match(order, False, False, False)
+    same_places = bool(np.all(_distances(here, there, first.edges) <= allowed))
+    renumbered = False
+    if not same_places:
+        found = _nearest(here, there, first.edges)
+        apart = _distances(here, there[found], first.edges)
+        if len(set(found.tolist())) == len(here) and np.all(apart <= allowed):
+            order, renumbered, same_places = found, True, True
+    same_speeds = True
+    if at == (0, 0) and len(first.velocities) == len(second.velocities) == len(order):
+        speeds = second.velocities[order]
+        size = float(np.sqrt(np.mean(first.velocities**2))) or 1.0
+        same_speeds = bool(np.all(np.abs(first.velocities - speeds) <= _SAME_SPEED * size))
+    return Match(order, renumbered, same_places, same_speeds)
+
+
+def _distances(here: Array, there: Array, edges: Array) -> Array:
+    """Return distances between particles, of the nearest periodic images."""
+    apart = here - there
+    inside = np.isfinite(edges)
+    apart[:, inside] -= edges[inside] * np.round(apart[:, inside] / edges[inside])
+    return np.sqrt(np.sum(apart**2, axis=1))
+
+
+def _nearest(here: Array, there: Array, edges: Array) -> IndexArray:
+    """Return which particle `there` is nearest to each one `here`."""
+    from scipy.spatial import KDTree
+
+    box = np.where(np.isfinite(edges), edges, 0.0)
+    wrapped = [
+        np.where(box > 0.0, np.mod(each, np.where(box > 0.0, box, 1.0)), each)
+        for each in (here, there)
+    ]
+    # Rounded up to the edge itself, a place is outside for the tree.
+    wrapped = [np.where((box > 0.0) & (each >= box), 0.0, each) for each in wrapped]
+    shift = np.where(box > 0.0, 0.0, np.minimum(*(each.min(axis=0) for each in wrapped)))
+    tree = KDTree(wrapped[1] - shift, boxsize=box)
+    return np.asarray(tree.query(wrapped[0] - shift)[1], dtype=np.intp)

@@ -1,0 +1,123 @@
+"""Series that a run sampled, and the means, drifts and fluctuations over them."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from chaincor.analysis.ladders.series import standard_error
+from chaincor.lammps_inputs.arrays import Array
+from chaincor.workflows.errors import RunError
+from chaincor.workflows.scripts.quantities import Observed, Quantity
+
+# A mean is taken over this share of the run, at its end.
+SHARE = 0.5
+# Fewer samples give neither a mean's error nor a drift.
+LEAST_SAMPLES = 8
+
+
+@dataclass(frozen=True)
+class Samples:
+    """Series that one run sampled."""
+
+    times: Array  #: Physical times, from the start of the first run to the end; of shape (S,).
+    values: dict[str, Array]  #: By quantity; of shape (S,).
+
+    @property
+    def end(self) -> float:
+        """The time at which the run ended."""
+        return float(self.times[-1])
+
+    def window(self, kind: str) -> tuple[float, float]:
+        """Return the times between which a number of a kind is taken."""
+        first, last = float(self.times[0]), self.end
+        if kind == "last":
+            return last, last
+        return (last - SHARE * (last - first) if kind == "mean" else first), last
+
+    def number(self, quantity: Quantity, start: float | None = None) -> Observed:
+        """
+        Return a number of the run: a mean has the standard error of a correlated series.
+
+        `start` is a physical time at which the window begins instead.
+        """
+        all_values = self.values[quantity.what]
+        if quantity.kind == "last":
+            return Observed(float(all_values[-1]))
+        times, values = self._inside(quantity, start)
+        # Integrals by the trapezoidal rule: another step has other sample times.
+        halves = 0.5 * np.diff(times)
+        weights = np.append(halves, 0.0) + np.append(0.0, halves)
+        weights /= weights.sum()
+        mean = float(weights @ values)
+        if quantity.kind == "mean":
+            error, independent = standard_error(values)
+            return Observed(mean, error=error, independent=independent)
+        from_middle = times - weights @ times
+        slope = float((weights * from_middle) @ values / (weights @ from_middle**2))
+        if quantity.kind == "drift":
+            return Observed(slope * float(np.ptp(times)))
+        return Observed(float(np.sqrt(weights @ (values - mean - slope * from_middle) ** 2)))
+
+    def spread(self, quantity: Quantity, what: str = "") -> float:
+        """Return the standard deviation of the samples behind a number, or of `what` instead."""
+        return float(np.std(self._inside(quantity, None, what)[1]))
+
+    def _inside(
+        self, quantity: Quantity, start: float | None, what: str = ""
+    ) -> tuple[Array, Array]:
+        """Return times and values within the window, with the interpolated value at its start."""
+        all_values = self.values[what or quantity.what]
+        first = self.window(quantity.kind if quantity.kind != "last" else "mean")[0]
+        start = first if start is None else max(start, float(self.times[0]))
+        span = self.end - float(self.times[0])
+        # Times are sums of steps, and rounded.
+        inside = self.times > start + 1e-9 * span
+        times = np.concatenate([[start], self.times[inside]])
+        return times, np.concatenate(
+            [[np.interp(start, self.times, all_values)], all_values[inside]]
+        )
+
+
+def last_step(path: Path) -> int | None:
+    """Return the last step that a run sampled; None where it sampled none."""
+    lines = path.read_text("utf-8", "replace").splitlines() if path.is_file() else []
+    words = lines[-1].split() if lines else []
+    return int(words[1]) if len(words) > 1 and words[1].isdigit() else None
+
+
+def read_samples(path: Path, start: Path, quantities: tuple[str, ...]) -> Samples:
+    """
+    Read the samples of a run: time, step and quantities, a line each.
+
+    `start` holds a line of the time and the quantities at the first step. Times that begin again,
+    after ``clear``, go on from where they were. Raises RunError where the samples are missing, too
+    few or not finite.
+    """
+    if not path.is_file():
+        raise RunError(
+            "nothing was sampled: no 'run' of the script took place while what is asked for was "
+            "defined; expected a script that runs, and computes, fixes and variables of it"
+        )
+    count = len(quantities)
+    words = [line.split() for line in path.read_text("utf-8").splitlines()]
+    rows = [[float(each) for each in (row[0], *row[2:])] for row in words if len(row) == 2 + count]
+    first = (
+        [line.split() for line in start.read_text("utf-8").splitlines()] if start.is_file() else []
+    )
+    if rows and first and len(first[-1]) == 2 + count and float(first[-1][1]) < rows[0][0]:
+        rows.insert(0, [float(each) for each in first[-1][1:]])
+    data = np.array(rows).reshape(-1, 1 + count)
+    if len(data) < LEAST_SAMPLES:
+        raise RunError(
+            f"only {len(data)} samples were taken; expected runs of {LEAST_SAMPLES} steps at least"
+        )
+    for what, column in zip(quantities, data.T[1:], strict=True):
+        if not np.all(np.isfinite(column)):
+            raise RunError(f"{what} is {column[~np.isfinite(column)][0]} in the run")
+    steps = np.diff(data[:, 0])
+    times = data[0, 0] + np.concatenate([[0.0], np.cumsum(np.where(steps > 0.0, steps, 0.0))])
+    # Each run begins with the sample that the one before ended with.
+    kept = np.concatenate([[True], np.diff(times) > 0.0])
+    values = {what: data[kept, k] for k, what in enumerate(quantities, 1)}
+    return Samples(times[kept], values)

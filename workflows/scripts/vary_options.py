@@ -1,0 +1,145 @@
+"""The values of ``--vary`` and ``--fix``, read and checked."""
+
+import math
+import re
+from dataclasses import replace
+from itertools import product
+
+from chaincor.analysis.ladders.verdict import LEAST_RUNGS
+from chaincor.lammps_inputs.errors import InputError
+from chaincor.workflows.scripts.ladder import Ladder
+
+_MOST_RUNGS, _MOST_FIXED, _MOST_RANKS = 40, 100, 64
+# A ladder of less says nothing of an order.
+_LEAST_SPAN = 2.0
+# Values are whole numbers where both ends are, and of this size at least.
+_LEAST_COUNT = 100
+_NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]{0,63}", re.ASCII)
+_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d{1,3})?", re.ASCII)
+# Values of a switch: a few whole numbers, from one to another or one by one.
+_SWITCH = re.compile(
+    r"(?P<name>\w+)=(?:(?P<low>\d{1,3}):(?P<high>\d{1,3}):(?P<count>[23])"
+    r"|(?P<each>\d{1,3}(?:,\d{1,3})+))",
+    re.ASCII,
+)
+
+
+def read_ladder(text: str) -> Ladder:
+    """
+    Read ``NAME=FROM:TO:COUNT``, FROM the coarse end and TO the fine one.
+
+    Raises InputError where it is anything else.
+    """
+    expected = "expected NAME=FROM:TO:COUNT, coarse end first, such as timestep=0.01:0.0005:8"
+    name, equals, rest = text.partition("=")
+    parts = rest.split(":")
+    if not equals or len(parts) != 3:
+        raise InputError(f"--vary is {text!r}; {expected}")
+    _check_name(name, "--vary")
+    coarse, fine = (_read_number(part, "--vary") for part in parts[:2])
+    if not re.fullmatch(r"\d{1,3}", parts[2], re.ASCII):
+        raise InputError(f"--vary counts {parts[2]!r} values; {expected}")
+    rungs = int(parts[2])
+    if not LEAST_RUNGS <= rungs <= _MOST_RUNGS:
+        raise InputError(
+            f"--vary counts {rungs} values; expected {LEAST_RUNGS} to {_MOST_RUNGS}: with fewer, "
+            "no order can be told"
+        )
+    if coarse <= 0.0 or fine <= 0.0 or max(coarse, fine) / min(coarse, fine) < _LEAST_SPAN:
+        raise InputError(
+            f"--vary goes from {parts[0]} to {parts[1]}; expected positive values, a factor of "
+            f"{_LEAST_SPAN:g} apart at least"
+        )
+    whole = all(part.isdecimal() and int(part) >= _LEAST_COUNT for part in parts[:2])
+    return Ladder(name, coarse, fine, rungs, whole)
+
+
+def in_whole_numbers(ladder: Ladder) -> Ladder:
+    """
+    Return a ladder whose values are whole numbers.
+
+    Raises InputError where its ends are none, or have fewer whole numbers than rungs between them.
+    """
+    counts = replace(ladder, counts=True)
+    values = {counts.value(rung, 0, 1) for rung in range(ladder.rungs)}
+    if not (ladder.coarse.is_integer() and ladder.fine.is_integer()):
+        raise InputError(
+            f"--vary goes from {ladder.coarse:g} to {ladder.fine:g}, and {ladder.name} takes whole "
+            "numbers; expected two of them"
+        )
+    if len(values) < ladder.rungs:
+        raise InputError(
+            f"--vary counts {ladder.rungs} values of {ladder.name}, of which only {len(values)} "
+            f"differ as whole numbers; expected {len(values)} or fewer, or ends further apart"
+        )
+    return counts
+
+
+def read_switch(vary: str) -> tuple[str, ...] | None:
+    """Return the values of ``NAME=0:1:2`` or ``NAME=0,1``; None for anything else."""
+    found = _SWITCH.fullmatch(vary)
+    if found is None:
+        return None
+    if found["each"] is not None:
+        values = [int(word) for word in found["each"].split(",")]
+    else:
+        low, high, steps = int(found["low"]), int(found["high"]), int(found["count"]) - 1
+        values = [low + round(k * (high - low) / steps) for k in range(steps + 1)]
+    _check_name(found["name"], "--vary")
+    if len(set(values)) < len(values):
+        raise InputError(
+            f"--vary is {vary!r}; expected values of a switch, each once: {found['name']}=0,1"
+        )
+    return tuple(map(str, values))
+
+
+def read_fixed(texts: tuple[str, ...]) -> list[dict[str, str]]:
+    """
+    Read ``NAME=VALUE,VALUE`` options: returns every combination, as text for LAMMPS.
+
+    Raises InputError where they are anything else, or name a variable twice.
+    """
+    names: dict[str, list[str]] = {}
+    for text in texts:
+        name, equals, rest = text.partition("=")
+        if not equals or not rest:
+            raise InputError(
+                f"--fix is {text!r}; expected NAME=VALUE,VALUE, such as rows=1000,10000"
+            )
+        _check_name(name, "--fix")
+        if name in names:
+            raise InputError(f"--fix names {name!r} twice; expected each once: join the values")
+        names[name] = rest.split(",")
+        for value in names[name]:
+            _read_number(value, "--fix")
+    found = [dict(zip(names, each, strict=True)) for each in product(*names.values())]
+    if len(found) > _MOST_FIXED:
+        raise InputError(
+            f"--fix makes {len(found)} ladders; expected {_MOST_FIXED} at most: give fewer values"
+        )
+    return found
+
+
+def read_ranks(vary: str) -> tuple[int, ...]:
+    """Read ``ranks=1,2,4``; raises InputError for anything else."""
+    text = vary.partition("=")[2]
+    if not re.fullmatch(r"\d{1,2}(,\d{1,2})+", text, re.ASCII):
+        raise InputError(f"--vary is {vary!r}; expected two numbers of processes: ranks=1,2,4")
+    ranks = tuple(int(word) for word in text.split(","))
+    if not all(1 <= each <= _MOST_RANKS for each in ranks) or len(set(ranks)) < len(ranks):
+        raise InputError(f"--vary is {vary!r}; expected numbers from 1 to {_MOST_RANKS}, each once")
+    return ranks
+
+
+def _check_name(name: str, option: str) -> None:
+    if not _NAME.fullmatch(name):
+        raise InputError(
+            f"{option} names the variable {name!r}; expected letters, digits and underscores, such "
+            "as timestep"
+        )
+
+
+def _read_number(text: str, option: str) -> float:
+    if not _NUMBER.fullmatch(text) or not math.isfinite(float(text)):
+        raise InputError(f"{option} holds {text!r}; expected a number, such as 0.01 or 1e-3")
+    return float(text)
