@@ -1,14 +1,17 @@
 """A study of a script in words: verdict, table and advice of each ladder, the bottom line last."""
 
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from chaincor.workflows.scripts.ladder_runs import NumberLadder, ScriptLadder
 from chaincor.workflows.scripts.parting import PARTED, Comparison
 from chaincor.workflows.scripts.step_settings import how_to_run
-from chaincor.workflows.scripts.study import ScriptStudy
 from chaincor.workflows.scripts.varied import SEED
+
+if TYPE_CHECKING:
+    from chaincor.workflows.scripts.study import ScriptStudy
 
 _HEADS = ("quantity", "value", "verdict", "advised", "runs", "keeps", "tolerance")
 # A run should have so many independent samples.
@@ -22,7 +25,7 @@ KINDS = {
 }
 
 
-def describe_script_study(study: ScriptStudy) -> str:
+def describe_script_study(study: "ScriptStudy") -> str:
     """Describe a study for people: verdict, table and advice of each ladder, and the summary."""
     lines = [f"{study.script.name}: {', '.join(study.asked.names)}"]
     if study.ladder is not None:
@@ -41,7 +44,7 @@ def describe_script_study(study: ScriptStudy) -> str:
     return "\n".join([*lines, "", *said, *([""] if said else []), study.summary])
 
 
-def study_to_html(study: ScriptStudy) -> str:
+def study_to_html(study: "ScriptStudy") -> str:
     """Return a study as an HTML table for notebooks, the bottom line below it."""
     from html import escape
 
@@ -64,12 +67,12 @@ def study_to_html(study: ScriptStudy) -> str:
     )
 
 
-def _columns(study: ScriptStudy) -> str:
+def _columns(study: "ScriptStudy") -> str:
     varied = study.varied
     return f"{len(varied.seeds)} seeds" if varied.seeds else f"{varied.columns} nearby values"
 
 
-def _describe_ladder(study: ScriptStudy, each: ScriptLadder) -> list[str]:
+def _describe_ladder(study: "ScriptStudy", each: ScriptLadder) -> list[str]:
     lines = [f"at {name} = {value}" for name, value in each.fixed.items()]
     if len(each.numbers) > 1:
         return [*lines, *_table(each)]
@@ -181,7 +184,7 @@ def _longer(independent: float) -> str:
     return f" ({independent:.0f} correlation times: run {max(factor, 2)} times longer)"
 
 
-def notes(study: ScriptStudy) -> list[str]:
+def notes(study: "ScriptStudy") -> list[str]:
     """Return the crashed runs, the causes of energy changes, and what a ladder gets wrong."""
     said = [f"note: {crash}" for crash in study.crashes]
     said += [f"note: {change}" for change in study.changes]
@@ -217,7 +220,7 @@ def notes(study: ScriptStudy) -> list[str]:
     return said
 
 
-def _windows(study: ScriptStudy) -> list[str]:
+def _windows(study: "ScriptStudy") -> list[str]:
     """Return the times that means, drifts and fluctuations are taken over."""
     samples = [run.samples for each in study.ladders for run in each.runs if run.samples]
     kinds: dict[tuple[float, float], list[str]] = {}
@@ -231,7 +234,7 @@ def _windows(study: ScriptStudy) -> list[str]:
     return [f"note: {', '.join(parts)}"] if parts else []
 
 
-def told(study: ScriptStudy, each: ScriptLadder, number: NumberLadder) -> list[tuple[str, str]]:
+def told(study: "ScriptStudy", each: ScriptLadder, number: NumberLadder) -> list[tuple[str, str]]:
     """Return what a ladder says of a number, as pairs of a head and a text, the advice last."""
     verdict = number.verdict
     said = [("verdict", f"{verdict.kind}: {verdict.reason}")]
@@ -251,7 +254,7 @@ def told(study: ScriptStudy, each: ScriptLadder, number: NumberLadder) -> list[t
     return [*said, ("advice", advise(study, each, number))]
 
 
-def advise(study: ScriptStudy, each: ScriptLadder, number: NumberLadder) -> str:
+def advise(study: "ScriptStudy", each: ScriptLadder, number: NumberLadder) -> str:
     """Return in one line what to run."""
     name, tolerance, advice = each.ladder.name, number.tolerance, number.advice
     if number.verdict.kind == "cannot tell":

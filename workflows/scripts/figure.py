@@ -8,10 +8,11 @@ from chaincor.analysis.figures.style import BLACK, CYCLE, GREY, MARKERS, new_fig
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.workflows.scripts.ladder_runs import NumberLadder, ScriptLadder
 from chaincor.workflows.scripts.parting import PARTED, Comparison
-from chaincor.workflows.scripts.study import ScriptStudy
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+    from chaincor.workflows.scripts.study import ScriptStudy
 
 # A panel of costs is drawn where they differ by this factor at least.
 _COSTS_APART = 2.0
@@ -21,14 +22,14 @@ _MOST_TICKS = 6
 _CRASHED = "#c00000"
 
 
-def has_figure(study: ScriptStudy) -> bool:
+def has_figure(study: "ScriptStudy") -> bool:
     """Return whether a study has anything to draw: an error or a distance that is not 0."""
     return bool(_drawn_names(study)) or any(
         np.any(each.distances > 0.0) for each in study.comparisons
     )
 
 
-def plot_script_study(study: ScriptStudy) -> "Axes":
+def plot_script_study(study: "ScriptStudy") -> "Axes":
     """
     Draw a study; returns the first axes.
 
@@ -71,7 +72,7 @@ def plot_script_study(study: ScriptStudy) -> "Axes":
     return panels[0]
 
 
-def _numbers(study: ScriptStudy, name: str) -> list[tuple[ScriptLadder, NumberLadder]]:
+def _numbers(study: "ScriptStudy", name: str) -> list[tuple[ScriptLadder, NumberLadder]]:
     found = [(each, number) for each in study.ladders for number in each.numbers]
     return [pair for pair in found if pair[1].name == name]
 
@@ -83,7 +84,7 @@ def _errors(number: NumberLadder) -> np.ndarray:
     return np.where(errors > 0.0, errors, np.nan)
 
 
-def _drawn_names(study: ScriptStudy) -> list[str]:
+def _drawn_names(study: "ScriptStudy") -> list[str]:
     names = dict.fromkeys(number.name for each in study.ladders for number in each.numbers)
     return [
         name
@@ -92,7 +93,7 @@ def _drawn_names(study: ScriptStudy) -> list[str]:
     ]
 
 
-def _plot_number(panel: "Axes", study: ScriptStudy, name: str) -> None:
+def _plot_number(panel: "Axes", study: "ScriptStudy", name: str) -> None:
     """Draw the errors of one number against the variable."""
     curves = _numbers(study, name)
     for k, (each, number) in enumerate(curves):
@@ -132,7 +133,7 @@ def _plot_number(panel: "Axes", study: ScriptStudy, name: str) -> None:
     panel.set_xticks([], minor=True)
 
 
-def _plot_costs(panel: "Axes", study: ScriptStudy, name: str) -> None:
+def _plot_costs(panel: "Axes", study: "ScriptStudy", name: str) -> None:
     """Draw the errors of one number against processor time."""
     largest = smallest = 0.0
     for k, (each, number) in enumerate(_numbers(study, name)):

@@ -16,10 +16,11 @@ from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.workflows.scripts.change import Change
 from chaincor.workflows.scripts.frames import Frames
+from chaincor.workflows.scripts.halving import find_halfway
 from chaincor.workflows.scripts.matching import IndexArray, match_particles
 from chaincor.workflows.scripts.parting_causes import find_causes
 from chaincor.workflows.scripts.quantities import Asked
-from chaincor.workflows.scripts.restarting import Halfway, find_halfway
+from chaincor.workflows.scripts.restarting import Halfway
 from chaincor.workflows.scripts.script_run import Runner, ScriptRun
 from chaincor.workflows.scripts.varied import LAST_DIGIT, RANKS, RESTART, Varied
 

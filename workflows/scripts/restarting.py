@@ -1,18 +1,8 @@
 """A restart in the middle of a script: where it is written, and a script that begins with it."""
 
-import re
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-from chaincor.lammps_inputs.errors import InputError
-from chaincor.workflows.scripts.script_text import ScriptText
-
-if TYPE_CHECKING:
-    from chaincor.workflows.scripts.script_run import Runner
-
-# Halves of shorter runs show nothing.
-_LEAST_STEPS = 20
 # Commands that make the box, in whose place the restart is read; and others that change a state,
 # which the restart holds.
 _MAKE_BOX = ("read_data", "create_box", "read_restart")
@@ -53,30 +43,3 @@ class Halfway:
             f'"variable chaincor_restart equal {once}" '
             f'"restart v_chaincor_restart {self.file}" else "restart 0"'
         ]
-
-
-def find_halfway(runner: "Runner", script: ScriptText) -> Halfway:
-    """
-    Run a script as it stands, and return the middle of its last long run.
-
-    Raises InputError where it has none, or empties its memory by ``clear``.
-    """
-    from chaincor.workflows.scripts.change import Change
-
-    for command in script.commands:
-        if command.words[0] == "clear" or re.search(r"[\"']\s*clear\s*[\"']", command.text):
-            raise InputError(
-                f"{command} is 'clear', after which a restart begins anew; expected a script "
-                "without it"
-            )
-    run = runner.run("as it stands", Change())
-    if run.failure:
-        raise runner.error("as it stands", run.failure)
-    for number, (start, steps) in reversed(list(enumerate(run.lengths, 1))):
-        if steps >= _LEAST_STEPS:
-            file = runner.scratch / "halfway"
-            return Halfway(number, start, start + steps // 2, start + steps, file)
-    raise InputError(
-        f"no run of {script.path.name} has {_LEAST_STEPS} steps; expected a longer one, to write a "
-        "restart in its middle"
-    )

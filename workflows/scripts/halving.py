@@ -1,0 +1,37 @@
+"""The middle of a script's last long run, found by a run as it stands."""
+
+import re
+
+from chaincor.lammps_inputs.errors import InputError
+from chaincor.workflows.scripts.change import Change
+from chaincor.workflows.scripts.restarting import Halfway
+from chaincor.workflows.scripts.script_run import Runner
+from chaincor.workflows.scripts.script_text import ScriptText
+
+# Halves of shorter runs show nothing.
+_LEAST_STEPS = 20
+
+
+def find_halfway(runner: Runner, script: ScriptText) -> Halfway:
+    """
+    Run a script as it stands, and return the middle of its last long run.
+
+    Raises InputError where it has none, or empties its memory by ``clear``.
+    """
+    for command in script.commands:
+        if command.words[0] == "clear" or re.search(r"[\"']\s*clear\s*[\"']", command.text):
+            raise InputError(
+                f"{command} is 'clear', after which a restart begins anew; expected a script "
+                "without it"
+            )
+    run = runner.run("as it stands", Change())
+    if run.failure:
+        raise runner.error("as it stands", run.failure)
+    for number, (start, steps) in reversed(list(enumerate(run.lengths, 1))):
+        if steps >= _LEAST_STEPS:
+            file = runner.scratch / "halfway"
+            return Halfway(number, start, start + steps // 2, start + steps, file)
+    raise InputError(
+        f"no run of {script.path.name} has {_LEAST_STEPS} steps; expected a longer one, to write a "
+        "restart in its middle"
+    )
