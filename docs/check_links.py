@@ -52,6 +52,7 @@ def broken_links(site: Path) -> list[str]:
                 found.append(f"{path}: {target} does not exist")
             elif (
                 parts.fragment
+                and "=" not in parts.fragment  # settings of the live page are no anchor
                 and there in pages
                 and unquote(parts.fragment) not in pages[there].anchors
             ):

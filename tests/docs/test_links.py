@@ -28,6 +28,8 @@ def test_the_check_of_the_site_finds_each_kind_of_fault(tmp_path):
     (tmp_path / "a.html").write_text('<p id="here"><a href="b.html#there">b</a><a href="#here">')
     (tmp_path / "b.html").write_text('<h1 id="there">b</h1><img src="a.html" alt="a">')
     assert check_links.broken_links(tmp_path) == []
+    (tmp_path / "c.html").write_text('<a href="a.html#particles=10&eta=hidden">settings</a>')
+    assert check_links.broken_links(tmp_path) == []
     (tmp_path / "b.html").write_text('<img src="gone.png"><a href="a.html#gone">a</a>')
     faults = "\n".join(check_links.broken_links(tmp_path))
     for fault in ("has no text", "gone.png does not exist", "a.html#gone has no such anchor"):

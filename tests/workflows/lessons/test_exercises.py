@@ -54,6 +54,15 @@ WRONG = {
         (1 - 2 * (1 - E**2), "linear"),
         (E, "ratio of speeds"),
     ],
+    # stability of the step, neighbour lists
+    "1.5": [
+        (1.0125, "ten particles"),
+        (math.sqrt(0.5), "not 1"),
+        (2, "sqrt(2)"),
+        (1, "long chains"),
+        (2 * math.pi / math.sqrt(2), "this is the period"),
+    ],
+    "1.6": [(60, "whole skin"), (0.15, "this is the time"), (0.3, "a number of steps")],
     # orders of interpolation, sign and slope of the force
     "2.1": [
         ([100, 100], "1/rows"),

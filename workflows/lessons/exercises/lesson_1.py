@@ -1,5 +1,8 @@
 """Lesson 1: what a coefficient of restitution is."""
 
+import numpy as np
+
+from chaincor.analysis.modes import mode_frequencies
 from chaincor.workflows.lessons.exercise import RIGHT, exercise
 from chaincor.workflows.lessons.exercises import in_house
 from chaincor.workflows.lessons.judging import Answers
@@ -63,3 +66,24 @@ def _exercise_4() -> Answers:
     yield 1.0 - 2.0 * lost, _LINEAR
     yield 1.0 - 0.5 * lost, _LINEAR
     yield _eta() ** 0.5, "this is e, the ratio of speeds; asked is eta = e^2, that of energies"
+
+
+@exercise("one number: the longest stable step of a chain of two")
+def _exercise_5() -> Answers:
+    omega = float(mode_frequencies(2)[1])
+    yield 2.0 / omega, RIGHT
+    yield 1.0 / np.sin(9.0 * np.pi / 20.0), "this is the limit for ten particles; two are slower"
+    yield 1.0 / omega, "the limit is omega h = 2, not 1"
+    yield 2.0, "this takes omega = 1; two particles on a spring have omega = sqrt(2)"
+    yield 1.0, "this is the limit of long chains, whose fastest mode has omega = 2"
+    yield 2.0 * np.pi / omega, "this is the period; already at 2/omega steps become unstable"
+    yield 0.2 * np.pi / omega, "this is a tenth of the period, a useful step; asked is the limit"
+
+
+@exercise("one number: after how many steps an atom has moved half the skin")
+def _exercise_6() -> Answers:
+    step, skin, velocity = 0.005, 0.3, 1.0
+    yield 0.5 * skin / (velocity * step), RIGHT
+    yield skin / (velocity * step), "this is the whole skin: two atoms may move towards each other"
+    yield 0.5 * skin / velocity, "this is the time; divide by the step"
+    yield skin / velocity, "this is the time for the whole skin; asked is a number of steps"
