@@ -25,6 +25,7 @@ extensions = [
     "sphinx.ext.napoleon",
     "absolute_values",
     "mathml",
+    "focus",
     "command_line",
     "scene_fields",
     "lesson_notebooks",

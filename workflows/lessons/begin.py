@@ -4,12 +4,15 @@ import itertools
 import os
 import sys
 from pathlib import Path
+from typing import Any
 
 from chaincor.lammps_inputs.errors import InputError, meant
 from chaincor.workflows.documents import DOCUMENTS
 
 # Where the session was before its first lesson: a cell that is run again must not go deeper.
 _home: list[Path] = []
+# The lesson that was begun last.
+_lesson: list[str] = []
 
 
 def begin(lesson: str) -> None:
@@ -32,6 +35,7 @@ def begin(lesson: str) -> None:
     """
     if not _home:
         _home.append(Path.cwd())
+    _lesson[:] = [lesson]
     folder = _new_folder(_home[0], lesson)
     os.chdir(folder)
     _let_the_shell_find_commands()
@@ -66,6 +70,21 @@ def _let_the_shell_find_commands() -> None:
     # IPython runs programs as if on a terminal, but shows no bar that moves.
     os.environ.pop("FORCE_COLOR", None)
     os.environ["TERM"] = "dumb"
+
+
+def show_figure(name: str) -> Any:
+    """
+    Return a saved figure for a notebook to show, with the words of the lesson's page as its text.
+
+    Figures of pyplot are closed, so that the notebook does not show them a second time.
+    """
+    from IPython.display import Image
+
+    from chaincor.workflows.lessons.notebooks import words_of_picture
+
+    if pyplot := sys.modules.get("matplotlib.pyplot"):
+        pyplot.close("all")
+    return Image(filename=name, alt=words_of_picture(_lesson[0], name) if _lesson else "")
 
 
 def prepared(name: str) -> Path:

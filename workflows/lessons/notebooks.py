@@ -38,17 +38,24 @@ def lesson_pages() -> dict[str, Path]:
     return {path.stem: path for path in sorted(found, key=lambda path: path.stem)}
 
 
+def words_of_picture(lesson: str, name: str) -> str:
+    """Return the words that the page of a lesson has for a picture; none for another picture."""
+    page = lesson_pages().get(lesson)
+    found = _PICTURE.findall(page.read_text(encoding="utf-8")) if page else []
+    return next((words for words, picture in found if picture == name), "")
+
+
 def notebook(page: Path, *, solutions: bool = True) -> str:
     """
     Make a notebook of a lesson's page, the same text for the same page.
 
     Blocks of Python become cells. Each command of a console block becomes a cell that runs it, on
-    Windows too; what the page says it prints is left out, since the notebook shows it. A block that
-    begins with the name of a file becomes a cell that writes the file. A picture that code of the
-    page draws is shown where the page shows it, with its words beside the solutions alone, since
-    they may tell an answer; one that ``result.plot`` draws appears by itself, and any other goes
-    into the notebook. Solutions are what stands in ``<details>`` under the summary *Solution*;
-    without them the notebook is for handing in. Raises MissingLibraryError without jupytext.
+    Windows too, without its output. A block that begins with the name of a file becomes a cell that
+    writes the file. A cell that saves a picture shows it, with the words of the page as its
+    alternative text; these words stand below it beside the solutions alone, since they may tell an
+    answer. Any other picture goes into the notebook. A solution stands in ``<details>`` under the
+    summary *Solution*; without solutions the notebook is for handing in. Raises MissingLibraryError
+    without jupytext.
     """
     try:
         import jupytext
@@ -67,31 +74,27 @@ def notebook(page: Path, *, solutions: bool = True) -> str:
     return str(jupytext.writes(made, fmt="ipynb"))
 
 
-_BEGIN = """from chaincor.workflows.lessons import begin
+_BEGIN = """from chaincor.workflows.lessons import begin, show_figure
 
 begin("{}")"""
-_SHOW = """from IPython.display import Image
-
-Image("{}")"""
+# Draws what a cell has saved, with words for those who do not see it.
+_SHOW = '\n\nshow_figure("{}")'
+_SAVED = re.compile(r'savefig\("([\w.-]+)"')
 
 
 def _parts(text: str, captions: bool, page: Path) -> Iterator[str]:
     """Yield prose and cells in turn."""
-    place, shows_itself = 0, False
+    place = 0
     drawn = "".join(code for _, code in _BLOCK.findall(text))
     for found in re.finditer(f"{_BLOCK.pattern}|{_PICTURE.pattern}", text, _BLOCK.flags):
         yield _without_links(text[place : found.start()])
         kind, code, words, picture = found.groups()
         if picture is None:
             yield from _cells(kind, code, found[0])
-            shows_itself = kind == "python" and ".plot." in code
         elif picture not in drawn:
             yield f"![{words}]({_data(page, picture)})"
-        else:
-            if not shows_itself:
-                yield _cell(_SHOW.format(picture))
-            if captions:
-                yield "*{}*".format(words.replace("*", r"\*"))
+        elif captions:
+            yield "*{}*".format(words.replace("*", r"\*"))
         place = found.end()
     yield _without_links(text[place:])
 
@@ -104,7 +107,8 @@ def _cells(kind: str, code: str, whole: str) -> Iterator[str]:
     elif named and kind in ("python", "toml"):
         yield _cell(f"%%writefile {named[1]}\n{code}")
     elif kind == "python":
-        yield _cell(code)
+        saved = _SAVED.search(code)
+        yield _cell(code.rstrip() + (_SHOW.format(saved[1]) if saved else ""))
     else:
         yield whole
 

@@ -8,7 +8,7 @@ sys.path.insert(0, str(Path(__file__).parents[2] / "extensions"))
 project = "How bouncy is a chain?"
 author = copyright = "chaincor maintainers"
 
-extensions = ["myst_parser", "sphinx_revealjs", "mathml"]
+extensions = ["myst_parser", "sphinx_revealjs", "mathml", "focus"]
 myst_enable_extensions = ["dollarmath", "attrs_inline", "colon_fence"]
 
 html_math_renderer = "mathml"

@@ -102,7 +102,7 @@ def page(tmp_path):
 
 def test_cells_of_a_page(page):
     assert sources(notebook(page)) == [
-        'from chaincor.workflows.lessons import begin\n\nbegin("1_lesson")',
+        'from chaincor.workflows.lessons import begin, show_figure\n\nbegin("1_lesson")',
         '!chaincor run --where "speed<1"',
         '!chaincor run --speed 0\nprint("exit status", _exit_code)',
         'print(open("job/in.chain").read())',
@@ -110,9 +110,8 @@ def test_cells_of_a_page(page):
         'printed = !cd job && lmp -in in.chain\nprint(*printed[-8:], sep="\\n")',
         "%%writefile sweep.toml\n# sweep.toml\n[axes]",
         "%%writefile mine.py\n# mine.py\nX = 1",
-        'axes = result.plot.energy()\naxes.figure.savefig("own.png")',
-        'figure.savefig("other.png")',
-        'from IPython.display import Image\n\nImage("other.png")',
+        'axes = result.plot.energy()\naxes.figure.savefig("own.png")\n\nshow_figure("own.png")',
+        'figure.savefig("other.png")\n\nshow_figure("other.png")',
         'check("1.1", ...)',
         "secret = 1",
     ]
@@ -196,6 +195,19 @@ def test_a_lesson_runs_from_a_clean_kernel(name, tmp_path, monkeypatch):
             assert "".join(output.text for output in cell.outputs).strip(), cell.source
     shown = [str(output) for cell in book.cells for output in cell.get("outputs", [])]
     assert sum("image/png" in text for text in shown) >= 1
+    # Each picture that a page has words for is shown once, with these words.
+    texts = [
+        output.metadata["image/png"]["alt"]
+        for cell in book.cells
+        for output in cell.get("outputs", [])
+        if "alt" in output.get("metadata", {}).get("image/png", {})
+    ]
+    page = PAGES[name].read_text()
+    words = dict(re.findall(r"^!\[([^\]]*)\]\(\.\./images/([\w.-]+)\)", page, re.MULTILINE))
+    drawn = {text for text, picture in words.items() if f'savefig("{picture}"' in page}
+    assert drawn
+    assert drawn <= set(texts)
+    assert all(texts)
 
 
 def test_lessons_are_written_and_nothing_is_overwritten(tmp_path, chaincor):
