@@ -13,6 +13,7 @@ from typing import NamedTuple
 import click
 
 from chaincor.lammps_inputs.errors import ChaincorError, SceneError, meant
+from chaincor.workflows.terminal_text import printable
 
 
 class CommandFacts(NamedTuple):
@@ -299,4 +300,4 @@ def _printable(text: str) -> str:
     line = " ".join(text.split())
     if len(line) > _LONGEST_LINE:
         line = f"{line[: _LONGEST_LINE // 2]} ... {line[-_LONGEST_LINE // 2 :]}"
-    return "".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in line)
+    return printable(line)

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from chaincor.lammps_inputs.errors import SceneError, one_line
+from chaincor.lammps_inputs.isolated import Isolated, IsolatedError
 from chaincor.lammps_inputs.own_templates.rules import check_commands, check_whole
 from chaincor.lammps_inputs.small_file import read_small_file
 
@@ -74,10 +75,21 @@ class OwnTemplate:
         """
         Render a whole script, or the job with the template's blocks.
 
-        `plain` is the job without them: every other command is the template's, and is checked.
-        Raises SceneError for a template that is no jinja2, names a block or a value that does not
-        exist, leaves the sandbox, or has a command that the job cannot live with.
+        `plain` is the job without them: every other command is the template's, and is checked. It
+        is rendered in a process of its own, with bounded time and memory. Raises SceneError for a
+        template that is no jinja2, names a block or a value that does not exist, leaves the
+        sandbox, needs too much, or has a command that the job cannot live with.
         """
+        try:
+            return _RENDERED(self, values, plain)
+        except IsolatedError as error:
+            raise SceneError(
+                f"the template cannot be rendered: {error}; expected one that computes little: "
+                "shorten it"
+            ) from None
+
+    def render_here(self, values: dict[str, Any], plain: str | None) -> str:
+        """Render the template in this process; see :meth:`render`."""
         from jinja2 import PackageLoader, StrictUndefined, meta, nodes
         from jinja2.exceptions import SecurityError, TemplateError
         from jinja2.sandbox import ImmutableSandboxedEnvironment
@@ -117,7 +129,7 @@ class OwnTemplate:
             ) from None
         except (
             *(TemplateError, ArithmeticError, TypeError, ValueError, LookupError),
-            *(RecursionError, MemoryError),
+            RecursionError,
         ) as error:
             line = getattr(error, "lineno", None)
             where = "" if line is None else f", line {line}"
@@ -144,6 +156,9 @@ class OwnTemplate:
                     f"--set {name} is used nowhere in the template; expected one of "
                     f"{', '.join(sorted(named - set(values))) or 'none'}: leave it out"
                 )
+
+
+_RENDERED = Isolated(OwnTemplate.render_here, seconds=2, megabytes=1000)
 
 
 def parse_settings(given: tuple[str, ...]) -> dict[str, str]:

@@ -156,3 +156,24 @@ def test_a_template_stays_in_its_sandbox(dress, plain, monkeypatch):
         assert "__" not in script.replace("TemplateReference", "")
         assert "<class" not in script
     assert commands_of(job_files(SCENE)["in.chain"]) == plain
+
+
+@pytest.mark.parametrize(
+    "expression",
+    [
+        "(10**8)**(10**8)",
+        pytest.param("'x' * 2**31", marks=pytest.mark.slow),
+        pytest.param("'{:>2000000000}'.format(1)", marks=pytest.mark.slow),
+        pytest.param("'x'.ljust(2**31)", marks=pytest.mark.slow),
+        pytest.param("('x' * 10**7)|replace('x', 'y' * 10**7)", marks=pytest.mark.slow),
+        pytest.param("([1] * 10**9)|sum", marks=pytest.mark.slow),
+    ],
+)
+def test_a_template_that_computes_too_much_is_refused_and_the_next_is_rendered(expression):
+    def render(text):
+        template = OwnTemplate(f"{HEAD}{{% block setup %}}# {{{{ {text} }}}}\n{{% endblock %}}")
+        return job_files(SCENE, JobWishes(template=template))["in.chain"]
+
+    with pytest.raises(SceneError, match="the template cannot be rendered: it (takes|needs) more"):
+        render(expression)
+    assert "# 14\n" in render("7 * particles")

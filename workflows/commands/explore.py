@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-from chaincor.workflows.commands.options import PATH, option
+from chaincor.workflows.commands.options import PATH, option, say
 from chaincor.workflows.pictures.live_page import MOST_PARTICLES, live_page
 
 
@@ -35,4 +35,4 @@ def explore(output: Path, particles: int) -> None:
 
     judge_output(output, ".html")
     write_whole(output, live_page(particles))
-    click.echo(output)
+    say(output)

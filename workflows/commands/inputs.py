@@ -8,7 +8,7 @@ import click
 
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.script_plan import JobWishes
-from chaincor.workflows.commands.options import option
+from chaincor.workflows.commands.options import option, say
 from chaincor.workflows.commands.scene_options import SceneCommand, scene_from, scene_options
 
 
@@ -79,7 +79,7 @@ def inputs(
         click.echo(files[SCRIPT_FILE], nl=False)
         return
     for file in write_files(files, Path(output), force):
-        click.echo(file)
+        say(file)
 
 
 def _wishes_in(options: dict[str, Any]) -> JobWishes:
@@ -119,9 +119,9 @@ def _write_grid(
         sweep.scenes, axes, folder, submit, site=lines, replace_existing=force, wishes=wishes
     )
     refused = {name: refusal for name, refusal in jobs.items() if refusal}
-    click.echo(f"{len(jobs) - len(refused)} jobs in {folder}, listed in {folder / MANIFEST}")
-    click.echo(f"run them: {folder / f'submit.{submit}'}")
+    say(f"{len(jobs) - len(refused)} jobs in {folder}, listed in {folder / MANIFEST}")
+    say(f"run them: {folder / f'submit.{submit}'}")
     for name, refusal in refused.items():
-        click.echo(f"chaincor: no job for {name}: {refusal}", err=True)
+        say(f"chaincor: no job for {name}: {refusal}", err=True)
     if refused:
         raise click.exceptions.Exit(1)

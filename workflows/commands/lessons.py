@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-from chaincor.workflows.commands.options import FOLDER, option
+from chaincor.workflows.commands.options import FOLDER, option, say
 
 
 @click.command()
@@ -38,4 +38,4 @@ def lessons(output: Path, solutions: bool, force: bool) -> None:
     make_folder(output)
     for path, text in made.items():
         write_whole(path, text)
-        click.echo(path)
+        say(path)

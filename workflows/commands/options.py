@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from chaincor.workflows.json_output import json_text
+from chaincor.workflows.terminal_text import printable
 
 if TYPE_CHECKING:
     from chaincor.lammps_inputs.scene import Scene
@@ -46,12 +47,17 @@ def page_option(page: str, figures: str = "figures") -> Callable[[Callable], Cal
     return option("-o, --output DIR", text, FOLDER)
 
 
+def say(text: object, *, err: bool = False) -> None:
+    """Print a text with the control characters of files and names in it escaped."""
+    click.echo(printable(str(text), keep="\n\t"), err=err)
+
+
 def tell(plain: Mapping[str, Any], text: str, as_json: bool, scene: "Scene | None" = None) -> None:
     """Print a result: as one JSON object with what all of them have, or as text."""
-    click.echo(json_text(plain, scene) if as_json else text)
+    say(json_text(plain, scene) if as_json else text)
 
 
 def tell_page(page: Path, as_json: bool) -> None:
     """Print where a page was written, after the numbers; JSON is one object and nothing else."""
     if not as_json:
-        click.echo(f"page: {page}")
+        say(f"page: {page}")

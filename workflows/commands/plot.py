@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from chaincor.workflows.commands.options import PATH, option
+from chaincor.workflows.commands.options import PATH, option, say
 from chaincor.workflows.errors import StoreError
+from chaincor.workflows.terminal_text import printable
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -71,7 +72,7 @@ def plot(
             figure = _curves(store, x, y, by, mean, where)
     with written_aside(target) as aside:
         figure.savefig(aside)
-    click.echo(target)
+    say(target)
 
 
 # Columns of lists, of which one number can be along an axis.
@@ -256,11 +257,16 @@ def _labels(names: Sequence[str], keys: Iterable[tuple[Any, ...]]) -> list[str]:
     """Name curves by their values, in short, or in full where two would have one name."""
     labels: list[str] = []
     for show in (_shown, str):
-        values = ([show(value) for value in key] for key in keys)
+        values = ([_drawable(show(value)) for value in key] for key in keys)
         labels = [", ".join(map(" = ".join, zip(names, told, strict=True))) for told in values]
         if len(set(labels)) == len(labels):
             break
     return labels
+
+
+def _drawable(text: str) -> str:
+    """Return a text without characters that fonts lack, or that begin a formula in a figure."""
+    return printable(text).encode("ascii", "backslashreplace").decode().replace("$", r"\$")
 
 
 def _shown(value: Any) -> str:

@@ -5,7 +5,7 @@ from typing import Any
 
 import click
 
-from chaincor.workflows.commands.options import FOLDER, ONE_OR_MORE, option
+from chaincor.workflows.commands.options import FOLDER, ONE_OR_MORE, option, say
 
 
 @click.command()
@@ -40,9 +40,9 @@ def reproduce(folder: Path, quick: bool, workers: int, as_crate: bool, as_json: 
         folder, quick=quick, workers=workers, progress=not as_json, as_crate=as_crate
     )
     if as_json:
-        click.echo((folder / "report.json").read_text())
+        say((folder / "report.json").read_text())
     else:
-        click.echo(describe(contents, folder))
+        say(describe(contents, folder))
     if contents["health"]["by_lammps"] == 0:
         raise click.exceptions.Exit(1)
 

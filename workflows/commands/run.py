@@ -5,7 +5,14 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from chaincor.workflows.commands.options import ONE_OR_MORE, POSITIVE, json_option, option, tell
+from chaincor.workflows.commands.options import (
+    ONE_OR_MORE,
+    POSITIVE,
+    json_option,
+    option,
+    say,
+    tell,
+)
 from chaincor.workflows.commands.scene_options import SceneCommand, scene_from, scene_options
 from chaincor.workflows.json_output import json_text
 from chaincor.workflows.showing.text import describe
@@ -105,13 +112,13 @@ def run(
         found = result.to_dict()
         if sensitivity:
             found["sensitivity"] = result.sensitivity.to_dict()
-        click.echo(json_text(found, scene))
+        say(json_text(found, scene))
     else:
-        click.echo(describe(result))
+        say(describe(result))
         if sensitivity:
             from chaincor.workflows.sensitivity.text import describe_sensitivity
 
-            click.echo(f"\n{describe_sensitivity(result.sensitivity, result.scene)}")
+            say(f"\n{describe_sensitivity(result.sensitivity, result.scene)}")
     # The number is out before pictures are made, which may fail or be stopped.
     if animate is not None:
         from chaincor.workflows.pictures.recording import write_animation
@@ -122,7 +129,7 @@ def run(
 
         watch(result, terminal)
     if result.tolerance_met is False:
-        click.echo(f"chaincor: {result.reason}", err=True)
+        say(f"chaincor: {result.reason}", err=True)
         raise click.exceptions.Exit(1)
 
 
@@ -146,7 +153,7 @@ def _run_samples(
     missed = [*result.failures, *result.inexact]
     if missed:
         one = missed[0]
-        click.echo(
+        say(
             f"chaincor: {len(result.failures)} of {samples} samples have no number and "
             f"{len(result.inexact)} do not meet the tolerance; seed {one.seed}: {one.reason}",
             err=True,

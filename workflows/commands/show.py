@@ -8,6 +8,7 @@ import click
 from chaincor.workflows.commands.options import PATH, json_option, option, tell
 from chaincor.workflows.json_output import finite
 from chaincor.workflows.showing.table import aligned
+from chaincor.workflows.terminal_text import printable
 
 _COLUMNS = (
     "potential",
@@ -61,4 +62,4 @@ def show(
 def _cell(value: Any) -> str:
     if value is None:
         return "-"
-    return f"{value:.10g}" if isinstance(value, float) else str(value)
+    return f"{value:.10g}" if isinstance(value, float) else printable(str(value))

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-from chaincor.workflows.commands.options import PATH, option
+from chaincor.workflows.commands.options import PATH, option, say
 
 
 @click.group()
@@ -24,7 +24,7 @@ def merge(target: Path, sources: tuple[Path, ...]) -> None:
     from chaincor.workflows.store.merge import merge_stores
 
     rows = merge_stores(target, list(sources))
-    click.echo(f"{target}: {rows} rows")
+    say(f"{target}: {rows} rows")
 
 
 @store.command()
@@ -44,4 +44,4 @@ def export(source: Path, target: Path, as_crate: bool) -> None:
     refuse_overwriting_inputs(target, [source], "FILE")
     with Store(source, read_only=True) as opened:
         rows = (export_crate if as_crate else export_store)(opened, target)
-        click.echo(f"{target}: {rows} rows")
+        say(f"{target}: {rows} rows")

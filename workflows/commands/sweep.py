@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from chaincor.workflows.commands.options import ONE_OR_MORE, PATH, json_option, option, tell
+from chaincor.workflows.commands.options import ONE_OR_MORE, PATH, json_option, option, say, tell
 from chaincor.workflows.durations import format_duration
 from chaincor.workflows.given import workers_given
 
@@ -99,7 +99,7 @@ def sweep(
         unused = {"--scheduler": scheduler, "--keep-jobs": keep_jobs}
         if left_out := [name for name, value in unused.items() if value is not None]:
             note = "the forecast is for this machine and for results; it leaves out"
-            click.echo(f"chaincor: note: {note} {' and '.join(left_out)}", err=True)
+            say(f"chaincor: note: {note} {' and '.join(left_out)}", err=True)
         return
     with Store(path) as store:
         into = IntoStore(store, scenes, **wishes)
@@ -113,7 +113,7 @@ def sweep(
                 into.run_by_processes(cores, progress=not as_json)
         except KeyboardInterrupt:
             kept = f"what is finished is in {path}; run the same command to go on"
-            click.echo(f"chaincor: {kept}", err=True)
+            say(f"chaincor: {kept}", err=True)
             raise
     told = {"store": str(path)} | asdict(into.tally)
     tell(told, _report(into.tally, bool(into.todo), path), as_json)
@@ -127,7 +127,7 @@ def _keep_jobs(into: "IntoStore", folder: Path) -> None:
 
     jobless = sum(scene.engine != "lammps" for scene in into.todo)
     if jobless:
-        click.echo(
+        say(
             f"chaincor: note: {jobless} of {len(into.todo)} collisions are run in-house, "
             "without a LAMMPS job that --keep-jobs could keep",
             err=True,

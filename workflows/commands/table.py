@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from chaincor.workflows.commands.options import FILE, json_option, option, tell
+from chaincor.workflows.commands.options import FILE, json_option, option, say, tell
 from chaincor.workflows.json_output import finite
 
 if TYPE_CHECKING:
@@ -96,7 +96,7 @@ def table(
         from chaincor.workflows.tables.rewrite import rewrite_table
 
         rewrite_table(report, write, rows or report.rows)
-        click.echo(f"written: {write}", err=as_json)
+        say(f"written: {write}", err=as_json)
     if not report.is_good:
         raise click.exceptions.Exit(1)
 

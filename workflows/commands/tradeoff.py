@@ -6,7 +6,14 @@ from typing import Any
 import click
 
 from chaincor.lammps_inputs.scene import FILE_KEYS
-from chaincor.workflows.commands.options import json_option, option, page_option, tell, tell_page
+from chaincor.workflows.commands.options import (
+    json_option,
+    option,
+    page_option,
+    say,
+    tell,
+    tell_page,
+)
 from chaincor.workflows.commands.scene_options import SceneCommand, scene_from, scene_options
 
 # A study chooses these itself, and writes none of the files of a single run.
@@ -54,7 +61,7 @@ def tradeoff(
     scene = scene_from(scene_file, options)
     unused = [key for key in (*_OWN, *FILE_KEYS) if key in scene.model_fields_set]
     if unused:
-        click.echo(
+        say(
             f"chaincor: note: a study measures every setting and writes no files of a single run; "
             f"of the scene it does not use {', '.join(unused)}",
             err=True,

@@ -23,6 +23,7 @@ from chaincor.workflows.pages.typesetting import (
     typeset,
     without_links,
 )
+from chaincor.workflows.terminal_text import csv_cell
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -140,7 +141,7 @@ class StudyReport:
                 with (aside / name).open("w", newline="", encoding="utf-8") as stream:
                     writer = csv.DictWriter(stream, list(dict.fromkeys(k for r in rows for k in r)))
                     writer.writeheader()
-                    writer.writerows(rows)
+                    writer.writerows({k: csv_cell(v) for k, v in row.items()} for row in rows)
             publish(aside, folder)
             for name, axes in drawn.items():
                 for ending in ("png", "svg"):

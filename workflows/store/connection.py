@@ -8,7 +8,12 @@ from urllib.parse import quote
 
 from chaincor.lammps_inputs.errors import one_line
 from chaincor.workflows.errors import StoreError, StoreWriteError
-from chaincor.workflows.store.schema import APPLICATION_ID, MIGRATIONS, SCHEMA_VERSION
+from chaincor.workflows.store.schema import (
+    APPLICATION_ID,
+    MIGRATIONS,
+    SCHEMA_VERSION,
+    TABLE_COLUMNS,
+)
 
 # How long to wait for another sweep that is writing; each writes for milliseconds.
 LOCK_SECONDS = 60.0
@@ -43,6 +48,7 @@ def connect(path: Path, *, read_only: bool = False) -> sqlite3.Connection:
                 version = _version(connection, path)
             if version < SCHEMA_VERSION:
                 _migrate(connection, path, read_only)
+            _refuse_other_schema(connection, path)
         except BaseException:
             connection.close()
             raise
@@ -70,6 +76,29 @@ def _version(connection: sqlite3.Connection, path: Path) -> int:
             f"{SCHEMA_VERSION}: install a newer chaincor, nothing was changed"
         )
     return version
+
+
+def _refuse_other_schema(connection: sqlite3.Connection, path: Path) -> None:
+    """
+    Refuse a store whose tables are something else than tables.
+
+    Views, triggers and computed columns run queries of their own, which may never end. Raises
+    StoreError, which names the first of them.
+    """
+    others = "type IN ('view', 'trigger') OR sql LIKE 'CREATE VIRTUAL%'"
+    found = connection.execute(f"SELECT type, name FROM sqlite_master WHERE {others}").fetchall()
+    for name, known in TABLE_COLUMNS.items():
+        columns = connection.execute("SELECT name, hidden FROM pragma_table_xinfo(?)", (name,))
+        hidden = dict(columns.fetchall())
+        if not known <= set(hidden):
+            found.append(("table without its columns", name))
+        found += (("computed column", column) for column, kind in hidden.items() if kind)
+    if found:
+        kind, name = found[0]
+        raise StoreError(
+            f"{path} has a {kind} {str(name)[:40]!a}; expected the tables of a results store and "
+            "no more: run the sweep into a new store"
+        )
 
 
 def _migrate(connection: sqlite3.Connection, path: Path, read_only: bool) -> None:

@@ -14,9 +14,11 @@ from chaincor.workflows.errors import StoreError
 from chaincor.workflows.outputs import make_folder
 from chaincor.workflows.research_object import METADATA_FILE, describe_folder, require_rocrate
 from chaincor.workflows.showing.terms import ALL_TERMS, OTHER_NAMES
+from chaincor.workflows.store.checked_rows import check_rows
 from chaincor.workflows.store.query import query_rows
 from chaincor.workflows.store.results_store import Store
 from chaincor.workflows.store.schema import FLAG_COLUMNS, PLAIN_COLUMNS
+from chaincor.workflows.terminal_text import csv_cell
 
 if TYPE_CHECKING:
     import pandas
@@ -38,7 +40,7 @@ def export_store(store: Store, path: Path) -> int:
     with written_aside(path, kind) as aside:
         if path.suffix == ".csv":
             with aside.open("w", newline="", encoding="utf-8") as file:
-                csv.writer(file).writerows([PLAIN_COLUMNS, *rows])
+                csv.writer(file).writerows([PLAIN_COLUMNS, *(map(csv_cell, row) for row in rows)])
         else:
             try:
                 _frame(rows).to_parquet(aside, index=False)
@@ -65,12 +67,13 @@ def export_crate(store: Store, folder: Path) -> int:
         )
     make_folder(folder)
     rows = export_store(store, table)
-    known = store.connection.execute("SELECT versions FROM environments").fetchall()
+    known = store.select("SELECT versions, id FROM environments")[1]
+    check_rows(store.path, ["versions"], known, [f"environment {number}" for _, number in known])
     describe_folder(
         folder,
         f"{rows} collisions of one-dimensional chains, computed by chaincor",
         {table.name: "One row a collision: what collides, what came out, and how."},
-        sorted({pair for (text,) in known for pair in json.loads(text).items()}),
+        sorted({pair for text, _ in known for pair in json.loads(text).items()}),
         {name: _meaning(name) for name in PLAIN_COLUMNS},
     )
     return rows

@@ -7,6 +7,7 @@ from typing import Any
 
 from chaincor.lammps_inputs.given_numbers import number_in
 from chaincor.workflows.errors import StoreError
+from chaincor.workflows.store.checked_rows import KEY, check_rows
 from chaincor.workflows.store.results_store import Store
 from chaincor.workflows.store.schema import (
     BODY_COLUMNS,
@@ -59,21 +60,25 @@ def query_rows(
     Raises
     ------
     StoreError
-        If there is no such column, a condition cannot be read, or a column of numbers is compared
-        with a word.
+        If there is no such column, a condition cannot be read, a column of numbers is compared with
+        a word, or a row holds what chaincor does not write.
     """
     conditions, values = _conditions(store, where)
     ordered = [
         _quoted(name.removeprefix("-")) + (" DESC" if name.startswith("-") else "")
         for name in order
     ]
-    query = f"SELECT {', '.join(map(_quoted, columns))} FROM collisions{conditions}"
+    wanted = ", ".join([*map(_quoted, columns), KEY])
+    query = f"SELECT {wanted} FROM collisions{conditions}"
     if ordered:
         query += f" ORDER BY {', '.join(ordered)}"
     if limit is not None:
         query += " LIMIT ?"
         values = [*values, min(limit, _MOST_ROWS)]
-    return store.select(query, values)[1]
+    found = store.select(query, values)[1]
+    rows = [row[:-1] for row in found]
+    check_rows(store.path, columns, rows, [row[-1] for row in found])
+    return rows
 
 
 def count_rows(store: Store, where: Sequence[str] = ()) -> int:

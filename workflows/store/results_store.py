@@ -5,10 +5,11 @@ import json
 from collections.abc import Iterable, Sequence
 from functools import lru_cache
 from pathlib import Path
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.errors import StoreError
+from chaincor.workflows.store.checked_rows import KEY, check_rows
 from chaincor.workflows.store.connection import address, connect, named_errors, transaction
 from chaincor.workflows.store.row import (
     Row,
@@ -18,6 +19,10 @@ from chaincor.workflows.store.row import (
     scene_columns,
 )
 from chaincor.workflows.store.schema import FAILURE_COLUMNS, SCHEMA_VERSION
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
 
 _HAS_ARRAYS = (
     "EXISTS (SELECT 1 FROM {0}.arrays AS kept "
@@ -130,10 +135,21 @@ class Store:
                 "what `chaincor sweep` wrote: run the sweep into a new store"
             ) from None
         kept = self.select(_ARRAYS, (key,))[1] if arrays else []
-        return Row(found.columns, {name: array_from_bytes(npy) for name, npy in kept})
+        return Row(found.columns, {name: self._array(key, name, npy) for name, npy in kept})
+
+    def _array(self, key: str, name: Any, npy: Any) -> "NDArray[np.float64]":
+        try:
+            return array_from_bytes(npy)
+        except (ValueError, TypeError, EOFError, MemoryError, SyntaxError) as error:
+            raise StoreError(
+                f"the array {name!a} of the row {KEY}={key} of {self.path} is damaged ({error}); "
+                "expected what `chaincor sweep` wrote: run the sweep into a new store"
+            ) from None
 
     def _rows(self, query: str, parameters: Sequence[Any] = ()) -> list[Row]:
         names, rows = self.select(query, parameters)
+        place = names.index(KEY)
+        check_rows(self.path, names, rows, [row[place] for row in rows])
         return [Row(dict(zip(names, values, strict=True))) for values in rows]
 
     def standings(self, scenes: Sequence[Scene]) -> list[Row | None]:

@@ -259,5 +259,8 @@ def array_to_bytes(array: NDArray[np.float64]) -> bytes:
 
 
 def array_from_bytes(content: bytes) -> NDArray[np.float64]:
-    """Read an array from NumPy's own format."""
-    return np.load(io.BytesIO(content), allow_pickle=False)
+    """Read an array of numbers from NumPy's own format; ValueError where it is none."""
+    array = np.load(io.BytesIO(content), allow_pickle=False)
+    if not (isinstance(array, np.ndarray) and array.dtype.kind == "f"):
+        raise ValueError("no array of numbers")
+    return array

@@ -84,7 +84,13 @@ MIGRATIONS: tuple[tuple[str, ...], ...] = (
 
 SCHEMA_VERSION = len(MIGRATIONS)
 
-_COLUMNS = tuple(re.findall(r'^ +"?(\w+)"? (?:TEXT|INTEGER|REAL)', MIGRATIONS[0][1], re.MULTILINE))
+_COLUMN = re.compile(r'^ +"?(\w+)"? (?:TEXT|INTEGER|REAL|BLOB)', re.MULTILINE)
+# The tables of a store, and the columns that each of them has at least.
+TABLE_COLUMNS = {
+    name: set(_COLUMN.findall(statement))
+    for name, statement in zip(("environments", "collisions", "arrays"), MIGRATIONS[0], strict=True)
+}
+_COLUMNS = tuple(_COLUMN.findall(MIGRATIONS[0][1]))
 
 
 def _columns(first: str, last: str) -> tuple[str, ...]:

@@ -1,0 +1,35 @@
+"""Text from files, safe for a terminal or a spreadsheet: no control characters, no formulas."""
+
+import unicodedata
+from typing import Any
+
+# Characters of these categories move the cursor, change colours, or turn the text around.
+_CONTROLS = ("Cc", "Cf", "Cs", "Zl", "Zp")
+# A spreadsheet takes cells that begin so for formulas.
+_FORMULAS = ("=", "+", "-", "@", "\t", "\r")
+
+
+def printable(text: str, keep: str = "") -> str:
+    r"""
+    Return a text with its control characters escaped, as in ``\x1b``.
+
+    Those in `keep`, such as the line end, stay.
+    """
+    if text.isascii() and text.isprintable():
+        return text
+    return "".join(c if c in keep or not _is_control(c) else _escaped(c) for c in text)
+
+
+def _is_control(character: str) -> bool:
+    return not character.isprintable() and unicodedata.category(character) in _CONTROLS
+
+
+def _escaped(character: str) -> str:
+    return character.encode("unicode_escape").decode("ascii")
+
+
+def csv_cell(value: Any) -> Any:
+    """Return the value of a CSV cell; text that a spreadsheet would compute begins with ``'``."""
+    if isinstance(value, str) and value.startswith(_FORMULAS):
+        return f"'{value}"
+    return value
