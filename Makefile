@@ -5,7 +5,7 @@ BIN := .venv/bin
 # Tests start Python some hundred times: what one process compiles the next should only load.
 reproduce test test-all: export PYTHONDONTWRITEBYTECODE =
 
-.PHONY: reproduce test test-all test-elsewhere coverage check bench docs notebooks install-check clean
+.PHONY: reproduce test test-all fuzz test-elsewhere coverage check bench docs notebooks install-check clean
 
 reproduce: .venv/ready  ## recompute the paper
 	$(BIN)/chaincor reproduce -o reproduction
@@ -17,6 +17,10 @@ test: .venv/ready-test  ## the tests that one waits for: every capability, throu
 test-all: .venv/ready-test  ## the whole test suite, which CI runs
 	$(BIN)/python -m tests.warm_kernels all
 	$(BIN)/python -m pytest -n auto --dist worksteal
+
+MINUTES ?= 60
+fuzz: .venv/ready-test  ## spoilt files and random command lines: make fuzz MINUTES=60
+	$(BIN)/python -m tests.fuzz $(MINUTES)
 
 test-elsewhere: .venv/ready-test  ## the whole suite as on other machines; takes long
 	$(BIN)/python -m tests.elsewhere

@@ -10,10 +10,12 @@ from pathlib import Path
 import numpy as np
 
 from chaincor.analysis.dumps.frame import Frames
+from chaincor.analysis.dumps.many_files import files_of, is_pattern, pattern_of
 from chaincor.analysis.dumps.masses import DeclaredMasses, declared_masses, read_sections
 from chaincor.analysis.dumps.other_trajectories import is_other_trajectory, open_trajectory
 from chaincor.analysis.dumps.run_commands import RunCommands
 from chaincor.analysis.dumps.view import DumpView, ViewedDump
+from chaincor.analysis.dumps.yaml_text import YAML_START
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.schemes import SCHEME_ORDERS
@@ -44,7 +46,7 @@ class Job:
     def files(self) -> list[tuple[str, Path]]:
         """What is read of it: each file, and what that is."""
         found = {
-            "dump": (self.dump,),
+            "dump": files_of(self.dump) if is_pattern(self.dump) else (self.dump,),
             "data file": (self.data,),
             "scene": (self.scene,),
             "script": self.scripts,
@@ -188,9 +190,11 @@ def _job_of(
 ) -> Job:
     # A file that is named is where the name says, else in the folder.
     dump, data = (
-        path if path is None or path.exists() or not (folder / path).exists() else folder / path
+        path if path is None or _is_there(path) or not _is_there(folder / path) else folder / path
         for path in (dump, data)
     )
+    if dump is None and len(kinds["dump"]) > 1:
+        dump = pattern_of(kinds["dump"])
     if dump is None:
         dump = _only_one(kinds["dump"], "dump", folder)
     scene = folder / "scene.toml"
@@ -202,6 +206,12 @@ def _job_of(
         scene=scene if scene.exists() else None,
         scripts=tuple(kinds["script"]),
         logs=tuple(kinds["log"]),
+    )
+
+
+def _is_there(path: Path) -> bool:
+    return path.exists() or (
+        is_pattern(path) and path.parent.is_dir() and bool([*path.parent.glob(path.name)])
     )
 
 
@@ -268,7 +278,7 @@ def _read_head(path: Path) -> bytes:
 
 def _recognise(path: Path) -> str | None:
     head = _read_head(path)
-    if head.startswith(b"ITEM:") or head[8:18] == b"DUMPCUSTOM":
+    if head.startswith((b"ITEM:", YAML_START)) or head[8:18] == b"DUMPCUSTOM":
         return "dump"
     if _ATOM_COUNT.search(head) and _DATA_SECTION.search(head):
         return "data"

@@ -1,6 +1,7 @@
 """The command line: one module per command, loaded only when it is called."""
 
 import contextlib
+import errno
 import importlib
 import os
 import signal
@@ -13,6 +14,7 @@ from typing import NamedTuple
 import click
 
 from chaincor.lammps_inputs.errors import ChaincorError, SceneError, meant
+from chaincor.workflows.memory_limit import memory_is_short
 from chaincor.workflows.terminal_text import printable
 
 
@@ -193,7 +195,26 @@ def _terminable() -> Iterator[None]:
 
 def main(arguments: list[str] | None = None) -> None:
     """Run the command line and exit."""
-    sys.exit(_run(arguments))
+    status = _run(arguments)
+    sys.exit(status if _is_printed() else status or 1)
+
+
+def _is_printed() -> bool:
+    """Return whether all output has reached standard output; say so where it has not."""
+    try:
+        if sys.stdout is None:
+            raise OSError("it is closed")
+        sys.stdout.flush()
+    except BrokenPipeError:  # whoever read it has seen enough
+        sys.stdout = None
+        return False
+    except (OSError, ValueError) as error:
+        sys.stdout = None
+        with contextlib.suppress(OSError, ValueError):
+            reason = getattr(error, "strerror", None) or str(error)
+            _complain(f"cannot print to standard output ({reason}); the result is lost")
+        return False
+    return True
 
 
 # Where MPI launchers say how many copies they have started, and which one this is.
@@ -241,6 +262,9 @@ def _run(arguments: list[str] | None) -> int:
         return 143 if terminated else 130
     except ChaincorError as error:
         pointer = _pointer(type(error).__name__)
+        if type(error).__name__ == "MissingLibraryError" and (short := memory_is_short()):
+            _complain(short)
+            return error.exit_status
         if isinstance(error, SceneError) and error.mistakes:
             head, *_ = str(error).splitlines()
             _complain(head.removesuffix(":"), f"{pointer}:")
@@ -259,16 +283,37 @@ def _run(arguments: list[str] | None) -> int:
         return 1
     except ImportError as error:
         _complain(
-            f"a library does not load: {error}; expected a whole installation, and memory to load "
-            "it: see `chaincor doctor`, or raise the limit set for this program"
+            memory_is_short()
+            or f"a library does not load: {error}; expected a whole installation, and memory to "
+            "load it: see `chaincor doctor`, or raise the limit set for this program"
         )
         return 1
     except OSError as error:
-        where = f" {error.filename!r}" if error.filename else ""
-        reason = error.strerror or str(error) or type(error).__name__
-        _complain(f"cannot use the file{where}: {reason}")
+        _complain(memory_is_short() or _what_failed(error))
         return 1
     return status if isinstance(status, int) else 0
+
+
+# Bytes that a folder for temporary files must have free.
+_LEAST_ROOM = 2**20
+
+
+def _what_failed(error: OSError) -> str:
+    """Return one line about a file, or the folder for temporary ones where that is full."""
+    import shutil
+    import tempfile
+
+    reason = error.strerror or str(error) or type(error).__name__
+    if error.filename:
+        return f"cannot use the file {error.filename!r}: {reason}"
+    try:
+        folder = tempfile.gettempdir()
+        is_full = shutil.disk_usage(folder).free < _LEAST_ROOM
+    except OSError:
+        return f"there is no folder for temporary files ({reason}); set TMPDIR to one with room"
+    if error.errno in (errno.ENOSPC, errno.EDQUOT) and is_full:
+        return f"cannot write temporary files into {folder!r}: {reason}; set TMPDIR to another"
+    return f"cannot use the file, or standard output: {reason}"
 
 
 def _pointer(name: str) -> str:

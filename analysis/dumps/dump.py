@@ -12,6 +12,7 @@ import numpy as np
 
 from chaincor.analysis.dumps.frame import DumpFrame, Frames, TruncatedFrameError
 from chaincor.analysis.dumps.text import TextFrames, order_by_id
+from chaincor.analysis.dumps.yaml_text import YAML_START, YamlFrames
 from chaincor.lammps_inputs.errors import InputError
 
 _GZIP_MAGIC = b"\x1f\x8b"
@@ -21,7 +22,7 @@ _BINARY_MAGIC = b"DUMPCUSTOM"
 
 class Dump(Frames):
     """
-    A LAMMPS dump of style custom, read in constant memory.
+    A LAMMPS dump of style custom or yaml, read in constant memory.
 
     Text (``.lammpstrj``, ``.dump``), the same gzipped, or binary (``.bin``): what it is, is seen
     from its content. Iterating yields a :class:`DumpFrame` at a time and can be repeated. A last
@@ -41,7 +42,8 @@ class Dump(Frames):
             raise InputError(f"{self.path} is cut short before its first frame") from None
         if not start:
             raise InputError(f"{self.path} is empty; expected a LAMMPS dump of style custom")
-        self.is_text = start.startswith(_TEXT_START) or start in _TEXT_START
+        self._is_yaml = start.startswith(YAML_START[:18])
+        self.is_text = self._is_yaml or start.startswith(_TEXT_START) or start in _TEXT_START
         if not self.is_text and b"DUMP" not in start:
             raise InputError(
                 f"{self.path} is not a LAMMPS dump of style custom: it starts with {start[:18]!r}"
@@ -55,7 +57,8 @@ class Dump(Frames):
         file is damaged, or not even one frame is complete.
         """
         name, self.truncated = str(self.path), False
-        read = TextFrames(name).read if self.is_text else partial(_read_binary_frame, name=name)
+        text = YamlFrames(name) if self._is_yaml else TextFrames(name)
+        read = text.read if self.is_text else partial(_read_binary_frame, name=name)
         count = 0
         with self._open() as (file, stream):
             try:

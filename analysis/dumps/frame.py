@@ -39,6 +39,8 @@ class DumpFrame:
     units: str | None = None
     #: Half a unit of the last decimal, where numbers were printed with so many and no more.
     absolute_resolution: float = 0.0
+    #: Significant digits that all numbers of the file were printed with, where that is known.
+    printed_digits: int | None = None
 
     def column(self, name: str) -> Array:
         """Return one column as float64, exactly as written, sorted by id."""
@@ -74,6 +76,8 @@ class DumpFrame:
 
         17 for binary dumps; at least 6, the default of LAMMPS.
         """
+        if self.printed_digits is not None:
+            return self.printed_digits
         if self.raw_text is None:
             return 17
         words = (word for index in range(len(self.columns)) for word in self.raw_text(index))

@@ -6,7 +6,7 @@ own keep float64 and are read by ASE; TRR and AMBER NetCDF come through MDAnalys
 float32. Dumps of style custom are read here: in MDAnalysis they lose half their digits.
 """
 
-import itertools
+import tempfile
 import warnings
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -17,7 +17,10 @@ from numpy.typing import NDArray
 
 from chaincor.analysis.dumps.dump import Dump
 from chaincor.analysis.dumps.frame import DumpFrame, Frames
+from chaincor.analysis.dumps.many_files import ManyFileDump, is_pattern
 from chaincor.analysis.dumps.masses import MASS_COLUMN, TYPE_COLUMN
+from chaincor.analysis.dumps.mdanalysis_copy import copy_trajectory
+from chaincor.analysis.dumps.xyz_digits import printed_digits
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.errors import InputError, one_line
 
@@ -38,10 +41,8 @@ _MDANALYSIS_FORMATS = {
 _VELOCITY_ARRAYS = ("velo", "vel", "velocities")
 _TIME_KEYS = ("time", "Time")
 _STEP_KEYS = ("step", "Step", "Timestep", "timestep")
-# Numbers with no more decimals than this were printed so; more are float64.
-_MOST_DECIMALS = 12
-# A chain that starts with round numbers shows its decimals only later.
-_FRAMES_FOR_DECIMALS = 20
+# float32 has 24 bits, a little more than seven digits.
+_SINGLE_DIGITS = 7
 
 
 def is_other_trajectory(path: Path) -> bool:
@@ -53,9 +54,13 @@ def open_trajectory(path: Path | str) -> Frames:
     """
     Open a dump of LAMMPS, or a trajectory of another format, which its ending tells.
 
+    A ``*`` in the name stands for the numbers of many files, as it does for LAMMPS.
+
     Raises InputError if it cannot be read.
     """
     path = Path(path)
+    if is_pattern(path):
+        return ManyFileDump(path)
     return OtherTrajectory(path) if is_other_trajectory(path) else Dump(path)
 
 
@@ -109,8 +114,9 @@ class OtherTrajectory(Frames):
         )
 
     def _through_ase(self) -> Iterator[DumpFrame]:
-        beginning = itertools.islice(self._ase_columns(), _FRAMES_FOR_DECIMALS)
-        decimals = max((_decimals([*columns.values()]) for _, columns in beginning), default=0)
+        digits, decimals = (17, None)
+        if _ASE_FORMATS[self.path.suffix] == "extxyz":
+            digits, decimals = printed_digits(self.path)
         for index, (atoms, columns) in enumerate(self._ase_columns()):
             if atoms.has("masses"):
                 columns[MASS_COLUMN] = atoms.get_masses()
@@ -122,7 +128,8 @@ class OtherTrajectory(Frames):
                 step=int(_first_of(atoms.info, _STEP_KEYS, index)),
                 time=_first_of(atoms.info, _TIME_KEYS, None),
                 box=cell if atoms.pbc[0] and cell[0] > 0.0 else None,
-                resolution=0.0 if decimals > _MOST_DECIMALS else 0.5 * 10.0**-decimals,
+                resolution=0.0 if decimals is None else 0.5 * 10.0**-decimals,
+                digits=digits,
             )
 
     def _ase_columns(self) -> "Iterator[tuple[Atoms, dict[str, Array]]]":
@@ -136,25 +143,18 @@ class OtherTrajectory(Frames):
             yield atoms, {"x": atoms.positions[:, 0].copy(), "vx": np.array(v[:, 0], dtype=float)}
 
     def _through_mdanalysis(self) -> Iterator[DumpFrame]:
-        from MDAnalysis.coordinates.core import reader
-
         name, beginning = _MDANALYSIS_FORMATS[self.path.suffix]
         with self.path.open("rb") as file:
             if not file.read(8).startswith(beginning):
                 raise InputError(f"cannot read the trajectory {self.path}: it is no {name} file")
-        with reader(str(self.path), format=name) as source:
-            for ts in source:
-                if not ts.has_velocities:
-                    raise self._no_velocities()
-                columns = {
-                    axis: np.array(values[:, 0], dtype=np.float32)
-                    for axis, values in (("x", ts.positions), ("vx", ts.velocities))
-                }
+        with tempfile.TemporaryDirectory(prefix="chaincor-") as folder:
+            copied = copy_trajectory(self.path, name, Path(folder))
+            for x, vx, step, time, box in zip(*copied, strict=True):
                 yield _frame(
-                    columns,
-                    step=int(ts.data.get("step", ts.frame)),
-                    time=float(ts.time),
-                    box=None if ts.dimensions is None else ts.dimensions[:3],
+                    {"x": np.array(x), "vx": np.array(vx)},
+                    step=int(step),
+                    time=float(time),
+                    box=None if np.isnan(box[0]) else box,
                 )
 
 
@@ -165,6 +165,7 @@ def _frame(
     time: float | None,
     box: NDArray[Any] | None,
     resolution: float = 0.0,
+    digits: int = _SINGLE_DIGITS,
 ) -> DumpFrame:
     values = [*columns.values()]
     bounds = np.full((3, 2), np.nan)
@@ -177,26 +178,12 @@ def _frame(
         bounds,
         None,
         lambda index: values[index].astype(float),
-        lambda index: _text(values[index]),
+        None,
         periodic_x=box is not None,
         absolute_resolution=resolution,
+        printed_digits=digits,
     )
-
-
-def _text(column: NDArray[Any]) -> list[bytes]:
-    """Return a column with the digits that its numbers were printed with, or hold."""
-    if column.dtype == np.float32:  # 24 bits are a little more than seven digits
-        return [b"%.7g" % value for value in column.tolist()]
-    return [repr(value).encode() for value in column.tolist()]
 
 
 def _first_of(info: dict[str, Any], keys: tuple[str, ...], default: Any) -> Any:
     return next((info[key] for key in keys if key in info), default)
-
-
-def _decimals(columns: list[Array]) -> int:
-    """Return with how many decimals numbers were printed; more than the most: with all."""
-    for decimals in range(1, _MOST_DECIMALS + 1):
-        if all(np.array_equal(np.round(values, decimals), values) for values in columns):
-            return decimals
-    return _MOST_DECIMALS + 1

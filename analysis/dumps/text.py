@@ -24,7 +24,7 @@ class TextFrames:
     """
 
     def __init__(self, name: str):
-        self._name = name
+        self.name = name
         self._ids: list[bytes] | None = None
         self._order: NDArray[np.int64] | None = None
 
@@ -38,11 +38,11 @@ class TextFrames:
         body = list(itertools.islice(stream, particles))
         if len(body) < particles or (body and not body[-1].endswith(b"\n")):
             raise TruncatedFrameError
-        words = b"".join(body).split()
+        words = self._words(body)
         width = len(columns)
         if len(words) != particles * width:
             raise InputError(
-                f"{self._name}: the frame of step {step} holds {len(words)} numbers; expected "
+                f"{self.name}: the frame of step {step} holds {len(words)} numbers; expected "
                 f"{particles} rows of {width}: the file is damaged there, perhaps by a crashed "
                 "run that was continued into it"
             )
@@ -55,21 +55,37 @@ class TextFrames:
                 return np.array(list(map(float, words[index::width])))
             except ValueError:
                 raise InputError(
-                    f"{self._name}: column '{columns[index]}' of the frame of step {step} holds "
+                    f"{self.name}: column '{columns[index]}' of the frame of step {step} holds "
                     "text that is not a number"
                 ) from None
 
         if "id" not in columns:
             raise InputError(
-                f"{self._name} has no column 'id' (it has {' '.join(columns)}); dump it: LAMMPS "
+                f"{self.name} has no column 'id' (it has {' '.join(columns)}); dump it: LAMMPS "
                 "writes atoms in any order"
             )
         # Frames with the same ids share their order.
         index = columns.index("id")
         if raw_text(index) != self._ids:
             self._ids = raw_text(index)
-            self._order = order_by_id(raw_column(index), step, self._name)
+            self._order = order_by_id(raw_column(index), step, self.name)
         return DumpFrame(order=self._order, raw_column=raw_column, raw_text=raw_text, **said)
+
+    def _words(self, body: list[bytes]) -> list[bytes]:
+        """Return the numbers in the rows of a frame."""
+        return b"".join(body).split()
+
+    def _step(self, text: bytes | str) -> int:
+        step = int(text)
+        if abs(step) > _LATEST_STEP:
+            raise ValueError
+        return step
+
+    def _count(self, text: bytes | str) -> int:
+        count = int(text)
+        if not 0 <= count <= _MOST_PARTICLES:
+            raise ValueError
+        return count
 
     def _read_header(self, stream: IO[bytes]) -> tuple[int, dict[str, Any]] | None:
         """Return the number of particles, and the fields of a frame that its header says."""
@@ -91,28 +107,24 @@ class TextFrames:
                         raise ValueError
                     return particles, said
                 if words[1] == b"TIMESTEP":
-                    said["step"] = int(_complete(stream))
-                    if abs(said["step"]) > _LATEST_STEP:
-                        raise ValueError
+                    said["step"] = self._step(complete_line(stream))
                 elif words[1] == b"TIME":
-                    said["time"] = float(_complete(stream))
+                    said["time"] = float(complete_line(stream))
                 elif words[1] == b"NUMBER":
-                    particles = int(_complete(stream))
-                    if not 0 <= particles <= _MOST_PARTICLES:
-                        raise ValueError
+                    particles = self._count(complete_line(stream))
                 elif words[1] == b"BOX":
-                    rows = [_complete(stream).split() for _ in range(3)]
+                    rows = [complete_line(stream).split() for _ in range(3)]
                     said["bounds"] = np.array([row[:2] for row in rows], dtype=float)
                     said["tilted"] = any(len(row) > 2 for row in rows)
                     # ITEM: BOX BOUNDS [xy xz yz] pp ff ff
                     said["periodic_x"] = words[-3:-2] == [b"pp"]
                 elif words[1] == b"UNITS":
-                    said["units"] = _complete(stream).decode().strip()
+                    said["units"] = complete_line(stream).decode().strip()
                 else:
                     raise ValueError
             except (ValueError, IndexError):
                 raise InputError(
-                    f"{self._name} is not a LAMMPS dump of style custom: unexpected "
+                    f"{self.name} is not a LAMMPS dump of style custom: unexpected "
                     f"{line[:60].decode(errors='replace').strip()!r} in the header of a frame"
                 ) from None
             line = stream.readline()
@@ -140,7 +152,7 @@ def order_by_id(ids: Array, step: int, name: str) -> NDArray[np.int64] | None:
     return None if np.array_equal(order, np.arange(ids.size)) else order
 
 
-def _complete(stream: IO[bytes]) -> bytes:
+def complete_line(stream: IO[bytes]) -> bytes:
     """Return the next line, which must be whole."""
     line = stream.readline()
     if not line.endswith(b"\n"):

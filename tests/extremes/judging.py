@@ -171,7 +171,18 @@ def _left_behind(
         stray.append(str(path.relative_to(folder.parent)))
     taken = folder / "taken"
     spoiled = status in (1, 2) and "taken" in case.files and not _is_good(taken)
+    read = [name for name in case.files if not _may_change(name, case)]
+    spoiled = spoiled or any(not _is_kept(folder / name, case.files[name]) for name in read)
     return tuple(stray), spoiled
+
+
+def _may_change(name: str, case: Case) -> bool:
+    """Return whether a file is named as an output, or lies in a folder that is."""
+    return any(out == name or name.startswith(f"{out}/") for out in (*case.outputs, "taken"))
+
+
+def _is_kept(path: Path, content: bytes) -> bool:
+    return path.is_file() and path.read_bytes() == content
 
 
 def _is_good(taken: Path) -> bool:

@@ -174,6 +174,6 @@ def test_a_template_that_computes_too_much_is_refused_and_the_next_is_rendered(e
         template = OwnTemplate(f"{HEAD}{{% block setup %}}# {{{{ {text} }}}}\n{{% endblock %}}")
         return job_files(SCENE, JobWishes(template=template))["in.chain"]
 
-    with pytest.raises(SceneError, match="the template cannot be rendered: it (takes|needs) more"):
+    with pytest.raises(SceneError, match=r"cannot be rendered: it (takes|needs) more"):
         render(expression)
     assert "# 14\n" in render("7 * particles")

@@ -5,6 +5,8 @@ import numpy as np
 import pytest
 
 from chaincor.analysis.dumps.dump import Dump
+from chaincor.analysis.dumps.other_trajectories import open_trajectory
+from chaincor.analysis.job_folder import find_job
 from chaincor.lammps_inputs.errors import InputError
 
 TIMES = np.arange(0.0, 5.0, 0.5)
@@ -102,3 +104,72 @@ def test_progress_reaches_the_size_of_the_file(harmonic20, dump_writer):
         list(Dump(path).frames(seen.append))
         assert seen == sorted(seen)
         assert seen[-1] == path.stat().st_size
+
+
+def as_yaml(path, target):
+    """Write the frames of a text dump as LAMMPS writes them in style yaml."""
+    frames = []
+    for frame in Dump(path):
+        rows = zip(*(frame.raw_text(k) for k in range(len(frame.columns))), strict=True)
+        low, high = frame.bounds[:, 0].tolist(), frame.bounds[:, 1].tolist()
+        box = "".join(f"  - [ {a}, {b} ]\n" for a, b in zip(low, high, strict=True))
+        data = "".join(f"  - [ {' , '.join(w.decode() for w in row)} , ]\n" for row in rows)
+        frames.append(
+            f"---\ncreator: LAMMPS\ntimestep: {frame.step}\nunits: lj\n"
+            f"natoms: {frame.raw_column(0).size}\nboundary: [ f, f, f, f, f, f, ]\nbox:\n{box}"
+            f"keywords: [ {', '.join(frame.columns)},  ]\ndata:\n{data}...\n"
+        )
+    target.write_text("".join(frames))
+    return target
+
+
+def test_yaml_dumps_are_read_bit_for_bit(harmonic20, dump_writer, tmp_path):
+    text = dump_writer.write(harmonic20, TIMES, shuffle=True)
+    dump = Dump(as_yaml(text, tmp_path / "d.yaml"))
+    np.testing.assert_array_equal(displacements(dump), displacements(Dump(text)))
+    assert [frame.step for frame in dump] == [frame.step for frame in Dump(text)]
+    content = dump.path.read_bytes()
+    dump.path.write_bytes(content[:-40])
+    assert len(list(dump)) == len(TIMES) - 1
+    assert dump.truncated
+    dump.path.write_bytes(content.replace(b"natoms: 20", b"natoms: x", 1))
+    with pytest.raises(InputError, match="is not a LAMMPS dump of style yaml"):
+        list(dump)
+
+
+def test_a_file_a_frame_is_one_dump(harmonic20, dump_writer, tmp_path):
+    text = dump_writer.write(harmonic20, TIMES)
+    frames = text.read_text().split("ITEM: TIMESTEP\n")[1:]
+    folder = tmp_path / "many"
+    folder.mkdir()
+    for frame in frames:
+        (folder / f"run2.{int(frame.split()[0])}.dump").write_text(f"ITEM: TIMESTEP\n{frame}")
+    assert find_job(folder).dump == folder / "run2.*.dump"
+    dump = open_trajectory(folder / "run2.*.dump")
+    np.testing.assert_array_equal(displacements(dump), displacements(Dump(text)))
+    last = max(folder.iterdir(), key=lambda path: int(path.name.split(".")[1]))
+    last.write_bytes(last.read_bytes()[:60])
+    assert len(list(dump)) == len(TIMES) - 1
+    assert dump.truncated
+    # Dumps of other runs are not taken for frames of one.
+    for k, path in enumerate(sorted(folder.iterdir())):
+        path.rename(folder / f"other{k}.dump")
+    with pytest.raises(InputError, match="several dump files"):
+        find_job(folder)
+    with pytest.raises(InputError, match="there is no file"):
+        open_trajectory(folder / "run2.*.dump")
+
+
+@pytest.mark.parametrize("column", ["id", "type"])
+@pytest.mark.parametrize("value", ["inf", "nan", "1.5", "1e300"])
+def test_ids_and_types_that_are_no_whole_numbers_are_named(tmp_path, column, value):
+    row = {"id": "1", "type": "1"} | {column: value}
+    path = tmp_path / "d.dump"
+    path.write_text(
+        "ITEM: TIMESTEP\n7\nITEM: NUMBER OF ATOMS\n1\nITEM: BOX BOUNDS ff ff ff\n"
+        f"0 1\n0 1\n0 1\nITEM: ATOMS id type x vx\n{row['id']} {row['type']} 0 -1\n"
+    )
+    if column == "id" and value in ("1.5", "1e300"):
+        return  # numbers that sort
+    with pytest.raises(InputError, match=f"column '{column}' of the frame of step 7 holds"):
+        Dump(path).first().whole_numbers("type")

@@ -1,5 +1,6 @@
 """Trajectories of other programs: read by ASE or MDAnalysis, or refused by name."""
 
+import contextlib
 import warnings
 
 import numpy as np
@@ -8,6 +9,7 @@ from ase.io import write as write_ase
 
 from chaincor.analysis.dumps.chain_state import ChainState
 from chaincor.analysis.dumps.other_formats import ase_atoms, write_extended_xyz
+from chaincor.analysis.dumps.other_trajectories import open_trajectory
 from chaincor.analysis.dumps.universe import universe_of_states
 from chaincor.analysis.job_analysis import analyze_job
 from chaincor.analysis.job_folder import find_job
@@ -93,3 +95,34 @@ def test_a_damaged_file_is_named(tmp_path, ending):
 def test_a_file_that_is_not_there_is_named(tmp_path):
     with pytest.raises(InputError, match="no such file"):
         analyze_job(find_job(tmp_path, dump=tmp_path / "motion.trr"))
+
+
+def test_round_numbers_at_first_do_not_tell_the_digits(states, tmp_path):
+    # As LAMMPS prints them, by %g: six digits, of which the first frames show one or two.
+    path = tmp_path / "g.extxyz"
+    lines = []
+    for k in range(60):
+        speeds = [-0.2, -0.2] if k < 59 else [0.177873, 0.172886]
+        lines += ["2", f'Timestep={k} Time={k} pbc="F F F" Properties=species:S:1:pos:R:3:vel:R:3']
+        lines += [f"Ar {5 - 0.1 * k + i:g} 0 0 {v:g} 0 0" for i, v in enumerate(speeds)]
+    path.write_text("\n".join(lines) + "\n")
+    *_, last = open_trajectory(path)
+    assert last.significant_digits() == 6
+    # Half a unit of the sixth digit of 0.17.
+    np.testing.assert_allclose(last.resolution("vx", 6), 5e-7)
+
+
+@pytest.mark.parametrize("ending", ["trr", "ncdf"])
+@pytest.mark.parametrize("kept", [0.0, 0.3, 0.7, 0.95])
+def test_a_truncated_file_is_one_line_and_leaves_nothing_beside_it(
+    states, tmp_path, ending, kept, capfd
+):
+    path = tmp_path / f"t.{ending}"
+    write_mdanalysis(states[:40], path, velocities=True)
+    content = path.read_bytes()
+    path.write_bytes(content[: 40 + int(kept * (len(content) - 40))])
+    with contextlib.suppress(InputError):
+        assert len(list(open_trajectory(path))) <= len(states)
+    said = capfd.readouterr()
+    assert said.out + said.err == ""
+    assert [each.name for each in tmp_path.iterdir()] == [path.name]

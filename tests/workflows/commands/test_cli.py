@@ -2,8 +2,10 @@
 
 import importlib
 import json
+import shutil
 import subprocess
 import sys
+import tempfile
 from pathlib import Path
 
 import click
@@ -173,6 +175,48 @@ def test_the_process_exits_with_the_status():
         )
         assert done.returncode == status
         assert "Traceback" not in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("redirected", "said"),
+    [(">&-", "cannot print to standard output"), (">/dev/full", "No space left on device")],
+)
+def test_a_result_that_cannot_be_printed_is_a_failure(redirected, said):
+    if redirected == ">/dev/full" and not Path("/dev/full").exists():
+        pytest.skip("needs /dev/full")
+    done = subprocess.run(
+        f"{sys.executable} -m chaincor explain eta {redirected}",
+        shell=True,
+        stderr=subprocess.PIPE,
+        text=True,
+        check=False,
+    )
+    assert (done.returncode, done.stderr.count("\n")) == (1, 1)
+    assert said in done.stderr
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="needs a limit of the address space")
+@pytest.mark.parametrize("engine", ["lammps", "reference"])
+def test_a_small_limit_of_memory_is_named(engine):
+    code = (
+        "import resource; resource.setrlimit(resource.RLIMIT_AS, (3 * 10**8, -1));"
+        "from chaincor.workflows.cli import main; main()"
+    )
+    command = [sys.executable, "-c", code, "run", "--particles", "3", "--engine", engine]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout, done.stderr.count("\n")) == (1, "", 1)
+    assert "the limit of memory set for this program, 286 MB, is too small" in done.stderr
+
+
+def test_a_full_folder_for_temporary_files_is_named(chaincor, monkeypatch):
+    def fail():
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("chaincor.workflows.machine.examine", fail)
+    monkeypatch.setattr("shutil.disk_usage", lambda _: shutil._ntuple_diskusage(1, 1, 0))
+    status, _, err = chaincor("doctor")
+    assert status == 1
+    assert f"cannot write temporary files into {tempfile.gettempdir()!r}" in err
 
 
 MPIEXEC = Path(sys.executable).with_name("mpiexec")

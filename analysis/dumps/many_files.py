@@ -1,0 +1,85 @@
+"""A dump of one file a frame, as LAMMPS writes it where the name holds a ``*``."""
+
+import re
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+
+from chaincor.analysis.dumps.dump import Dump
+from chaincor.analysis.dumps.frame import DumpFrame, Frames
+from chaincor.lammps_inputs.errors import InputError
+
+_DIGITS = re.compile(r"[0-9]+")
+
+
+def is_pattern(path: Path) -> bool:
+    """Return whether a path names many files, as in ``dump.*.txt``."""
+    return "*" in path.name and not path.exists()
+
+
+def files_of(path: Path) -> list[Path]:
+    """
+    Return the files of a pattern in the order of the numbers in their names.
+
+    Raises InputError if there is none.
+    """
+    first, _, last = path.name.partition("*")
+    numbered = re.compile(re.escape(first) + r"([0-9]{1,18})" + re.escape(last))
+    found = [(m, each) for each in path.parent.iterdir() if (m := numbered.fullmatch(each.name))]
+    if not found:
+        raise InputError(
+            f"there is no file {str(path)!r} with a number in place of *; expected the dump that "
+            "LAMMPS wrote under this name"
+        )
+    return [each for _, each in sorted(found, key=lambda pair: int(pair[0][1]))]
+
+
+class ManyFileDump(Frames):
+    """A dump of many files, each with a frame or more."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self._files = files_of(path)
+
+    def frames(self, progress: Callable[[int], None] | None = None) -> Iterator[DumpFrame]:
+        """Yield the frames of all files; the last file may be cut short."""
+        self.truncated, read = False, 0
+        for file in self._files:
+            dump = Dump(file)
+            frames = dump.frames()
+            while True:
+                try:
+                    frame = next(frames, None)
+                except InputError:
+                    if file != self._files[-1] or file == self._files[0]:
+                        raise
+                    self.truncated = True
+                    return
+                if frame is None:
+                    break
+                yield frame
+            self.truncated = self.truncated or dump.truncated
+            read += file.stat().st_size
+            if progress is not None:
+                progress(read)
+
+
+def pattern_of(paths: Sequence[Path]) -> Path | None:
+    """Return the pattern that LAMMPS wrote files under; None where they are no frames of a run."""
+    name = paths[0].name
+    for run in _DIGITS.finditer(name):
+        first, last = name[: run.start()], name[run.end() :]
+        numbered = re.compile(re.escape(first) + r"([0-9]{1,18})" + re.escape(last))
+        found = [numbered.fullmatch(path.name) for path in paths]
+        if all(
+            m is not None and _begins_at(path, int(m[1]))
+            for path, m in zip(paths, found, strict=True)
+        ):
+            return paths[0].with_name(f"{first}*{last}")
+    return None
+
+
+def _begins_at(path: Path, step: int) -> bool:
+    try:
+        return Dump(path).first().step == step
+    except InputError:  # whatever is wrong with it is told when it is read
+        return False

@@ -1,0 +1,39 @@
+"""With how many digits the numbers of an extended XYZ file were printed."""
+
+from itertools import islice
+from pathlib import Path
+
+# ``%g`` keeps six digits where nothing else is said.
+_LEAST_DIGITS = 6
+# float64 has no more.
+_MOST_DIGITS = 17
+# A header that says more is damaged.
+_MOST_PARTICLES = 10**9
+
+
+def printed_digits(path: Path) -> tuple[int, int | None]:
+    """
+    Return the significant digits of the numbers in an extended XYZ file, and their decimals.
+
+    The second is None where the numbers of the file do not all have the same decimals: ``%g``
+    drops zeros at the end, and ``%.8f`` keeps them. All frames count: a chain that starts with
+    round numbers shows its digits only later. Lines that are damaged are not counted.
+    """
+    digits, decimals = _LEAST_DIGITS, set()
+    with path.open("rb") as file:
+        while head := file.readline():
+            particles = int(head) if head.strip().isdigit() and len(head) < 12 else 0
+            file.readline()
+            for line in islice(file, min(particles, _MOST_PARTICLES)):
+                for word in line.split()[1:]:
+                    mantissa, _, exponent = word.lower().partition(b"e")
+                    if exponent or b"." in mantissa:
+                        shown = mantissa.lstrip(b"+-").replace(b".", b"").lstrip(b"0")
+                        digits = max(digits, len(shown))
+                        decimals.add(None if exponent else len(mantissa.partition(b".")[2]))
+                    elif mantissa.lstrip(b"+-").isdigit():
+                        decimals.add(0)
+    fixed = decimals.pop() if len(decimals) == 1 else None
+    if fixed == 0:
+        fixed = None
+    return (_MOST_DIGITS if fixed is not None else min(digits, _MOST_DIGITS)), fixed

@@ -1,0 +1,56 @@
+"""Spoilt files and command lines, and what a command may never do with them."""
+
+from collections import Counter
+from random import Random
+from typing import Any
+
+from hypothesis import HealthCheck, Phase, given, seed, settings
+from hypothesis import strategies as st
+
+from tests.extremes.body_cases import body_case
+from tests.extremes.cases import Case, case
+from tests.extremes.judging import call_in_process, faults
+from tests.fuzz.subjects import Subject
+
+# No command may take longer over a file, or over what it was given.
+HANG_SECONDS = 20.0
+_SETTINGS: dict[str, Any] = {
+    "deadline": None,
+    "database": None,
+    "suppress_health_check": list(HealthCheck),
+    "phases": (Phase.generate,),
+}
+
+
+def fuzz_files(subject: Subject, examples: int, number: int, tried: Counter) -> None:
+    """Call the commands that read a kind of file with spoilt ones; raises AssertionError."""
+
+    @seed(number)
+    @settings(max_examples=examples, **_SETTINGS)
+    @given(st.integers(0, 2**63), st.sampled_from(subject.commands))
+    def call(chosen: int, command: tuple[str, ...]) -> None:
+        spoilt = subject.spoil(Random(chosen), subject.files[subject.file])
+        files = subject.files | {subject.file: spoilt}
+        made = Case(command, files, subject.outputs)
+        answer = call_in_process(made, HANG_SECONDS)
+        tried[subject.name, answer.status] += 1
+        wrong = faults(made, answer)
+        assert not wrong, f"{subject.name}, spoilt by {chosen}, {' '.join(command)}: {wrong}"
+
+    call()
+
+
+def fuzz_lines(examples: int, number: int, tried: Counter) -> None:
+    """Call random command lines; raises AssertionError."""
+
+    @seed(number)
+    @settings(max_examples=examples, **_SETTINGS)
+    @given(st.integers(0, 2**40), st.sampled_from((case, case, body_case)))
+    def call(chosen: int, draw: Any) -> None:
+        made = draw(chosen)
+        answer = call_in_process(made, HANG_SECONDS)
+        tried["command line", answer.status] += 1
+        wrong = faults(made, answer)
+        assert not wrong, f"{draw.__name__} {chosen}, {made.arguments}: {wrong}"
+
+    call()
