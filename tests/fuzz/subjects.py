@@ -178,7 +178,7 @@ def _dumps() -> list[Subject]:
 
 def _beside_dumps() -> list[Subject]:
     job = _in_job("dump.lammpstrj", materials().job["dump.lammpstrj"])
-    job["job/units.toml"] = b"[units]\nlength = 1.5\nmass = 2.0\nstiffness = 3.0\nstyle = 'lj'\n"
+    job["job/units.toml"] = b"[units]\nlength = 1.0\nmass = 1.0\nstiffness = 1.0\nstyle = 'lj'\n"
     files = {"data file": "chain.data", "script": "in.chain", "units": "units.toml"}
     return [Subject(name, f"job/{file}", job, _ANALYZE) for name, file in files.items()]
 

@@ -4,7 +4,9 @@ from collections import Counter
 
 import pytest
 
-from tests.fuzz.fuzzing import fuzz_files, fuzz_lines
+from tests.extremes.cases import Case
+from tests.extremes.judging import call_in_process
+from tests.fuzz.fuzzing import HANG_SECONDS, fuzz_files, fuzz_lines
 from tests.fuzz.subjects import subjects
 
 KINDS = (
@@ -15,6 +17,16 @@ KINDS = (
 
 def test_every_kind_of_file_is_fuzzed():
     assert set(KINDS) == set(subjects())
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_file_that_is_whole_is_read(kind):
+    subject = subjects()[kind]
+    for command in subject.commands:
+        answer = call_in_process(Case(command, subject.files, subject.outputs), HANG_SECONDS)
+        assert answer.status in (0, 1), answer.stderr
+        assert answer.stdout
 
 
 @pytest.mark.slow
