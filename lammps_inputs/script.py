@@ -146,6 +146,7 @@ def _plan_values(
         "multiples": multiples,
         "bar": plan.bar,
         "tolerance": None if plan.tolerance is None else number(plan.tolerance),
+        "scene_sha256": plan.scene_sha256,
     }
 
 

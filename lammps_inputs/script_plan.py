@@ -77,6 +77,8 @@ class ScriptPlan:
     #: Largest velocity that is not refused, up to which the table is expected to hold the bonds;
     #: None for that of the scene.
     fastest: float | None = None
+    #: Hash of the scene that the job runs, which a guarded job prints; None to print none.
+    scene_sha256: str | None = None
 
 
 @dataclass(frozen=True)

@@ -87,6 +87,9 @@ def job_files(scene: Scene, wishes: JobWishes = NO_WISHES) -> dict[str, str]:
     if plain:
         scene = plain_scene(scene)
     plan = plan_script(scene, wishes.table_range)
+    named = isinstance(scene.potential, str)
+    if wishes.guards and named:
+        plan = replace(plan, scene_sha256=_as_run(scene, plan).sha256)
     texts = {
         SCRIPT_FILE: render_plain(scene, plan, approach_time(scene), wishes)
         if plain
@@ -101,7 +104,7 @@ def job_files(scene: Scene, wishes: JobWishes = NO_WISHES) -> dict[str, str]:
         texts[DATA_FILE] = explain_data(texts[DATA_FILE])
         if plan.table is not None:
             texts[TABLE_FILE] = explain_table(texts[TABLE_FILE])
-    if isinstance(scene.potential, str):
+    if named:
         texts[SCENE_FILE] = _as_run(scene, plan).without("dump_frames").to_toml()
     if units != CHAIN_UNITS:
         texts[UNITS_FILE] = units.to_toml()

@@ -273,6 +273,7 @@ def test_submit_scripts_are_bash_with_the_lines_of_the_site(scheduler, tmp_path)
 def test_an_array_task_runs_its_own_folder(scheduler, variable, tmp_path):
     for name in ("a", "b"):
         (tmp_path / name).mkdir()
+    (tmp_path / "manifest.csv").write_text("number,folder,refusal\n")
     script = tmp_path / "submit"
     script.write_text(submit_script(scheduler, ["a", "b"]))
     environment = os.environ | {"LMP": "echo ran", variable: "2"}
@@ -286,3 +287,77 @@ def test_names_of_folders_hold_nothing_of_a_users_text():
         potential="formula", energy="0.5*$(s)^2".replace("$", ""), particles=2, velocity=0.1
     )
     assert folder_name(scene, ["energy", "velocity"], 12) == "0012_energy=0.5--s--2_velocity=0.1"
+
+
+# As sbatch and qsub do: a copy of the script runs in a folder of the scheduler's.
+FAKE_SCHEDULERS = {
+    "slurm": ("SLURM_ARRAY_TASK_ID", "SLURM_SUBMIT_DIR"),
+    "pbs": ("PBS_ARRAY_INDEX", "PBS_O_WORKDIR"),
+}
+
+
+@pytest.mark.slow_cases
+@pytest.mark.parametrize("scheduler", FAKE_SCHEDULERS)
+@pytest.mark.parametrize("submitted_from", [".", "jobs", "elsewhere"])
+def test_array_jobs_find_their_folders_wherever_they_are_submitted(
+    chaincor, tmp_path, scheduler, submitted_from
+):
+    sweep = write_sweep(tmp_path / "grid.toml", "[axes]\nparticles = [2, 3]\n")
+    jobs = tmp_path / "jobs"
+    assert chaincor("inputs", sweep, "-o", jobs, "--submit", scheduler)[0] == 0
+    spool = tmp_path / "spool"
+    spool.mkdir()
+    (tmp_path / "elsewhere").mkdir()
+    copy = spool / "job_script"
+    copy.write_text((jobs / f"submit.{scheduler}").read_text())
+    task, folder = FAKE_SCHEDULERS[scheduler]
+    place = tmp_path / submitted_from
+    environment = os.environ | {"LMP": "echo ran", task: "2", folder: str(place)}
+    subprocess.run(["bash", copy], check=True, env=environment, cwd=place)
+    assert [path.parent.name for path in jobs.glob("*/screen.txt")] == ["0002_particles=3"]
+
+
+def test_array_jobs_without_their_folders_say_so(tmp_path):
+    script = tmp_path / "submit"
+    script.write_text(submit_script("slurm", ["a"], written=tmp_path / "gone"))
+    done = subprocess.run(["bash", script], capture_output=True, text=True, check=False)
+    assert done.returncode == 1
+    assert done.stderr == (
+        "the folder of the jobs is not found: set JOBS to the folder of manifest.csv\n"
+    )
+
+
+@pytest.mark.slow
+def test_a_log_of_another_run_is_not_collected(chaincor, tmp_path):
+    sweep = write_sweep(
+        tmp_path / "grid.toml",
+        "[scene]\nparticles = 3\ntolerance = 1e-4\n[axes]\nspeed = [0.5, 0.7]\n",
+    )
+    jobs, store = tmp_path / "jobs", tmp_path / "results.sqlite"
+    assert chaincor("inputs", sweep, "-o", jobs)[0] == 0
+    assert submit(jobs) == 0
+    first, second = sorted(path for path in jobs.iterdir() if path.is_dir())
+    assert {job.state for job in collect_grid(jobs)} == {"done"}
+
+    own = (second / "log.lammps").read_text()
+    run = [LMP, "-in", "in.chain", "-var", "velocity", "0.03", "-screen", "none"]
+    subprocess.run(run, cwd=second, env=lmp_environment(), check=True)
+    other = (second / "log.lammps").read_text()
+    for log, words in (
+        (other, "its log is of a run at another velocity or step"),
+        ((first / "log.lammps").read_text(), "its log is of another scene"),
+        (unnamed(other), "its log is of another scene"),
+        (unnamed((first / "log.lammps").read_text()), "its log is of another scene"),
+    ):
+        (second / "log.lammps").write_text(log)
+        status, out, _ = chaincor("collect", jobs, "-o", store)
+        assert status == 1
+        assert "1 done" in out
+        assert words in out
+    # A log of chaincor 0.1, which named no scene.
+    (second / "log.lammps").write_text(unnamed(own))
+    assert {job.state for job in collect_grid(jobs)} == {"done"}
+
+
+def unnamed(log):
+    return "\n".join(line for line in log.splitlines() if "scene = " not in line)

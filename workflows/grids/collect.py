@@ -97,7 +97,8 @@ def _collect(grid: Path, name: str, refusal: str, known: dict[str, str]) -> Coll
     said = stopped_with(everything)
     found = printed_numbers(log, _NAMES)
     if {"restitution", "restitution_error"} <= set(found) and said is None:
-        if (words := _missing(found)) is not None:
+        words = _missing(found) or _of_another_run(log, as_run, _text(folder / "in.chain"))
+        if words is not None:
             return CollectedJob(name, "unfinished", words)
         made = re.search(r"^LAMMPS \(([^)]*)\)", everything, re.MULTILINE)
         known = known | ({} if made is None else {"lammps": made[1]})
@@ -127,6 +128,31 @@ def _missing(found: dict[str, float]) -> str | None:
             "log away and submit it again"
         )
     return None
+
+
+def _of_another_run(log: str, as_run: Scene, script: str) -> str | None:
+    """Return why a log does not prove that it is of a scene; None if it does."""
+    named = re.findall(r"^scene = (\S+)", log, re.MULTILINE)
+    if not named and _shows_script(log, script):
+        return None
+    last = named[-1] if named else ""
+    if last == as_run.sha256:
+        return None
+    run = "a run at another velocity or step" if last == "other:" else "another scene"
+    return f"its log is of {run}. Move log.lammps and chain.state away and submit it again"
+
+
+def _shows_script(log: str, script: str) -> bool:
+    """
+    Return whether a log echoes the velocity and the step of a script, and no other velocity.
+
+    Jobs of chaincor 0.1 do not print the hash of their scene. Their logs echo the script.
+    """
+    own = re.findall(r"^variable\s+(?:velocity|timestep) index \S+|^# A chain .*", script, re.M)
+    speed = re.search(r"^variable\s+velocity index (\S+)", script, re.M)
+    ran = re.findall(r"^velocity\s+all set -([^$\s]+) ", log, re.M)
+    echoed = set(log.splitlines())
+    return bool(own) and set(own) <= echoed and (speed is None or set(ran) == {speed[1]})
 
 
 def _text(path: Path) -> str:

@@ -32,19 +32,36 @@ _HEADS = {
 }
 # PBS knows no array of one job.
 _HEAD_OF_ONE = {"pbs": "#PBS -N chaincor\n#PBS -l select=1:ncpus=1\n"}
-_FOLDERS = {
-    "slurm": 'cd "${SLURM_SUBMIT_DIR:-$(dirname "$0")}"',
-    "pbs": 'cd "${PBS_O_WORKDIR:-$(dirname "$0")}"',
-    "bash": 'cd "$(dirname "$0")"',
+# Schedulers run a copy of the script from a spool folder, so its own place does not tell where the
+# jobs are. Each place that may hold them is tried.
+_PLACES = {
+    "slurm": (
+        '"${SLURM_SUBMIT_DIR:-.}"',
+        '"$(scontrol show job "${SLURM_JOB_ID:-0}" 2> /dev/null |\n'
+        "        sed -n 's/^ *Command=\\(.*\\)\\/.*/\\1/p')\"",
+    ),
+    "pbs": ('"${PBS_O_WORKDIR:-.}"',),
+    "bash": (),
 }
 _COMMON = """\
-# Jobs that have their result are left alone; those that were stopped go on from their last restart
-# file. LMP is the command that runs LAMMPS, RESTART the contacts between two restart files.
+# Jobs that have their result are left alone. Jobs that were stopped continue from their last
+# restart file. LMP is the command that runs LAMMPS, RESTART the number of contacts between two
+# restart files, JOBS the folder of the jobs if it was moved.
 set -u
-{cd}
 folders=(
 {folders}
 )
+found=
+for place in "${{JOBS:-}}" "$(dirname "$0")" {places} {written}; do
+    if [ -n "$place" ] && [ -f "$place/manifest.csv" ] && [ -d "$place/${{folders[0]}}" ]; then
+        found=$place
+        break
+    fi
+done
+if [ -z "$found" ] || ! cd "$found"; then
+    echo "the folder of the jobs is not found: set JOBS to the folder of manifest.csv" >&2
+    exit 1
+fi
 run_job() {{
     local resume=()
     cd "$1" || return 1
@@ -107,7 +124,7 @@ def write_grid(
             rows.append([number, name, *values, refusals[name]])
         written = [name for name, refusal in refusals.items() if not refusal]
         script = folder / script_name
-        script.write_text(submit_script(scheduler, written, site), encoding="utf-8")
+        script.write_text(submit_script(scheduler, written, site, folder), encoding="utf-8")
         script.chmod(0o755)
         text = io.StringIO()
         writer = csv.writer(text, lineterminator="\n")
@@ -144,16 +161,24 @@ def folder_name(scene: Scene, axes: Sequence[str], number: int) -> str:
     return "_".join(safe)[:_LONGEST_NAME]
 
 
-def submit_script(scheduler: Scheduler, folders: Sequence[str], site: str = "") -> str:
+def submit_script(
+    scheduler: Scheduler, folders: Sequence[str], site: str = "", written: Path | None = None
+) -> str:
     """
     Return a script that runs the jobs in some folders beside it.
 
     `site` are lines of the user's own, such as ``#SBATCH --time=1:00:00`` or ``module load
-    lammps``; they stand where a scheduler reads its options.
+    lammps``; they stand where a scheduler reads its options. `written` is the folder in which the
+    jobs are written; the script looks there last, after JOBS, its own folder and the folder in
+    which it was submitted.
     """
     count = len(folders)
     head = (_HEAD_OF_ONE if count == 1 else {}).get(scheduler, _HEADS[scheduler])
     quoted = "\n".join(f"    {shlex.quote(folder)}" for folder in folders)
-    common = _COMMON.format(cd=_FOLDERS[scheduler], folders=quoted)
+    common = _COMMON.format(
+        folders=quoted,
+        places=" ".join(_PLACES[scheduler]),
+        written="" if written is None else shlex.quote(str(written.resolve())),
+    )
     site = site if not site or site.endswith("\n") else f"{site}\n"
     return f"#!/bin/bash\n{head.format(count=count)}{site}{common}{_TAILS[scheduler]}"
