@@ -67,7 +67,8 @@ def _wait_for_workers(address: str, count: int) -> None:
     from distributed import Client
 
     with Client(address, timeout=600, set_as_default=False) as client:
-        client.wait_for_workers(count, timeout=600)
+        if count:
+            client.wait_for_workers(count, timeout=600)
 
 
 def children(parent: int, command: str) -> list[int]:

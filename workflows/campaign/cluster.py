@@ -1,60 +1,119 @@
 """A Dask cluster as an executor: the same tasks, carried out on other machines."""
 
+import importlib.metadata
 import logging
+import re
+import sys
 import threading
+import time
 from collections.abc import Callable
 from concurrent.futures import Executor, Future
 from typing import Any
 
-from chaincor.lammps_inputs.errors import one_line
+from chaincor.lammps_inputs.errors import InputError, one_line
 from chaincor.workflows.errors import SchedulerError, WorkerDiedError
+from chaincor.workflows.versions import version_of
 
 _CONNECT_SECONDS = 10.0
 # A scheduler that is gone for longer than this is lost.
 _PATIENCE_SECONDS = 5.0
-# Enough to keep a thousand cores busy while results are being written.
-_LEAST_IN_FLIGHT = 1000
+# The scheduler drops the tasks of a client that is gone, so nothing has to be waited for.
+_LEAVE_SECONDS = 1.0
+# Between two lines about a scheduler without workers.
+_REPORT_SECONDS = 60.0
+# One task that a worker runs, and one that it begins without waiting. More would be taken from
+# another sweep that shares the store.
+_TASKS_PER_CORE = 2
+_ADDRESS = re.compile(r"(?:tcp|tls|ucx|ws|wss)://(?:\[[^\]]+\]|[^/:\s]+):\d+")
+# Dask, Tornado and asyncio log tracebacks of connections that are lost. This module reports a lost
+# connection in one line.
+_NOISY_LOGGERS = ("distributed", "tornado", "asyncio")
 
 
 class DaskCluster(Executor):
     """
-    An executor whose tasks run on the workers of a Dask scheduler, at ``tcp://host:8786`` or so.
+    An executor whose tasks run on the workers of a Dask scheduler, such as ``tcp://host:8786``.
 
-    Raises SchedulerError if Dask is not installed or the scheduler does not answer.
+    Waits for the first worker and reports the waiting each minute. Raises InputError if the address
+    has another form, and SchedulerError if Dask is not installed, if the scheduler does not answer,
+    or if a worker has no chaincor or another version of it.
     """
 
     def __init__(self, address: str) -> None:
+        if not _ADDRESS.fullmatch(address):
+            raise InputError(
+                f"the address of the scheduler is {address!r}. Give one such as tcp://HOST:8786, "
+                "which `dask scheduler` prints when it starts"
+            )
         try:
             import dask
             from distributed import Client
         except ImportError:
             raise SchedulerError(
-                "Dask is not installed; expected it for --scheduler: pip install chaincor[cluster]"
+                "Dask is not installed. Install it for --scheduler: pip install chaincor[cluster]"
             ) from None
-        # Dask would log tracebacks of what is told in one line here.
-        logging.getLogger("distributed").setLevel(logging.CRITICAL)
-        # A lost scheduler must end the sweep, not leave it waiting for results for ever.
+        for name in _NOISY_LOGGERS:
+            logging.getLogger(name).setLevel(logging.CRITICAL + 1)
+        # A lost scheduler must end the sweep instead of leaving it waiting for results.
         dask.config.set({"distributed.comm.timeouts.connect": _CONNECT_SECONDS})
         try:
             self._client = Client(
                 address, timeout=_CONNECT_SECONDS, name="chaincor", set_as_default=False
             )
-        except (OSError, ValueError) as error:
+        except (OSError, ValueError, TypeError) as error:
             reason = one_line(error) or type(error).__name__
             raise SchedulerError(
-                f"no Dask scheduler answers at {address} ({reason}); expected one started by "
-                "`dask scheduler`"
+                f"no Dask scheduler answers at {address} ({reason}). Start one with "
+                "`dask scheduler`; for tls:// set Dask's own certificates"
             ) from None
         self._pending: dict[Any, Future] = {}
         self._lock = threading.Lock()
         self._stop = threading.Event()
+        try:
+            self._wait_for_workers(address)
+            self._compare_versions()
+        except BaseException:
+            self.shutdown()
+            raise
         self._watch = threading.Thread(target=self._watch_scheduler, daemon=True)
         self._watch.start()
 
+    def _wait_for_workers(self, address: str) -> None:
+        """Return when the scheduler has a worker."""
+        reported = time.monotonic() - _REPORT_SECONDS + _PATIENCE_SECONDS
+        while not self._client.ncores():
+            if self._client.status != "running":
+                raise SchedulerError(_LOST)
+            if time.monotonic() - reported >= _REPORT_SECONDS:
+                reported = time.monotonic()
+                print(
+                    f"chaincor: {address} has no workers; waiting. Start one with "
+                    f"`dask worker {address} --nthreads 1`",
+                    file=sys.stderr,
+                )
+            time.sleep(0.2)
+
+    def _compare_versions(self) -> None:
+        """Raise SchedulerError if a worker has no chaincor, or another version than this client."""
+        own = version_of("chaincor")
+        # A function of the standard library: workers without chaincor cannot load one of chaincor.
+        asked = self._client.run(importlib.metadata.version, "chaincor", on_error="return")
+        for worker, version in sorted(asked.items()):
+            if isinstance(version, Exception):
+                raise SchedulerError(
+                    f"the worker {worker} has no chaincor. Install chaincor {own} where the "
+                    "workers run"
+                )
+            if version != own:
+                raise SchedulerError(
+                    f"the worker {worker} has chaincor {version}, and this sweep {own}. Install "
+                    "one version on all machines"
+                )
+
     @property
     def in_flight(self) -> int:
-        """Tasks to hand out at a time."""
-        return max(_LEAST_IN_FLIGHT, 2 * sum(self._client.ncores().values()))
+        """Number of tasks that are handed out at a time."""
+        return _TASKS_PER_CORE * max(1, sum(self._client.ncores().values()))
 
     def submit(self, function: Callable, /, *args: Any, **kwargs: Any) -> Future:
         """Run a function on a worker; WorkerDiedError or SchedulerError if one is lost over it."""
@@ -99,14 +158,14 @@ class DaskCluster(Executor):
             return
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        """Leave the cluster; it drops unfinished tasks, whatever the arguments."""
+        """Leave the cluster, which drops unfinished tasks whatever the arguments are."""
         self._stop.set()
-        self._client.close(timeout=_PATIENCE_SECONDS)
+        self._client.close(timeout=_LEAVE_SECONDS)
 
 
 _LOST = (
-    "the connection to the Dask scheduler was lost; what is finished is in the store: start a "
-    "scheduler and run the same command again"
+    "the connection to the Dask scheduler was lost. Finished results are in the store: start a "
+    "scheduler and workers, and run the same command again"
 )
 
 

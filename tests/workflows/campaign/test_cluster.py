@@ -1,5 +1,10 @@
 """A Dask cluster: the same results as the processes of one machine, and clear ends."""
 
+import json
+import signal
+import subprocess
+import sys
+
 import pytest
 
 from chaincor.lammps_inputs.scene import Scene
@@ -8,6 +13,7 @@ from chaincor.workflows.campaign.into_store import IntoStore, collide_into_store
 from chaincor.workflows.errors import SchedulerError
 from chaincor.workflows.store.results_store import Store
 from tests.dask_cluster import dask_cluster
+from tests.waiting import HANGS
 
 pytest.importorskip("distributed")
 
@@ -52,3 +58,69 @@ def test_a_scheduler_that_does_not_answer_is_named(monkeypatch):
     monkeypatch.setattr("chaincor.workflows.campaign.cluster._CONNECT_SECONDS", 1.0)
     with pytest.raises(SchedulerError, match=r"tcp://127.0.0.1:1 .*dask scheduler"):
         DaskCluster("tcp://127.0.0.1:1")
+
+
+@pytest.mark.parametrize("address", ["http://127.0.0.1:8786", "tcp://127.0.0.1", "127.0.0.1:8786"])
+def test_an_address_of_another_form_is_named(chaincor, tmp_path, address):
+    (tmp_path / "sweep.toml").write_text("[axes]\nparticles = [2]\n")
+    store = tmp_path / "s.sqlite"
+    status, out, err = chaincor(
+        "sweep", tmp_path / "sweep.toml", "--store", store, "--scheduler", address
+    )
+    assert (status, out, err.count("\n")) == (2, "", 1)
+    assert f"the address of the scheduler is '{address}'" in err
+
+
+@pytest.mark.slow
+def test_a_worker_of_another_version_is_named(monkeypatch):
+    monkeypatch.setattr("chaincor.workflows.campaign.cluster.version_of", lambda _: "9.9")
+    with (
+        dask_cluster(workers=1) as processes,
+        pytest.raises(SchedulerError, match=r"has chaincor [\d.]+, and this sweep 9\.9"),
+    ):
+        DaskCluster(processes.address)
+
+
+@pytest.mark.slow
+def test_a_scheduler_without_workers_is_reported(tmp_path):
+    (tmp_path / "sweep.toml").write_text(
+        '[scene]\nengine = "reference"\npotential = "harmonic"\nvelocity = 0.1\n'
+        "[axes]\nparticles = [2, 3]\n"
+    )
+    with dask_cluster(workers=0) as processes:
+        command = [sys.executable, "-m", "chaincor", "sweep", "sweep.toml"]
+        sweep = subprocess.Popen(
+            [*command, "--scheduler", processes.address],
+            cwd=tmp_path,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        assert sweep.stderr is not None
+        said = sweep.stderr.readline()
+        assert "has no workers; waiting. Start one with `dask worker tcp://" in said
+        sweep.send_signal(signal.SIGINT)
+        out, err = sweep.communicate(timeout=HANGS)
+        assert sweep.returncode == 130
+        assert "Traceback" not in out + err
+        assert "never retrieved" not in err
+
+
+@pytest.mark.slow
+def test_two_sweeps_on_one_store_share_the_work(tmp_path):
+    (tmp_path / "sweep.toml").write_text(
+        '[scene]\nengine = "lammps"\npotential = "lj"\nspeed = 0.3\ntolerance = 1e-5\n'
+        "[axes]\nparticles = { from = 3, to = 42, step = 1 }\n"
+    )
+    with dask_cluster(workers=2) as processes:
+        command = [sys.executable, "-m", "chaincor", "sweep", "sweep.toml", "--json"]
+        command += ["--scheduler", processes.address]
+        sweeps = [
+            subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, text=True)
+            for _ in range(2)
+        ]
+        tallies = [json.loads(sweep.communicate(timeout=HANGS)[0]) for sweep in sweeps]
+    assert all(sweep.returncode == 0 for sweep in sweeps)
+    assert all(tally["computed"] + tally["found"] == 40 for tally in tallies)
+    # Both compute the few tasks that they handed out at the same time: two a core and sweep.
+    assert 40 <= sum(tally["computed"] for tally in tallies) <= 60
