@@ -1,4 +1,4 @@
-"""What `timestep_study` says of public inputs, edited in size alone, and if its bounds hold."""
+"""Bottom lines of public inputs, edited in size alone, followed at four times finer steps."""
 
 import argparse
 import math
@@ -13,7 +13,9 @@ import numpy as np
 
 from chaincor.lammps_inputs.errors import ChaincorError
 from chaincor.workflows.engines.lammps.library import find_lmp_command
+from chaincor.workflows.scripts.bottom_line import common_choices
 from chaincor.workflows.scripts.change import Change
+from chaincor.workflows.scripts.description import describe_script_study
 from chaincor.workflows.scripts.quantities import ALL, Asked, read_quantity
 from chaincor.workflows.scripts.script_run import Runner, ScriptRun, list_files
 from chaincor.workflows.scripts.study import ScriptStudy, timestep_study
@@ -37,15 +39,16 @@ def main() -> None:
     parser.add_argument(
         "--seconds", type=float, default=0.6, help="processor time of a script; longer ones are cut"
     )
+    parser.add_argument("--output", type=Path, help="folder for the whole output of each study")
     options = parser.parse_args()
-    heads = ("input", "lengths /", "numbers answered", "cannot tell", "advised step / its own")
-    print(f"| {' | '.join((*heads, 'bounds kept', 'processor time'))} |")
-    print("|---" * 7 + "|")
+    heads = ("input", "lengths /", "bottom line", "kept", "processor time")
+    print(f"| {' | '.join(heads)} |")
+    print("|---" * len(heads) + "|")
     for name in options.names:
-        print(row(options.root, name, options.seconds), flush=True)
+        print(row(options.root, name, options.seconds, options.output), flush=True)
 
 
-def row(root: Path, name: str, seconds: float) -> str:
+def row(root: Path, name: str, seconds: float, output: Path | None) -> str:
     """Study one input in a copy of its folder, follow the advice, and say what became of it."""
     folder = Path(tempfile.mkdtemp(prefix="public-"))
     started = worked()
@@ -60,9 +63,12 @@ def row(root: Path, name: str, seconds: float) -> str:
             study = timestep_study(script, timeout=LONGEST_RUN)
         except ChaincorError as error:
             said = re.sub(r"; expected .*", "", str(error))
-            return f"| {name} | - | refused: {said[:160]} | - | - | - | - |"
+            return f"| {name} | - | refused: {said[:160]} | - | - |"
         taken = worked() - started
-        return f"| {name} | {fewer} | {told(study)} | {followed(study)} | {taken:.0f} s |"
+        if output is not None:
+            text = describe_script_study(study)
+            (output / f"{Path(name).name}.txt").write_text(text + "\n", encoding="utf-8")
+        return f"| {name} | {fewer} | {study.summary} | {followed(study)} | {taken:.0f} s |"
     finally:
         shutil.rmtree(folder, ignore_errors=True)
 
@@ -109,50 +115,46 @@ def made_small(script: Path, seconds: float) -> int:
     return fewer
 
 
-def told(study: ScriptStudy) -> str:
-    """Say of how many numbers there is an advice, and of how many nothing can be told."""
-    numbers = study.ladders[0].numbers
-    untold = [each.name for each in numbers if each.verdict.kind == "cannot tell"]
-    answered = sum(each.advice is not None for each in numbers)
-    assert study.own_step is not None
-    steps = [each.advice.value / study.own_step for each in numbers if each.advice is not None]
-    span = f"{min(steps):.2g} to {max(steps):.2g}" if steps else "-"
-    return f"{answered} of {len(numbers)} | {', '.join(untold) or '-'} | {span}"
-
-
 def followed(study: ScriptStudy) -> str:
-    """Do as advised, and run four times finer than the ladder; count bounds that hold."""
+    """Do as the bottom line says, and count the quantities that it keeps within their tolerance."""
     assert study.ladder is not None
     assert study.own_step is not None
-    numbers = [each for each in study.ladders[0].numbers if each.advice is not None]
-    finest = study.own_step / study.ladder.fine
+    (ladder,) = study.ladders
+    numbers = [each for each in ladder.numbers if each.tolerance is not None]
+    step, count = promise(study)
+    if step is None:
+        return "no step"
+    finest = study.own_step / float(ladder.values[-1])
     judges = [run(study.script, 4.0 * finest * FRESH**k, JUDGES + k) for k in range(TRUTHS)]
     judges = [each for each in judges if not each.failure]
-    runs: dict[tuple[float, int], ScriptRun] = {}
-    kept, judged, missed = 0, 0, []
+    if len(judges) < TRUTHS:
+        return "not judged"
+    steps = [step * (FRESH - 0.001 * k) for k in range(count)]
+    runs = [run(study.script, study.own_step / h, FOLLOWERS + k) for k, h in enumerate(steps)]
+    runs = [each for each in runs if not each.failure]
+    missed = []
     for each in numbers:
-        assert each.advice is not None
-        if each.advice.promised_error is None or len(judges) < TRUTHS:
-            continue
-        judged += 1
-        found = []
-        for k in range(each.advice.runs):
-            step = each.advice.value * (FRESH - 0.001 * k)
-            if (step, k) not in runs:
-                runs[step, k] = run(study.script, study.own_step / step, FOLLOWERS + k)
-            if not runs[step, k].failure:
-                found.append(runs[step, k].numbers[each.name].value)
         truths = [judge.numbers[each.name].value for judge in judges]
         # The truth is uncertain by the scatter of a few runs.
         scatter = max(float(np.std(truths, ddof=1)), float(each.verdict.scatter[-1]))
         bar = 2.0 * scatter / math.sqrt(len(truths))
+        found = [each_run.numbers[each.name].value for each_run in runs]
         off = abs(float(np.mean(found)) - float(np.mean(truths))) if found else math.inf
-        if off <= each.advice.promised_error + bar:
-            kept += 1
-        else:
-            missed.append(f"{each.name} by {off:.2g}, {each.advice.promised_error:.2g} promised")
+        assert each.tolerance is not None
+        if off > each.tolerance + bar:
+            missed.append(f"{each.name} by {off:.2g}, {each.tolerance:.2g} promised")
     print("\n".join(missed), file=sys.stderr, flush=True)
-    return f"{kept} of {judged}"
+    return f"{len(numbers) - len(missed)} of {len(numbers)}"
+
+
+def promise(study: ScriptStudy) -> tuple[float | None, int]:
+    """Return the step that the bottom line names, and how many runs it averages."""
+    (ladder,) = study.ladders
+    if "is small enough" in study.summary:
+        return study.own_step, 1
+    single, several = common_choices(ladder)
+    best = single or several
+    return (None, 0) if best is None else (best.value, best.runs)
 
 
 if __name__ == "__main__":
