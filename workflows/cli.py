@@ -114,6 +114,15 @@ COMMANDS = {
 }
 
 
+# The commands by task, as ``chaincor --help`` shows them.
+GROUPS = {
+    "Any LAMMPS script or table": ("timestep", "table", "check-script"),
+    "One collision": ("run", "validate", "tradeoff"),
+    "Many collisions": ("sweep", "show", "plot", "store"),
+    "LAMMPS jobs": ("inputs", "collect", "analyze"),
+    "Teaching and the paper": ("explore", "lessons", "reproduce"),
+    "Help": ("explain", "doctor"),
+}
 _LONGEST_LINE = 700
 
 
@@ -131,8 +140,9 @@ class _LazyGroup(click.Group):
         return getattr(module, module_name)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        with formatter.section("Commands"):
-            formatter.write_dl([(name, facts.help) for name, facts in COMMANDS.items()])
+        for title, names in GROUPS.items():
+            with formatter.section(title):
+                formatter.write_dl([(name, COMMANDS[name].help) for name in names])
 
     def resolve_command(
         self, ctx: click.Context, args: list[str]

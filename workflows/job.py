@@ -1,8 +1,9 @@
 """Writing a self-contained LAMMPS job for a scene."""
 
+import re
 import shutil
 import tempfile
-from dataclasses import replace
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -61,8 +62,29 @@ def write_job(
     >>> sorted(path.name for path in files)
     ['bond.table', 'chain.data', 'in.chain', 'scene.toml']
     """
-    files = job_files(scene_given(scene), JobWishes(**wishes))
-    return write_files(files, Path(folder), replace_existing)
+    known = [each.name for each in fields(JobWishes)]
+    if unknown := sorted(set(wishes) - set(known)):
+        raise InputError(
+            f"write_job has no argument {unknown[0]!r}; expected one of {', '.join(known)}"
+        )
+    try:
+        files = job_files(scene_given(scene), JobWishes(**wishes))
+        return write_files(files, Path(folder), replace_existing)
+    except InputError as error:
+        error.args = (_OPTION.sub(_argument, str(error)), *error.args[1:])
+        raise
+
+
+# Options of `chaincor inputs`, and those whose argument in Python has another name.
+_OPTION = re.compile(r"(?<![\w-])(--[a-z][a-z-]*|-o)(?![\w-])")
+_OTHER_NAMES = {"-o": "folder", "--output": "folder", "--frames": "dump=True"}
+
+
+def _argument(option: re.Match[str]) -> str:
+    """Return the argument of Python for an option of the command line."""
+    name = option[0].lstrip("-").replace("-", "_")
+    is_flag = any(each.name == name and each.default is False for each in fields(JobWishes))
+    return _OTHER_NAMES.get(option[0], f"{name}=True" if is_flag else name)
 
 
 def job_files(scene: Scene, wishes: JobWishes = NO_WISHES) -> dict[str, str]:

@@ -163,6 +163,12 @@ def refuse_mismatch(bond: "Potential", kinks: Sequence[float]) -> None:
     if excess[worst] > 1.0:
         work = float(halves[worst] / (high[worst] - low[worst]))
         slope = float((energies[worst] - energies[worst + 1]) / (high[worst] - low[worst]))
+        if abs(work + slope) < 0.01 * abs(slope):
+            raise PotentialError(
+                f"the force of bond '{bond.name}' has the wrong sign near strain "
+                f"{middle[worst]:.6g}: it is {work:.6g}, and -dU/dr is {slope:.6g}. Return -dU/dr, "
+                "the negative slope of the energy"
+            )
         raise PotentialError(
             f"energy and force of bond '{bond.name}' do not belong together: near strain "
             f"{middle[worst]:.6g} the force is {work:.6g}, but -dU/dr is {slope:.6g}; expected "

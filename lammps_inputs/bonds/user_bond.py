@@ -90,6 +90,11 @@ class UserBond(Potential):
                 f"bond '{name}' pushes with {at_rest:g} at length 1; expected no force there: "
                 "scale lengths so that the natural bond length is 1"
             )
+        if self._both_given and self.stiffness < 0.0 < float(self._slope_change()):
+            raise PotentialError(
+                f"the force of bond '{name}' has the wrong sign: it pulls where the energy falls. "
+                "Return -dU/dr, the negative slope of the energy"
+            )
         if not self.stiffness > 0:
             raise PotentialError(
                 f"bond '{name}' has curvature {self.stiffness:g} at length 1; expected a stable "
@@ -98,6 +103,12 @@ class UserBond(Potential):
         self.dissociation = self._end_of_energy()
         if self._both_given:
             refuse_mismatch(self, self.kinks)
+
+    def _slope_change(self) -> float:
+        """Return the change of the energy's slope across length 1, times the distance."""
+        step = min(1e-3, 0.5 * self.strain_max, -0.5 * self.strain_min)
+        below, above = self.energy(np.array([-step, step]))
+        return float(below + above)
 
     @cached_property
     def kinks(self) -> tuple[float, ...]:

@@ -463,3 +463,14 @@ def test_a_folder_that_cannot_be_made(tmp_path):
     (tmp_path / "file").write_text("in the way")
     with pytest.raises(InputError, match="cannot write the job into"):
         write_job(Scene(potential="harmonic", particles=5), tmp_path / "file" / "job")
+
+
+def test_write_job_names_arguments_of_python(tmp_path):
+    scene = Scene(particles=5, dump_frames=9)
+    with pytest.raises(InputError, match="expected dump=True beside it") as refused:
+        write_job(scene, tmp_path / "a")
+    assert "--" not in str(refused.value)
+    with pytest.raises(InputError, match="leave plain=True out"):
+        write_job(Scene(particles=5, target_particles=5), tmp_path / "a", plain=True)
+    with pytest.raises(InputError, match=r"no argument 'guard'; expected one of plain, .*guards"):
+        write_job(Scene(particles=5), tmp_path / "a", guard=True)

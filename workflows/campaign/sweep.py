@@ -62,7 +62,7 @@ def sweep(
     SceneError
         If a point is no scene; nothing was begun.
     StoreError
-        If pandas is missing (``pip install chaincor[export]``), or the store cannot be used.
+        If the store cannot be used.
 
     Examples
     --------

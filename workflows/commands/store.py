@@ -23,8 +23,8 @@ def merge(target: Path, sources: tuple[Path, ...]) -> None:
     """
     from chaincor.workflows.store.merge import merge_stores
 
-    rows = merge_stores(target, list(sources))
-    say(f"{target}: {rows} rows")
+    merged = merge_stores(target, list(sources))
+    say(f"{target}: {merged}")
 
 
 @store.command()

@@ -116,8 +116,9 @@ def _of_ladder(study: "ScriptStudy", each: ScriptLadder) -> str:
         head = f"Your step {own:g} is too large for {short_name(worst)}"
         if several is not None and several.value >= own and single is None:
             head = f"At your step {own:g} one run is too noisy for {short_name(worst)}"
-        bound = f"error {error:.1e}" if math.isfinite(error) else "no bound"
-        head += f" ({bound}, {_tolerance(study, worst)})."
+        head += f" (error {error:.1e}, {_tolerance(study, worst)})."
+        if math.isinf(error):
+            head = f"Your step {own:g} is too large: runs at steps near it fail."
     elif own is not None:
         head = f"Your step {own:g} is too large: the run fails."
     else:

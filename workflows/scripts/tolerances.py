@@ -12,7 +12,7 @@ from chaincor.workflows.scripts.samples import Samples
 # Parts of a standard deviation, of kT per degree of freedom, and of a number.
 _OF_SPREAD, _OF_KT, _OF_NUMBER = 0.1, 1e-4, 1e-3
 # A tolerance below this many bounds of the finest rung has no advice.
-_OF_FINEST = 2.0
+_OF_FINEST = 3.0
 # Samples that differ by less than roundings do have no spread.
 _ROUNDING = 1e-12
 
@@ -33,7 +33,8 @@ def default_tolerance(
     It is a tenth of the quantity's standard deviation in a run; for the drift of an energy 1e-4 kT
     per degree of freedom, where that is more; for the fluctuation of an energy a tenth of the
     standard deviation of the kinetic energy; for a number that is printed or constant a thousandth
-    of it. Where one run on the finest rung keeps no such error, it is twice what that run keeps.
+    of it. Where one run on the finest rung keeps no such error, it is three times what that run
+    keeps.
     `runs` are the samples on the finest rung.
     """
     keeps = float(verdict.promised[-1])

@@ -126,9 +126,7 @@ def require_pandas() -> Any:
     try:
         import pandas as pd
     except ImportError:
-        raise StoreError(
-            "pandas is not installed; expected it: pip install chaincor[export]"
-        ) from None
+        raise StoreError("pandas is not installed; expected it: pip install pandas") from None
     return pd
 
 

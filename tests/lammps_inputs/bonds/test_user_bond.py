@@ -152,3 +152,19 @@ class TestBreaking:
 
 def test_an_energy_that_overflows_far_out_has_no_end():
     assert UserBond(lambda s: 5e299 * s**2, lambda s: -1e300 * s).dissociation == np.inf
+
+
+@pytest.mark.parametrize(
+    ("energy", "force"),
+    [
+        (lambda s: s**2 / 2 + s**4, lambda s: s + 4 * s**3),
+        (lambda s: np.exp(-s) + s, lambda s: 1.0 - np.exp(-s)),
+    ],
+)
+def test_a_force_of_the_wrong_sign_is_called_that(energy, force):
+    with pytest.raises(PotentialError, match="the force of bond 'mine' has the wrong sign"):
+        UserBond(energy, force, name="mine", strain_min=-0.5, strain_max=2.0)
+    # A force that is right in compression alone.
+    half = lambda s: np.where(s < 0.0, -force(s), force(s))  # noqa: E731
+    with pytest.raises(PotentialError, match="has the wrong sign near strain"):
+        UserBond(energy, half, name="mine", strain_min=-0.5, strain_max=2.0, kinks=(0.0,))

