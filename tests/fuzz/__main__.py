@@ -8,6 +8,8 @@ import sys
 import time
 from collections import Counter
 
+from hypothesis.errors import FlakyFailure
+
 from tests.fuzz.fuzzing import fuzz_files, fuzz_lines
 from tests.fuzz.subjects import subjects
 
@@ -29,7 +31,7 @@ def main() -> None:
                     fuzz_lines(4 * _AT_ONCE, number, tried)
                 else:
                     fuzz_files(subjects()[kind], _AT_ONCE, number, tried)
-            except AssertionError as error:
+            except (AssertionError, FlakyFailure) as error:
                 findings += 1
                 print(f"FINDING {error}"[:2000], flush=True)
             if time.monotonic() > end:

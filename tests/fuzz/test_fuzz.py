@@ -1,6 +1,7 @@
 """A minute of fuzzing; ``make fuzz MINUTES=60`` goes on for longer."""
 
 from collections import Counter
+from random import Random
 
 import pytest
 
@@ -8,6 +9,7 @@ from tests.extremes.cases import Case
 from tests.extremes.judging import call_in_process
 from tests.fuzz.fuzzing import HANG_SECONDS, fuzz_files, fuzz_lines
 from tests.fuzz.subjects import subjects
+from tests.workflows.engines.reference.loops.test_cached_kernels import arguments, loop
 
 KINDS = (
     *("text dump", "yaml dump", "extended XYZ", "TRR", "NetCDF", "data file", "script", "log"),
@@ -38,3 +40,21 @@ def test_spoilt_files_are_answered_or_refused_in_one_line(kind):
 @pytest.mark.slow
 def test_random_command_lines_are_answered_or_refused_in_one_line():
     fuzz_lines(60, 1, Counter())
+
+
+@pytest.mark.slow
+def test_spoilt_loops_are_compiled_again(tmp_path, monkeypatch):
+    expected = loop(tmp_path, monkeypatch)(*arguments())
+    (path,) = tmp_path.glob("*.loop")
+    whole = path.read_bytes()
+    end_of_header = whole.index(b"\n", whole.index(b"\n") + 1)
+    random = Random(1)
+    for k in range(12):
+        # Half of them in the header, whose symbol is called by its address.
+        place = random.randrange(end_of_header if k % 2 else len(whole))
+        changed = bytearray(whole)
+        changed[place] ^= 1 << random.randrange(8)
+        path.write_bytes(changed)
+        again = loop(tmp_path, monkeypatch)
+        assert again(*arguments()) == expected
+        assert again.compiled == 1
