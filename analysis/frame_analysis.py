@@ -138,7 +138,7 @@ def _momentum_residual(seen: Followed) -> float:
     if len(masses) == 1:
         if seen.detection.method == "none":
             return 0.0  # a soft wall takes any momentum
-        return momentum_residual(seen.last.velocities, v0, seen.detection.speeds, masses[0])
+        return abs(momentum_residual(seen.last.velocities, v0, seen.detection.speeds, masses[0]))
     both = [_momentum(each, masses) for each in (reading.opening, seen.last)]
     return abs(both[1] - both[0]) / (float(np.sum(masses[0])) * v0)
 

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from chaincor.analysis.modes import mode_energies
 from chaincor.analysis.restitution import centre_of_mass_velocity
 from chaincor.lammps_inputs.arrays import Array
+from chaincor.lammps_inputs.line import Line
 from chaincor.lammps_inputs.scene import FILE_KEYS, Scene
 from chaincor.lammps_inputs.schemes import StepSchemeName
 from chaincor.workflows.accuracy.bounded_run import BoundedRun, bounded_run, decade_above
@@ -20,7 +21,7 @@ from chaincor.workflows.accuracy.step_guess import (
     frequency_ratio,
     is_smooth,
 )
-from chaincor.workflows.accuracy.step_proof import COARSER, proved_error
+from chaincor.workflows.accuracy.step_proof import COARSER, difference, proved_error
 from chaincor.workflows.engines.ending import sound_round_trip
 from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.engines.reference.batch.chains import ManyRuns, StartStates
@@ -128,8 +129,8 @@ def solve_batch(scenes: Sequence[Scene]) -> list[tuple[BoundedRun, Array] | None
     approaches = np.tile(speeds, len(COARSER))
     compared = batch.compare(StartStates.cold(approaches, particles), both, lasts, approaches)
     coarse = [compared.chosen(part) for part in np.split(np.arange(len(both)), len(COARSER))]
-    runs, masses = [fine, *coarse], scenes[0].line.chain_masses
-    _, errors, agree = compare_many(scheme, steps, runs, speeds, masses, floor)
+    runs = [fine, *coarse]
+    _, errors, agree = compare_many(scheme, steps, runs, speeds, scenes[0].line, floor)
     agree &= fine.longest_silences <= sound_round_trip(particles, scenes[0].slow_stiffness)
     energies, apart = _compared(scenes[0], fine, coarse[0])
     for k, (place, scene) in enumerate(zip(places.tolist(), followed, strict=True)):
@@ -150,25 +151,31 @@ def compare_many(
     steps: Array,
     runs: Sequence[ManyRuns],
     speeds: Array,
-    masses: Array,
+    line: Line,
     floor: Any,
 ) -> tuple[Array, Array, NDArray[np.bool_]]:
     """
     Compare runs at some steps with those at `COARSER` times them.
 
     Returns, of shape (runs,), eta of the first, what it errs by, and whether all are settled and
-    have as many contacts. `masses` are those of the chain, `floor` is the rounding.
+    have as many contacts. `line` is that of all, `floor` the rounding.
     """
     fine, *coarse = runs
     # As `eta_of` gives it for each.
-    eta, *others = (
-        np.square(centre_of_mass_velocity(run.velocities, masses) / speeds) for run in runs
+    e, *others = (
+        centre_of_mass_velocity(run.velocities, line.chain_masses) / speeds for run in runs
     )
     settled = np.array([run.settled for run in coarse])
-    far, near = np.where(settled, np.abs(np.array(others) - eta), np.inf)
+    found = []
+    for run, other in zip(coarse, others, strict=True):
+        room = min(fine.contacts.shape[2], run.contacts.shape[2])
+        listed = (fine.listed & (run.counts == fine.counts)[:, None])[:, :room]
+        closing = (np.where(listed, each.contacts[:, 1, :room], 0.0) for each in (fine, run))
+        found.append(difference(line, e, other, *closing, speeds))
+    far, near = np.where(settled, found, np.inf)
     alike = np.all([run.counts == fine.counts for run in coarse], axis=0)
     errors, _ = proved_error(scheme, fine.lasted / steps, far, near, floor, alike)
-    return eta, errors, alike & np.all(settled, axis=0)
+    return np.square(e), errors, alike & np.all(settled, axis=0)
 
 
 def _compared(scene: Scene, fine: ManyRuns, coarse: ManyRuns) -> tuple[Array, dict[str, Array]]:

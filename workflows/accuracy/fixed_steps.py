@@ -13,8 +13,8 @@ from chaincor.workflows.accuracy.reference_runs import (
     LONG,
     ConvergedRun,
     differ,
+    difference_to,
     eta_of,
-    largest_difference,
     nudged_change,
     refined,
     run_reference,
@@ -247,7 +247,7 @@ class _Search:
 
     def _error(self, fine: Outcome, proofs: Sequence[Outcome]) -> tuple[float, bool]:
         """Return the error of a run's step, and whether it falls as an order lets it."""
-        far, *nearer = (largest_difference(self.scene, fine, [run]) for run in proofs)
+        far, *nearer = (difference_to(self.scene, fine, run) for run in proofs)
         amplifies = not self.scene.line.has_equal_masses
         if amplifies and nearer and not _converge(fine, proofs[1], proofs[0]):
             return math.inf, False

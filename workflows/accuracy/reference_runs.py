@@ -22,6 +22,7 @@ from chaincor.workflows.accuracy.refining import (
     that_ran,
 )
 from chaincor.workflows.accuracy.step_guess import effective_order, guess_step, largest_step
+from chaincor.workflows.accuracy.step_proof import difference
 from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.engines.reference import stepping
 
@@ -53,6 +54,16 @@ def largest_difference(scene: Scene, run: Outcome, others: Iterable[Outcome]) ->
     """Return how far the restitution of other runs is from that of one, at most."""
     eta = eta_of(scene, run)
     return max(abs(eta_of(scene, other) - eta) for other in others)
+
+
+def difference_to(scene: Scene, run: Outcome, other: Outcome) -> float:
+    """Return the `step_proof.difference` of a run to another; of eta alone if contacts differ."""
+    if differ(run, [other]):
+        return largest_difference(scene, run, [other])
+    v0 = scene.impact_velocity
+    e, others = (relative_velocity(scene.line, each) / v0 for each in (run, other))
+    speeds = run.contact_speeds, other.contact_speeds
+    return float(difference(scene.line, e, others, *speeds, v0))
 
 
 def relative_velocity(line: Line, outcome: Outcome) -> float:

@@ -7,12 +7,13 @@ from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.bounded_run import BoundedRun, decade_above, reason_missed
 from chaincor.workflows.accuracy.by_lammps import SHARPEST_LAMMPS, solve_with_lammps
 from chaincor.workflows.accuracy.by_reference import SHARPEST_FIXED, solve_with_reference
-from chaincor.workflows.accuracy.reference_runs import find_rounding_sensitivity
+from chaincor.workflows.accuracy.reference_runs import eta_of, find_rounding_sensitivity
 from chaincor.workflows.accuracy.step_guess import frequency_ratio
 from chaincor.workflows.accuracy.warm import WarmSolver, is_warm
 from chaincor.workflows.engines.reference.modal import supports
 from chaincor.workflows.engines.rounding import amplified_rounding, rounding_error, rounding_matters
 from chaincor.workflows.engines.time_limit import time_limit
+from chaincor.workflows.errors import ToleranceError
 
 # Where one goal is missed: rounding may take more of a short step than was foreseen, by up to one
 # decade; more decades are missed only where nothing converges, and then the bar is not small.
@@ -25,7 +26,7 @@ def solve_to_tolerance(scene: Scene, tolerance: float) -> BoundedRun:
 
     Numerics are chosen for goals that are powers of ten, the largest within the tolerance or, where
     that is below rounding, the first below rounding. Where a goal is missed the next looser one is
-    tried, too, and the smallest bar counts.
+    tried, too, and the smallest bar counts. Raises ToleranceError if that says nothing of eta.
     """
     if is_warm(scene) and (usual := WarmSolver(scene).solve_alone()):
         return usual
@@ -54,6 +55,12 @@ def solve_to_tolerance(scene: Scene, tolerance: float) -> BoundedRun:
         known = (found.outcome,) if in_house else ()
         found = solve_goal(scene, target_error, sensitivity, *known)
         best = min(best, found, key=lambda each: each.error)
+    eta = eta_of(scene, best.outcome)
+    if not best.error <= max(1.0, eta):
+        raise ToleranceError(
+            f"the error of eta is {best.error:.2g}, so that its value {eta:.3g} says nothing. "
+            "Take another speed, fewer particles or engine 'reference'"
+        )
     return replace(best, reason=reason_missed(best, tolerance))
 
 

@@ -13,7 +13,7 @@ from chaincor.workflows.accuracy.batching import compare_many
 from chaincor.workflows.accuracy.bounded_run import BoundedRun, bounded_run, decade_within
 from chaincor.workflows.accuracy.by_reference import SHARPEST_FIXED
 from chaincor.workflows.accuracy.fixed_steps import usual_scheme
-from chaincor.workflows.accuracy.reference_runs import differ, largest_difference, run_reference
+from chaincor.workflows.accuracy.reference_runs import differ, difference_to, run_reference
 from chaincor.workflows.accuracy.step_guess import STEP_SHARE, usual_step
 from chaincor.workflows.accuracy.step_proof import COARSER, proved_error, usual_share
 from chaincor.workflows.engines.ending import sound_round_trip
@@ -202,8 +202,9 @@ class WarmSolver:
                 self.batch.compare(chosen, times * steps, of.last_contact_times)
                 for times in COARSER
             ]
-            masses = self._line.chain_masses
-            told = compare_many(self.scheme, steps, runs, velocities[sound], masses, floor[sound])
+            told = compare_many(
+                self.scheme, steps, runs, velocities[sound], self._line, floor[sound]
+            )
             eta[sound], errors[sound], _ = told
         return fine, eta, errors
 
@@ -232,7 +233,7 @@ class WarmSolver:
             raise
         except RunError:
             return None, math.inf, False
-        far, near = (largest_difference(scene, fine, [run]) for run in coarse)
+        far, near = (difference_to(scene, fine, run) for run in coarse)
         alike = not differ(fine, coarse)
         error = proved_error(scheme, fine.lasted / step, far, near, floor, alike)[0]
         return (fine, coarse[0]), float(error), False

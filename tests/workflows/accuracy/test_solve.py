@@ -1,6 +1,7 @@
 """A tolerance in, an error bar out: met, honest, and no tighter than it costs."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -17,7 +18,7 @@ from chaincor.workflows.engines.reference import stepping
 from chaincor.workflows.engines.rounding import amplified_rounding
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
 from chaincor.workflows.error_bar import ErrorBar
-from chaincor.workflows.errors import CrossingError, RunError
+from chaincor.workflows.errors import CrossingError, RunError, ToleranceError
 from chaincor.workflows.measured import measured
 from tests.reference_cases import CASES, case_name, case_scene
 
@@ -233,3 +234,12 @@ def test_a_chain_that_is_thrown_back_faster_than_it_came_is_refused_by_name():
 def test_bonds_too_sharp_for_lammps_are_named_with_their_own_length(fields, length):
     with pytest.raises(RunError, match=f"compressed to about {length} of their length"):
         collide(Scene(particles=3, **fields), most_seconds=math.inf)
+
+
+def test_a_bar_that_says_nothing_is_refused(monkeypatch):
+    scene = Scene(potential="lj", particles=3, engine="reference")
+    met = meeting.solve_to_tolerance(scene, 1e-6)
+    unknown = replace(met, bar=replace(met.bar, step=57.0))
+    monkeypatch.setattr(meeting, "solve_with_reference", lambda *_: unknown)
+    with pytest.raises(ToleranceError, match="says nothing"):
+        meeting.solve_to_tolerance(scene, 1e-6)

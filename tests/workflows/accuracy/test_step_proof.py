@@ -76,3 +76,30 @@ def test_a_collision_that_is_a_small_part_of_a_step_is_resolved(gap, refine, tmp
     # What 120 steps of order 8 err by is rounding.
     assert abs(eta_of(scene, found.outcome) - eta_of(scene, fine)) <= found.error + 1e-13
     assert found.outcome.lasted > COARSER[0] * found.outcome.timestep
+
+
+@pytest.mark.parametrize(
+    ("potential", "particles", "velocity", "tolerance", "right"),
+    [
+        ("lj", 3, 0.0258, 1e-6, 0.9091844309),
+        ("log", 5, 0.7443540764199199, 1e-8, 0.8673496569268),
+        ("log", 7, 0.5218877949662942, 1e-6, 0.7514084313),
+        ("log", 19, 0.6182128823801389, 1e-6, 0.7140339098),
+        ("lj", 42, 1.329 * 0.128489059895, 1e-5, 0.7638470386757),
+        ("lj", 29, 1.4794 * 0.128489059895, 1e-5, 0.8082737940301),
+    ],
+)
+def test_runs_that_agree_by_chance_do_not_make_the_bar_small(
+    potential, particles, velocity, tolerance, right
+):
+    # The right values are of runs 1000 times tighter, printed with ten digits or more.
+    scene = Scene(
+        potential=potential,
+        particles=particles,
+        velocity=velocity,
+        engine="reference",
+        tolerance=tolerance,
+    )
+    found = collide(scene)
+    assert abs(found.restitution - right) <= found.restitution_error + 1e-10
+    assert found.restitution_error <= tolerance
