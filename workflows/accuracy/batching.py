@@ -170,8 +170,8 @@ def compare_many(
     for run, other in zip(coarse, others, strict=True):
         room = min(fine.contacts.shape[2], run.contacts.shape[2])
         listed = (fine.listed & (run.counts == fine.counts)[:, None])[:, :room]
-        closing = (np.where(listed, each.contacts[:, 1, :room], 0.0) for each in (fine, run))
-        found.append(difference(line, e, other, *closing, speeds))
+        one, two = (np.where(listed, each.contacts[:, 1, :room], 0.0) for each in (fine, run))
+        found.append(difference(line, e, other, one, two, speeds))
     far, near = np.where(settled, found, np.inf)
     alike = np.all([run.counts == fine.counts for run in coarse], axis=0)
     errors, _ = proved_error(scheme, fine.lasted / steps, far, near, floor, alike)

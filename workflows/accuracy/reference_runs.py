@@ -62,8 +62,8 @@ def difference_to(scene: Scene, run: Outcome, other: Outcome) -> float:
         return largest_difference(scene, run, [other])
     v0 = scene.impact_velocity
     e, others = (relative_velocity(scene.line, each) / v0 for each in (run, other))
-    speeds = run.contact_speeds, other.contact_speeds
-    return float(difference(scene.line, e, others, *speeds, v0))
+    one, two = run.contact_speeds, other.contact_speeds
+    return float(difference(scene.line, e, others, one, two, v0))
 
 
 def relative_velocity(line: Line, outcome: Outcome) -> float:

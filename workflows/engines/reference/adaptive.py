@@ -126,10 +126,16 @@ def _compile(function: Callable, *, keep: bool, logarithmic: bool) -> Callable:
     return compiler.compile(flight)
 
 
-def _compression(scene: Scene) -> float:
-    """Return ten times the strain of two particles that stop each other, for errors of strains."""
-    strain = -scene.bond.compressed_strain(scene.impact_velocity**2)
-    return 10.0 * strain if strain > 0.0 else math.inf
+def _strain_scale(scene: Scene) -> float:
+    """
+    Return what errors of strains are measured by: v0, as for a stiffness of 1, or 1 if less.
+
+    Where the stiffness at rest says little of the bond, that is within a factor of ten of the
+    strain at which two particles stop each other.
+    """
+    speed = scene.impact_velocity
+    strain = -scene.bond.compressed_strain(speed**2)
+    return min(1.0, 10.0 * strain, max(speed, 0.1 * strain)) if strain > 0.0 else min(1.0, speed)
 
 
 class _Flight:
@@ -148,7 +154,7 @@ class _Flight:
         state[particles] = speed
         contacts = np.zeros((3, 2 * particles + 64))
         local = max(FINEST_LOCAL, LOCAL_SHARE * accuracy)
-        scale = np.full(2 * particles, local * min(1.0, speed, _compression(scene)))
+        scale = np.full(2 * particles, local * _strain_scale(scene))
         scale[particles:] = local * speed
         slopes = np.zeros((DOP853.n_stages + 1, 2 * particles))
         self.arrays = adaptive.Arrays(
