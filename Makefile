@@ -41,6 +41,7 @@ docs: .venv/ready-docs  ## the documentation site, in site/; a warning or a brok
 	$(BIN)/python -m sphinx -W --keep-going -q -b html -d build/doctrees docs site
 	$(BIN)/python -m sphinx -W --keep-going -q -b revealjs -d build/doctrees-slides docs/course/slides site/slides
 	$(BIN)/python docs/check_links.py site
+	$(BIN)/python docs/check_access.py site
 
 notebooks: .venv/ready-notebook  ## the lessons as notebooks, in lessons/; .venv/bin/jupyter lab lessons opens them
 	$(BIN)/chaincor lessons --force -o lessons

@@ -5,20 +5,24 @@ from typing import Any
 
 from sphinx.application import Sphinx
 
-_SCROLLS = re.compile(r"<(pre|table)(?=[ >])(?![^>]*tabindex)")
+_SCROLLS = re.compile(r'<(pre|table|div(?= class="math[" ]))(?=[ >])(?![^>]*tabindex)')
 
 
 def focusable(body: str) -> str:
-    """Return HTML in which code and tables can be reached by the Tab key."""
+    """Return HTML in which code, tables and formulas can be reached by the Tab key."""
     return _SCROLLS.sub(r'<\1 tabindex="0"', body)
 
 
 def _mark(_app: Sphinx, _page: str, _template: str, context: dict[str, Any], _tree: object) -> None:
     if "body" in context:
         context["body"] = focusable(context["body"])
+    # Captions of the navigation are called headings without a level.
+    tree = "furo_navigation_tree"
+    if tree in context:
+        context[tree] = context[tree].replace(' role="heading"', "")
 
 
 def setup(app: Sphinx) -> dict[str, bool]:
     """Mark each page when it is written."""
-    app.connect("html-page-context", _mark)
+    app.connect("html-page-context", _mark, priority=900)  # after the theme
     return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -1,0 +1,70 @@
+"""
+Check the built site for barriers by axe, on a desktop and on a phone.
+
+Skipped, with the name of what is missing, where there is no Chromium or no axe-core
+(``npm install axe-core``, in the folder from where this is run).
+"""
+
+import sys
+from pathlib import Path
+from typing import Any
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+
+AXE = Path("node_modules/axe-core/axe.min.js")
+SIZES = ((1280, 900), (375, 800))
+# Pages made from docstrings are all alike, and one of them is looked at; frameworks' own are none.
+_SKIPPED = ("_static", "reference/api")
+_READY = "document.body.dataset.state === 'idle' && shown.curve.length > 0"
+_RUN = (
+    "axe.run(document, {preload: false, resultTypes: ['violations']}).then((found) =>"
+    " found.violations.map((v) => [v.impact, v.id, v.nodes[0].target.join(' ')]))"
+)
+
+
+def barriers(browser: Any, page: Path, axe: str) -> list[str]:
+    """Return the serious and critical violations of a page, as the browser shows it now."""
+    browser.open(page)
+    if page.name == "live.html":
+        browser.wait(_READY)
+    browser.evaluate(f"{axe};0")
+    found = browser.evaluate(_RUN)
+    return [f"{page}: {rule} at {place}" for impact, rule, place in found
+            if impact in ("serious", "critical")]  # fmt: skip
+
+
+def pages_of(site: Path) -> list[Path]:
+    """Return the pages that are looked at."""
+    pages = sorted(site.rglob("*.html"))
+    api = [page for page in pages if "reference/api" in page.as_posix()][:1]
+    return [
+        p for p in pages if not any(s in p.relative_to(site).as_posix() for s in _SKIPPED)
+    ] + api
+
+
+def main(site: Path) -> int:
+    """Check all pages; return the exit status."""
+    from tests.workflows.pictures.browser import Browser, find_chromium
+
+    missing = [
+        name
+        for name, there in (("Chromium", find_chromium()), (str(AXE), AXE.exists()))
+        if not there
+    ]
+    if missing:
+        print(f"accessibility is not checked: no {' and no '.join(missing)}")
+        return 0
+    found = []
+    with Browser() as browser:
+        for width, height in SIZES:
+            browser.show(width, height)
+            for page in pages_of(site):
+                found += [
+                    f"{line} ({width} px)" for line in barriers(browser, page, AXE.read_text())
+                ]
+    print("\n".join(found) or "no barrier that axe finds")
+    return 1 if found else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(Path(sys.argv[1]).resolve()))
