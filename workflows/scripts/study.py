@@ -332,6 +332,8 @@ def _with_step(runner: Runner, varied: Varied) -> tuple[Varied, list[tuple[float
                 break
             failed += [] if finer == 1.0 else [(ladder.coarse, run)]
             ladder = ladder_around(own, 0.5 / finer)
+        else:
+            raise runner.error(f"at timestep {own / finer:g} and above", str(run.failure))
     return replace(varied, values=ladder, own_step=own), failed
 
 
