@@ -36,6 +36,8 @@ SIZES = [(30, 13), (100, 13), (300, 7), (1000, 5), (3000, 1), (10_000, 1)]
 _LONGEST = 10_000
 _OF_LONGEST = (1.0, 3.0, 12.0)
 _OF_OTHER_B = (_LONGEST, 3.0)
+# Across the swing of C': single lengths, whose scatter is small against the loss.
+SWING, SWING_SIZES = (18.0, 24.0, 36.0), (500, 1000, 2000, 3000)
 # Faster than this the chain is not slow: the front's steepness is no small number.
 FASTEST = 0.6
 # Of single lengths, which show no scatter: that of 13 harmonic chains within 6 %.
@@ -63,6 +65,18 @@ def wanted():
                         order == 3 or variable < 13
                     ):
                         yield name, order, variable, scene.model_copy(update={"velocity": velocity})
+    yield from wanted_for_swing()
+
+
+def wanted_for_swing():
+    """Yield the chains of the swing: cubic bonds, and toda of b = 30 at one length."""
+    bonds = {name: bond for name, bond in BONDS.items() if name != "quartic"}
+    for particles, variable in product(SWING_SIZES, SWING):
+        other = {"toda b = 30": OTHER_B["toda b = 30"]} if particles == SWING_SIZES[1] else {}
+        for name, bond in (bonds | other).items():
+            scene = Scene(**bond, particles=particles, velocity=1e-3, engine="reference")
+            velocity = variable / slow_chain_variable(scene.bond, particles, 1.0)
+            yield name, 3, variable, scene.model_copy(update={"velocity": velocity})
 
 
 def measure() -> None:
@@ -127,9 +141,23 @@ def compare() -> None:
             f"| {row.bond} | {row.variable:g} | {row.size} | {row.factor:.4f} | {row.error:.4f} | "
             f"{row.limit:.4f} | {row.with_lead:.4f} |"
         )
+    swing()
     for name in BONDS:
         power, error, chi, freedom = fitted_power([row for row in table if row.bond == name])
         print(f"{name}: 2 beta n^-({power:.3f} +- {error:.3f}), chi2 {chi:.0f} for {freedom}")
+
+
+def swing() -> None:
+    """Print C'(y) extrapolated to long chains, with 2 beta known and two terms fitted."""
+    rows = np.genfromtxt(TABLE, delimiter=",", names=True, dtype=None, encoding="utf-8")
+    for variable, name in product(SWING, ("lj", "toda", "log")):
+        chosen = rows[(rows["bond"] == name) & (rows["variable"] == variable)]
+        n = chosen["particles"].astype(float)
+        known = chosen["loss"] * n ** (2.0 / 3.0) - 2.0 * FRONT_LEAD * n ** (-1.0 / 3.0)
+        design = np.stack([np.ones_like(n), n ** (-2.0 / 3.0), n ** (-4.0 / 3.0)], axis=1)
+        slope = np.linalg.lstsq(design, known, rcond=None)[0][0] / variable
+        theory = float(limiting_loss(variable)) / variable
+        print(f"y = {variable:g}, {name}, n to {n.max():.0f}: C' {slope:.4f}, theory {theory:.4f}")
 
 
 def fitted_power(rows: list[Mean]) -> tuple[float, float, float, int]:

@@ -1,7 +1,10 @@
 """
-Draw what slow long chains lose: the curve with chains on it, and harmonic chains on their way.
+Draw what slow long chains lose: the curve with chains on it, and its swing.
 
-    python -m benchmarks.slow_chains.picture [-o docs/images/slow_chains.png]
+    python -m benchmarks.slow_chains.picture [-o docs/images]
+
+Writes ``slow_chains.png``, with harmonic chains on their way to their limit, and
+``slow_chains_curve.png``, with the swing of C'(y) and with bonds that soften.
 """
 
 import argparse
@@ -11,7 +14,7 @@ import numpy as np
 
 from benchmarks.slow_chains import harmonic_limit, lattices
 from chaincor.analysis.figures.style import BLACK, CYCLE, GREY, MARKERS, new_figure
-from chaincor.analysis.slow_chains.curve import FRONT_LEAD, limiting_loss
+from chaincor.analysis.slow_chains.curve import FRONT_LEAD, STEEP_LIMIT, limiting_loss
 from chaincor.analysis.theory import HARMONIC_DISSIPATION_COEFFICIENT, harmonic_dissipation_limit
 
 
@@ -60,16 +63,42 @@ def draw_harmonic(ax) -> None:
     ax.legend(frameon=False, fontsize=8)
 
 
+def draw_swing(ax) -> None:
+    """Draw C'(y), whose kinks are where another wave takes over, and its limit."""
+    y = np.linspace(10.0, 80.0, 1400)
+    ax.plot(y, limiting_loss(y) / y, color=CYCLE[0], lw=1.2, label="$C'(y)=h_3(y)/y$")
+    ax.axhline(STEEP_LIMIT, color=BLACK, lw=1.0, ls=":", label=f"limit: {STEEP_LIMIT}")
+    ax.set(xlabel="$y$", ylabel="$C'(y)$", ylim=(0.360, 0.380))
+    ax.legend(frameon=False, fontsize=8, loc="lower right")
+
+
+def draw_softening(ax) -> None:
+    """Draw the curves of both orders about y = 0: softening bonds have y < 0."""
+    y = np.linspace(-20.0, 6.0, 400)
+    for order, line in ((3, "-"), (4, "--")):
+        ax.plot(y, limiting_loss(y, order), line, color=BLACK, lw=1.0, label=f"$h_{order}(y)$")
+    steep = np.linspace(-20.0, -3.0, 100)
+    ax.plot(steep, 0.69 / np.sqrt(-steep), ":", color=CYCLE[1], label="$0.69\\,|y|^{-1/2}$")
+    ax.plot(0.0, harmonic_dissipation_limit(), "o", color=CYCLE[0], ms=4.0, label="harmonic")
+    ax.set(xlabel="$y$", ylabel="$h_r(y)$", ylim=(0.0, 2.5))
+    ax.legend(frameon=False, fontsize=8)
+
+
 def main() -> None:
-    """Draw both panels."""
+    """Draw both figures."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("-o", "--output", type=Path, default=Path("docs/images/slow_chains.png"))
-    figure, (left, right) = new_figure(1, 2, figsize=(9.6, 4.2))
-    draw_curve(left)
-    draw_harmonic(right)
+    parser.add_argument("-o", "--output", type=Path, default=Path("docs/images"))
     output = parser.parse_args().output
-    figure.savefig(output, dpi=130)
-    print(output)
+    pictures = {
+        "slow_chains.png": (draw_curve, draw_harmonic),
+        "slow_chains_curve.png": (draw_swing, draw_softening),
+    }
+    for name, panels in pictures.items():
+        figure, axes = new_figure(1, 2, figsize=(9.6, 4.2))
+        for draw, ax in zip(panels, axes, strict=True):
+            draw(ax)
+        figure.savefig(output / name, dpi=130)
+        print(output / name)
 
 
 if __name__ == "__main__":

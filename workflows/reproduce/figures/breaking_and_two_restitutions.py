@@ -1,6 +1,7 @@
 """Beyond the paper: chains that break, and the two coefficients of restitution."""
 
 from itertools import groupby
+from typing import Any
 
 import numpy as np
 
@@ -19,7 +20,7 @@ def figure(flights: tuple[FreeFlight, ...]) -> Figure:
             above.plot(speeds, most, marker, color=color, markersize=3.5, label=_when(moment))
             above.vlines(speeds, fewest, most, color, linewidth=0.8)
         above.legend(loc="upper left", fontsize=8)
-        above.set(xscale="log", xlabel=IMPACT_SPEED, ylabel="pieces")
+        above.set(xscale="log", ylabel="pieces")
         above.set_ylim(bottom=0.0)
         above.locator_params("y", integer=True)
         _draw_times(middle, flights)
@@ -64,6 +65,7 @@ def figure(flights: tuple[FreeFlight, ...]) -> Figure:
         ],
         size=(6.4, 8.4),
         panels=(1.0, 1.0, 1.0),
+        sharex=True,
     )
 
 
@@ -133,8 +135,12 @@ def _draw_times(ax: Axes, flights: tuple[FreeFlight, ...]) -> None:
     levels = np.arange(0.5, max(int(most.max()), 2) + 1.0)
     mesh = draw_map(ax, speeds, times, most, BoundaryNorm(levels, 256))
     rows, columns = np.nonzero(fewest < most)
-    ax.plot(speeds[columns], np.array(times)[rows], ".", color="white", markersize=2.5)
-    ax.set(xscale="log", yscale="log", xlabel=IMPACT_SPEED)
+    dots: dict[str, Any] = {"color": "white", "markersize": 2.5, "label": "count undetermined"}
+    ax.plot(speeds[columns], np.array(times)[rows], ".", **dots)
+    ax.legend(loc="lower left", fontsize=8, facecolor=GREY)
+    ax.set(xscale="log", yscale="log")
     ax.set_ylabel("time after the last\ncontact / crossing")
-    bar = ax.figure.colorbar(mesh, ax=ax, label="pieces")
+    # Inside the panel, whose axis is that of the panels above and below.
+    beside = ax.inset_axes((1.02, 0.0, 0.03, 1.0))
+    bar = ax.figure.colorbar(mesh, cax=beside, label="pieces")
     bar.set_ticks((0.5 * (levels[1:] + levels[:-1])).astype(int).tolist())

@@ -172,13 +172,15 @@ def figure(measured: Measurements) -> Figure:
         ax.plot(fitted, mean.at(fitted), label=label, **dashed)
         ax.set(yscale="log", ylabel=r"dissipation $1-\eta$")
         ax.legend(loc="lower left")
-        below.axhline(HARMONIC_DISSIPATION_COEFFICIENT, color=BLACK)
-        below.axhline(harmonic_dissipation_limit(), color=BLACK, linestyle=":")
-        below.plot(fitted, np.full_like(fitted, mean.prefactor), **dashed)
+        below.axhline(HARMONIC_DISSIPATION_COEFFICIENT, color=BLACK, label="paper: 0.652")
+        limit = harmonic_dissipation_limit()
+        below.axhline(limit, color=BLACK, linestyle=":", label=f"limit: {limit:.4f}")
+        below.plot(fitted, np.full_like(fitted, mean.prefactor), label="fit", **dashed)
         sizes, means, _ = zip(*groups, strict=True)
         below.plot(sizes, means, ".", color=BLACK, markersize=7.0, label="means, longer chains")
         below.set(xscale="log", ylim=(0.25, 1.5), ylabel=r"$n^{2/3}(1-\eta)$")
         below.set_xlabel(r"number of particles $n$")
+        below.legend(loc="upper right", ncols=3, fontsize=7)
 
     return Figure(
         key=_KEY,

@@ -6,6 +6,7 @@ import numpy as np
 
 from chaincor.analysis.figures.style import BLACK
 from chaincor.analysis.pair_theory import pair_interval_slope
+from chaincor.analysis.slow_chains.curve import long_chain_slope
 from chaincor.analysis.theory import low_speed_dissipation_slope
 from chaincor.lammps_inputs.bonds.potentials import LennardJones
 from chaincor.workflows.reproduce.claims import TREND, Finding, claim, digits, words
@@ -182,7 +183,10 @@ def figure(measured: Measurements) -> Figure:
         )
         label = "paper, simulation: 0.66"
         ax.axhline(0.66, color=BLACK, linewidth=1.0, linestyle="--", label=label)
-        ax.set(xscale="log", ylim=(0.0, 1.1), xlabel=IMPACT_SPEED)
+        limit = long_chain_slope(LennardJones())
+        label = rf"theory, $n\to\infty$: {limit:.3f}"
+        ax.axhline(limit, color=BLACK, linewidth=1.0, linestyle=":", label=label)
+        ax.set(xscale="log", ylim=(0.0, 1.15), xlabel=IMPACT_SPEED)
         ax.set_ylabel(r"$(\eta_{\rm harmonic}-\eta)\,/\,(v_0/v^*)$")
         ax.legend(loc="lower right", ncols=2)
 
@@ -194,12 +198,12 @@ def figure(measured: Measurements) -> Figure:
             "C v₀/v* would be a horizontal line. The paper prints 0.66 from its simulation and "
             "2.61 from its theory, and says that they disagree: the theory with its dropped factor "
             f"put back gives {_theory():.2f}, further still from every value here. C depends on "
-            f"the speed and on n. Chains beyond {compared} are by the in-house engine alone. On "
-            "what it depends is known, see [the curve of slow chains](#slow_chains)."
+            "the speed and on n, by [the curve of slow chains](#slow_chains); dotted, its limit for"
+            f" n → ∞ and then v₀ → 0. Chains beyond {compared} are by the in-house engine alone."
         ),
         alt=(
             "Curves mostly rise with speed, to 0.6 at n = 100 and 0.85 at n = 2000, and fall again "
-            "beyond a tenth of v*; the paper's line is at 0.66."
+            "beyond a tenth of v*; the paper's line is at 0.66, the limit of theory at 1.01."
         ),
         draw=draw,
         records=increase_records(found, "length"),

@@ -31,6 +31,8 @@ _BONDS: dict[str, dict[str, Any]] = {
 _SHORTEST = 30
 # Chains beyond are not slow in any length that is computed.
 _LAST = 30.0
+# Sizes of symbols, by the least length of chains that have them.
+_SYMBOLS = {30: 2.0, 96: 3.2, 307: 4.6, 983: 6.2, 3146: 8.0}
 # kappa v0: faster than this a chain is not slow, its front is steep.
 _FASTEST = 0.6
 # What the paper has of C, for lj alone: simulated, and by its theory.
@@ -110,14 +112,14 @@ def infinite_chain(measured: Measurements) -> str:
     slopes = {row["bond"].partition(",")[0]: f"{row['slope']:.3f}" for row in rows}
     return (
         "In an infinite chain the harmonic part is gone and C is the limit of (1 − η)/(v₀/v*) as "
-        f"v₀ → 0, taken after n → ∞. It follows without a fit: {STEEP_LIMIT}(5) κ v* with "
+        f"v₀ → 0, taken after n → ∞. It follows without a fit: {STEEP_LIMIT}(8) κ v* with "
         "κ = −U‴(1), which is "
         + ", ".join(f"{slope} for {kind}" for kind, slope in slopes.items())
         + " (docs/explanation/slow_chains.md). Chains of finite length have n^(2/3) (1 − η) larger "
         f"by 2β n^(−1/3), β = {FRONT_LEAD:.4f}, less a term that falls faster; in the table "
         "is the longest chain of each bond beside theory with the first of these. The paper has "
         "0.66 and 2.61 for lj, and says that the two disagree. Its 0.66 is C of lj at no length "
-        "and speed in particular: C is a function of κ v₀ n^(2/3), 1.011 in the limit."
+        "and speed in particular: C is a function of κ v₀ n^(2/3), 1.012 in the limit."
     )
 
 
@@ -133,10 +135,15 @@ def figure(measured: Measurements) -> Figure:
         above.plot(y, limiting_loss(y), color=BLACK, linewidth=1.0, label=r"theory, $n\to\infty$")
         below.axhline(2.0 * FRONT_LEAD, color=BLACK, linewidth=1.0, label=r"$2\beta$")
         for (name, group), color, marker in zip(groups.items(), CYCLE, MARKERS, strict=False):
-            looks: dict[str, Any] = {"color": color, "markerfacecolor": "none", "markersize": 4.0}
             n, scaled = column(group, "particles"), column(group, "scaled_dissipation")
             y = np.array([variable_of(p) for p in group])
-            above.plot(y, scaled, marker, label=name, **looks)
+            looks: dict[str, Any] = {"color": color, "markerfacecolor": "none"}
+            above.plot([], [], marker, label=name, markersize=4.0, **looks)
+            # Longer chains have larger symbols.
+            for lower, size in _SYMBOLS.items():
+                chosen = (n >= lower) & (n < 3.2 * lower)
+                above.plot(y[chosen], scaled[chosen], marker, markersize=size, **looks)
+            looks["markersize"] = 4.0
             slow = y <= 5.0
             distance = n ** (1.0 / 3.0) * (scaled - limiting_loss(y) if y.size else scaled)
             below.plot(n[slow], distance[slow], marker, **looks)
@@ -155,9 +162,10 @@ def figure(measured: Measurements) -> Figure:
             "A front that the wall sends into the chain steepens, because compressed bonds carry "
             "sound faster, and spreads, because short waves are slower: y = κ v₀ n^(2/3), "
             "κ = −U‴(1), is the ratio of the two. Above, n^(2/3)(1 − η) of "
-            f"{len(every)} chains, n = {_SHORTEST} to {longest}, against y; black, the limit of "
+            f"{len(every)} chains, n = {_SHORTEST} to {longest}, against y, with larger symbols "
+            "for longer chains (from 30, 96, 307, 983 and 3146 on); black, the limit of "
             "long chains h(y), derived without a fit. Slow or short chains are harmonic "
-            "(h = 0.5626), long ones lose 0.3748 κ v₀. Toda chains of three b are one. Below, the "
+            "(h = 0.5626), long ones lose 0.3751 κ v₀. Toda chains of three b are one. Below, the "
             "distance from the curve times n^(1/3), for y up to 5: theory has 2β = 1.99 of it for "
             "long chains (line), less what falls faster; dots at one length differ by the phase of "
             f"the last contacts. {len(checked)} of the chains are by LAMMPS as well."
