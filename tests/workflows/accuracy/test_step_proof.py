@@ -85,6 +85,7 @@ def test_a_collision_that_is_a_small_part_of_a_step_is_resolved(gap, refine, tmp
         ("log", 5, 0.7443540764199199, 1e-8, 0.8673496569268),
         ("log", 7, 0.5218877949662942, 1e-6, 0.7514084313),
         ("log", 19, 0.6182128823801389, 1e-6, 0.7140339098),
+        ("log", 2, 0.8557686768304469 * 0.967042944497, 1e-4, None),
         ("lj", 42, 1.329 * 0.128489059895, 1e-5, 0.7638470386757),
         ("lj", 29, 1.4794 * 0.128489059895, 1e-5, 0.8082737940301),
     ],
@@ -101,5 +102,7 @@ def test_runs_that_agree_by_chance_do_not_make_the_bar_small(
         tolerance=tolerance,
     )
     found = collide(scene)
+    if right is None:
+        right = collide(scene, tolerance=1e-3 * tolerance).restitution
     assert abs(found.restitution - right) <= found.restitution_error + 1e-10
     assert found.restitution_error <= tolerance
