@@ -3,7 +3,6 @@
 import csv
 import json
 from collections.abc import Callable, Iterable
-from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +10,7 @@ import numpy as np
 
 from chaincor.analysis.atomic_write import folder_aside, publish, write_arrays
 from chaincor.analysis.collision_figures import draw_figures, energy_series, mode_theory
+from chaincor.analysis.observables import OF_DUMPS
 from chaincor.analysis.results import CollisionAnalysis
 
 _COLUMNS = {
@@ -20,51 +20,14 @@ _COLUMNS = {
 }
 
 
-# What is told as it is, before and after what follows from the bond.
-_TOLD_FIRST = (
-    *("restitution", "restitution_error", "data_error", "kinematic_restitution", "contacts"),
-    *("particles", "masses", "velocity", "bond_min", "bond_max", "energy_drift"),
-)
-_TOLD = (
-    *("anharmonic_remainder", "momentum_residual", "velocity_after", "ending", "finished"),
-    *("frames", "time_start", "time_end", "contact_times", "contact_speeds"),
-    *("mode_energies", "mode_energies_start", "contradictions", "caveats"),
-)
-
-
 def to_json_object(analysis: CollisionAnalysis) -> dict[str, Any]:
     """Return the results as plain numbers and lists; numbers that are not known are None."""
-    bond, target = analysis.bond, analysis.target
-    v_star = None if bond is None else bond.natural_speed
-    end = analysis.energy_end
-    told = {name: _plain(getattr(analysis, name)) for name in _TOLD_FIRST}
-    told |= {
-        "last_contact_time": analysis.contact_statistics.last_time,
-        "contact_statistics": asdict(analysis.contact_statistics),
-        "contact_detection": analysis.detection.method,
-        "potential": None if bond is None else bond.name,
-        "v_star": v_star,
-        "speed": None if v_star is None else analysis.velocity / v_star,
-        "energy_start": _energy_of_all(analysis, "energy_start"),
-        "energy_end": _energy_of_all(analysis, "energy_end"),
-        "translation_end": float(analysis.mode_energies[0]),
-        "vibration_end": None if end is None else float(end.vibration),
+    two_bodies = analysis.target is not None or analysis.soft
+    return {
+        each.name: _plain(each.dump(analysis))
+        for each in OF_DUMPS
+        if each.dump is not None and (two_bodies or not each.only_two_bodies)
     }
-    told |= {name: _plain(getattr(analysis, name)) for name in _TOLD}
-    if target is None and not analysis.soft:
-        return told
-    told |= {
-        "target_particles": analysis.target_particles,
-        "target_velocity_after": None if target is None else target.velocity_after,
-    }
-    for name in ("masses", "mode_energies", "mode_energies_start"):
-        told[f"target_{name}"] = [] if target is None else _plain(getattr(target, name))
-    for owner, body in (("", analysis), ("target_", target)):
-        energy = None if body is None else body.energy_end
-        for part in ("translation", "vibration"):
-            value = None if energy is None else float(getattr(energy, part))
-            told[f"{owner}{part}al_energy"] = value
-    return told
 
 
 def _plain(value: Any) -> Any:
@@ -74,12 +37,6 @@ def _plain(value: Any) -> Any:
     if isinstance(value, float):
         return value if np.isfinite(value) else None
     return list(value) if isinstance(value, tuple) else value
-
-
-def _energy_of_all(analysis: CollisionAnalysis, name: str) -> float | None:
-    """Return the energy of all bodies; None where the bond is not known."""
-    parts = [getattr(body, name) for body in analysis.bodies.values()]
-    return None if None in parts else sum(float(part.total) for part in parts)
 
 
 def write_report(

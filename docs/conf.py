@@ -27,6 +27,7 @@ extensions = [
     "mathml",
     "focus",
     "command_line",
+    "observables",
     "scene_fields",
     "lesson_notebooks",
     "live_page",

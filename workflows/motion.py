@@ -1,15 +1,16 @@
 """The motion behind a result: carried out again where it is asked for."""
 
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING
 
 from chaincor.analysis.dumps.chain_state import ChainState
 from chaincor.analysis.history import Record
+from chaincor.analysis.observables import Observed
 from chaincor.analysis.results import History
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.given_numbers import whole_number_given
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.error_bar import ErrorBar
 from chaincor.workflows.errors import SensitivityError
 
 if TYPE_CHECKING:
@@ -33,20 +34,12 @@ _MOST_FRAMES = 1_000_000
 _HISTORY_BYTES = 64 * 2**20
 
 
-class Motion:
-    """What a result can show of the motion, from how it was run and how long it took."""
+@dataclass(frozen=True, repr=False, kw_only=True)
+class Motion(Observed):
+    """The observables of a run, and its motion, from how it was run and how long it took."""
 
-    replay: "Replay | None"
-    last_contact_time: float
-    contact: str | None
-    duration: float
-    contacts: int
-    scheme: str
-    ending: str
-    bond_min: float
-    restitution: float
-    restitution_error: float | None
-    error_parts: ErrorBar
+    #: The run as it can be carried out again; None in results made by hand.
+    replay: "Replay | None" = field(default=None, compare=False)
 
     @property
     def scene(self) -> Scene:

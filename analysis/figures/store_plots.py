@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike
 
 from chaincor.analysis.distribution import Distribution
 from chaincor.analysis.figures.style import choose_axes, legend_above, look
+from chaincor.analysis.observables import OBSERVABLES
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.given_numbers import number_in
@@ -23,15 +24,6 @@ _MANY_CURVES = 24
 # Letters side by side in a legend, and the height of its rows in inches.
 _LEGEND_WIDTH = 66
 _LEGEND_ROW = 0.19
-
-LABELS = {
-    "speed": r"impact speed $v_0/v^*$",
-    "velocity": r"impact speed $v_0$",
-    "particles": r"number of particles $n$",
-    "restitution": r"restitution $\eta = K_r/K_i$",
-    "restitution_error": r"error bar of $\eta$",
-    "kinematic_restitution": r"kinematic restitution $e = \sqrt{\eta}$",
-}
 
 
 def plot_curves(
@@ -173,7 +165,8 @@ def plot_heat_map(
 
 
 def _label(name: str) -> str:
-    return LABELS.get(name, name.replace("_", " "))
+    known = OBSERVABLES.get(name)
+    return known.axis if known and known.axis else name.replace("_", " ")
 
 
 def _is_wide(values: Array) -> bool:

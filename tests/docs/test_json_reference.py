@@ -5,6 +5,7 @@ import re
 
 import pytest
 
+from chaincor.analysis.observables import json_keys
 from chaincor.workflows import cli
 from tests.docs.documents import ROOT
 
@@ -81,7 +82,9 @@ def sections():
     text = PAGE.read_text()
     found = {}
     for title, body in re.findall(r"^##+ `?([^`\n]+)`?\n(.*?)(?=^##|\Z)", text, re.M | re.S):
-        keys = re.findall(r"^\| (.+?) \|", body, re.M)[1:]
+        keys = re.findall(r"^\| (?!key )(.+?) \|", body, re.M)
+        for command in re.findall(r"^```{observables} (\w+)", body, re.M):
+            keys += [f"`{each.name}`" + " *" * rare for each, rare in json_keys(command)]
         named = [key for cell in keys for key in re.findall(r"`(\w+)`", cell)]
         rare = {k for cell in keys if cell.endswith("*") for k in re.findall(r"`(\w+)`", cell)}
         assert len(set(named)) == len(named), title

@@ -7,9 +7,9 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
+from chaincor.analysis.error_bar import ErrorBar
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.collision import collide
-from chaincor.workflows.error_bar import ErrorBar
 from chaincor.workflows.errors import CrossingError
 from chaincor.workflows.result import Collision
 from chaincor.workflows.store.results_store import Store

@@ -6,9 +6,9 @@ import json
 import numpy as np
 import pytest
 
+from chaincor.analysis.error_bar import ErrorBar
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.collision import collide
-from chaincor.workflows.error_bar import ErrorBar
 from chaincor.workflows.result import ARRAY_FIELDS
 
 

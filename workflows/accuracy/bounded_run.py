@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from chaincor.analysis.error_bar import ErrorBar
 from chaincor.analysis.modes import mode_energies
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.scene import Scene
@@ -16,7 +17,6 @@ from chaincor.workflows.engines.reference import hard_sphere
 from chaincor.workflows.engines.rounding import amplified_rounding, coarsening, rounding_of
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
 from chaincor.workflows.engines.time_limit import time_limit
-from chaincor.workflows.error_bar import ErrorBar
 from chaincor.workflows.measured import measured
 
 # With explicit numerics, the number at step h is proved by runs at these shares of it: half of it,

@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 
 from chaincor.analysis.dumps.printed import printed_numbers, stopped_with
+from chaincor.analysis.error_bar import ErrorBar
 from chaincor.lammps_inputs.errors import ChaincorError, InputError, one_line
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.error_bar import ErrorBar
 from chaincor.workflows.grids.grid import ASKED, MANIFEST
 from chaincor.workflows.store.row import Row
 from chaincor.workflows.versions import versions

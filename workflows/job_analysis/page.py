@@ -3,12 +3,12 @@
 from collections.abc import Mapping
 from pathlib import Path
 
+from chaincor.analysis.observables import TERMS, TERMS_OF_DUMPS, rows_of
 from chaincor.analysis.results import CollisionAnalysis
 from chaincor.analysis.showing.numbers import known_digits, root_of_known
 from chaincor.lammps_inputs.units.unit_system import CHAIN_UNITS, UnitSystem
-from chaincor.workflows.job_analysis.description import describe_in_units, rows
+from chaincor.workflows.job_analysis.description import describe_in_units
 from chaincor.workflows.pages.page import drawn_figures, files_written, listed_file, write_page
-from chaincor.workflows.showing.terms import OF_DUMPS, TERMS
 from chaincor.workflows.versions import processor, versions
 
 PAGE = "analysis.html"
@@ -77,7 +77,7 @@ def write_analysis_page(
     job = analysis.job
     assert job is not None
     scene = job.told_scene
-    terms = TERMS | OF_DUMPS
+    terms = TERMS | TERMS_OF_DUMPS
     settings = {
         "contacts found by": analysis.detection.method,
         "frames": f"{analysis.frames}, from t = {analysis.time_start:.6g} to "
@@ -98,7 +98,7 @@ def write_analysis_page(
         "data_error": f"{analysis.data_error:.1e}",
         "kinematic": root_of_known(analysis.kinematic_restitution, known),
         "contacts": f"{'≥ ' if analysis.contacts is None else ''}{statistics.count}",
-        "rows": [(name, text, terms[name]) for name, text in rows(analysis)],
+        "rows": [(name, text, terms[name]) for name, text in rows_of(analysis, dump=True)],
         "terms": {name: terms[name] for name in _BESIDE},
         "contradictions": analysis.contradictions,
         "notes": [each for each in analysis.caveats if each not in analysis.contradictions],

@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
+from chaincor.analysis.error_bar import error_alone
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.reference.hard_sphere import SCHEME
-from chaincor.workflows.error_bar import error_alone
 from chaincor.workflows.reproduce.plan import Plan, Study
 
 

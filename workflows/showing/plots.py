@@ -12,11 +12,10 @@ import numpy as np
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.potentials import is_harmonic
 from chaincor.lammps_inputs.errors import InputError
+from chaincor.workflows.motion import Motion
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-    from chaincor.workflows.result import Collision
 
 
 @dataclass(frozen=True)
@@ -50,7 +49,7 @@ class Plots:
     imported before. Pictures of the motion compute the collision again.
     """
 
-    def __init__(self, result: "Collision") -> None:
+    def __init__(self, result: Motion) -> None:
         self._result = result
 
     def __repr__(self) -> str:

@@ -2,25 +2,24 @@
 
 from collections.abc import Sequence
 from html import escape
-from typing import TYPE_CHECKING
+from typing import TypeVar
 
+from chaincor.analysis.observables import TERMS, Observed, rows_of
 from chaincor.analysis.showing.numbers import root_of_known, with_error
-from chaincor.workflows.showing.terms import TERMS
-from chaincor.workflows.showing.text import closing, heading, rows
+from chaincor.workflows.showing.text import closing, heading
 
-if TYPE_CHECKING:
-    from chaincor.workflows.result import Collision
+Result = TypeVar("Result", bound=Observed)
 
 # Left to the notebook's own theme: no colours, which would be wrong in a dark one.
 _CELL = "text-align: left; padding: 0.1em 1em 0.1em 0"
 _QUIET = "text-align: left; font-size: 90%; opacity: 0.75"
 
 
-def html_table(result: "Collision") -> str:
+def html_table(result: Observed) -> str:
     """Return what ``chaincor run`` prints as a table; names explain themselves when pointed at."""
     lines = [
         f"<tr>{_named(name)}<td style='{_CELL}'>{escape(text)}</td></tr>"
-        for name, text in rows(result)
+        for name, text in rows_of(result)
     ]
     if result.tolerance_met is False:
         text = f"{result.tolerance:g} NOT MET: {result.reason}"
@@ -47,7 +46,7 @@ def aligned(lines: Sequence[Sequence[str]]) -> str:
     )
 
 
-class ResultTable(list["Collision"]):
+class ResultTable(list[Result]):
     """A list of results that shows itself as a table, a result a line."""
 
     def __repr__(self) -> str:
@@ -67,7 +66,7 @@ class ResultTable(list["Collision"]):
 _HEADINGS = ("bonds", "particles", "v0", "eta", "e", "contacts", "end")
 
 
-def _line(result: "Collision") -> tuple[str, ...]:
+def _line(result: Observed) -> tuple[str, ...]:
     speed = f"{result.velocity:.6g}" if result.speed is None else f"{result.speed:.6g} v*"
     missed = "" if result.tolerance_met is not False else ", tolerance not met"
     return (

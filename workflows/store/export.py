@@ -7,13 +7,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from chaincor.analysis.atomic_write import written_aside
+from chaincor.analysis.observables import OBSERVABLES
 from chaincor.analysis.output_paths import judge_output
 from chaincor.lammps_inputs.bonds.potentials import WHOLE_KEYS
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.workflows.errors import StoreError
 from chaincor.workflows.outputs import make_folder
 from chaincor.workflows.research_object import METADATA_FILE, describe_folder, require_rocrate
-from chaincor.workflows.showing.terms import ALL_TERMS, OTHER_NAMES
 from chaincor.workflows.store.checked_rows import check_rows
 from chaincor.workflows.store.query import query_rows
 from chaincor.workflows.store.results_store import Store
@@ -80,8 +80,8 @@ def export_crate(store: Store, folder: Path) -> int:
 
 
 def _meaning(column: str) -> str:
-    words = column.replace("_", " ")
-    return ALL_TERMS.get(OTHER_NAMES.get(column, OTHER_NAMES.get(words, words)), words)
+    known = OBSERVABLES.get(column)
+    return column.replace("_", " ") if known is None else known.meaning
 
 
 def to_pandas(store: Store | Path | str) -> "pandas.DataFrame":

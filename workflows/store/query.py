@@ -14,7 +14,7 @@ from chaincor.workflows.store.schema import (
     FLAG_COLUMNS,
     PLAIN_COLUMNS,
     SCENE_KEYS,
-    WORDS_OF_SCENES,
+    WORDS,
 )
 
 # More than this no store has, and no number of SQLite is larger.
@@ -99,7 +99,7 @@ def _conditions(store: Store, where: Sequence[str]) -> tuple[str, list[Any]]:
         column = _quoted(name)
         if value:
             parts.append(f"{column} {operator} ?")
-            kind = types.get(name, "TEXT" if name in WORDS_OF_SCENES else "REAL")
+            kind = types.get(name, "TEXT" if name in WORDS else "REAL")
             values.append(value if kind == "TEXT" else _number(text, name, value))
         elif operator in ("=", "==", "!="):
             parts.append(f"{column} IS {'NOT ' if operator == '!=' else ''}NULL")

@@ -2,6 +2,7 @@
 
 import re
 
+from chaincor.analysis.observables import OF_RUNS
 from chaincor.lammps_inputs.bonds.potentials import BOND_KEYS
 from chaincor.lammps_inputs.scene_parts.given_bodies import BODY_KEYS
 
@@ -98,17 +99,20 @@ def _columns(first: str, last: str) -> tuple[str, ...]:
     return _COLUMNS[_COLUMNS.index(first) : _COLUMNS.index(last) + 1]
 
 
+# Columns of the record that results have under the same name.
+_NOT_PLAIN = ("scene_sha256", "details")
 SCENE_COLUMNS = (*_columns("potential", "particles"), "engine")
 # Of bonds that few scenes have: taken out of the scene's JSON.
 SCENE_KEYS = tuple(key for key in BOND_KEYS if key not in (*SCENE_COLUMNS, "bond_file"))
-# What scenes say in words or lists, where there is no column whose type tells.
-WORDS_OF_SCENES = ("energy", "parameters", "masses", "target_masses", "initial")
-# Fields of a result that have a column of their own; the others go to `details`.
-RESULT_COLUMNS = ("velocity", "speed", "tolerance", *_columns("restitution", "seconds_total"))
 FAILURE_COLUMNS = _columns("failure", "failure_stands")
 RECORD_COLUMNS = ("collision_sha256", "scene_sha256", "tries", "host", "finished")
-# What only scenes of more than a cold chain and a wall have, as expressions over the JSON of a row:
-# such keys need no columns that all other rows leave empty, and no new schema.
+# Observables that have a column of their own; the others go to `details`.
+_OF_RUNS = {each.name: each.kind for each in OF_RUNS}
+RESULT_COLUMNS = tuple(
+    name for name in _COLUMNS if name in _OF_RUNS and name not in (*SCENE_COLUMNS, *_NOT_PLAIN)
+)
+# Observables in `details`, as expressions over the JSON of a row: such keys need no columns that
+# all other rows leave empty, and no new schema. Keys of the scene are read from the scene.
 _CONTACT = {"contact_stiffness": "contact[0]", "contact_exponent": "contact[1]"}
 BODY_COLUMNS = {
     name: f"json_extract(scene, '$.{_CONTACT.get(name, name)}')"
@@ -116,15 +120,15 @@ BODY_COLUMNS = {
     if name != "contact"
 } | {
     name: f"json_extract(details, '$.{name}')"
-    for name in (
-        "velocity_after",
-        "target_velocity_after",
-        "translational_energy",
-        "vibrational_energy",
-        "target_translational_energy",
-        "target_vibrational_energy",
-    )
+    for name, kind in _OF_RUNS.items()
+    if kind in ("int", "float", "bool", "str") and name not in (*_COLUMNS, *BODY_KEYS, *SCENE_KEYS)
 }
+# Words and lists in the JSON of a row, where there is no column whose type tells.
+WORDS = tuple(
+    name
+    for name, kind in _OF_RUNS.items()
+    if name not in _COLUMNS and kind not in ("int", "float", "bool")
+)
 # What can be shown, filtered, plotted and exported.
 PLAIN_COLUMNS = (
     *SCENE_COLUMNS,
@@ -134,4 +138,4 @@ PLAIN_COLUMNS = (
     *BODY_COLUMNS,
     *SCENE_KEYS,
 )
-FLAG_COLUMNS = ("tolerance_met", "crossed", "failure_stands")
+FLAG_COLUMNS = (*(name for name, kind in _OF_RUNS.items() if kind == "bool"), "failure_stands")

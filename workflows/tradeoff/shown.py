@@ -5,10 +5,11 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+from chaincor.analysis.observables import TERMS
 from chaincor.analysis.showing.numbers import known_digits
 from chaincor.workflows.json_output import finite, stamped
 from chaincor.workflows.pages.page import StudyReport
-from chaincor.workflows.showing.terms import OF_STUDIES, TERMS
+from chaincor.workflows.showing.terms import OF_STUDIES
 from chaincor.workflows.tradeoff.budget import CAUSES
 from chaincor.workflows.tradeoff.front import (
     CheapestRow,

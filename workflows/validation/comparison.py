@@ -7,13 +7,13 @@ from typing import Any, Self
 
 import numpy as np
 
+from chaincor.analysis.error_bar import error_alone
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.scene import DEFAULT_TOLERANCE, NUMERICS_KEYS, OUTPUT_KEYS, Scene
 from chaincor.lammps_inputs.scene_parts.given_bodies import given_bodies
 from chaincor.workflows.accuracy.bounded_run import farthest
 from chaincor.workflows.collision import collide
 from chaincor.workflows.engines.reference import hard_sphere
-from chaincor.workflows.error_bar import error_alone
 from chaincor.workflows.given import scene_given
 from chaincor.workflows.json_output import finite
 from chaincor.workflows.result import Collision

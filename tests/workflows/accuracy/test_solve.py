@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from benchmarks.bars.honest import random_scene, try_scene
+from chaincor.analysis.error_bar import ErrorBar
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy import fixed_steps
@@ -17,7 +18,6 @@ from chaincor.workflows.collision import collide
 from chaincor.workflows.engines.reference import stepping
 from chaincor.workflows.engines.rounding import amplified_rounding
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
-from chaincor.workflows.error_bar import ErrorBar
 from chaincor.workflows.errors import CrossingError, RunError, ToleranceError
 from chaincor.workflows.measured import measured
 from tests.reference_cases import CASES, case_name, case_scene

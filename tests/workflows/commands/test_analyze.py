@@ -4,9 +4,9 @@ import json
 import numpy as np
 import pytest
 
+from chaincor.analysis.observables import TERMS, TERMS_OF_DUMPS
 from chaincor.lammps_inputs.bonds.potentials import Harmonic
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.showing.terms import OF_DUMPS, TERMS
 from tests.page_checks import check_file_list, read_page, words_of
 
 
@@ -94,7 +94,7 @@ def test_output_holds_plots_tables_and_pictures(job, tmp_path, chaincor):
     assert len(lines) > 9
     for line in lines:
         assert f"<b>{line[:22].strip()}</b>" in page
-        assert (TERMS | OF_DUMPS)[line[:22].strip()]
+        assert (TERMS | TERMS_OF_DUMPS)[line[:22].strip()]
     assert page.count("<figure ") == sum(name.endswith(".png") for name in written)
     assert hashlib.sha256((job / "dump.lammpstrj").read_bytes()).hexdigest() in page
 

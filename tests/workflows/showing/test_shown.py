@@ -13,14 +13,15 @@ from PIL import Image
 
 from chaincor.analysis.figures.style import new_figure
 from chaincor.analysis.modes import kinetic_mode_energies
+from chaincor.analysis.observables import TERMS, rows_of
 from chaincor.analysis.showing.numbers import root_of_known
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.collision import collide
 from chaincor.workflows.errors import RunError
 from chaincor.workflows.showing.table import ResultTable
-from chaincor.workflows.showing.terms import ALL_TERMS, TERMS
-from chaincor.workflows.showing.text import closing, describe, heading, rows
+from chaincor.workflows.showing.terms import ALL_TERMS
+from chaincor.workflows.showing.text import closing, describe, heading
 
 SCENES = {
     "lammps": Scene(particles=10),
@@ -40,7 +41,7 @@ def test_the_root_of_eta_has_no_digits_that_its_error_drowns():
     e = result.kinematic_restitution
     for error, digits in ((None, 6), (1e-9, 6), (2e-3, 4), (0.1, 2)):
         shown = dataclasses.replace(result, restitution_error=error)
-        assert rows(shown)[1][1] == f"e   = {e:.{digits}f}"
+        assert rows_of(shown)[1][1] == f"e   = {e:.{digits}f}"
     assert root_of_known(1e-4, 1e-4) == "0.000"
 
 
@@ -95,15 +96,19 @@ def test_a_tolerance_that_is_not_met_is_said(plain):
 def test_the_table_holds_what_the_command_prints(result):
     cells = Cells(result._repr_html_())
     assert cells.open == []
-    printed = [*heading(result), *(text for row in rows(result) for text in row), *closing(result)]
+    printed = [
+        *heading(result),
+        *(text for row in rows_of(result) for text in row),
+        *closing(result),
+    ]
     assert cells.texts == printed
-    assert [TERMS[name] for name, _ in rows(result)] == cells.titles
+    assert [TERMS[name] for name, _ in rows_of(result)] == cells.titles
 
 
 def test_an_open_end_says_no_more_than_is_known(plain):
     # Pieces may recede, and late contacts be in doubt by the last digits alone.
     doubted = dataclasses.replace(plain, ending="open")
-    assert dict(rows(doubted))["end"] == (
+    assert dict(rows_of(doubted))["end"] == (
         "open: another contact may still come; the error bar allows for it"
     )
 
@@ -119,7 +124,7 @@ def test_text_from_a_scene_is_no_html(plain):
 
 
 def test_every_term_that_is_printed_is_explained(result):
-    printed = [name for name, _ in rows(result)]
+    printed = [name for name, _ in rows_of(result)]
     assert set(printed) <= set(TERMS)
     assert all(f"{name:22} " in describe(result) for name in printed)
 

@@ -6,12 +6,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from chaincor.analysis.error_bar import error_alone
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.scene_parts.given_bodies import given_bodies
 from chaincor.workflows.accuracy import by_lammps
 from chaincor.workflows.collision import collide
-from chaincor.workflows.error_bar import error_alone
 from chaincor.workflows.validation.comparison import validate
 from chaincor.workflows.validation.grid import grid_around
 from chaincor.workflows.validation.user_comparison import validate_user

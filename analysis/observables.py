@@ -1,0 +1,91 @@
+"""The observables of a collision: one list, from which everything that shows them is made.
+
+A field of :class:`Observed` declares an observable of a run: the attribute of the result, the JSON
+key, the store column, the line of text, the word that ``chaincor explain`` knows and the row of the
+reference page. The files of ``analysis/observed`` hold the declarations.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, fields, replace
+from typing import Any, get_type_hints
+
+from chaincor.analysis.observed.bodies import Bodies
+from chaincor.analysis.observed.dumps import OF_DUMPS_ALONE
+from chaincor.analysis.observed.making import Making
+from chaincor.analysis.observed.observable import Observable, Row, dtype_of
+from chaincor.analysis.observed.outcome import MeasuredOutcome
+
+
+@dataclass(frozen=True, repr=False, kw_only=True)
+class Observed(Making, MeasuredOutcome, Bodies):
+    """The observables of a run, as attributes."""
+
+
+def _declared() -> dict[str, Observable]:
+    types = get_type_hints(Observed)
+    of_runs = {
+        f.name: replace(f.metadata["observable"], name=f.name, dtype=dtype_of(types[f.name]))
+        for f in fields(Observed)
+    }
+    return of_runs | {name: replace(each, name=name) for name, each in OF_DUMPS_ALONE.items()}
+
+
+#: All observables by name, in the order in which they are shown.
+OBSERVABLES: dict[str, Observable] = _declared()
+OF_RUNS = tuple(each for each in OBSERVABLES.values() if each.run is not None)
+OF_DUMPS = tuple(each for each in OBSERVABLES.values() if each.dump is not None)
+
+
+def attributes_section(observables: Iterable[Observable]) -> str:
+    """Return the section of a docstring that describes observables as attributes."""
+    found = ["    Attributes", "    ----------"]
+    for each in observables:
+        kind = f"{each.dtype}, of shape {each.shape}" if each.shape else each.dtype
+        text = each.meaning + (f" [{each.unit}]" if each.unit else "") + "."
+        found += [f"    {each.name} : {kind}", f"        {text[:1].upper()}{text[1:]}"]
+    return "\n".join(found) + "\n"
+
+
+def rows_of(result: Any, *, dump: bool = False, closing: bool = False) -> list[tuple[str, str]]:
+    """Return the lines of text about a result, or the analysis of a dump: label and text."""
+    return [
+        (row.label, text)
+        for each in (OF_DUMPS if dump else OF_RUNS)
+        for row in each.rows
+        if row.closing == closing and (text := row.text(result, dump=dump)) is not None
+    ]
+
+
+def _definition(row: Row, of: Observable) -> str:
+    """Return the meaning of a line: of all observables that it shows."""
+    if row.definition is not None:
+        return row.definition
+    shown = [OBSERVABLES[name].meaning for name in row.also]
+    return "; ".join([of.meaning, *shown])
+
+
+def _terms(observables: Iterable[Observable]) -> dict[str, str]:
+    return {row.label: _definition(row, each) for each in observables for row in each.rows}
+
+
+#: What ``chaincor explain`` says of each line of text, by its label.
+TERMS = _terms(OF_RUNS)
+TERMS_OF_DUMPS = _terms(OF_DUMPS_ALONE.values())
+#: Other words by which the lines are looked up, with their labels.
+OTHER_WORDS = {
+    word: row.label for each in OBSERVABLES.values() for row in each.rows for word in row.words
+}
+
+
+def json_keys(command: str) -> list[tuple[Observable, bool]]:
+    """
+    Return the observables in the JSON of ``run`` or ``analyze``, with their meaning there.
+
+    Beside each stands whether the key may be absent. Arrays of runs go to a file of their own.
+    """
+    if command == "run":
+        return [(each, each.rare) for each in OF_RUNS if not each.is_array]
+    return [
+        (replace(each, definition=each.in_dumps or each.definition), each.only_two_bodies)
+        for each in OF_DUMPS
+    ]

@@ -1,0 +1,119 @@
+"""Observables that say what collides."""
+
+from dataclasses import dataclass
+from typing import Any
+
+from chaincor.analysis.observed.observable import Row, observable
+from chaincor.analysis.observed.of_dumps import of_target
+
+
+def _given(name: str) -> Any:
+    """Return the reader of a fact of the bodies as the scene gives it."""
+    return lambda record: record.bodies_given.get(name)
+
+
+def _in_units(velocity: float, v_star: float | None) -> float | None:
+    return None if v_star is None else velocity / v_star
+
+
+@dataclass(frozen=True, repr=False, kw_only=True)
+class Bodies:
+    """What collides."""
+
+    potential: str = observable(
+        "name of the bond",
+        run=lambda r: r.scene.label,
+        dump=lambda a: None if a.bond is None else a.bond.name,
+    )
+    particles: int = observable(
+        "number of particles in the chain",
+        run=lambda r: r.scene.particles,
+        dump=lambda a: a.particles,
+        axis=r"number of particles $n$",
+    )
+    velocity: float = observable(
+        "impact speed of the chain's centre of mass; relative to a free target",
+        unit="speed",
+        symbol="v0",
+        run=lambda r: r.scene.impact_velocity,
+        dump=lambda a: a.velocity,
+        axis=r"impact speed $v_0$",
+    )
+    speed: float | None = observable(
+        "impact speed in units of v*; null for harmonic bonds",
+        Row("v*", also=("v_star",), words=("v_star", "speed", "u", "v0")),
+        run=lambda r: _in_units(r.scene.impact_velocity, r.scene.bond.natural_speed),
+        dump=lambda a: _in_units(a.velocity, None if a.bond is None else a.bond.natural_speed),
+        axis=r"impact speed $v_0/v^*$",
+    )
+    v_star: float | None = observable(
+        "unit of speed that measures how little a bond acts as a spring: the kinetic energy of one "
+        "particle at v* compresses the bond so far that it stores twice the energy of a spring of "
+        "the same stiffness, compressed as far",
+        unit="speed",
+        symbol="v*",
+        run=lambda r: r.scene.bond.natural_speed,
+        dump=lambda a: None if a.bond is None else a.bond.natural_speed,
+    )
+    masses: tuple[float, ...] | None = observable(
+        "masses of the chain's particles from the contact outward, repeated along the chain",
+        unit="mass",
+        shape="(m,)",
+        rare=True,
+        run=_given("masses"),
+        dump=lambda a: a.masses,
+    )
+    target_particles: int | None = observable(
+        "number of particles of a free target; null for a wall",
+        rare=True,
+        run=_given("target_particles"),
+        dump=lambda a: a.target_particles,
+    )
+    target_masses: tuple[float, ...] | None = observable(
+        "masses of the target's particles from the contact outward, repeated along the target",
+        unit="mass",
+        shape="(m,)",
+        rare=True,
+        run=_given("target_masses"),
+        dump=of_target("masses", ()),
+    )
+    contact: str | None = observable(
+        "power, where the bodies are soft", rare=True, run=_given("contact")
+    )
+    contact_stiffness: float | None = observable(
+        "K of the repulsion K d^q of soft bodies", rare=True, run=_given("contact_stiffness")
+    )
+    contact_exponent: float | None = observable(
+        "q of the repulsion K d^q of soft bodies", rare=True, run=_given("contact_exponent")
+    )
+    initial: str | None = observable(
+        "file of the state that the chain came with", rare=True, run=_given("initial")
+    )
+    compression: float | None = observable(
+        "fraction by which the bonds were shorter at first", rare=True, run=_given("compression")
+    )
+    temperature: float | None = observable(
+        "k_B T of both bodies at first", unit="energy", rare=True, run=_given("temperature")
+    )
+    seed: int | None = observable("seed of the random first state", rare=True, run=_given("seed"))
+    energy: str | None = observable(
+        "formula of the bond",
+        rare=True,
+        run=lambda r: None if r.formula() is None else r.formula().text,
+    )
+    parameters: dict[str, float] | None = observable(
+        "numbers for the other names in the formula",
+        rare=True,
+        run=lambda r: None if r.formula() is None else dict(r.formula().given),
+    )
+    stiffness: float | None = observable(
+        "U'' of a bond at rest, where it is not 1",
+        rare=True,
+        run=lambda r: r.unless_one("stiffness"),
+    )
+    natural_length: float | None = observable(
+        "length of a bond at rest, where it is not 1",
+        unit="length",
+        rare=True,
+        run=lambda r: r.unless_one("natural_length"),
+    )

@@ -1,0 +1,101 @@
+"""Observables that say how a result was made."""
+
+from dataclasses import dataclass
+from typing import Any
+
+from chaincor.analysis.error_bar import ErrorBar
+from chaincor.analysis.observed.observable import Row, observable
+from chaincor.analysis.showing import lines
+
+
+@dataclass(frozen=True, repr=False, kw_only=True)
+class Making:
+    """How the result was made."""
+
+    tolerance: float | None = observable(
+        "error asked of eta; null with explicit numerics", run=lambda r: r.asked
+    )
+    tolerance_met: bool | None = observable(
+        "whether the error bar is within the tolerance", run=lambda r: r.tolerance_met
+    )
+    reason: str | None = observable(
+        "why the tolerance is not met, where it is not", run=lambda r: r.reason
+    )
+    error_parts: ErrorBar = observable("error bar of eta, cause by cause", run=lambda r: r.bar)
+    engine: str = observable(
+        "engine that ran, lammps or reference (the one of this package)",
+        Row(
+            "run by",
+            lambda o: lines.run_text(
+                o.engine,
+                lines.contact_kind(
+                    o.wall, soft=o.contact is not None, target=o.target_particles is not None
+                ),
+                o.scheme,
+                o.timestep,
+                None if o.table is None else f"{o.table} table of {o.table_points} rows",
+            ),
+            also=("wall", "scheme", "timestep", "table"),
+            words=(
+                *("engine", "wall", "scheme", "H", "event", "reflect", "reference", "lammps"),
+                *("table", "event wall", "reflect wall"),
+            ),
+            closing=True,
+        ),
+        run=lambda r: r.outcome.engine,
+    )
+    wall: str = observable(
+        "how the contact is carried out, by event (located within a step) or by reflect (LAMMPS's "
+        "fix wall/reflect)",
+        run=lambda r: r.outcome.wall,
+    )
+    scheme: str = observable(
+        "scheme that integrates: verlet, order4, order6, order8, or, chosen for a tolerance, modal "
+        "(exact, harmonic bonds), srkn14 (order 6, 14 kicks), extrapolated12 to extrapolated16 "
+        "(Verlet steps extrapolated), adaptive8 (stiff bonds), hard-sphere (limit of high speed)",
+        run=lambda r: r.outcome.scheme,
+    )
+    timestep: float | None = observable(
+        "time step of a whole composed step; null for exact propagators and adaptive steps",
+        unit="time",
+        symbol="H",
+        run=lambda r: r.outcome.timestep,
+    )
+    table: str | None = observable(
+        "interpolation of the bond table; null without one", run=lambda r: r.table.get("style")
+    )
+    table_points: int | None = observable(
+        "rows of the bond table; null without one", run=lambda r: r.table.get("rows")
+    )
+    duration: float = observable(
+        "simulated time from the first contact to the end",
+        unit="time",
+        run=lambda r: r.outcome.duration,
+    )
+    seconds: float = observable(
+        "wall-clock time of the run that gave the number",
+        Row(
+            "time",
+            "{0.seconds:.3g} s for this run, {0.seconds_total:.3g} s with set-up and checks",
+            also=("seconds_total",),
+            closing=True,
+        ),
+        unit="s",
+        run=lambda r: r.outcome.seconds,
+    )
+    seconds_total: float = observable(
+        "wall-clock time of everything: set-up, tables, runs for the error bar",
+        unit="s",
+        run=lambda r: r.seconds_total,
+    )
+    scene_sha256: str = observable(
+        "hash of all that decides the result", run=lambda r: r.scene.sha256
+    )
+    versions: dict[str, str] = observable(
+        "versions of Python, chaincor and the libraries behind the number",
+        run=lambda r: r.versions,
+    )
+    details: dict[str, Any] = observable(
+        "facts of some runs only: certificate of the table, choice of numerics, pilot run",
+        run=lambda r: r.outcome.details | r.details,
+    )

@@ -1,0 +1,102 @@
+"""One observable: what it means, how it is computed, and where it is shown."""
+
+from collections.abc import Callable
+from dataclasses import MISSING, dataclass, field
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from chaincor.analysis.results import CollisionAnalysis
+    from chaincor.analysis.run_record import RunRecord
+
+
+# Rare in runs, whose eta tells them; the analysis of a dump knows no more of a plain chain.
+_OF_EVERY_DUMP = ("masses", "velocity_after")
+
+
+@dataclass(frozen=True)
+class Row:
+    """A line that results print, by which ``chaincor explain`` knows its observables."""
+
+    label: str  #: Name at the beginning of the line.
+    #: Text of a run's result: a format that is filled with the result as ``{0}``, or a function of
+    #: the result. None leaves the line out.
+    run: str | Callable[[Any], str | None] | None = None
+    dump: str | Callable[[Any], str | None] | None = None  #: The same of the analysis of a dump.
+    also: tuple[str, ...] = ()  #: Further observables in the line.
+    definition: str | None = None  #: Meaning of a line that shows only a part of its observable.
+    words: tuple[str, ...] = ()  #: Other words by which people look the line up.
+    closing: bool = False  #: Whether the line stands at the end, with how the run was made.
+
+    def text(self, result: Any, *, dump: bool = False) -> str | None:
+        """Return the text for a result, or for the analysis of a dump; None for no line."""
+        shown = self.dump if dump else self.run
+        return shown.format(result) if isinstance(shown, str) else shown and shown(result)
+
+
+@dataclass(frozen=True)
+class Observable:
+    """
+    What is known of one printed number.
+
+    The name is the attribute of a result, the JSON key and the store column.
+    """
+
+    definition: str  #: Meaning, in one sentence without its full stop.
+    unit: str = ""  #: Dimension in the chain's units, or s; empty for counts and ratios.
+    symbol: str = ""  #: How lines of text call it.
+    shape: str = ""  #: Shape of an array; empty for a single value.
+    #: Value from the record of a run; None where only dumps give it.
+    run: "Callable[[RunRecord], Any] | None" = None
+    #: Value from the analysis of a dump; None where dumps do not give it.
+    dump: "Callable[[CollisionAnalysis], Any] | None" = None
+    in_dumps: str | None = None  #: Meaning in the analysis of a dump, where it is another one.
+    rows: tuple[Row, ...] = ()  #: Lines of text that show it.
+    #: Whether it is left out of JSON and stores where it is None.
+    rare: bool = False
+    axis: str | None = None  #: Label of an axis of a figure; the name by default.
+    name: str = ""
+    dtype: str = ""  #: Type of its values, as it is annotated.
+
+    def compute(self, record: "RunRecord") -> Any:
+        """Return the value for a run."""
+        assert self.run is not None
+        return self.run(record)
+
+    @property
+    def is_array(self) -> bool:
+        """Whether runs write it to the file of arrays instead of the JSON object."""
+        return self.dtype.startswith("ndarray")
+
+    @property
+    def only_two_bodies(self) -> bool:
+        """Whether dumps give it only where the chain meets a free target or a soft body."""
+        return self.rare and self.name not in _OF_EVERY_DUMP
+
+    @property
+    def kind(self) -> str:
+        """Type of its values where there are any."""
+        return self.dtype.removesuffix(" or None")
+
+    @property
+    def meaning(self) -> str:
+        """The definition, after the symbol that lines of text use."""
+        return f"{self.symbol} = {self.definition}" if self.symbol else self.definition
+
+
+def observable(definition: str, *rows: Row, **facts: Any) -> Any:
+    """Declare a field of results as an observable; for `facts` see :class:`Observable`."""
+    described = Observable(definition, rows=rows, **facts)
+    default = None if described.rare else MISSING
+    return field(default=default, metadata={"observable": described})
+
+
+def dtype_of(annotation: Any) -> str:
+    """Return how pages call the type of an annotation."""
+    parts = getattr(annotation, "__args__", ())
+    if type(annotation).__name__ == "UnionType" or type(None) in parts:
+        return " or ".join(dtype_of(part) for part in parts)
+    if "ndarray" in str(annotation):
+        return "ndarray"
+    if annotation is type(None):
+        return "None"
+    return str(annotation.__name__)

@@ -1,0 +1,201 @@
+"""The record of one finished collision, from which observables are computed."""
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from chaincor.analysis.error_bar import ErrorBar
+from chaincor.analysis.modes import mode_energies
+from chaincor.analysis.restitution import EnergySplit, centre_of_mass_velocity, energy_split
+from chaincor.lammps_inputs.arrays import Array
+from chaincor.lammps_inputs.bonds.formula import Formula
+from chaincor.lammps_inputs.line import Line
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.lammps_inputs.scene_parts.given_bodies import given_bodies, seed_of
+
+# A stiffness or length of a bond is shown where it differs from 1 by more than the bond's own
+# differences are good to.
+_ROUNDED = 1e-9
+
+
+@dataclass(frozen=True)
+class RunRecord:
+    """What is known when a collision is over: the scene, the raw outcome and its error bar."""
+
+    scene: Scene
+    #: Raw outcome of the engine, with its attributes as there.
+    outcome: Any
+    bar: ErrorBar  #: Error bar of eta.
+    restitution: float  #: Eta.
+    reason: str | None  #: Why a tolerance is not met; None where it is, or none was asked for.
+    details: dict[str, Any]  #: What the search for the numerics found.
+    seconds_total: float  #: Wall-clock time of everything.
+    versions: dict[str, str]
+    #: Time between looks at bonds where the outcome has no time step; None where it is not fixed.
+    looks: float | None = None
+    #: Mode energies of shape (n,), where they are known already.
+    known_energies: Array | None = field(default=None, repr=False)
+
+    @property
+    def line(self) -> Line:
+        """Both bodies along x."""
+        return self.scene.line
+
+    @property
+    def table(self) -> dict[str, Any]:
+        """Certificate of the bond table; empty without one."""
+        return self.outcome.details.get("table") or {}
+
+    @property
+    def asked(self) -> float | None:
+        """Error asked of eta; None with explicit numerics."""
+        return self.scene.asked_tolerance
+
+    @property
+    def tolerance_met(self) -> bool | None:
+        """Whether the error bar is within the tolerance; None where one of them is unknown."""
+        unknown = self.asked is None or self.bar.total is None
+        return None if unknown else self.bar.total <= self.asked  # type: ignore[operator]
+
+    @cached_property
+    def mode_energies(self) -> Array:
+        """Harmonic energies of the chain's modes, of shape (n,)."""
+        if self.known_energies is not None:
+            return self.known_energies
+        state = self.outcome.displacements, self.outcome.velocities
+        return mode_energies(*state, self.scene.bond.stiffness, self.line.chain_masses)
+
+    # ---- bonds ----------------------------------------------------------------------------------
+
+    @property
+    def pilot(self) -> dict[str, Any] | None:
+        """Run of the reference engine before one by LAMMPS; None without one."""
+        return self.details.get("scouting")
+
+    @property
+    def bond_range_source(self) -> str:
+        """Which run tells the shortest and longest bond."""
+        if self.outcome.engine != "lammps":
+            return "every step"
+        if self.pilot is None:
+            return "LAMMPS, at contacts and at looks between them"
+        return "in-house scouting run, every step, and LAMMPS at contacts"
+
+    @cached_property
+    def bond_range(self) -> tuple[float, float]:
+        """One plus the least and the largest strain of a bond."""
+        low, high = self.outcome.bond_min, self.outcome.bond_max
+        if self.outcome.engine == "lammps" and self.pilot is not None:
+            low, high = min(low, self.pilot["bond_min"]), max(high, self.pilot["bond_max"])
+        return low, high
+
+    def bond_length(self, end: int) -> float:
+        """Return the shortest (0) or longest (1) bond, in the scene's units of length."""
+        return self.bond_range[end] + (self.scene.bond.natural_length - 1.0)
+
+    def bond_error(self) -> float | None:
+        r"""
+        Return how much farther bonds may have gone between the ends of steps.
+
+        An extreme is at most half a step h from an end, and a strain has
+        :math:`|\ddot s| \le 4 F/m` with the largest force F and the lightest mass m: no farther
+        than :math:`h^2 F/2m`. None where steps have no fixed length.
+        """
+        if self.scene.longest_body < 2:
+            return 0.0
+        step = self.outcome.timestep if self.pilot is None else self.pilot["timestep"]
+        step = self.looks if step is None else step
+        if step is None:
+            return None
+        with np.errstate(all="ignore"):
+            strains = np.linspace(self.bond_range[0] - 1.0, self.bond_range[1] - 1.0, 65)
+            forces = np.abs(self.scene.bond.force(strains))
+        return float(0.5 * step**2 * np.nanmax(forces) / self.line.lightest)
+
+    def formula(self) -> Formula | None:
+        """Return the bond where it is a formula."""
+        return self.scene.bond if isinstance(self.scene.bond, Formula) else None
+
+    def unless_one(self, name: str) -> float | None:
+        """Return a property of the bond; None where it is 1."""
+        value = float(getattr(self.scene.bond, name))
+        return value if abs(value - 1.0) > _ROUNDED else None
+
+    # ---- bodies ---------------------------------------------------------------------------------
+
+    @cached_property
+    def bodies_given(self) -> dict[str, Any]:
+        """What the scene says of its bodies; nothing for a cold chain of unit masses and a wall."""
+        if self.line.is_standard:
+            return {}
+        given, state = given_bodies(self.scene), self.scene.initial_state
+        if state is not None and state.masses is not None:
+            given["masses"] = tuple(state.masses.tolist())
+        if self.scene.temperature is not None:
+            given["seed"] = seed_of(self.scene)
+        if self.line.soft:
+            given |= self.line.contact.as_keys()
+        else:
+            given.pop("contact", None)
+        return given
+
+    @cached_property
+    def chain(self) -> EnergySplit | None:
+        """Energies of the chain; None for a standard scene, whose eta tells them."""
+        if self.line.is_standard:
+            return None
+        state = self.outcome.displacements, self.outcome.velocities
+        return energy_split(*state, self.scene.bond, masses=self.line.chain_masses)
+
+    @cached_property
+    def target(self) -> EnergySplit | None:
+        """Energies of a free target; None for a wall."""
+        if self.line.is_standard or self.line.rigid:
+            return None
+        # From the contact outward a target goes towards -x: seen in a mirror, it is a chain.
+        state = -self.outcome.target_displacements, -self.outcome.target_velocities
+        return energy_split(*state, self.scene.bond, masses=self.line.target_masses)
+
+    def velocity_after(self, owner: str) -> float | None:
+        """Return the velocity of the ``chain`` or ``target``; None where its energies are None."""
+        if getattr(self, owner) is None:
+            return None
+        outcome = self.outcome
+        moving = outcome.velocities if owner == "chain" else outcome.target_velocities
+        masses = self.line.chain_masses if owner == "chain" else self.line.target_masses
+        return float(centre_of_mass_velocity(moving, masses))
+
+    def energy(self, owner: str, part: str) -> float | None:
+        """Return a part of the energy of the ``chain`` or the ``target``."""
+        split = getattr(self, owner)
+        return None if split is None else float(getattr(split, part))
+
+    def of_target(self, name: str) -> Array | None:
+        """Return an array of the outcome about a free target; None for a wall."""
+        return None if self.target is None else getattr(self.outcome, f"target_{name}")
+
+    def target_mode_energies(self) -> Array | None:
+        """Return the mode energies of a free target, of shape (M,); None for a wall."""
+        if self.target is None:
+            return None
+        state = self.outcome.target_displacements, self.outcome.target_velocities
+        return mode_energies(*state, self.scene.bond.stiffness, self.line.target_masses)
+
+
+def impulse_residual(line: Line, outcome: Any, impact_velocity: float) -> float:
+    """
+    Return how far the momenta of both bodies are from what the contacts gave, in units of M v0.
+
+    Each contact gives the chain its impulse and the target the opposite one, whatever the bonds do.
+    The larger of both residuals is returned; of the chain alone before a wall, which takes any
+    momentum.
+    """
+    given = float(np.sum(outcome.impulses))
+    mass = float(np.sum(line.chain_masses))
+    change = float(line.chain_masses @ outcome.velocities) + mass * impact_velocity
+    residuals = [abs(change - given)]
+    if not line.rigid:
+        residuals.append(abs(float(line.target_masses @ outcome.target_velocities) + given))
+    return max(residuals) / (mass * impact_velocity)

@@ -1,0 +1,85 @@
+"""Texts of the lines that results of runs and of dumps print."""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from chaincor.analysis.showing.numbers import eta_of_dump, root_of_known, with_error
+
+ENDINGS = {
+    "proved": "energy and momentum rule out another contact",
+    "argued": "the collision is very likely over, but this is not proved",
+    "open": "another contact may still come; the error bar allows for it",
+}
+# More masses than these are not all shown.
+_MOST_MASSES = 6
+
+
+def restitution_text(value: float, error: float | None, *, relative: bool) -> str:
+    """Return eta with its error bar."""
+    return f"eta = {with_error(value, error)}{_of(relative)}"
+
+
+def restitution_of_dump(value: float, error: float | None, data_error: float) -> str:
+    """Return eta as a dump tells it, with the error of its digits."""
+    return f"eta = {eta_of_dump(value, error, data_error)}"
+
+
+def root_text(value: float, error: float | None, *, relative: bool = False) -> str:
+    """Return e with the digits that the error of eta leaves."""
+    return f"e   = {root_of_known(value, error)}{_of(relative)}"
+
+
+def _of(relative: bool) -> str:
+    return ", of the relative motion" if relative else ""
+
+
+def bond_lengths(low: float, high: float, error: float | None) -> str:
+    """Say between what lengths bonds were, to the digits that looking at steps leaves."""
+    digits = 4 if not error else min(max(math.ceil(-math.log10(error)), 2), 6)
+    shown = f"{low:.{digits}f} to {high:.{digits}f} up to the last contact"
+    return shown + (f", +- {error:.1g}" if error else "")
+
+
+def body_text(
+    velocity: float | None, translation: float | None, vibration: float | None
+) -> str | None:
+    """Say how a body moves; where its bond is not known, nothing of its energies."""
+    if velocity is None:
+        return None
+    text = f"velocity {velocity:.6g}"
+    if translation is None:
+        return text
+    return f"{text}, energy of translation {translation:.6g}, of vibration {vibration:.6g}"
+
+
+def run_text(
+    engine: str, contact: str, scheme: str, timestep: float | None, table: str | None
+) -> str:
+    """Say how a run was made."""
+    step = "" if timestep is None else f", H = {timestep:.4g}"
+    return f"{engine}: {contact}, {scheme}{step}" + ("" if table is None else f", {table}")
+
+
+def contact_kind(wall: str, *, soft: bool, target: bool) -> str:
+    """Name what particle 1 meets: a wall only where there is one."""
+    return f"{'soft' if soft else wall} {'contact' if target else 'wall'}"
+
+
+def masses_text(masses: Sequence[float]) -> str:
+    """List the first few masses."""
+    shown = ", ".join(f"{mass:.6g}" for mass in masses[:_MOST_MASSES])
+    return shown if len(masses) <= _MOST_MASSES else f"{shown}, ... ({len(masses)} in all)"
+
+
+def strongest_modes(energies: Sequence[float]) -> str:
+    """Return the three modes of most energy, with their shares of the energy of all."""
+    strongest = sorted(enumerate(energies[1:], start=1), key=lambda e: -e[1])[:3]
+    total = float(np.sum(energies))
+    return ", ".join(f"j = {j}: {100.0 * energy / total:.3g} %" for j, energy in strongest)
+
+
+def number_or_dash(value: float | None) -> str:
+    """Return a number with six digits, and a dash for none."""
+    return "-" if value is None else f"{value:.6g}"

@@ -1,0 +1,112 @@
+"""The one list of observables, and what is made from it."""
+
+import dataclasses
+import re
+import sqlite3
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from chaincor.analysis.error_bar import ErrorBar
+from chaincor.analysis.observables import OBSERVABLES, OF_RUNS, OTHER_WORDS, TERMS, Observed
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.collision import collide
+from chaincor.workflows.result import Collision
+from chaincor.workflows.store.query import query_rows
+from chaincor.workflows.store.results_store import Store
+from chaincor.workflows.store.schema import PLAIN_COLUMNS
+
+UNITS = {"", "length", "time", "speed", "mass", "energy", "s"}
+KINDS = {
+    "float": float,
+    "int": int,
+    "bool": bool,
+    "str": str,
+    "ndarray": np.ndarray,
+    "tuple": tuple,
+    "dict": dict,
+    "ErrorBar": ErrorBar,
+}
+SCENES = [
+    Scene(potential="harmonic", particles=4, engine="reference"),
+    Scene(particles=6, target_particles=3, velocity=0.05, engine="reference"),
+    Scene(particles=4, masses=(1, 2), contact="power", velocity=0.02, engine="reference"),
+]
+
+
+@pytest.fixture(scope="module", params=SCENES, ids=["wall", "target", "soft"])
+def result(request):
+    return collide(request.param)
+
+
+@pytest.mark.parametrize("each", OBSERVABLES.values(), ids=OBSERVABLES)
+def test_every_observable_is_defined_and_can_be_computed(each):
+    assert re.fullmatch(r"\S.*[^.\s]", each.definition)
+    assert each.unit in UNITS
+    assert each.run is not None or each.dump is not None
+    for row in each.rows:
+        assert set(row.also) <= set(OBSERVABLES)
+
+
+def test_lines_and_words_are_told_apart():
+    labels = [row.label for each in OBSERVABLES.values() for row in each.rows]
+    words = [word for each in OBSERVABLES.values() for row in each.rows for word in row.words]
+    assert len(set(labels)) == len(labels)
+    assert len(set(words)) == len(words) == len(OTHER_WORDS)
+    assert set(TERMS) <= set(labels)
+
+
+def test_values_have_the_type_that_is_declared(result):
+    for each in OF_RUNS:
+        value = getattr(result, each.name)
+        if value is None:
+            assert each.dtype.endswith(" or None"), each.name
+            continue
+        assert type(value) is KINDS[each.kind], each.name
+        if each.is_array:
+            sizes = {
+                "(n,)": result.particles,
+                "(M,)": result.target_particles,
+                "(contacts,)": result.contacts,
+            }
+            assert value.shape == (sizes[each.shape],), each.name
+
+
+def test_attributes_json_arrays_and_columns_are_those_of_the_list(result, tmp_path):
+    names = {each.name for each in OF_RUNS}
+    assert {f.name for f in dataclasses.fields(Observed)} == names
+    assert {f.name for f in dataclasses.fields(Collision)} == names | {"replay"}
+    usual = {each.name for each in OF_RUNS if not each.rare and not each.is_array}
+    assert usual <= set(result.to_dict()) <= names
+    assert set(result.arrays()) <= {each.name for each in OF_RUNS if each.is_array}
+    scalars = {each.name for each in OF_RUNS if each.kind in ("int", "float", "bool", "str")}
+    # Whether the bodies are soft is told by the constants of the contact.
+    assert scalars - {"contact"} <= set(PLAIN_COLUMNS)
+    path = tmp_path / "s.db"
+    collide([result.scene], store=path, workers=1, progress=False)
+    kept = ("restitution", "contacts", "bond_error", "energy_drift", "velocity_after")
+    with Store(path, read_only=True) as store:
+        (row,) = query_rows(store, kept)
+    assert row == tuple(getattr(result, name) for name in kept)
+
+
+def test_a_store_of_an_older_version_is_read(tmp_path):
+    # Written before results were made from the list: a chain at a wall, and one at a free target.
+    text = (Path(__file__).parent / "store_of_november_2026.sql").read_text()
+    path = tmp_path / "old.db"
+    with sqlite3.connect(path) as connection:
+        connection.executescript(text)
+    connection.close()
+    with Store(path, read_only=True) as store:
+        columns = ("restitution", "contacts", "bond_error", "velocity_after", "bond_range_source")
+        assert query_rows(store, columns, order=["particles"]) == [
+            (0.6069417639048875, 4, 0.004488891184710759, None, "every step"),
+            (0.33020616939297687, 3, 0.001866315594570419, -0.02375607193236418, "every step"),
+        ]
+        assert query_rows(store, ["particles"], where=["bond_range_source=every step"])
+        result = store.get(SCENES[1])
+    assert result is not None
+    assert result.result is not None
+    assert set(result.result) - {"versions"} <= set(OBSERVABLES)
+    assert result.result["restitution"] == 0.33020616939297687
