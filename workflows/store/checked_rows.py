@@ -11,7 +11,7 @@ from chaincor.workflows.errors import StoreError
 from chaincor.workflows.store.schema import (
     FLAG_COLUMNS,
     MIGRATIONS,
-    WORDS_OF_SCENES,
+    WORDS,
 )
 
 KEY = "collision_sha256"
@@ -58,7 +58,7 @@ def _check_of(name: str) -> Callable[[Any], str | None]:
     if name in FLAG_COLUMNS or name == "has_arrays":
         return lambda value: None if value in (None, 0, 1) else _shown(value)
     kind, not_null = _COLUMNS.get(name, ("", False))
-    if name in WORDS_OF_SCENES:
+    if name in WORDS:
         kind = "TEXT"
     right = {"TEXT": _is_text, "INTEGER": _is_whole, "REAL": _is_number}.get(kind, _is_plain)
 
