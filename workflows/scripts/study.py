@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 DEFAULT_TIMEOUT = 600.0
 # How often a coarse end that no run survives is halved.
-_HALVINGS = 4
+_HALVINGS = 7
 
 
 @dataclass(frozen=True)
