@@ -18,6 +18,7 @@ from chaincor.workflows.tables.reading import (
     KINDS,
     count_of_warnings,
     fault_of_numbers,
+    fault_of_values,
     faults_of_header,
     faults_of_text,
     in_order,
@@ -132,7 +133,9 @@ def check_table(
         rows=len(section.data),
         faults=tuple(faults),
     )
-    unusable = fault_of_numbers(section.data, kind, has_forces="NOF" not in section.header)
+    unusable = fault_of_values(section.header) or fault_of_numbers(
+        section.data, kind, has_forces="NOF" not in section.header
+    )
     if unusable is not None:
         # Rows that are missing are said once.
         return replace(report, faults=(*faults, unusable) if len(section.data) else tuple(faults))

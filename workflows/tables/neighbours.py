@@ -140,6 +140,7 @@ class Neighbours:
         room += np.abs(means[0] - means[1]) + 0.1 * np.abs(means[1] - means[2])
         return by_energies, means[0], np.nan_to_num(room, nan=np.inf)
 
+    @np.errstate(all="ignore")
     def scatter(self) -> Array:
         """
         Return by how much each force differs from what rows around say, of shape (rows,).
@@ -156,6 +157,7 @@ class Neighbours:
             scatter = np.minimum(scatter, self._by_four(rows, middle[:, 0]))
         return scatter
 
+    @np.errstate(all="ignore")
     def _by_four(self, rows: Indices, middle: Indices) -> Array:
         """Return the same by energies and forces of four rows around and the energy of this one."""
         x, energies, forces, _ = self.padded
@@ -172,6 +174,7 @@ class Neighbours:
             result[mine] = np.abs(forces[mine] - said) / _SHARE[k]
         return result
 
+    @np.errstate(all="ignore")
     def left_out(self, count: int) -> tuple[Array, Array]:
         """Predict each force by `count` others around; and how errors of single forces grow."""
         x, _, forces, _ = self.padded

@@ -274,6 +274,15 @@ def _faults_of_spacing(section: Section) -> list[str]:
     ]
 
 
+def fault_of_values(header: dict[str, list[float]]) -> str | None:
+    """Say which values of a header are no numbers; None if all are."""
+    for name, values in header.items():
+        if not all(abs(value) <= LARGEST for value in values):
+            said = " ".join(f"{value:g}" for value in values)
+            return f"its header says {name} {said}; expected finite numbers, of {LARGEST:g} at most"
+    return None
+
+
 def fault_of_numbers(data: Array, kind: Kind, *, has_forces: bool = True) -> str | None:
     """Say why rows are no table at all; None if they are one."""
     columns = data if has_forces else data[:, :2]

@@ -1,0 +1,164 @@
+"""Faults of real files: what is named, what LAMMPS itself says, and how reports show themselves."""
+
+import json
+import subprocess
+
+import numpy as np
+import pytest
+
+from chaincor import check_table
+from chaincor.workflows.engines.lammps.library import find_lmp_command, lmp_environment
+from chaincor.workflows.tables.lammps_run import run_lammps
+from tests.workflows.tables.test_check import lennard_jones, morse, write
+
+
+def _signs(path, low, beyond, rows=150):
+    """Write a Lennard-Jones table whose forces are reversed beyond a place."""
+    r = np.linspace(low, 3.0, rows)
+    energy, force, _ = lennard_jones(r)
+    force = np.where(r > beyond, -force, force)
+    lines = [
+        f"{k} {a:.12g} {e:.12g} {f:.12g}"
+        for k, (a, e, f) in enumerate(zip(r, energy, force, strict=True), 1)
+    ]
+    path.write_text("\n".join(["LJ", f"N {rows} R {low} 3", "", *lines, ""]))
+    return path
+
+
+@pytest.mark.parametrize("low", [0.02, 0.3, 0.5, 0.8])
+def test_a_core_does_not_hide_a_reversed_well(tmp_path, low):
+    """The force in the core is up to 1e23 times that of the well."""
+    faulty = check_table(_signs(tmp_path / "t", low, 0.9))
+    assert "the forces have the wrong sign" in faulty.summary
+    assert faulty.error > 1.0
+    sound = check_table(_signs(tmp_path / "t", low, 9.0))
+    assert sound.faults == ()
+    # Steep cores carry LAMMPS's spline astray far outside, and the bottom line says so.
+    assert sound.summary.startswith("Good" if low >= 0.5 else "The rows are sound, but LAMMPS's")
+
+
+@pytest.mark.parametrize("side", ["next", "last"])
+def test_one_sided_differences_are_named(tmp_path, side):
+    def spoil(data, header):
+        slopes = -np.diff(data[:, 1]) / np.diff(data[:, 0])
+        data = data.copy()
+        data[:, 2] = (
+            np.append(slopes, slopes[-1]) if side == "next" else np.append(slopes[0], slopes)
+        )
+        return data
+
+    path = write(tmp_path / "t", rows=100, spoil=spoil, head={"FP": [-60, -0.3]})
+    report = check_table(path)
+    assert f"differences of the energy to the {side} row" in " ".join(report.faults)
+
+
+def test_trailing_zeros_change_nothing(tmp_path):
+    one = write(tmp_path / "a", "pair", rows=161)
+    text = one.read_text()
+    two = tmp_path / "b"
+    rows = [line.split() for line in text.splitlines()[5:]]
+    padded = [f"{k} {float(r):.9f} {e} {f}" for k, r, e, f in rows]
+    two.write_text("\n".join([*text.splitlines()[:5], *padded, ""]))
+    first, second = check_table(one), check_table(two)
+    assert second.error == pytest.approx(first.error, rel=1e-9)
+    assert second.summary == first.summary
+
+
+CAUSES = {
+    "the factor between kcal and kJ": lambda d, h: d * [1, 4.184, 1],
+    "the wrong sign": lambda d, h: d * [1, -1, 1],
+    "exchange the third and the fourth": lambda d, h: d[:, [0, 2, 1]],
+    "shifted down by 1 row": lambda d, h: np.column_stack([d[:, :2], np.roll(d[:, 2], 1)]),
+    "shifted up by 2 rows": lambda d, h: np.column_stack([d[:, :2], np.roll(d[:, 2], -2)]),
+    "take the root of the r column": lambda d, h: np.column_stack([d[:, 0] ** 2, d[:, 1:]]),
+    "the forces are divided by r": lambda d, h: np.column_stack([d[:, :2], d[:, 2] / d[:, 0]]),
+    "the forces belong to other energies": lambda d, h: np.column_stack(
+        [d[:, :2], morse(d[:, 0] - 0.05)[1]]
+    ),
+}
+
+
+@pytest.mark.parametrize("said", CAUSES)
+def test_causes_are_found_by_undoing_them(tmp_path, said):
+    path = write(tmp_path / "t", spoil=lambda d, h: h.pop("FP") and CAUSES[said](d, h))
+    report = check_table(path)
+    assert not report.is_good
+    assert said in report.faults[0]
+
+
+REFUSED = {
+    "carriage return": lambda text: text.replace("\n", "\r"),
+    "rows have no index": lambda text: "\n".join(
+        line.split(maxsplit=1)[1] if line[:1].isdigit() else line for line in text.splitlines()
+    ),
+    "says N 401": lambda text: text.replace("N 400", "N 401"),
+    "insert an empty line": lambda text: text.replace("\n\n1 ", "\n1 "),
+    "does not know in bond tables": lambda text: text.replace("N 400", "N 400 R 0.6 2"),
+}
+
+
+@pytest.mark.parametrize("said", REFUSED)
+def test_what_is_called_refused_lammps_refuses(tmp_path, said):
+    path = write(tmp_path / "t")
+    path.write_bytes(REFUSED[said](path.read_text()).encode())
+    report = check_table(path, kind="bond")
+    assert said in " ".join(report.faults)
+    assert run_lammps(path, "KEY", "bond", "spline", 400, (0.7, 1.9), 50).error
+
+
+@pytest.mark.parametrize(("low", "high"), [(1.0, 180.0), (0.0, 179.0), (0.0, 180.0)])
+def test_angles_are_no_bonds(tmp_path, low, high):
+    degrees = np.linspace(low, high, 180)
+    rows = enumerate(
+        zip(degrees, 0.01 * (degrees - 110) ** 2, -0.02 * (degrees - 110), strict=True), 1
+    )
+    lines = [f"{k} {a:.12g} {e:.12g} {f:.12g}" for k, (a, e, f) in rows]
+    path = tmp_path / "t"
+    path.write_text("\n".join(["KEY", "N 180", "", *lines, ""]))
+    report = check_table(path)
+    assert report.kind == "angle"
+    refusal = run_lammps(path, "KEY", "angle", "spline", 180, (10.0, 170.0), 20).error
+    assert report.is_good == (refusal == "")
+    assert report.is_good == ((low, high) == (0.0, 180.0))
+
+
+@pytest.mark.parametrize("form", ["r", "rsq", "bitmap"])
+def test_tables_of_pair_write_are_good(tmp_path, form):
+    """The input of LAMMPS's own writer: its tables end by zeros at the cutoff."""
+    count = 8 if form == "bitmap" else 500
+    (tmp_path / "in.write").write_text(
+        "units lj\nboundary f f f\nregion b block 0 10 0 10 0 10\ncreate_box 1 b\n"
+        "create_atoms 1 single 5 5 5\nmass 1 1\npair_style lj/cut 2.5\npair_coeff 1 1 1 1\n"
+        f"pair_write 1 1 {count} {form} 0.8 2.5 t.table LJ\n"
+    )
+    command = [find_lmp_command(), "-in", "in.write", "-log", "none"]
+    subprocess.run(command, cwd=tmp_path, env=lmp_environment(), check=True, capture_output=True)
+    report = check_table(tmp_path / "t.table")
+    assert report.faults == ()
+    assert report.error < 0.005
+    assert "kT = 1, lj units" in report.range_reason
+
+
+@pytest.mark.parametrize("kind", ["bond", "pair", "angle"])
+def test_compare_prints_both_forces_and_counts_warnings(tmp_path, kind, chaincor):
+    path = write(tmp_path / "t", kind, rows=60)
+    status, out, _ = chaincor("table", path, "--kind", kind, "--compare", "--json")
+    plain = json.loads(out)
+    assert status == 0
+    found = plain["comparison"]
+    assert found["refusal"] is None
+    assert found["model_error"] < 1e-9
+    assert found["warnings"] == plain["warnings"]
+    # The largest of some thousand places, against the largest of a thousand others.
+    assert found["error"] == pytest.approx(plain["error"], rel=0.2)
+    assert "LAMMPS is off the rows by" in chaincor("table", path, "--kind", kind, "--compare")[1]
+
+
+def test_a_report_shows_itself(tmp_path):
+    report = check_table(write(tmp_path / "t"), range=(0.8, 1.4))
+    assert len(repr(report).splitlines()) == 1
+    assert report.summary in repr(report)
+    assert "<table>" in report._repr_html_()
+    axes = report.plot()
+    assert [line.get_label() for line in axes.lines][-1] == "LAMMPS, spline 400"
+    assert axes.lines[-1].get_xdata()[0] == 0.8
