@@ -40,8 +40,10 @@ def judged_range(table: TableData, thermal: float) -> tuple[float, float]:
     if end < len(table.energies) - 1 and not table.is_bitmap:
         end = max(end - _BESIDE, LEAST_ROWS)
     energies, x = table.energies[: end + 1], table.lengths[: end + 1]
-    lowest = int(np.argmin(energies))
-    limit = float(energies[lowest]) + THERMAL_ENERGIES * thermal
+    height = THERMAL_ENERGIES * thermal
+    reached = _reached(energies, height) if table.kind == "pair" else 0
+    lowest = reached + int(np.argmin(energies[reached:]))
+    limit = float(energies[lowest]) + height
     if table.kind == "pair":
         limit = max(limit, float(energies[-1]))
     if table.period:
@@ -60,6 +62,18 @@ def judged_range(table: TableData, thermal: float) -> tuple[float, float]:
     if last < len(x) - 1 and not inside[last + 1]:
         high = _crossing(x, energies, last + 1, last, limit)
     return low, high
+
+
+def _reached(energies: Array, height: float) -> int:
+    """
+    Return the first row that pairs reach from outside without climbing higher than `height`.
+
+    Rows behind a higher barrier, such as placeholders at the origin, hold no minimum of the pair.
+    """
+    inwards = energies[::-1]
+    limits = np.maximum(np.minimum.accumulate(inwards) + height, inwards[0])
+    barriers = np.flatnonzero(inwards > limits)
+    return len(energies) - int(barriers[0]) if len(barriers) else 0
 
 
 def _crossing(x: Array, energies: Array, outside: int, inside: int, limit: float) -> float:
