@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, overload
 
 from chaincor.lammps_inputs.errors import ChaincorError, InputError
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.accuracy.expected_cost import refuse_endless
+from chaincor.workflows.accuracy.plan import refuse_endless
 from chaincor.workflows.accuracy.step_guess import foresee_frequency_ratio
 from chaincor.workflows.campaign.carry_out import TASKS_PER_WORKER, Done, carry_out, workers_for
 from chaincor.workflows.campaign.progress import progress_bar

@@ -13,12 +13,12 @@ from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.script_plan import ScriptedBar, ScriptPlan
 from chaincor.workflows.accuracy.bounded_run import (
     PROOF_SHARE,
-    PROOF_STEPS,
     ending_error,
     table_error_of,
 )
 from chaincor.workflows.accuracy.by_lammps import COARSER, SCRIPTED_SCHEMES, LammpsSearch
-from chaincor.workflows.accuracy.pilot_run import PilotRun, pilot_run_from, reference_pilot
+from chaincor.workflows.accuracy.pilot_run import PilotRun, usual_pilot_run, watched_on
+from chaincor.workflows.accuracy.plan import plan
 from chaincor.workflows.accuracy.solve import target_error_of
 from chaincor.workflows.accuracy.step_guess import effective_order
 from chaincor.workflows.accuracy.step_proof import share_of_difference
@@ -54,25 +54,27 @@ def plan_script(scene: Scene, table_range: tuple[float, float] | None = None) ->
     """
     if table_range is not None:
         _refuse_range(scene, table_range)
-    asked, target_error, sensitivity = scene.asked_tolerance, 0.0, 0.0
+    planned, target_error, sensitivity = plan(scene), 0.0, 0.0
+    asked, numerics = scene.asked_tolerance, planned.numerics
     if asked is None:
-        truth, numerics = reference_pilot(scene), Numerics.from_scene(scene)
+        pilot = usual_pilot_run(scene, flown_on(scene))
     else:
-        target_error, sensitivity = target_error_of(scene, asked)
+        target_error, sensitivity = target_error_of(planned)
         search = LammpsSearch(scene, target_error, sensitivity, SCRIPTED_SCHEMES)
-        truth, numerics = search.truth, replace(search.numerics, bond_range=None)
-    scouting = None if truth is None else pilot_run_from(truth, scene, flown_on(scene))
-    table = _tabulate(scene, numerics, scouting, table_range)
+        numerics = replace(search.numerics, bond_range=None)
+        pilot = watched_on(search.pilot.reference, scene, flown_on(scene))
+    assert numerics is not None
+    table = _tabulate(scene, numerics, pilot, table_range)
     bar = None
-    if truth is not None and (scene.error or asked is not None):
+    if pilot is not None and (scene.error or asked is not None):
         known = PROOF_SHARE[numerics.wall]
         bar = ScriptedBar(
-            multiples=(1.0, *PROOF_STEPS),
+            multiples=(1.0, *planned.proofs),
             share=known,
             share_alone=known,
-            table=_table_part(table, scene, truth.outcome, target_error),
+            table=_table_part(table, scene, pilot.outcome, target_error),
             rounding=rounding_of_steps(scene, numerics.scheme, numerics.timestep),
-            ending=ending_error(truth.outcome, scene),
+            ending=ending_error(pilot.outcome, scene),
         )
         if asked is not None:
             order = effective_order(scene, numerics.scheme)
@@ -82,13 +84,13 @@ def plan_script(scene: Scene, table_range: tuple[float, float] | None = None) ->
                 share=share_of_difference(order, COARSER),
                 share_alone=_ALONE,
                 rounding=max(bar.rounding, amplified_rounding("lammps", sensitivity, scene)),
-                reference_solution=truth.restitution,
-                reference_error=truth.error,
+                reference_solution=pilot.reference.restitution,
+                reference_error=pilot.reference.error,
             )
     return ScriptPlan(
         numerics=numerics,
         table=table,
-        end=None if scouting is None else scouting.end,
+        end=None if pilot is None else pilot.end,
         bar=bar,
         tolerance=asked,
         fastest=None if table_range is None or table is None else _fastest_held(scene, table),
@@ -127,12 +129,12 @@ def _fastest_held(scene: Scene, table: BondTable) -> float | None:
 def _tabulate(
     scene: Scene,
     numerics: Numerics,
-    scouting: PilotRun | None,
+    pilot: PilotRun | None,
     table_range: tuple[float, float] | None,
 ) -> BondTable | None:
     if scene.bond.is_harmonic:
         return None
-    low, high = guess_bond_range(scene) if scouting is None else scouting.table_range(scene)
+    low, high = guess_bond_range(scene) if pilot is None else pilot.table_range(scene)
     if numerics.scheme != "verlet":
         # The step that meets the wall is taken in full first, behind it; there bond 1 is stretched.
         overshot = high + _OVERSHOOT * scene.impact_velocity * max(_MULTIPLES) * numerics.timestep

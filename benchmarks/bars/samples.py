@@ -15,7 +15,7 @@ from chaincor.workflows.accuracy.bounded_run import PROOF_STEPS, differences, ta
 from chaincor.workflows.accuracy.by_reference import (
     converge,
 )
-from chaincor.workflows.accuracy.pilot_run import pilot_run_from
+from chaincor.workflows.accuracy.pilot_run import watched_on
 from chaincor.workflows.accuracy.reference_runs import (
     ConvergedRun,
     eta_of,
@@ -86,7 +86,7 @@ def proof_share(random: Random, count: int) -> Samples:
             numerics = draw_numerics(random, scene, wall)
             try:
                 truth = find_truth(scene)
-                bonds = pilot_run_from(truth, scene).table_range(scene)
+                bonds = watched_on(truth, scene).table_range(scene)
                 steps = [share * numerics.timestep for share in (1.0, *PROOF_STEPS)]
                 runs = lammps.run_at_steps(scene, replace(numerics, bond_range=bonds), steps)
             except RunError:
@@ -137,7 +137,7 @@ def table_sensitivity(random: Random, count: int) -> Samples:
             )
             try:
                 truth = find_truth(scene)
-                bonds = pilot_run_from(truth, scene).table_range(scene)
+                bonds = watched_on(truth, scene).table_range(scene)
                 numerics = replace(numerics, bond_range=bonds)
                 rough = lammps.run(scene, replace(numerics, table_points=rows))
             except RunError:
@@ -253,7 +253,7 @@ def array_sensitivity(random: Random, count: int) -> Samples:
         scene = draw_scene(random, most=100, potentials=("lj", "toda", "harmonic"))
         try:
             truth = find_truth(scene)
-            bonds = pilot_run_from(truth, scene).table_range(scene)
+            bonds = watched_on(truth, scene).table_range(scene)
             step = guess_step(scene, "order8", 1e-12)
             run = lammps.run(scene, Numerics(scheme="order8", timestep=step, bond_range=bonds))
         except RunError:
@@ -279,7 +279,7 @@ def unseen_stretch(random: Random, count: int) -> Samples:
         scene = draw_scene(random, potentials=("lj", "toda", "log"))
         try:
             truth = find_truth(scene)
-            low, high = pilot_run_from(truth, scene).table_range(scene)
+            low, high = watched_on(truth, scene).table_range(scene)
             numerics = Numerics(timestep=guess_step(scene, "order6", 1e-6))
             run = lammps.run(scene, replace(numerics, bond_range=(low, 1.0 + 1.5 * (high - 1.0))))
         except RunError:

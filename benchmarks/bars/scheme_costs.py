@@ -17,7 +17,7 @@ from chaincor.workflows.accuracy.by_lammps import (
 )
 from chaincor.workflows.accuracy.by_reference import converge
 from chaincor.workflows.accuracy.cost_model import shipped_cost_model
-from chaincor.workflows.accuracy.pilot_run import pilot_run_from
+from chaincor.workflows.accuracy.pilot_run import watched_on
 from chaincor.workflows.accuracy.reference_runs import find_step, run_reference
 from chaincor.workflows.accuracy.step_guess import guess_step
 from chaincor.workflows.accuracy.step_proof import COARSER, usual_share
@@ -37,14 +37,14 @@ def lammps_costs(random: Random, goal: float) -> dict[str, float]:
     """Return the seconds of meeting a goal in LAMMPS, each scheme, in a scene drawn at random."""
     scene = draw_scene(random, most=300)
     truth = converge(scene, 0.03 * goal)
-    scouting = pilot_run_from(truth, scene)
+    scouting = watched_on(truth, scene)
     model = shipped_cost_model()
     numerics = {}
     for scheme in LAMMPS_SCHEMES:
         if not serves_in_lammps(scene, scheme, goal):
             continue
         try:
-            numerics[scheme] = choose_numerics(scene, goal, truth, scouting, schemes=(scheme,))
+            numerics[scheme] = choose_numerics(scene, goal, scouting, schemes=(scheme,))
         except RunError:
             continue
     foreseen = {

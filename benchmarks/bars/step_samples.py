@@ -6,7 +6,7 @@ from benchmarks.bars.samples import Random, Samples, draw_scene, find_truth
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.schemes import SCHEME_ORDERS, StepSchemeName
-from chaincor.workflows.accuracy.pilot_run import pilot_run_from
+from chaincor.workflows.accuracy.pilot_run import watched_on
 from chaincor.workflows.accuracy.reference_runs import eta_of, run_reference
 from chaincor.workflows.accuracy.step_guess import USUAL_STEPS, frequency_ratio
 from chaincor.workflows.engines.compositions import COMPOSITIONS
@@ -25,7 +25,7 @@ def _error(scene: Scene, scheme: StepSchemeName, truth: float) -> float:
 def _lammps_errors(scene: Scene, shares: tuple[float, ...]) -> dict[str, float]:
     """Return the worst error by LAMMPS at some shares of each scheme's usual step."""
     truth = find_truth(scene)
-    bonds = pilot_run_from(truth, scene).table_range(scene)
+    bonds = watched_on(truth, scene).table_range(scene)
     worst = {}
     for scheme in COMPOSITIONS.values():
         steps = [share * USUAL_STEPS[scheme.name] / frequency_ratio(scene) for share in shares]

@@ -30,6 +30,8 @@ OBJECTS = [
     ("error_parts", ("run", *SMALL), ("error_parts",)),
     ("run", ("run", *SMALL, "--sensitivity"), ()),
     ("sensitivity", ("run", *SMALL, "--sensitivity"), ("sensitivity",)),
+    ("run --dry-run", ("run", *SMALL, "--dry-run"), ()),
+    ("plan", ("run", *SMALL, "--dry-run"), ("plan",)),
     ("run --samples", ("run", *WARM, "--engine", "reference", "--samples", "3"), ()),
     ("analyze", ("analyze", "job"), ()),
     ("analyze", ("analyze", "two", "--target-particles", "2"), ()),

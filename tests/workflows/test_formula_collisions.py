@@ -96,7 +96,7 @@ def test_a_formula_over_its_barrier_is_refused():
 
 def test_no_text_of_a_scene_reaches_a_script(tmp_path, monkeypatch):
     # What the loops of a formula would scout says nothing of texts.
-    monkeypatch.setattr("chaincor.workflows.scripted.reference_pilot", lambda _: None)
+    monkeypatch.setattr("chaincor.workflows.scripted.usual_pilot_run", lambda *_: None)
     energy = "0.5*(1+shell)*s^2 + run*s^4"
     scene = Scene(
         potential="formula",

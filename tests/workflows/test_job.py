@@ -15,7 +15,7 @@ from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows import scripted as plan
-from chaincor.workflows.accuracy.pilot_run import pilot_run_from, reference_pilot
+from chaincor.workflows.accuracy.pilot_run import usual_pilot_run
 from chaincor.workflows.accuracy.reference_runs import eta_of
 from chaincor.workflows.collision import collide
 from chaincor.workflows.engines.ending import argue_end
@@ -30,7 +30,7 @@ from tests.lmp import number, run_lmp, unexpected_warnings
 def from_python(scene):
     """Run the same numerics, with the same table, through the engine."""
     numerics = Numerics.from_scene(scene)
-    scouting = pilot_run_from(reference_pilot(scene), scene, flown_on(scene))
+    scouting = usual_pilot_run(scene, flown_on(scene))
     if scouting is not None:
         numerics = replace(numerics, bond_range=scouting.table_range(scene))
     return lammps.run(scene, numerics)
@@ -122,7 +122,7 @@ def test_a_job_with_a_target_runs_slower_chains_on_request(tmp_path):
     write_job(scene, tmp_path / "job")
     done = run_lmp(tmp_path / "job", "-var", "velocity", "0.03")
     slower = scene.replace(velocity=0.03)
-    table = pilot_run_from(reference_pilot(scene), scene, flown_on(scene)).table_range(scene)
+    table = usual_pilot_run(scene, flown_on(scene)).table_range(scene)
     outcome = lammps.run(slower, replace(Numerics.from_scene(slower), bond_range=table))
     # The table of the job is made for bonds that are watched a little longer.
     eta = eta_of(slower, outcome)
@@ -190,7 +190,7 @@ def test_no_end_is_seen_before_the_scouted_one(tmp_path):
 
 
 def test_a_job_that_was_not_scouted_says_so(tmp_path, monkeypatch):
-    monkeypatch.setattr(plan, "reference_pilot", lambda *_: None)
+    monkeypatch.setattr(plan, "usual_pilot_run", lambda *_: None)
     write_job(Scene(particles=10, speed=0.4, scheme="verlet"), tmp_path)
     done = run_lmp(tmp_path)
     assert done.returncode == 0
@@ -295,7 +295,7 @@ def test_a_job_runs_slower_chains_on_request(fields, wall, tmp_path):
     assert done.returncode == 0, done.stdout[-2000:]
     assert "ending = silence alone: no in-house run was made at this velocity" in done.stdout
     # The table is that of the job.
-    scouting = pilot_run_from(reference_pilot(scene), scene, flown_on(scene))
+    scouting = usual_pilot_run(scene, flown_on(scene))
     numerics = replace(Numerics.from_scene(slower), bond_range=scouting.table_range(scene))
     outcome = lammps.run(slower, numerics)
     eta = restitution(outcome.velocities, slower.impact_velocity)

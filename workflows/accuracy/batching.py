@@ -13,21 +13,15 @@ from chaincor.lammps_inputs.line import Line
 from chaincor.lammps_inputs.scene import FILE_KEYS, Scene
 from chaincor.lammps_inputs.schemes import StepSchemeName
 from chaincor.workflows.accuracy.bounded_run import BoundedRun, bounded_run, decade_above
-from chaincor.workflows.accuracy.by_reference import SHARPEST_FIXED
-from chaincor.workflows.accuracy.expected_cost import expected_of_task, usually_shatters
-from chaincor.workflows.accuracy.fixed_steps import LONGEST_TRUSTED, first_step, usual_scheme
-from chaincor.workflows.accuracy.step_guess import (
-    foresee_frequency_ratio,
-    frequency_ratio,
-    is_smooth,
-)
+from chaincor.workflows.accuracy.fixed_steps import LONGEST_TRUSTED, first_step
+from chaincor.workflows.accuracy.plan import plan
+from chaincor.workflows.accuracy.step_guess import foresee_frequency_ratio
 from chaincor.workflows.accuracy.step_proof import COARSER, difference, proved_error
 from chaincor.workflows.engines.ending import sound_round_trip
 from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.engines.reference.batch.chains import ManyRuns, StartStates
 from chaincor.workflows.engines.reference.batch.runner import Batch
 from chaincor.workflows.engines.reference.finish import End, LastContact, finish, kinetic_energy
-from chaincor.workflows.engines.reference.modal import supports as is_exact
 from chaincor.workflows.engines.rounding import rounding_error, rounding_matters
 
 # Longer chains are met one by one: so many runs are not enough for them, and their steps leave
@@ -35,6 +29,8 @@ from chaincor.workflows.engines.rounding import rounding_error, rounding_matters
 LONGEST_TOGETHER = LONGEST_TRUSTED
 # Fewer of a kind are met one by one: lanes would stay empty, and their loop has to be loaded.
 LEAST_TOGETHER = 16
+# What each takes in a batch of the time that it takes alone: 0.1 of short chains to 0.5.
+_TOGETHER_SHARE = 0.3
 # So many at most, and so many seconds of work, so that progress is seen and little is lost.
 _MOST_TOGETHER, _SECONDS_TOGETHER = 256, 0.5
 
@@ -55,18 +51,18 @@ def kind_of(scene: Scene) -> Kind | None:
         return None
     if not 2 <= scene.particles <= LONGEST_TOGETHER or scene.bond.force_kernel is None:
         return None
-    if not is_smooth(scene) or is_exact(scene):
-        return None
     if any(key in scene.model_fields_set for key in FILE_KEYS):
         return None
-    target_error = _goal(scene, rounding_error("reference", scene))
-    if rounding_matters("reference", scene, target_error):
+    planned = plan(scene)
+    if not planned.regular:
         return None
-    if frequency_ratio(scene) > SHARPEST_FIXED:
+    assert planned.numerics is not None
+    assert planned.target_error is not None
+    if rounding_matters("reference", scene, planned.target_error):
         return None
-    if usually_shatters(scene):
+    if planned.usually_shatters:
         return None  # it needs several steps, and most time goes to its end
-    return id(scene.bond), scene.particles, usual_scheme(target_error)
+    return id(scene.bond), scene.particles, planned.numerics.scheme
 
 
 def batches(scenes: Sequence[Scene], parts: int) -> list[list[int]]:
@@ -89,6 +85,12 @@ def batches(scenes: Sequence[Scene], parts: int) -> list[list[int]]:
             size = max(min(-(-len(places) // parts), quick, _MOST_TOGETHER), LEAST_TOGETHER)
         found += [places[k : k + size] for k in range(0, len(places), size)]
     return found
+
+
+def expected_of_task(scenes: Sequence[Scene]) -> list[float]:
+    """Return the expected seconds of each scene that a worker gets at once: one, or a batch."""
+    share = 1.0 if len(scenes) == 1 else _TOGETHER_SHARE
+    return [share * plan(scene).seconds for scene in scenes]
 
 
 def _goal(scene: Scene, floor: float) -> float:

@@ -5,8 +5,6 @@ import time
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
-import numpy as np
-
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.scene_parts.scene_fields import TableStyle
@@ -18,11 +16,9 @@ from chaincor.workflows.accuracy.bounded_run import (
     differences,
     error_bar,
 )
-from chaincor.workflows.accuracy.by_reference import converge
 from chaincor.workflows.accuracy.cost_model import cost_model
-from chaincor.workflows.accuracy.pilot_run import PilotRun, pilot_run_from
+from chaincor.workflows.accuracy.pilot_run import PilotRun, pilot_run
 from chaincor.workflows.accuracy.reference_runs import (
-    ConvergedRun,
     estimate_step,
     eta_of,
     find_step,
@@ -36,20 +32,17 @@ from chaincor.workflows.accuracy.refining import (
     steps_record,
     that_ran,
 )
+from chaincor.workflows.accuracy.solvers import LAMMPS, solver_of
 from chaincor.workflows.accuracy.step_guess import (
     STEP_SHARE,
-    contact_is_stiffest,
     effective_order,
-    frequency_ratio,
     guess_step,
     largest_step,
-    pair_energy,
 )
 from chaincor.workflows.accuracy.step_proof import share_of_difference
 from chaincor.workflows.engines.compositions import COMPOSITIONS
 from chaincor.workflows.engines.lammps import engine as lammps
 from chaincor.workflows.engines.outcome import Outcome
-from chaincor.workflows.engines.reference.modal import supports
 from chaincor.workflows.engines.rounding import (
     amplified_rounding,
     coarsening,
@@ -69,8 +62,6 @@ from chaincor.workflows.measured import measured
 
 # The table may use this share of the tolerance: it costs little more for being exact, a step much.
 _TABLE_SHARE = 0.01
-# LAMMPS, which has only fixed steps, would need millions of them for bonds sharper than this.
-SHARPEST_LAMMPS = 300.0
 # The reference solution for choosing a step must be sharper than the tolerance; its own error is in
 # the bar.
 TRUTH_SHARE = 0.03
@@ -121,20 +112,17 @@ class LammpsSearch:
         self.floor = max(rounding_error("lammps", scene), amplified)
         # Below the rounding floor a finer step buys nothing.
         self.reachable = max(target_error - self.floor, self.floor)
-        if not supports(scene) and (sharp := frequency_ratio(scene)) > SHARPEST_LAMMPS:
-            raise RunError(_too_sharp(scene, sharp))
-        self.truth = converge(scene, TRUTH_SHARE * self.reachable)
-        self.scouting = pilot_run_from(self.truth, scene)
+        solver_of(scene, (LAMMPS,))  # or says why not
+        self.pilot = pilot_run(scene, TRUTH_SHARE * self.reachable)
         usual = usual_schemes(scene, self.reachable, schemes, sensitivity)
-        known = self.truth, self.scouting
-        self.numerics = choose_numerics(scene, self.reachable, *known, usual)
+        self.numerics = choose_numerics(scene, self.reachable, self.pilot, usual)
 
     def within_time(self, numerics: Numerics) -> Numerics:
         """Return numerics with a longer step, but a stable one, where runs would take too long."""
         limit, scene = time_limit(), self.scene
         if limit.end == math.inf:
             return numerics
-        lasts = float(self.truth.outcome.contact_times[-1])
+        lasts = self.pilot.end.last_contact_time
         expected = LAMMPS_RUNS * cost_model().integration(scene, numerics, lasts)
         available = max(_TIME_SHARE * limit.left, 1e-3)
         if expected <= available:
@@ -146,7 +134,7 @@ class LammpsSearch:
 
     def attempt(self, step: float) -> Attempt[tuple[Outcome, Outcome]]:
         """Run at a step."""
-        scene, truth, target_error = self.scene, self.truth, self.target_error
+        scene, truth, target_error = self.scene, self.pilot.reference, self.target_error
         numerics = self.numerics = replace(self.numerics, timestep=step)
         fine, coarse = lammps.run_at_steps(scene, numerics, (step, COARSER * step))
         order = effective_order(scene, numerics.scheme)
@@ -164,7 +152,7 @@ class LammpsSearch:
             or bar.rounding + bar.ending > target_error
             or error < 0.3 * self.floor
         )
-        done |= truth.kinked and step <= _least_step(scene, self.scouting)
+        done |= truth.kinked and step <= least_step(scene, self.pilot.end.last_contact_time)
         smaller = numerics
         wanted = STEP_SHARE * self.reachable
         if error > wanted:
@@ -202,7 +190,7 @@ def solve_with_lammps(
     assert runs is not None
     fine, coarse = runs
     # Both runs of LAMMPS may err alike: the in-house one tells of that.
-    apart = [differences(fine, run, scene) for run in (coarse, search.truth.outcome)]
+    apart = [differences(fine, run, scene) for run in (coarse, search.pilot.outcome)]
     farther = {name: max(each[name] for each in apart) for name in apart[0]}
     found = bounded_run(scene, fine, error, farther, steps_record(ran), sensitivity)
     if found.error > target_error and search.numerics.scheme not in COMPOSITIONS:
@@ -210,39 +198,18 @@ def solve_with_lammps(
         return solve_with_lammps(scene, target_error, sensitivity, SCRIPTED_SCHEMES)
     found.details["choice"] |= {
         "seconds": chosen,
-        "in_house_restitution": search.truth.restitution,
-        "in_house_error": search.truth.error,
+        "in_house_restitution": search.pilot.reference.restitution,
+        "in_house_error": search.pilot.reference.error,
         # What LAMMPS tells without the in-house number: how far both runs are apart.
         "error_alone": found.error - error + largest_difference(scene, fine, [coarse]),
     }
-    return replace(found, details=found.details | {"scouting": search.scouting.to_dict()})
-
-
-def _too_sharp(scene: Scene, sharp: float) -> str:
-    """Say what LAMMPS's fixed steps cannot follow: the contact or the bonds."""
-    expected = f"expected less than {SHARPEST_LAMMPS:g} times for LAMMPS's fixed steps"
-    if contact_is_stiffest(scene):
-        law = scene.line.contact
-        return (
-            f"with {law.strength_key} {law.strength:g} the contact would swing {sharp:.2g} times "
-            f"faster than bonds at rest; {expected}: give a smaller one, or use engine "
-            "'reference', or contact 'hard'"
-        )
-    line = scene.line
-    at_first = float(np.min(np.delete(line.strains, line.gap), initial=0.0))
-    shortest = 1.0 + min(at_first, scene.bond.compressed_strain(pair_energy(line)))
-    return (
-        f"bonds would be compressed to about {shortest:.2g} of their length, where they swing "
-        f"{sharp:.2g} times faster than at rest; {expected}: lower the speed, or use engine "
-        "'reference'"
-    )
+    return replace(found, details=found.details | {"scouting": search.pilot.to_dict()})
 
 
 def choose_numerics(
     scene: Scene,
     tolerance: float,
-    truth: ConvergedRun,
-    scouting: PilotRun,
+    pilot: PilotRun,
     schemes: Sequence[StepSchemeName],
 ) -> Numerics:
     """
@@ -252,7 +219,8 @@ def choose_numerics(
     Returns the first that meets the tolerance. Past kinks that are Verlet steps, which are as exact
     there as any others, and far quicker.
     """
-    numerics = Numerics(scheme="verlet", bond_range=scouting.table_range(scene))
+    truth = pilot.reference
+    numerics = Numerics(scheme="verlet", bond_range=pilot.table_range(scene))
     # A spline cannot hold a kink; straight lines between rows of which one lies on it do.
     style: TableStyle = "linear" if truth.kinked and scene.bond.kinks else "spline"
     if not scene.bond.is_harmonic:
@@ -262,7 +230,7 @@ def choose_numerics(
         target_error = coarser_target_error(scene, "verlet", tolerance)
         start = guess_step(scene, "verlet", target_error)
         found = find_step(scene, "verlet", target_error, truth, start) or 0.1 * start
-        step = max(found / COARSER, _least_step(scene, scouting))
+        step = max(found / COARSER, least_step(scene, pilot.end.last_contact_time))
         return replace(numerics, timestep=step, table=style)
     target_errors = {scheme: coarser_target_error(scene, scheme, tolerance) for scheme in schemes}
     guessed: Iterable[tuple[StepSchemeName, float]] = (
@@ -290,10 +258,9 @@ def coarser_target_error(scene: Scene, scheme: StepSchemeName, target_error: flo
     return STEP_SHARE * target_error / (_LAMMPS_OVER_IN_HOUSE * share)
 
 
-def _least_step(scene: Scene, scouting: PilotRun) -> float:
-    """Return the smallest Verlet step of a run that comes to an end within minutes."""
-    particles = scene.all_particles
-    return scouting.end.last_contact_time * particles / _MOST_BOND_STEPS
+def least_step(scene: Scene, duration: float) -> float:
+    """Return the smallest Verlet step of a run that covers a duration within minutes."""
+    return duration * scene.all_particles / _MOST_BOND_STEPS
 
 
 def usual_schemes(

@@ -1,6 +1,5 @@
 """Meeting a tolerance with the in-house engines; the reference solution for others."""
 
-import math
 from dataclasses import replace
 
 from chaincor.lammps_inputs.scene import Scene
@@ -13,26 +12,29 @@ from chaincor.workflows.accuracy.reference_runs import (
     find_rounding_sensitivity,
 )
 from chaincor.workflows.accuracy.refining import Attempt, Policy, refine, steps_record
-from chaincor.workflows.accuracy.step_guess import frequency_ratio, is_smooth
+from chaincor.workflows.accuracy.solvers import (
+    ADAPTIVE_STEPS,
+    EXACT_MODES,
+    FIXED_STEPS,
+    HARD_SPHERES,
+    IN_HOUSE,
+    solver_of,
+)
+from chaincor.workflows.accuracy.step_guess import is_smooth
 from chaincor.workflows.engines.outcome import Outcome
-from chaincor.workflows.engines.reference import adaptive, hard_sphere, modal
+from chaincor.workflows.engines.reference import hard_sphere, modal
 from chaincor.workflows.engines.rounding import rounding_error, rounding_matters
 from chaincor.workflows.errors import CrossingError, RunError
 from chaincor.workflows.measured import measured
 
-# With bonds sharper than this, adaptive steps are cheaper than fixed ones: about where, by
-# processor time, decides costs only.
-SHARPEST_FIXED = 60.0
 # Error of an adaptive run against its difference to those at ten and a hundred times its accuracy.
 # By choice 0.3, nearly three times what 20 scenes showed at most: they are few.
 _ADAPTIVE_SHARES = tuple(measured("adaptive_share", 0.3) * weight for weight in (1.0, 0.4))
 # Kinks make it fall irregularly: as of fixed steps, three times as much.
 _IRREGULAR_SHARES = tuple(3.0 * share for share in _ADAPTIVE_SHARES)
 _MOST_REFINEMENTS = 15
-# A run of adaptive steps takes up to 8e-10 s times (n ln(sharpness))^3 (log bonds; others less in
-# long chains), a minute for this much; beyond, hard spheres answer wherever they are good to
-# three digits, with the bar that they have.
-_MOST_STEPPED = 7.5e10
+# Where adaptive steps would take hours, hard spheres answer wherever they are good to three digits,
+# with the bar that they have.
 _ROUGH_SPHERES = 1e-3
 # Of the exact propagator, which only rounds: against itself in higher precision it is below this.
 MODAL_ERROR = 1e-13
@@ -47,23 +49,23 @@ def solve_with_reference(
     `sensitivity` is the rounding sensitivity of eta, where that matters; `known` the collision
     followed to its end at some step, else that is done here.
     """
-    if modal.supports(scene):
-        outcome = modal.run(scene)
+    solver = solver_of(scene, IN_HOUSE)
+    if solver is EXACT_MODES:
+        outcome = EXACT_MODES.run(scene)
         return bounded_run(scene, outcome, modal_error(scene), outcome)
-    if not scene.line.is_standard or frequency_ratio(scene) <= SHARPEST_FIXED:
+    if solver is FIXED_STEPS:
         if is_smooth(scene):
             return solve_with_fixed_steps(scene, target_error, sensitivity, known)
         return _solve_irregularly(scene, target_error, sensitivity)
     deviation = hard_sphere.deviation(scene)
     reached = deviation + rounding_error("reference", scene)
-    senseless = (scene.particles * math.log(frequency_ratio(scene))) ** 3 > _MOST_STEPPED
-    if reached <= target_error or (senseless and deviation <= _ROUGH_SPHERES):
+    refused = ADAPTIVE_STEPS.refusal(scene)
+    if reached <= target_error or (refused is not None and deviation <= _ROUGH_SPHERES):
         return _as_spheres(scene, deviation)
-    if senseless:
+    if refused is not None:
         raise RunError(
-            f"{scene.particles} particles with bonds {frequency_ratio(scene):.2g} times faster "
-            "than at rest would take hours or more to step, and the limit of hard spheres is good "
-            f"to {deviation:.1g} only. Take fewer particles or another speed"
+            f"{refused}, and the limit of hard spheres is good to {deviation:.1g} only. Take fewer "
+            "particles or another speed"
         )
     stepped = _solve_with_adaptive_steps(scene, target_error)
     return _as_spheres(scene, deviation) if reached < stepped.error else stepped
@@ -71,7 +73,7 @@ def solve_with_reference(
 
 def _as_spheres(scene: Scene, deviation: float) -> BoundedRun:
     """Answer with hard spheres: how far off their times, speeds and modes are is not known."""
-    return bounded_run(scene, hard_sphere.run(scene), deviation, {})
+    return bounded_run(scene, HARD_SPHERES.run(scene), deviation, {})
 
 
 def _solve_irregularly(scene: Scene, target_error: float, sensitivity: float) -> BoundedRun:
@@ -87,10 +89,10 @@ def _solve_with_adaptive_steps(scene: Scene, target_error: float) -> BoundedRun:
     floor = rounding_error("reference", scene)
     shares = _ADAPTIVE_SHARES if scene.bond.smooth else _IRREGULAR_SHARES
     accuracy = max(target_error, floor)
-    runs = [adaptive.run(scene, k * accuracy) for k in (1.0, 10.0)]
+    runs = [ADAPTIVE_STEPS.run(scene, None, k * accuracy) for k in (1.0, 10.0)]
 
     def attempt(accuracy: float) -> Attempt[Outcome]:
-        fine = adaptive.run(scene, accuracy)
+        fine = ADAPTIVE_STEPS.run(scene, None, accuracy)
         # An error shrinks by less than ten now and then: one difference can be small by chance.
         eta = eta_of(scene, fine)
         error = max(
@@ -112,7 +114,7 @@ def converge(scene: Scene, target_error: float) -> ConvergedRun:
     Harmonic chains are exact. The error has the rounding in it. Raises RunError, what stopped the
     finest runs.
     """
-    if modal.supports(scene):
+    if EXACT_MODES.supports(scene):
         return exact_modes(scene)
     floor = rounding_error("reference", scene)
     if is_smooth(scene):
@@ -130,7 +132,7 @@ def exact_modes(scene: Scene) -> ConvergedRun:
     Its error is the rounding of modes. Raises CrossingError if particles pass through each other,
     which LAMMPS cannot follow.
     """
-    outcome = modal.run(scene)
+    outcome = EXACT_MODES.run(scene)
     if outcome.crossed:
         raise CrossingError(
             f"particles of a harmonic chain pass through each other at velocity "

@@ -60,7 +60,7 @@ def usual_scheme(target_error: float) -> StepSchemeName:
     return next(name for name, least in _SCHEMES.items() if target_error > least)
 
 
-def _plain_scheme(scene: Scene, target_error: float, sensitivity: float) -> StepSchemeName:
+def plain_scheme(scene: Scene, target_error: float, sensitivity: float) -> StepSchemeName:
     """Return the usual scheme, or one that amplifies rounding less where there is much of it."""
     scheme = usual_scheme(target_error)
     if scene.line.has_equal_masses:
@@ -80,7 +80,7 @@ def solve_with_fixed_steps(
     For `sensitivity` and `followed` see
     :func:`chaincor.workflows.accuracy.by_reference.solve_with_reference`.
     """
-    scheme = _plain_scheme(scene, target_error, sensitivity)
+    scheme = plain_scheme(scene, target_error, sensitivity)
     found = _meet_with_scheme(scene, target_error, scheme, sensitivity, followed)
     assert found.bar.step is not None
     reachable = max(target_error, rounding_error("reference", scene))

@@ -31,7 +31,7 @@ from chaincor.workflows.errors import RunError
 COARSER = (2.0, 1.86, 1.73, 1.61)
 KINKED_SHARE = 1.5
 # Where no order can be relied on, a composition errs least between its evaluations.
-_SCHEME: StepSchemeName = "order8"
+SCHEME: StepSchemeName = "order8"
 # Where no kink was found, half as much as order 2 would need is taken at any order.
 _SEEMINGLY_SMOOTH_SHARE = 1.0
 # A scheme of higher order whose error falls no faster than this, twice, meets kinks nobody named.
@@ -67,6 +67,20 @@ def least_step(scene: Scene, scheme: StepSchemeName, duration: float) -> float:
     return duration * parts.evaluations / steps
 
 
+def first_step(scene: Scene, scheme: StepSchemeName, reachable: float, kinked: bool) -> float:
+    """Return the step that is tried first for an error."""
+    share = _share(scene, kinked)
+    step = 0.5 * guess_step(scene, scheme, STEP_SHARE * reachable / share)
+    # Sound crosses the chain and comes back: about as long as most collisions take.
+    crossings = 2.0 * scene.longest_body / scene.slow_stiffness**0.5
+    return max(step, least_step(scene, scheme, crossings))
+
+
+def _share(scene: Scene, kinked: bool) -> float:
+    """Return the error over the largest difference between runs."""
+    return KINKED_SHARE if kinked or not scene.line.contact.smooth else _SEEMINGLY_SMOOTH_SHARE
+
+
 def refine_irregularly(scene: Scene, target_error: float, floor: float) -> ConvergedRun:
     """
     Refine the in-house integrator until its error is below a goal, or costs too much.
@@ -76,11 +90,8 @@ def refine_irregularly(scene: Scene, target_error: float, floor: float) -> Conve
     runs.
     """
     kinked = meets_kinks(scene)
-    search = _Search(scene, target_error, floor, "verlet" if kinked else _SCHEME, kinked)
-    step = 0.5 * guess_step(scene, search.scheme, STEP_SHARE * search.reachable / search.share)
-    # Sound crosses the chain and comes back: about as long as most collisions take.
-    crossings = 2.0 * scene.longest_body / scene.slow_stiffness**0.5
-    step = max(step, least_step(scene, search.scheme, crossings))
+    search = _Search(scene, target_error, floor, "verlet" if kinked else SCHEME, kinked)
+    step = first_step(scene, search.scheme, search.reachable, kinked)
     tries = refine(step, search.attempt, Policy(_MOST_REFINEMENTS, stalls=True))
     return refined(scene, tries, kinked=search.kinked)
 
@@ -101,12 +112,6 @@ class _Search:
     def reachable(self) -> float:
         return max(self.target_error - self.floor, self.floor, 1e-15)
 
-    @property
-    def share(self) -> float:
-        if self.kinked or not self.scene.line.contact.smooth:
-            return KINKED_SHARE
-        return _SEEMINGLY_SMOOTH_SHARE
-
     def attempt(self, step: float) -> Attempt[list[Outcome]]:
         scene, scheme, floor = self.scene, self.scheme, self.floor
         before, self.before = self.before, None
@@ -116,7 +121,7 @@ class _Search:
             return Attempt(step, math.inf, following=telling, anew=True)
         proofs = [run_reference(scene, scheme, k * step, fine) for k in COARSER]
         runs = [fine, *proofs]
-        error = self.share * largest_difference(scene, fine, proofs)
+        error = _share(scene, self.kinked) * largest_difference(scene, fine, proofs)
         order = _observed_order(before, step, error, effective_order(scene, scheme))
         least = least_step(scene, scheme, float(fine.contact_times[-1]))
         done = error + floor <= self.target_error or error < 0.3 * floor or step <= least
@@ -124,7 +129,7 @@ class _Search:
         anew = scheme != "verlet" and self.lost == 2 and scene.line.contact.smooth
         if anew:
             self.scheme, self.kinked = "verlet", True
-            smaller = step / STEP_SCHEMES[_SCHEME].evaluations
+            smaller = step / STEP_SCHEMES[SCHEME].evaluations
         else:
             smaller = step * by_order(STEP_SHARE * self.reachable, error, order, 0.2)
             smaller = max(smaller, least)

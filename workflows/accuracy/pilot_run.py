@@ -7,6 +7,7 @@ from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.script_plan import ScoutedEnd
 from chaincor.workflows.accuracy.by_reference import converge, exact_modes
 from chaincor.workflows.accuracy.reference_runs import ConvergedRun
+from chaincor.workflows.accuracy.solvers import EXACT_MODES
 from chaincor.workflows.accuracy.step_guess import frequency_ratio
 from chaincor.workflows.engines.end_watch import look_interval
 from chaincor.workflows.engines.ending import sound_round_trip
@@ -14,7 +15,6 @@ from chaincor.workflows.engines.lammps.kept_script import scouted_end
 from chaincor.workflows.engines.lammps.lammps_collision import PATIENCE
 from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.engines.reference.coarse_run import bonds_in_flight
-from chaincor.workflows.engines.reference.modal import supports
 from chaincor.workflows.errors import RunError
 
 # The range of bonds is settled long before eta is.
@@ -28,13 +28,17 @@ _ASKED_WITHIN = 1.3
 
 @dataclass(frozen=True)
 class PilotRun:
-    """What a short in-house run says about a collision before LAMMPS runs it."""
+    """What an in-house run says about a collision before LAMMPS runs it."""
 
-    outcome: Outcome  #: The run.
+    reference: ConvergedRun  #: The run: its eta and error, and whether it passes kinks.
     #: Shortest and longest bond until LAMMPS stops, some time after the last contact.
     flight_min: float
     flight_max: float  #: See ``flight_min``.
-    seconds: float  #: What the scouting cost.
+
+    @property
+    def outcome(self) -> Outcome:
+        """The run that gives the number."""
+        return self.reference.outcome
 
     @property
     def end(self) -> ScoutedEnd:
@@ -54,7 +58,7 @@ class PilotRun:
             "contacts": end.contacts,
             "ending": end.ending,
             "fragments": run.fragments,
-            "seconds": self.seconds,
+            "seconds": self.reference.seconds,
             "timestep": run.timestep,
         }
 
@@ -73,13 +77,19 @@ class PilotRun:
         return self.flight_min, longest
 
 
-def pilot_run_from(found: ConvergedRun, scene: Scene, fly_on: float | None = None) -> PilotRun:
+def pilot_run(scene: Scene, target_error: float, fly_on: float | None = None) -> PilotRun:
     """
-    Take the scouting from a converged run.
+    Run a scene in-house to a target error of eta.
 
     `fly_on` is for how long after the last contact bonds are watched too; by default until LAMMPS
-    has asked what comes, and for frames as long as they are taken.
+    has asked what comes, and for frames as long as they are taken. Raises RunError, as
+    :func:`converge`.
     """
+    return watched_on(converge(scene, target_error), scene, fly_on)
+
+
+def watched_on(found: ConvergedRun, scene: Scene, fly_on: float | None = None) -> PilotRun:
+    """Return the pilot run of a converged run; for `fly_on` see :func:`pilot_run`."""
     outcome = found.outcome
     shortest, longest = outcome.bond_min, outcome.bond_max
     if scene.longest_body > 1 and not scene.bond.is_harmonic:
@@ -89,16 +99,17 @@ def pilot_run_from(found: ConvergedRun, scene: Scene, fly_on: float | None = Non
                 fly_on = max(fly_on, sound_round_trip(scene.longest_body, scene.slow_stiffness))
         low, high = bonds_in_flight(scene, outcome, fly_on)
         shortest, longest = min(shortest, low), max(longest, high)
-    return PilotRun(outcome, shortest, longest, found.seconds)
+    return PilotRun(found, shortest, longest)
 
 
-def reference_pilot(scene: Scene) -> ConvergedRun | None:
-    """Run a scene in-house, sharply enough for a scouting; None where that cannot be."""
-    if supports(scene):
-        return exact_modes(scene)
+def usual_pilot_run(scene: Scene, fly_on: float | None = None) -> PilotRun | None:
+    """Run a scene in-house, well enough for the range of its bonds; None where that cannot be."""
+    if EXACT_MODES.supports(scene):
+        return watched_on(exact_modes(scene), scene, fly_on)
     if frequency_ratio(scene) > _SHARPEST:
         return None
     try:
-        return converge(scene, _SCOUTING_GOAL)
+        found = converge(scene, _SCOUTING_GOAL)
     except RunError:
         return None
+    return watched_on(found, scene, fly_on)

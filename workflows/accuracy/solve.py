@@ -4,14 +4,14 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.accuracy.bounded_run import BoundedRun, decade_above, reason_missed
-from chaincor.workflows.accuracy.by_lammps import SHARPEST_LAMMPS, solve_with_lammps
-from chaincor.workflows.accuracy.by_reference import SHARPEST_FIXED, solve_with_reference
+from chaincor.workflows.accuracy.bounded_run import BoundedRun, reason_missed
+from chaincor.workflows.accuracy.by_lammps import solve_with_lammps
+from chaincor.workflows.accuracy.by_reference import solve_with_reference
+from chaincor.workflows.accuracy.plan import Plan, plan
 from chaincor.workflows.accuracy.reference_runs import eta_of, find_rounding_sensitivity
-from chaincor.workflows.accuracy.step_guess import frequency_ratio
+from chaincor.workflows.accuracy.solvers import EXACT_MODES, FIXED_STEPS, LAMMPS
 from chaincor.workflows.accuracy.warm import WarmSolver, is_warm
-from chaincor.workflows.engines.reference.modal import supports
-from chaincor.workflows.engines.rounding import amplified_rounding, rounding_error, rounding_matters
+from chaincor.workflows.engines.rounding import amplified_rounding, rounding_matters
 from chaincor.workflows.engines.time_limit import time_limit
 from chaincor.workflows.errors import ToleranceError
 
@@ -30,8 +30,9 @@ def solve_to_tolerance(scene: Scene, tolerance: float) -> BoundedRun:
     """
     if is_warm(scene) and (usual := WarmSolver(scene).solve_alone()):
         return usual
-    target_error, sensitivity = target_error_of(scene, tolerance)
-    in_house = scene.engine != "lammps"
+    planned = plan(scene, tolerance)
+    target_error, sensitivity = target_error_of(planned)
+    in_house = planned.solver is not LAMMPS
     solve_goal: Callable[..., BoundedRun] = solve_with_reference if in_house else solve_with_lammps
     loosest = target_error * 10.0**_MOST_LOOSER
     best = found = solve_goal(scene, target_error, sensitivity)
@@ -64,25 +65,20 @@ def solve_to_tolerance(scene: Scene, tolerance: float) -> BoundedRun:
     return replace(best, reason=reason_missed(best, tolerance))
 
 
-def target_error_of(scene: Scene, tolerance: float) -> tuple[float, float]:
+def target_error_of(planned: Plan) -> tuple[float, float]:
     """
-    Return the goal that numerics are chosen for, and the rounding sensitivity of the in-house eta.
+    Return the target error of a plan, and the rounding sensitivity of the in-house eta.
 
     The latter where numerics hinge on it, else 0: cold chains at a wall are nudged in-house with
     the steps that resolve them, as coarse ones may tell of far more.
     """
-    target_error = decade_above(rounding_error(scene.engine, scene), tolerance)
+    scene, target_error = planned.scene, planned.target_error
+    assert target_error is not None
     # Light particles between heavy ones amplify more than equal ones ever do.
     matters = not scene.line.has_equal_masses
     matters |= scene.engine == "lammps" and rounding_matters("lammps", scene, target_error)
-    return target_error, find_rounding_sensitivity(scene) if matters and _steps_are_fixed(
-        scene
-    ) else 0.0
-
-
-def _steps_are_fixed(scene: Scene) -> bool:
-    """Return whether eta comes from fixed steps, whose rounding a collision may amplify."""
-    if supports(scene):
-        return False  # no chaos
-    sharpest = SHARPEST_LAMMPS if scene.engine == "lammps" else SHARPEST_FIXED
-    return frequency_ratio(scene) <= sharpest
+    # Modes know no chaos, and steps that are too long for the bonds say nothing.
+    stepped = planned.solver in (FIXED_STEPS, LAMMPS) and not EXACT_MODES.supports(scene)
+    if not (matters and stepped and planned.solver.resolves(scene)):
+        return target_error, 0.0
+    return target_error, find_rounding_sensitivity(scene)

@@ -11,9 +11,9 @@ from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.batching import compare_many
 from chaincor.workflows.accuracy.bounded_run import BoundedRun, bounded_run, decade_within
-from chaincor.workflows.accuracy.by_reference import SHARPEST_FIXED
 from chaincor.workflows.accuracy.fixed_steps import usual_scheme
 from chaincor.workflows.accuracy.reference_runs import differ, difference_to, run_reference
+from chaincor.workflows.accuracy.solvers import FIXED_STEPS
 from chaincor.workflows.accuracy.step_guess import STEP_SHARE, usual_step
 from chaincor.workflows.accuracy.step_proof import COARSER, proved_error, usual_share
 from chaincor.workflows.engines.ending import sound_round_trip
@@ -166,7 +166,7 @@ class WarmSolver:
         scene, bond = self._scene, self._scene.bond
         strain = bond.compressed_strain(energy)
         sharpness = math.sqrt(max(1.0, float(bond.curvature(strain)) / bond.stiffness))
-        if sharpness > SHARPEST_FIXED:
+        if sharpness > FIXED_STEPS.sharpest:
             return -1
         step = 0.5 * usual_step(
             self.scheme, target_error / usual_share(self.scheme), scene.fast_stiffness

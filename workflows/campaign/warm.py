@@ -17,7 +17,7 @@ from chaincor.lammps_inputs.scene import FILE_KEYS, Scene
 from chaincor.lammps_inputs.scene_parts.given_bodies import seed_of
 from chaincor.lammps_inputs.scene_parts.identity import plain_fields
 from chaincor.lammps_inputs.thermal_state import LARGEST_SEED, draw
-from chaincor.workflows.accuracy.expected_cost import expected_seconds
+from chaincor.workflows.accuracy.plan import plan
 from chaincor.workflows.engines.reference.batch.chains import StartStates
 from chaincor.workflows.given import scenes_given
 
@@ -54,7 +54,7 @@ class Group(Sequence[Scene]):
     @cached_property
     def expected(self) -> float:
         """Seconds that one takes, about."""
-        return expected_seconds(self.scene)
+        return plan(self.scene).seconds
 
     def starts(self) -> StartStates:
         """Return where they begin; what is drawn is the same as of each by itself."""

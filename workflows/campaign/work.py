@@ -8,25 +8,23 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from chaincor.lammps_inputs.errors import ChaincorError
-from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.thermal_state import GENERATOR
 from chaincor.workflows.accuracy import solve
-from chaincor.workflows.accuracy.batching import batches, solve_batch
+from chaincor.workflows.accuracy.batching import batches, expected_of_task, solve_batch
 from chaincor.workflows.accuracy.bounded_run import (
     PROOF_SHARE,
-    PROOF_STEPS,
     BoundedRun,
     error_bar,
     spread_of,
 )
-from chaincor.workflows.accuracy.expected_cost import expected_of_task
-from chaincor.workflows.accuracy.pilot_run import pilot_run_from, reference_pilot
+from chaincor.workflows.accuracy.pilot_run import usual_pilot_run
+from chaincor.workflows.accuracy.plan import Plan, plan
 from chaincor.workflows.accuracy.reference_runs import largest_difference
+from chaincor.workflows.accuracy.solvers import LAMMPS
 from chaincor.workflows.accuracy.table_rows import with_rows
 from chaincor.workflows.campaign.carry_out import MACHINE_FAILURES, Asked, Task
 from chaincor.workflows.engines.lammps import engine as lammps
-from chaincor.workflows.engines.reference import stepping
 from chaincor.workflows.engines.time_limit import limited_to
 from chaincor.workflows.errors import MissingLibraryError
 from chaincor.workflows.result import Collision
@@ -50,7 +48,10 @@ def collide_one(scene: Scene, most_seconds: float) -> Collision:
     started = time.perf_counter()
     asked = scene.asked_tolerance
     with limited_to(most_seconds):
-        answer = _run_as_given(scene) if asked is None else solve.solve_to_tolerance(scene, asked)
+        if asked is None:
+            answer = _run_as_given(plan(scene))
+        else:
+            answer = solve.solve_to_tolerance(scene, asked)
         answer = with_rows(scene, answer, asked)
     if scene.temperature is not None:
         gap = float(scene.line.strains[scene.line.gap])
@@ -75,21 +76,20 @@ def collide_together(scenes: Sequence[Scene]) -> list[Collision | None]:
     ]
 
 
-def _run_as_given(scene: Scene) -> BoundedRun:
-    numerics = Numerics.from_scene(scene)
+def _run_as_given(planned: Plan) -> BoundedRun:
+    scene, numerics = planned.scene, planned.numerics
+    assert numerics is not None
     details: dict[str, Any] = {}
     # The in-house engine sees its bonds.
-    if scene.engine == "lammps" and (found := reference_pilot(scene)) is not None:
-        scouting = pilot_run_from(found, scene)
-        numerics = replace(numerics, bond_range=scouting.table_range(scene))
-        details["scouting"] = scouting.to_dict()
-    timesteps = [numerics.timestep]
-    if scene.error:
-        timesteps += [share * numerics.timestep for share in PROOF_STEPS]
-    if scene.engine == "lammps":
+    if planned.solver is LAMMPS and (pilot := usual_pilot_run(scene)) is not None:
+        numerics = replace(numerics, bond_range=pilot.table_range(scene))
+        details["scouting"] = pilot.to_dict()
+    timesteps = [share * numerics.timestep for share in (1.0, *planned.proofs)]
+    if planned.solver is LAMMPS:
         outcome, *others = lammps.run_at_steps(scene, numerics, timesteps)
     else:
-        outcome, *others = (stepping.run(scene, replace(numerics, timestep=h)) for h in timesteps)
+        runs = (replace(numerics, timestep=step) for step in timesteps)
+        outcome, *others = (planned.solver.run(scene, each) for each in runs)
     step = None
     if others:
         share = PROOF_SHARE[numerics.wall]

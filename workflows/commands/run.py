@@ -60,6 +60,7 @@ Examples:
     "--sensitivity",
     "also print the derivatives of eta with respect to speed, masses, bonds and contact",
 )
+@option("--dry-run", "print the plan: solver, numerics, proof runs, expected time; run nothing")
 @json_option
 def run(
     scene_file: str | None,
@@ -70,6 +71,7 @@ def run(
     precision: float | None,
     workers: int | None,
     sensitivity: bool,
+    dry_run: bool,
     as_json: bool,
     **options: Any,
 ) -> None:
@@ -79,9 +81,10 @@ def run(
     Without options: a Lennard-Jones chain of 100 particles at 0.4 v*, by LAMMPS, eta to 1e-6.
     """
     from chaincor.analysis.output_paths import judge_output
-    from chaincor.workflows.accuracy.expected_cost import expected_seconds, may_take_longer
+    from chaincor.workflows.accuracy.plan import describe_plan, plan
     from chaincor.workflows.campaign.progress import show_elapsed
     from chaincor.workflows.collision import MOST_SECONDS, collide
+    from chaincor.workflows.errors import RunError
 
     if animate is not None and not animate.endswith((".gif", ".mp4")):
         raise click.UsageError(f"--animate is '{animate}'; expected a name in .gif or .mp4")
@@ -90,6 +93,7 @@ def run(
         judge_output(Path(animate), Path(animate).suffix)
     most_seconds = MOST_SECONDS if most_hours is None else 3600.0 * most_hours
     alone = {"--animate": animate is not None, "--watch": watched, "--sensitivity": sensitivity}
+    alone["--dry-run"] = dry_run
     many = {"--precision": precision is not None, "--workers": workers is not None}
     for name, given in (many if samples is None else alone).items():
         if given:
@@ -106,7 +110,13 @@ def run(
         from chaincor.workflows.pictures.watch import find_terminal
 
         terminal = find_terminal()
-    with show_elapsed(expected_seconds(scene), at_least=may_take_longer(scene)):
+    planned = plan(scene)
+    if dry_run:
+        if planned.refusal is not None:
+            raise RunError(planned.refusal)
+        tell({"plan": planned.to_dict()}, describe_plan(planned), as_json, scene)
+        return
+    with show_elapsed(planned.seconds, at_least=planned.may_take_longer):
         result = collide(scene, most_seconds=most_seconds)
     if as_json:
         found = result.to_dict()

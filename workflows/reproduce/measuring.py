@@ -6,7 +6,7 @@ from pathlib import Path
 
 from chaincor.analysis.slow_chains.harmonic import collide_long_chains
 from chaincor.lammps_inputs.scene import DEFAULT_TOLERANCE, Scene
-from chaincor.workflows.accuracy.by_lammps import SHARPEST_LAMMPS
+from chaincor.workflows.accuracy.solvers import LAMMPS
 from chaincor.workflows.accuracy.step_guess import frequency_ratio
 from chaincor.workflows.campaign.into_store import collide_into_store
 from chaincor.workflows.reproduce.measurements import Answer, Measurements, Point
@@ -44,7 +44,7 @@ def _reference_twin(scene: Scene) -> Scene:
     It asks for a tenth of the tolerance; for the tolerance itself where bonds are too sharp for
     LAMMPS, so that this is the value shown.
     """
-    share = 1.0 if frequency_ratio(scene) > SHARPEST_LAMMPS else SHARPER
+    share = 1.0 if frequency_ratio(scene) > LAMMPS.sharpest else SHARPER
     return judging_scene(scene, share * (scene.tolerance or DEFAULT_TOLERANCE))
 
 

@@ -10,7 +10,7 @@ import pytest
 
 from benchmarks.sweeps import kills
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.accuracy.expected_cost import expected_seconds
+from chaincor.workflows.accuracy.plan import plan
 from chaincor.workflows.campaign import carry_out, into_store
 from chaincor.workflows.campaign.into_store import IntoStore, collide_into_store
 from chaincor.workflows.campaign.work import Forecast, collide_scenes, collide_to_rows, tasks_of
@@ -243,13 +243,13 @@ def test_errors_of_the_collision_stand_and_those_of_the_machine_do_not(monkeypat
 
 def test_longer_faster_and_tighter_cost_more(monkeypatch):
     base = Scene(particles=50, speed=0.4)
-    seconds = expected_seconds(base)
+    seconds = plan(base).seconds
     for changes in ({"particles": 100}, {"speed": 2.0}):
-        assert expected_seconds(base.replace(**changes)) > seconds
+        assert plan(base.replace(**changes)).seconds > seconds
     # Within a scheme: where another takes over, a tighter tolerance may cost less.
     for loose, tight in ((1e-5, 1e-6), (1e-7, 1e-10)):
         wider, closer = (base.replace(tolerance=each) for each in (loose, tight))
-        assert expected_seconds(closer) > expected_seconds(wider)
+        assert plan(closer).seconds > plan(wider).seconds
     cost, single = Forecast.of([base] * 10), Forecast.of([base])
     assert cost.seconds == pytest.approx(10 * seconds)
     start = single.wall_seconds(1) - seconds
@@ -264,9 +264,11 @@ def test_longer_faster_and_tighter_cost_more(monkeypatch):
 
 def test_many_of_a_kind_cost_less_than_as_many_alone():
     alike = [Scene(particles=20, speed=0.01 * k, engine="reference") for k in range(1, 41)]
-    assert Forecast.of(alike).seconds < 0.5 * sum(expected_seconds(scene) for scene in alike)
+    assert Forecast.of(alike).seconds < 0.5 * sum(plan(scene).seconds for scene in alike)
     broken = [scene.replace(speed=5.0 + scene.speed) for scene in alike]
-    assert Forecast.of(broken).seconds == pytest.approx(sum(map(expected_seconds, broken)))
+    assert Forecast.of(broken).seconds == pytest.approx(
+        sum(plan(scene).seconds for scene in broken)
+    )
 
 
 def test_a_death_over_several_is_looked_into_one_by_one(store, counted, monkeypatch):
@@ -325,7 +327,7 @@ def test_workers_begin_with_different_bonds(store, monkeypatch, make_attempt):
 def test_the_longest_come_first_give_or_take_a_factor_of_two():
     scenes = [Scene(particles=n, speed=0.4) for n in (5, 500, 50, 1000, 10)]
     tasks = sorted(tasks_of(scenes, 1), key=carry_out._turn)
-    seconds = [expected_seconds(task[0].scene) for task in tasks]
+    seconds = [plan(task[0].scene).seconds for task in tasks]
     assert all(later < 2.0 * earlier for earlier, later in itertools.pairwise(seconds))
 
 

@@ -7,7 +7,7 @@ from functools import partial
 import pytest
 
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.accuracy.expected_cost import expected_seconds, may_take_longer
+from chaincor.workflows.accuracy.plan import plan
 from chaincor.workflows.campaign import progress
 from chaincor.workflows.campaign.progress import show_elapsed
 from chaincor.workflows.engines.reference.loops.processes import COMPILING, a_loop_is_compiled
@@ -101,7 +101,7 @@ def test_the_command_shows_what_its_scene_is_expected_to_take(chaincor, monkeypa
     command = ("run", "--potential", "harmonic", "--particles", "3", "--engine", "reference")
     assert chaincor(*command)[0] == 0
     scene = Scene(potential="harmonic", particles=3, engine="reference")
-    assert told == [expected_seconds(scene), False, "over"]
+    assert told == [plan(scene).seconds, False, "over"]
     # What was measured is told as it is; longer chains may take several times that.
-    assert may_take_longer(Scene(particles=5000, speed=0.4, tolerance=1e-3))
-    assert not may_take_longer(Scene(particles=500))
+    assert plan(Scene(particles=5000, speed=0.4, tolerance=1e-3)).may_take_longer
+    assert not plan(Scene(particles=500)).may_take_longer

@@ -211,7 +211,8 @@ def test_lammps_is_judged_by_what_its_own_runs_tell(monkeypatch):
     class Misled(by_lammps.LammpsSearch):
         def __init__(self, *arguments):
             super().__init__(*arguments)
-            self.truth = replace(self.truth, restitution=exact + 1e-2)
+            wrong = replace(self.pilot.reference, restitution=exact + 1e-2)
+            self.pilot = replace(self.pilot, reference=wrong)
 
     monkeypatch.setattr(by_lammps, "LammpsSearch", Misled)
     misled = collide(scene)

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from chaincor.analysis.figures.style import BLACK, BLUE, VERMILION
-from chaincor.workflows.accuracy.by_lammps import SHARPEST_LAMMPS
+from chaincor.workflows.accuracy.solvers import LAMMPS
 from chaincor.workflows.reproduce.drawing import Axes, Figure, point_record
 from chaincor.workflows.reproduce.figures.increase import increases
 from chaincor.workflows.reproduce.measurements import Measurements, Point, column
@@ -67,7 +67,7 @@ def examine_points(measured: Measurements) -> dict[str, Any]:
         # What was planned for LAMMPS and has an in-house result only, and why; how many times
         # faster than at rest a bond may swing for LAMMPS; what has no result at all, and why.
         "not_given": [text for by_other, text in failed if by_other],
-        "largest_ratio": SHARPEST_LAMMPS,
+        "largest_ratio": LAMMPS.sharpest,
         "failures": [text for by_other, text in failed if not by_other],
     }
 

@@ -1,0 +1,277 @@
+"""Plan: what a scene is run with, chosen before anything runs."""
+
+import math
+from dataclasses import dataclass, replace
+from typing import Any
+
+from chaincor.lammps_inputs.errors import InputError
+from chaincor.lammps_inputs.numerics import Numerics
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.lammps_inputs.schemes import StepSchemeName
+from chaincor.workflows.accuracy import irregular, step_proof
+from chaincor.workflows.accuracy.bounded_run import PROOF_STEPS, decade_above
+from chaincor.workflows.accuracy.by_lammps import (
+    COARSER,
+    LAMMPS_RUNS,
+    TRUTH_SHARE,
+    coarser_target_error,
+    least_step,
+    usual_schemes,
+)
+from chaincor.workflows.accuracy.fixed_steps import first_step, plain_scheme
+from chaincor.workflows.accuracy.solvers import (
+    ADAPTIVE_STEPS,
+    EXACT_MODES,
+    FIXED_STEPS,
+    HARD_SPHERES,
+    LAMMPS,
+    OVERHEAD,
+    Solver,
+    duration_of,
+    solver_of,
+)
+from chaincor.workflows.accuracy.step_guess import (
+    contact_is_stiffest,
+    frequency_ratio,
+    guess_step,
+    is_smooth,
+)
+from chaincor.workflows.durations import format_duration
+from chaincor.workflows.engines.fragment_bounds import breaking_energy
+from chaincor.workflows.engines.rounding import rounding_error
+from chaincor.workflows.errors import CostError, RunError
+
+# The in-house runs until they agree, or until the step of LAMMPS is chosen, in runs of one step.
+_IN_HOUSE_RUNS = 2.1
+# How many broken bonds the energy suffices for where motions are usually so different that one step
+# seldom meets a target error.
+_SHATTERED = 33.0
+# Longer chains, which no cache holds, were not measured.
+_MOST_MEASURED = 500
+
+
+@dataclass(frozen=True)
+class Plan:
+    """
+    What a scene is run with.
+
+    Where a tolerance is asked, steps are those tried first: the runs themselves may ask for finer
+    ones, and the step of LAMMPS is chosen by the reference run.
+    """
+
+    scene: Scene  #: The collision.
+    solver: Solver  #: Gives the number.
+    scheme: str | None  #: Of its steps; None where it has no fixed ones.
+    numerics: Numerics | None  #: Of its first run; None where it has no fixed steps.
+    #: Steps of the runs that prove the number, in units of its own.
+    proofs: tuple[float, ...]
+    target_error: float | None  #: Error that numerics are chosen for; None with explicit ones.
+    seconds: float  #: Expected on one core, everything included.
+    refusal: str | None = None  #: Why nothing can be run.
+    reference: "Plan | None" = None  #: The reference run that the step of LAMMPS is chosen by.
+    #: Takes over where it is good to the target error, which a run of three particles shows.
+    instead: Solver | None = None
+
+    @property
+    def regular(self) -> bool:
+        """Whether fixed steps of smooth bonds are taken, which have an order."""
+        return self.solver is FIXED_STEPS and is_smooth(self.scene)
+
+    @property
+    def may_take_longer(self) -> bool:
+        """Whether several times the forecast is usual: for chains longer than measured."""
+        return self.scene.longest_body > _MOST_MEASURED and not EXACT_MODES.supports(self.scene)
+
+    @property
+    def usually_shatters(self) -> bool:
+        """Whether vibrations usually take the energy that breaks several bonds."""
+        energy = 0.5 * self.scene.particles * self.scene.impact_velocity**2
+        return energy > _SHATTERED * breaking_energy(self.scene.bond)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the plan, JSON-ready."""
+        numerics, scene = self.numerics, self.scene
+        tabulated = self.solver is LAMMPS and not scene.bond.is_harmonic
+        step = None if numerics is None else numerics.timestep
+        return {
+            "solver": self.solver.name,
+            "engine": self.solver.engine,
+            "wall": None if numerics is None else numerics.wall,
+            "scheme": self.scheme,
+            "timestep": step,
+            "table": numerics.table if numerics is not None and tabulated else None,
+            "table_points": None if numerics is None else numerics.table_points,
+            "proof_timesteps": [] if step is None else [k * step for k in self.proofs],
+            "tolerance": scene.asked_tolerance,
+            "target_error": self.target_error,
+            "seconds": self.seconds,
+            "may_take_longer": self.may_take_longer,
+            "instead": None if self.instead is None else self.instead.name,
+            "reference": None if self.reference is None else self.reference.to_dict(),
+        }
+
+
+def plan(scene: Scene, tolerance: float | None = None) -> Plan:
+    """
+    Choose what a scene is run with, without a run.
+
+    Parameters
+    ----------
+    scene : Scene
+        The collision, with its engine, and explicit numerics or a tolerance.
+    tolerance : float, optional
+        Absolute error asked of eta, in place of the scene's.
+
+    Returns
+    -------
+    Plan
+        Solver, numerics, proof runs and expected seconds. For chains of up to 500 particles that
+        compute, seconds are right within a factor of two. Longer chains, which no cache holds, may
+        take 15 times longer, and chains that break 100 times.
+    """
+    asked = scene.asked_tolerance if tolerance is None else tolerance
+    if asked is None:
+        return _given(scene)
+    # A tolerance below rounding is not worked for.
+    target_error = decade_above(rounding_error(scene.engine, scene), asked)
+    if scene.engine == "lammps":
+        return _with_lammps(scene, target_error)
+    return _with_reference(scene, target_error)
+
+
+def _given(scene: Scene) -> Plan:
+    """Return the plan of explicit numerics."""
+    numerics = Numerics.from_scene(scene)
+    solver = LAMMPS if scene.engine == "lammps" else FIXED_STEPS
+    proofs = PROOF_STEPS if scene.error else ()
+    runs = 1.0 + sum(1.0 / share for share in proofs)
+    seconds = OVERHEAD[scene.engine] + runs * solver.forecast(scene, numerics)
+    return Plan(scene, solver, numerics.scheme, numerics, proofs, None, seconds)
+
+
+def _with_reference(scene: Scene, target_error: float) -> Plan:
+    solver = solver_of(scene)
+    if solver is FIXED_STEPS:
+        return _with_fixed_steps(scene, target_error)
+    seconds = solver.forecast(scene, None)
+    sharp = solver is ADAPTIVE_STEPS
+    return Plan(
+        scene,
+        solver,
+        None,
+        None,
+        (),
+        target_error,
+        seconds,
+        instead=HARD_SPHERES if sharp else None,
+    )
+
+
+def _with_fixed_steps(
+    scene: Scene, target_error: float, scheme: StepSchemeName | None = None
+) -> Plan:
+    """Return the plan of fixed steps, with the usual scheme or another one."""
+    reachable = max(target_error, rounding_error("reference", scene))
+    if is_smooth(scene):
+        scheme = scheme or plain_scheme(scene, target_error, 0.0)
+        step = first_step(scene, scheme, reachable)
+        proofs: tuple[float, ...] = step_proof.COARSER
+    else:
+        scheme = "verlet" if scene.bond.kinks else irregular.SCHEME
+        step = irregular.first_step(scene, scheme, reachable, kinked=scheme == "verlet")
+        proofs = irregular.COARSER
+    numerics = Numerics(scheme=scheme, timestep=step)
+    seconds = OVERHEAD["reference"] + _IN_HOUSE_RUNS * FIXED_STEPS.forecast(scene, numerics)
+    return Plan(scene, FIXED_STEPS, scheme, numerics, proofs, target_error, seconds)
+
+
+def _with_lammps(scene: Scene, target_error: float) -> Plan:
+    try:
+        solver_of(scene)
+    except RunError as error:
+        overhead = OVERHEAD["lammps"]
+        return Plan(scene, LAMMPS, None, None, (), target_error, overhead, refusal=str(error))
+    if EXACT_MODES.supports(scene):
+        seconds = EXACT_MODES.forecast(scene)
+        reference = Plan(scene, EXACT_MODES, None, None, (), target_error, seconds)
+    else:
+        # The scheme that steps of LAMMPS are tried with in-house, too.
+        reference = _with_fixed_steps(scene, TRUTH_SHARE * target_error, "order8")
+    usual = usual_schemes(scene, target_error)[0]
+    numerics = _in_lammps(scene, usual, target_error)
+    run = LAMMPS.forecast(scene, numerics)
+    if scene.bond.kinks:  # past which Verlet steps are as exact as any, on a table that holds them
+        numerics = replace(_in_lammps(scene, "verlet", target_error), table="linear")
+        run = LAMMPS.forecast(scene, numerics)
+    elif usual == "verlet":  # which is taken where it is cheaper than this
+        run = LAMMPS.forecast(scene, _in_lammps(scene, "order8", target_error))
+    seconds = OVERHEAD["lammps"] + LAMMPS_RUNS * run + reference.seconds
+    proofs = (COARSER,)
+    scheme = numerics.scheme
+    return Plan(scene, LAMMPS, scheme, numerics, proofs, target_error, seconds, reference=reference)
+
+
+def _in_lammps(scene: Scene, scheme: StepSchemeName, target_error: float) -> Numerics:
+    """Return a scheme in LAMMPS with the step that usually meets a target error."""
+    step = guess_step(scene, scheme, coarser_target_error(scene, scheme, target_error)) / COARSER
+    if scheme == "verlet":
+        step = max(step, least_step(scene, duration_of(scene)))
+    return Numerics(scheme=scheme, timestep=step)
+
+
+def refuse_endless(scene: Scene, most_seconds: float) -> None:
+    """Raise CostError if a collision is expected to take longer than it may."""
+    if math.isnan(most_seconds):
+        raise InputError("the time it may take is nan; expected a number of seconds or hours")
+    expected = plan(scene).seconds
+    if expected <= most_seconds:
+        return
+    cheaper = (
+        f", or a smaller {scene.line.contact.strength_key}" if contact_is_stiffest(scene) else ""
+    )
+    if scene.engine != "reference" and not scene.explicit:
+        in_house = plan(scene.replace(engine="reference")).seconds
+        cheaper += f", or use engine 'reference' (about {format_duration(in_house)})"
+    raise CostError(
+        f"{scene.particles} particles would take about {format_duration(expected)} on one core; "
+        f"expected at most {format_duration(most_seconds)}: take fewer particles or a larger "
+        f"tolerance or timestep{cheaper}, or allow more (--most-hours, or most_seconds in Python)"
+    )
+
+
+def describe_plan(planned: Plan) -> str:
+    """Return a plan as text."""
+    scene, rows = planned.scene, [("solver", planned.solver.name)]
+    if planned.instead is not None:
+        rows.append(("or", f"{planned.instead.name}, where they are good to the target error"))
+    rows += _rows_of_steps(planned)
+    if planned.target_error is not None:
+        asked = scene.asked_tolerance
+        assert asked is not None
+        rows.append(("tolerance", f"{asked:g}, target error {planned.target_error:g}"))
+    if planned.reference is not None:
+        steps = [f"{name} {value}" for name, value in _rows_of_steps(planned.reference)]
+        rows.append(("reference", ", ".join([planned.reference.solver.name, *steps])))
+    longer = ", or several times that" if planned.may_take_longer else ""
+    rows.append(("expected", f"{format_duration(planned.seconds)} on one core{longer}"))
+    if scene.contact_duration > 0.0:
+        rows.append(("contact", scene.line.contact.description))
+    rows.append(("bonds swing", f"up to {frequency_ratio(scene):.3g} times as fast as at rest"))
+    rows.append(("last contact", f"at about t = {duration_of(scene):.4g}"))
+    return "\n".join(f"{name:<13} {value}" for name, value in rows)
+
+
+def _rows_of_steps(planned: Plan) -> list[tuple[str, str]]:
+    numerics = planned.numerics
+    if numerics is None:
+        return []
+    rows = [("scheme", f"{planned.scheme}"), ("step", f"{numerics.timestep:.4g}")]
+    if planned.proofs:
+        steps = ", ".join(f"{share * numerics.timestep:.4g}" for share in planned.proofs)
+        rows.append(("proof runs", f"at steps {steps}"))
+    if planned.solver is LAMMPS and not planned.scene.bond.is_harmonic:
+        points = "as many rows as the force needs"
+        if numerics.table_points is not None:
+            points = f"{numerics.table_points} rows"
+        rows.append(("table", f"{numerics.table}, {points}"))
+    return rows

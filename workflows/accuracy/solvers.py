@@ -1,0 +1,250 @@
+"""The solvers of a collision in order of preference, and why each may not support a scene."""
+
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Iterable
+from typing import ClassVar
+
+import numpy as np
+
+from chaincor.lammps_inputs.numerics import Numerics
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.accuracy.cost_model import cost_model
+from chaincor.workflows.accuracy.step_guess import (
+    contact_is_stiffest,
+    frequency_ratio,
+    pair_energy,
+)
+from chaincor.workflows.engines.lammps import engine as lammps
+from chaincor.workflows.engines.outcome import Outcome
+from chaincor.workflows.engines.reference import adaptive, hard_sphere, modal, stepping
+from chaincor.workflows.engines.schemes import STEP_SCHEMES
+from chaincor.workflows.errors import RunError
+
+# Processor times measured for 130 collisions, 10 to 500 particles at 0.01 to 4 v* and tolerances of
+# 1e-4 to 1e-9: the overhead of a collision with LAMMPS, and in-house.
+_LAMMPS_SECONDS = 0.025
+_IN_HOUSE_SECONDS = 0.002
+# One stage of the in-house integrator, and one bond in it.
+_IN_HOUSE_STAGE = 1e-7
+_IN_HOUSE_BOND = 1e-9
+# Modes, by pairs of modes and windows of time, of which both are as many as particles. Measured for
+# 1000 to 4000.
+_MODAL_PAIR = 7e-8
+# Adaptive steps, by pairs of particles and digits of the frequency ratio.
+_ADAPTIVE_PAIR = 5e-5
+# A run of adaptive steps takes up to 8e-10 s times (n ln(ratio))^3 (log bonds; others less in long
+# chains), a minute for this much.
+_MOST_STEPPED = 7.5e10
+
+
+class Solver(ABC):
+    """One way to compute a collision."""
+
+    name: ClassVar[str]  #: What it is called in plans.
+    engine: ClassVar[str]  #: The engine of a scene that names it.
+    #: Largest ratio of frequencies, of the most compressed bond or a soft contact and of a bond at
+    #: rest, that its steps follow.
+    sharpest: ClassVar[float] = math.inf
+
+    @abstractmethod
+    def refusal(self, scene: Scene) -> str | None:
+        """Return in one line why a scene is not supported; None where it is."""
+
+    def supports(self, scene: Scene) -> bool:
+        """Return whether a scene is supported."""
+        return self.refusal(scene) is None
+
+    def resolves(self, scene: Scene) -> bool:
+        """Return whether its steps follow the fastest bond or contact."""
+        return frequency_ratio(scene) <= self.sharpest
+
+    @abstractmethod
+    def forecast(self, scene: Scene, numerics: Numerics | None) -> float:
+        """Return the expected seconds of one run on one core."""
+
+    @abstractmethod
+    def run(self, scene: Scene, numerics: Numerics | None, accuracy: float = 1e-6) -> Outcome:
+        """
+        Carry a collision out.
+
+        Fixed steps and LAMMPS take `numerics`, adaptive steps take `accuracy`.
+        """
+
+
+class ExactModes(Solver):
+    """Harmonic chains as sums of modes."""
+
+    name, engine = "exact modes", "reference"
+
+    def refusal(self, scene: Scene) -> str | None:
+        """Return why a scene has no modes to be carried along."""
+        if modal.supports(scene):
+            return None
+        if not scene.bond.is_harmonic:
+            return "the bonds are not harmonic"
+        if scene.line.soft:
+            return "the contact is soft"
+        return f"a body of unequal masses has more than {modal.MOST_UNEQUAL} particles"
+
+    def forecast(self, scene: Scene, numerics: Numerics | None = None) -> float:
+        """Return the expected seconds."""
+        return _IN_HOUSE_SECONDS + _MODAL_PAIR * scene.longest_body**2
+
+    def run(self, scene: Scene, numerics: Numerics | None = None, accuracy: float = 0.0) -> Outcome:
+        """Carry the modes along."""
+        return modal.run(scene)
+
+
+class FixedSteps(Solver):
+    """The reference engine with steps of one length."""
+
+    name, engine = "fixed steps", "reference"
+    sharpest = 60.0  # beyond, adaptive steps of a plain chain take less processor time
+
+    def refusal(self, scene: Scene) -> str | None:
+        """Return why adaptive steps are cheaper."""
+        if not scene.line.is_standard or self.resolves(scene):
+            return None
+        return (
+            f"bonds swing {frequency_ratio(scene):.2g} times faster than at rest where they are "
+            f"shortest, more than {self.sharpest:g}"
+        )
+
+    def forecast(self, scene: Scene, numerics: Numerics | None) -> float:
+        """Return the expected seconds."""
+        assert numerics is not None
+        evaluations = STEP_SCHEMES[numerics.scheme].evaluations
+        stages = evaluations * duration_of(scene) / numerics.timestep
+        return stages * (_IN_HOUSE_STAGE + _IN_HOUSE_BOND * scene.all_particles)
+
+    def run(self, scene: Scene, numerics: Numerics | None, accuracy: float = 0.0) -> Outcome:
+        """Take the steps."""
+        assert numerics is not None
+        return stepping.run(scene, numerics)
+
+
+class AdaptiveSteps(Solver):
+    """The reference engine with steps as short as the stiffest bond needs."""
+
+    name, engine = "adaptive steps", "reference"
+
+    def refusal(self, scene: Scene) -> str | None:
+        """Return why no such steps are taken."""
+        if not scene.line.is_standard:
+            return "the bodies are more than a cold chain of equal masses and a hard wall"
+        if (scene.particles * math.log(frequency_ratio(scene))) ** 3 > _MOST_STEPPED:
+            return (
+                f"{scene.particles} particles with bonds {frequency_ratio(scene):.2g} times faster "
+                "than at rest would take hours or more to step"
+            )
+        return None
+
+    def forecast(self, scene: Scene, numerics: Numerics | None = None) -> float:
+        """Return the expected seconds."""
+        return _ADAPTIVE_PAIR * scene.particles**2 * math.log10(frequency_ratio(scene))
+
+    def run(self, scene: Scene, numerics: Numerics | None, accuracy: float = 1e-6) -> Outcome:
+        """Take the steps."""
+        return adaptive.run(scene, accuracy)
+
+
+class HardSpheres(Solver):
+    """The limit of high speed."""
+
+    name, engine = "hard spheres", "reference"
+
+    def refusal(self, scene: Scene) -> str | None:
+        """Return why the limit is not reached."""
+        if FIXED_STEPS.supports(scene):
+            return "bonds are too soft to be hard spheres"
+        return None
+
+    def forecast(self, scene: Scene, numerics: Numerics | None = None) -> float:
+        """Return the expected seconds: those of three particles."""
+        return _IN_HOUSE_SECONDS
+
+    def run(self, scene: Scene, numerics: Numerics | None = None, accuracy: float = 0.0) -> Outcome:
+        """Return the limit."""
+        return hard_sphere.run(scene)
+
+
+class Lammps(Solver):
+    """LAMMPS, with fixed steps."""
+
+    name, engine = "LAMMPS", "lammps"
+    sharpest = 300.0  # beyond, millions of steps would be needed
+
+    def refusal(self, scene: Scene) -> str | None:
+        """Return what LAMMPS's fixed steps cannot follow: the contact or the bonds."""
+        if EXACT_MODES.supports(scene) or self.resolves(scene):
+            return None
+        sharp = frequency_ratio(scene)
+        expected = f"expected less than {self.sharpest:g} times for LAMMPS's fixed steps"
+        if contact_is_stiffest(scene):
+            law = scene.line.contact
+            return (
+                f"with {law.strength_key} {law.strength:g} the contact would swing {sharp:.2g} "
+                f"times faster than bonds at rest; {expected}: give a smaller one, or use engine "
+                "'reference', or contact 'hard'"
+            )
+        line = scene.line
+        at_first = float(np.min(np.delete(line.strains, line.gap), initial=0.0))
+        shortest = 1.0 + min(at_first, scene.bond.compressed_strain(pair_energy(line)))
+        return (
+            f"bonds would be compressed to about {shortest:.2g} of their length, where they swing "
+            f"{sharp:.2g} times faster than at rest; {expected}: lower the speed, or use engine "
+            "'reference'"
+        )
+
+    def forecast(self, scene: Scene, numerics: Numerics | None) -> float:
+        """Return the expected seconds, from the measured cost model."""
+        assert numerics is not None
+        return cost_model().integration(scene, numerics, duration_of(scene))
+
+    def run(self, scene: Scene, numerics: Numerics | None, accuracy: float = 0.0) -> Outcome:
+        """Run LAMMPS."""
+        assert numerics is not None
+        return lammps.run(scene, numerics)
+
+
+EXACT_MODES, FIXED_STEPS, LAMMPS = ExactModes(), FixedSteps(), Lammps()
+ADAPTIVE_STEPS, HARD_SPHERES = AdaptiveSteps(), HardSpheres()
+# In order of preference.
+SOLVERS: tuple[Solver, ...] = (
+    EXACT_MODES,
+    FIXED_STEPS,
+    ADAPTIVE_STEPS,
+    HARD_SPHERES,
+    LAMMPS,
+)
+IN_HOUSE = tuple(solver for solver in SOLVERS if solver.engine == "reference")
+# What any collision takes besides its runs.
+OVERHEAD = {"lammps": _LAMMPS_SECONDS, "reference": _IN_HOUSE_SECONDS}
+
+
+def solver_of(scene: Scene, among: Iterable[Solver] | None = None) -> Solver:
+    """
+    Return the first solver that supports a scene, of those of its engine where none are given.
+
+    Raises RunError, with the reason of the last one, where no solver does.
+    """
+    reason = ""
+    own = (solver for solver in SOLVERS if solver.engine == scene.engine)
+    for solver in own if among is None else among:
+        refused = solver.refusal(scene)
+        if refused is None:
+            return solver
+        reason = refused
+    raise RunError(reason)
+
+
+def duration_of(scene: Scene) -> float:
+    """
+    Return the expected time from the start to the last contact.
+
+    Sound crosses the chain and comes back, at the low speeds at which that takes longest.
+    """
+    duration = 2.2 * scene.longest_body / math.sqrt(scene.slow_stiffness)
+    duration += float(scene.line.strains[scene.line.gap]) / scene.impact_velocity
+    return duration + scene.contact_duration
