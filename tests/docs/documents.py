@@ -1,6 +1,5 @@
 """Run the code of a Markdown document: Python, console and TOML blocks, in order, in one folder."""
 
-import doctest
 import os
 import re
 import shlex
@@ -15,12 +14,11 @@ from sybil import Example, Sybil
 from sybil.parsers.markdown import CodeBlockParser, PythonCodeBlockParser
 
 from chaincor.workflows.engines.lammps.library import lmp_environment
+from tests.docs.printed_output import agrees
 
 ROOT = Path(__file__).parents[2]
 DOCUMENTS = sorted([ROOT / "README.md", *(ROOT / "docs").rglob("*.md")])
 
-_CHECKER = doctest.OutputChecker()
-_LOOSELY = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
 # What a program that is not on a terminal says each minute; on a busy machine any may take so long.
 _STILL_RUNNING = re.compile(r"^chaincor: .* after [\d.e+]+ (?:s|min|h)\n", re.MULTILINE)
 _NAME = re.compile(r"# ([\w.-]+\.(?:py|toml))\n")
@@ -35,8 +33,8 @@ def run_document(path: Path, folder: Path) -> int:
     path : pathlib.Path
         The document. A Python or TOML block that begins with ``# name.ext`` is also written to
         that file. In a console block, lines that begin with ``$`` are commands, typed into one
-        shell from the first to the last; each must succeed. What follows is their output, ``...``
-        standing for anything.
+        shell from the first to the last; each must succeed. Their output follows; it is compared
+        by :func:`tests.docs.printed_output.agrees`, numbers within their error bars.
     folder : pathlib.Path
         A folder, in which everything happens.
 
@@ -116,7 +114,7 @@ class _Shell:
             printed = _STILL_RUNNING.sub("", printed)
             said = f"$ {command}\n{printed}"
             assert status == 0, f"exit status {status}:\n{said}"
-            if wanted and not _CHECKER.check_output(wanted, printed, _LOOSELY):
+            if wanted and not agrees(wanted, printed):
                 return f"expected:\n{wanted}\ngot:\n{said}"
         return None
 

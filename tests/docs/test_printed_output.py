@@ -1,0 +1,50 @@
+"""Pages are held against what commands print, as exactly as their error bars allow."""
+
+import pytest
+
+from tests.docs.printed_output import agrees
+
+PAGE = """restitution   eta = 0.77079976 +- 8.6e-08
+contacts      84, the last at t = 154.12
+energy drift  -1.3e-14
+time 0.502 s for this run
+"""
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("0.77079976", "0.77079970"),  # within 8.6e-8
+        ("8.6e-08", "4.1e-07"),
+        ("154.12", "154.13"),
+        ("-1.3e-14", "2.0e-15"),
+        ("0.502 s", "17 s"),
+        ("eta =  ", "eta = "),
+    ],
+)
+def test_output_of_another_processor_agrees(old, new):
+    assert agrees(PAGE, PAGE.replace(old, new))
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("0.77079976", "0.77080"),
+        ("8.6e-08", "8.6e-06"),
+        ("8.6e-08", "0.0"),
+        ("84,", "85,"),
+        ("154.12", "154.14"),
+        ("-1.3e-14", "-1.3e-4"),
+        ("contacts", "hits"),
+        ("0.502 s", "soon"),
+        ("154.12", "nan"),
+    ],
+)
+def test_another_output_is_found(old, new):
+    assert old in PAGE
+    assert not agrees(PAGE, PAGE.replace(old, new))
+
+
+def test_dots_stand_for_anything():
+    assert agrees("eta = 0.5\n...\nend 3", "eta = 0.5\nany 7 lines\nof text\nend 3")
+    assert not agrees("eta = 0.5\n...\nend 3", "eta = 0.5\nany\nend 4")
