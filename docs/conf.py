@@ -31,6 +31,7 @@ extensions = [
     "scene_fields",
     "lesson_notebooks",
     "live_page",
+    "public_names",
 ]
 exclude_patterns = ["_build", "course/slides", "examples", "reference/api/modules.rst"]
 # Docstrings name classes without their module. Where two modules have one of that name, the plain
