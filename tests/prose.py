@@ -85,7 +85,7 @@ def texts_of_page(source: str) -> Iterator[tuple[int, str]]:
     source = re.sub(r"<!--.*?-->|\$\$.*?\$\$", _blank, source, flags=re.DOTALL)
     paragraph: list[str] = []
     first = 0
-    for number, line in enumerate(source.splitlines() + [""], 1):
+    for number, line in enumerate([*source.splitlines(), ""], 1):
         starts = re.match(r"\s*(?:[-*] |\d+\. |\||#|>|!\[)", line)
         if (not line.strip() or starts) and paragraph:
             yield first, " ".join(paragraph)

@@ -1,4 +1,4 @@
-"""A directive that documents every name of ``from chaincor import ...``, from ``chaincor.__all__``."""
+"""A directive that documents every public name of chaincor, from its ``__all__``."""
 
 import importlib
 import inspect
