@@ -21,6 +21,8 @@ MASS_COLUMN = "mass"
 TYPE_COLUMN = "type"
 # Given masses and those of the default format of dumps agree to its six digits.
 _SAME_MASS = 1e-5
+# Squares of energies with larger masses overflow.
+_LARGEST_MASS = 1e100
 # More types have no meaning in a chain.
 _MOST_TYPES = 10_000_000
 # Where the type stands in a line of the section Atoms.
@@ -111,7 +113,7 @@ def mass_resolution(frame: DumpFrame, layout: ChainLayout, masses: Array) -> Arr
 def _repeated(masses: ArrayLike, particles: int) -> Array:
     """Repeat k masses along the chain: particle k + 1 has the first again."""
     given = np.atleast_1d(np.asarray(masses, dtype=float))
-    wrong = given[~((given > 0.0) & (given < np.inf))]
+    wrong = given[~((given > 1.0 / _LARGEST_MASS) & (given < _LARGEST_MASS))]
     if given.size == 0 or wrong.size:
         what = f"a mass is {wrong[0]:g}" if wrong.size else "no mass is given"
         raise InputError(f"{what}; expected positive finite numbers, as in --masses 1,2")

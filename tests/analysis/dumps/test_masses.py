@@ -260,3 +260,10 @@ def test_the_scene_tells_masses_that_nothing_else_tells(tmp_path, target, column
     assert found.restitution == pytest.approx(result.restitution, rel=1e-10)
     assert found.masses.tolist() == [1.0, 2.0] * 3
     assert target == {} or found.target.masses.tolist() == [3.0, 1.0, 3.0]
+
+
+@pytest.mark.parametrize("mass", ["1e308", "1e-308", "inf"])
+def test_masses_whose_energies_overflow_are_refused(job, chaincor, mass):
+    status, out, err = chaincor("analyze", job[0], "--masses", mass)
+    assert (status, out, err.count("\n")) == (2, "", 1)
+    assert "a mass is" in err
