@@ -52,7 +52,9 @@ def rows_of(result: Any, *, dump: bool = False, closing: bool = False) -> list[t
         (row.label, text)
         for each in (OF_DUMPS if dump else OF_RUNS)
         for row in each.rows
-        if row.closing == closing and (text := row.text(result, dump=dump)) is not None
+        if row.closing == closing
+        and (dump or getattr(result, each.name) is not None)
+        and (text := row.text(result, dump=dump)) is not None
     ]
 
 

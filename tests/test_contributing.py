@@ -82,5 +82,7 @@ def test_each_walk_through_is_a_patch_that_works(tmp_path):
     scale = run(["-c", _USED, "scale", "--potential", "cosh"], tmp_path)
     # cosh(5 s) - 1 = 25 s^2 at s = -0.59656, so that v* = sqrt(2) 0.59656.
     assert scale == "v* = 0.8436822316256\n"
-    shown = run(["-m", "chaincor", "show", "s.db", "--columns", "restitution,bond_error"], tmp_path)
-    assert "bond_error" in shown
+    shown = run(
+        ["-m", "chaincor", "show", "s.db", "--columns", "restitution,longest_silence"], tmp_path
+    )
+    assert "longest_silence" in shown

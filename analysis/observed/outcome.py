@@ -42,6 +42,16 @@ class MeasuredOutcome:
         in_dumps="error bar of eta; null where neither the run's log nor a second run tells it",
         axis=r"error bar of $\eta$",
     )
+    reference_restitution: float | None = observable(
+        "eta by the reference engine, for a run by LAMMPS with a tolerance",
+        rare=True,
+        run=lambda r: r.details.get("choice", {}).get("in_house_restitution"),
+    )
+    reference_error: float | None = observable(
+        "error bar of eta by the reference engine",
+        rare=True,
+        run=lambda r: r.details.get("choice", {}).get("in_house_error"),
+    )
     kinematic_restitution: float = observable(
         "sqrt(eta), final over initial speed of the centre of mass; most other texts mean this one",
         Row(
@@ -88,7 +98,7 @@ class MeasuredOutcome:
         "allows for it)",
         Row(
             "end",
-            lambda o: f"{o.ending}: {lines.ENDINGS[o.ending]}",
+            lambda o: lines.ending_text(o.ending, missed=o.tolerance_met is False),
             words=("proved", "argued", "open", "ending"),
         ),
         run=lambda r: r.outcome.ending.kind,

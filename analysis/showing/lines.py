@@ -31,6 +31,12 @@ def root_text(value: float, error: float | None, *, relative: bool = False) -> s
     return f"e   = {root_of_known(value, error)}{_of(relative)}"
 
 
+def ending_text(ending: str, *, missed: bool) -> str:
+    """Say how sure it is that no contact follows; a run that misses its tolerance proves less."""
+    certain = f"{ending} for this run" if missed and ending == "proved" else ending
+    return f"{certain}: {ENDINGS[ending]}"
+
+
 def _of(relative: bool) -> str:
     return ", of the relative motion" if relative else ""
 

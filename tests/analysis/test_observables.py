@@ -9,7 +9,14 @@ import numpy as np
 import pytest
 
 from chaincor.analysis.error_bar import ErrorBar
-from chaincor.analysis.observables import OBSERVABLES, OF_RUNS, OTHER_WORDS, TERMS, Observed
+from chaincor.analysis.observables import (
+    OBSERVABLES,
+    OF_RUNS,
+    OTHER_WORDS,
+    TERMS,
+    Observed,
+    rows_of,
+)
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.collision import collide
 from chaincor.workflows.result import Collision
@@ -110,3 +117,23 @@ def test_a_store_of_an_older_version_is_read(tmp_path):
     assert result.result is not None
     assert set(result.result) - {"versions"} <= set(OBSERVABLES)
     assert result.result["restitution"] == 0.33020616939297687
+
+
+def test_lammps_tells_the_number_of_the_reference_engine():
+    found = collide(Scene(particles=3, tolerance=1e-6))
+    exact = collide(Scene(particles=3, tolerance=1e-10, engine="reference"))
+    plain = found.to_dict()
+    # The smaller bar holds, too; and it is the smaller one.
+    off = abs(plain["reference_restitution"] - exact.restitution)
+    assert off <= plain["reference_error"] + exact.restitution_error
+    assert 0.0 < plain["reference_error"] < found.restitution_error
+    assert "reference_restitution" not in exact.to_dict()
+    bare = collide(Scene(particles=3, scheme="verlet", timestep=0.01))
+    assert bare.reference_restitution is None
+
+
+def test_an_end_is_proved_for_the_run_alone_where_the_tolerance_is_missed(result):
+    missed = dataclasses.replace(result, ending="proved", tolerance_met=False)
+    assert dict(rows_of(missed))["end"].startswith("proved for this run: ")
+    met = dataclasses.replace(missed, tolerance_met=True)
+    assert dict(rows_of(met))["end"].startswith("proved: ")
