@@ -18,7 +18,7 @@ import numpy as np
 from benchmarks.schemes.candidates import CANDIDATES, Array, Candidate, State
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.by_reference import converge
-from chaincor.workflows.engines.reference.contact_search import SEARCH_FIELDS, build_contact_search
+from chaincor.workflows.engines.contact_search import SEARCH_FIELDS, build_contact_search
 
 SCENES = {
     "lj 0.1 v*": {"potential": "lj", "speed": 0.1},

@@ -9,8 +9,8 @@ from chaincor.lammps_inputs.chain_data import initial_state
 from chaincor.lammps_inputs.contact_script import contact_force, contact_force_off, contact_force_on
 from chaincor.lammps_inputs.line import Line
 from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.engines.contact_search import PathPoint
 from chaincor.workflows.engines.lammps.instance import LammpsChain
-from chaincor.workflows.engines.reference.contact_search import PathPoint
 
 # So much more is waited than bodies can take to meet.
 _LATEST = 1.1

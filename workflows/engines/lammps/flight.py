@@ -5,15 +5,15 @@ from abc import ABC, abstractmethod
 
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.engines.lammps.contact import Contact, Meeting, SoftMeeting, time_to_zero
-from chaincor.workflows.engines.lammps.guard import WallGuard
-from chaincor.workflows.engines.lammps.instance import LammpsChain
-from chaincor.workflows.engines.reference.contact_search import (
+from chaincor.workflows.engines.contact_search import (
     PathPoint,
     count_sign_changes,
     first_root,
     fit_path,
 )
+from chaincor.workflows.engines.lammps.contact import Contact, Meeting, SoftMeeting, time_to_zero
+from chaincor.workflows.engines.lammps.guard import WallGuard
+from chaincor.workflows.engines.lammps.instance import LammpsChain
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
 from chaincor.workflows.errors import LostAtomsError, TimestepError
 

@@ -4,10 +4,10 @@ import numpy as np
 
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.script import number
+from chaincor.workflows.engines.contact_search import PathPoint
 from chaincor.workflows.engines.lammps.contact import time_to_zero
 from chaincor.workflows.engines.lammps.instance import LammpsChain
 from chaincor.workflows.engines.outcome import MOST_ENERGY_GROWTH
-from chaincor.workflows.engines.reference.contact_search import PathPoint
 from chaincor.workflows.errors import RunError
 
 # Verlet steps are taken without asking for the wall for this part of the time in which particle 1

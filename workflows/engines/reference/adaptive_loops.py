@@ -18,8 +18,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from chaincor.lammps_inputs.arrays import Array
+from chaincor.workflows.engines.contact_search import PathPoint, build_contact_search
 from chaincor.workflows.engines.reference import bookkeeping
-from chaincor.workflows.engines.reference.contact_search import PathPoint, build_contact_search
 from chaincor.workflows.engines.reference.stages import Parameters
 
 # Why `advance` came back.

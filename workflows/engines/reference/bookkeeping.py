@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from chaincor.lammps_inputs.arrays import Array
-from chaincor.workflows.engines.reference.contact_search import SEARCH_FIELDS
+from chaincor.workflows.engines.contact_search import SEARCH_FIELDS
 
 # Why a loop came back: all steps done, the end may be near, no room for more contacts, more
 # contacts in one step than make sense, a strain that is not allowed.

@@ -12,8 +12,8 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from chaincor.lammps_inputs.arrays import Array
+from chaincor.workflows.engines.contact_search import PathPoint, build_contact_search
 from chaincor.workflows.engines.reference import bookkeeping
-from chaincor.workflows.engines.reference.contact_search import PathPoint, build_contact_search
 from chaincor.workflows.engines.reference.line_traits import (
     KernelSpec,
     LineParameters,

@@ -8,8 +8,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from chaincor.lammps_inputs.arrays import Array
+from chaincor.workflows.engines.contact_search import first_root
 from chaincor.workflows.engines.reference.compile import LoopCompiler
-from chaincor.workflows.engines.reference.contact_search import first_root
 
 # Terms of the Taylor series, see ``mode_flight``.
 TERMS = 26

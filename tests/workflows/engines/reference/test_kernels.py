@@ -9,14 +9,14 @@ import pytest
 
 from chaincor.lammps_inputs.bonds.potentials import Harmonic, LennardJones, Logarithmic, Power, Toda
 from chaincor.lammps_inputs.contacts.contact_laws import CONTACT_LAWS
-from chaincor.workflows.engines.reference import kernels
-from chaincor.workflows.engines.reference.compile import LoopCompiler, scalar_force
-from chaincor.workflows.engines.reference.contact_search import (
+from chaincor.workflows.engines.contact_search import (
     SEARCH_FIELDS,
     build_contact_search,
     count_sign_changes,
     fit_path,
 )
+from chaincor.workflows.engines.reference import kernels
+from chaincor.workflows.engines.reference.compile import LoopCompiler, scalar_force
 from chaincor.workflows.engines.reference.line_traits import WALL, KernelSpec, LineTraits
 from chaincor.workflows.engines.reference.motion import build_coarse_steps
 from chaincor.workflows.engines.reference.stages import State, array_stages, looped_stages

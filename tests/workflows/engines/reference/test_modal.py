@@ -8,8 +8,8 @@ import pytest
 from chaincor.lammps_inputs.errors import SceneError
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.engines.contact_search import first_root
 from chaincor.workflows.engines.reference import modal, stepping
-from chaincor.workflows.engines.reference.contact_search import first_root
 from chaincor.workflows.engines.reference.mode_loops import TERMS, expand_path
 
 

@@ -9,8 +9,8 @@ from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.schemes import DEFAULT_TIMESTEPS
 from chaincor.workflows.engines import end_watch
 from chaincor.workflows.engines.compositions import COMPOSITIONS
+from chaincor.workflows.engines.contact_search import narrow
 from chaincor.workflows.engines.reference import bookkeeping, stepping
-from chaincor.workflows.engines.reference.contact_search import narrow
 from chaincor.workflows.engines.reference.kernels import kernels_for
 from chaincor.workflows.engines.reference.moving import Motion, Stepper
 from chaincor.workflows.engines.schemes import STEP_SCHEMES

@@ -13,6 +13,7 @@ order: what comes of a chain is what comes of it alone, to the last bit.
 from collections.abc import Callable
 
 from chaincor.lammps_inputs.arrays import Array
+from chaincor.workflows.engines.contact_search import PathPoint, build_search_steps
 from chaincor.workflows.engines.reference import bookkeeping
 from chaincor.workflows.engines.reference.batch.lanes import (
     FREE,
@@ -29,7 +30,6 @@ from chaincor.workflows.engines.reference.batch.lanes import (
     Queue,
     build_lane_step,
 )
-from chaincor.workflows.engines.reference.contact_search import PathPoint, build_search_steps
 from chaincor.workflows.engines.reference.events import build_contact
 from chaincor.workflows.engines.reference.line_traits import KernelSpec
 from chaincor.workflows.engines.reference.stages import Parameters, VerletKernels

@@ -1,5 +1,5 @@
 r"""
-When particle 1 meets the wall within one step, to rounding.
+Contact search of both engines: when the gap closes within one step, to rounding.
 
 The path of particle 1 over a step, x(s) for 0 <= s <= H, is that of the composed map itself,
 :math:`x(s) = x_1(\Phi_s(z))`, so that a contact is located to rounding at any order. Only as many
