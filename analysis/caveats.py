@@ -148,7 +148,7 @@ def _contact_caveats(detection: DetectedContacts, bond: Potential | None) -> lis
         )
         return [
             f"frames are up to {detection.largest_gap:.3g} apart, and between "
-            f"{detection.unresolved} pairs of them the number of contacts cannot be told: "
+            f"{detection.unresolved} pairs of them the number of contacts is unknown: "
             f"contacts is at least {detection.times.size}; {advice}"
         ]
     if detection.method == "interpolation" and detection.largest_gap > 0.0:

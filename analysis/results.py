@@ -277,7 +277,7 @@ class CollisionAnalysis(BodyAnalysis):
         eta = eta_of_dump(self.restitution, self.restitution_error, self.data_error)
         contacts = f"at least {self.contact_statistics.count}"
         if self.contacts is not None or self.soft:
-            contacts = str(self.contacts or "not told")
+            contacts = str(self.contacts or "not reported")
         notes = f"notes, in .caveats: {len(self.caveats)}"
         if self.contradictions:
             notes += f"; CONTRADICTED: {self.contradictions[0]}"

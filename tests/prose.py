@@ -41,7 +41,8 @@ def findings(text: str, most_words: int | None = None) -> Iterator[str]:
     """Yield what is wrong with a text, sentence by sentence."""
     for sentence in sentences(text):
         begin = sentence.lstrip("*_`\"'([")
-        if _BEGINS_BADLY.match(begin):
+        # Headings, titles and cells of tables have no full stop, and may be noun phrases.
+        if _BEGINS_BADLY.match(begin) and sentence.rstrip("*_`\"')").endswith((".", ":", ";")):
             yield f"begins with {begin.split()[0]!r}: {sentence[:70]}"
         if _PRIVATE.search(sentence):
             yield f"says 'told': {sentence[:70]}"

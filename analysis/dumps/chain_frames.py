@@ -60,7 +60,7 @@ class ChainLayout:
             if x is None:
                 raise InputError(
                     f"the dump has columns {' '.join(frame.columns)}; expected a column of "
-                    "positions, such as x, by which two bodies are told apart"
+                    "positions, such as x, which tells the two bodies apart"
                 )
             return cls(found, _rows_of_bodies(frame, x, targets), time_known)
         order = np.arange(frame.column(found).size)

@@ -114,7 +114,7 @@ def test_frames_too_far_apart_leave_contacts_open(harmonic20, dump_writer):
     path = dump_writer.write(harmonic20, np.arange(0.0, 100.0, 6.0))
     analysis = analyze(path)
     assert analysis.contacts is None
-    assert has_caveat(analysis, "number of contacts cannot be told")
+    assert has_caveat(analysis, "number of contacts is unknown")
     assert has_caveat(analysis, "--potential")
     assert analysis.restitution == pytest.approx(ETA20, abs=1e-11)
     assert analyze(path, bond=Harmonic()).contacts == 17

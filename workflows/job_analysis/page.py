@@ -27,7 +27,7 @@ FIGURES = {
     "energy": (
         "Where the energy is",
         "Translation of the whole chain and vibration within it, as shares of the energy at "
-        "impact. What is translation after the last contact is eta.",
+        "impact. The translational part after the last contact is eta.",
     ),
     "bonds": (
         "Bond lengths",

@@ -142,7 +142,7 @@ def read_varied(
     if not LEAST_COLUMNS <= columns <= _MOST_PHASES:
         raise InputError(
             f"{'--phases' if seeds is None else '--seeds'} is {columns}; expected {LEAST_COLUMNS} "
-            f"to {_MOST_PHASES} runs a rung: with fewer, no scatter can be told"
+            f"to {_MOST_PHASES} runs per rung: fewer runs have no scatter"
         )
     kind = _kind(script, vary)
     ladder = None if vary is None or kind in COMPARED else read_ladder(vary)

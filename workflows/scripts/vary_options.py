@@ -42,8 +42,8 @@ def read_ladder(text: str) -> Ladder:
     rungs = int(parts[2])
     if not LEAST_RUNGS <= rungs <= _MOST_RUNGS:
         raise InputError(
-            f"--vary counts {rungs} values; expected {LEAST_RUNGS} to {_MOST_RUNGS}: with fewer, "
-            "no order can be told"
+            f"--vary counts {rungs} values; expected {LEAST_RUNGS} to {_MOST_RUNGS}: fewer "
+            "values have no order"
         )
     if coarse <= 0.0 or fine <= 0.0 or max(coarse, fine) / min(coarse, fine) < _LEAST_SPAN:
         raise InputError(

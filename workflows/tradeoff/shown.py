@@ -34,13 +34,13 @@ REPORT = StudyReport(
         "work_precision": (
             "Error against time",
             "Each mark is a setting: root mean square of the error of eta against the processor "
-            "time of the integration; bars reach from the least to the worst of its runs. What is "
-            "lower and further left is better; the grey line is the front that no setting of "
+            "time of the integration; bars reach from the least to the worst of its runs. Lower "
+            "and further left is better; the grey line is the front that no setting of "
             "LAMMPS beats.",
         ),
         "error_budget": (
             "Error by cause",
-            "What each cause alone does to eta, by the run that lacks it; total is the error of "
+            "The effect of each cause alone on eta, from the run without it; total is the error of "
             "the setting.",
         ),
         "tables": (

@@ -108,9 +108,9 @@ def deviation(scene: Scene) -> float:
             return math.inf
         raise TimestepError(
             f"no step resolves three particles with {scene.label} bonds, at velocity "
-            f"{velocity:.6g} or down to {triple.impact_velocity:.2g}, so that it cannot be told "
-            "how near the chain is to hard spheres; expected bonds that get softer as they are "
-            "less compressed: check the potential, or lower the speed"
+            f"{velocity:.6g} or down to {triple.impact_velocity:.2g}, so the "
+            "distance of the chain to hard spheres is unknown; expected bonds that get softer as "
+            "they are less compressed: check the potential, or lower the speed"
         )
     slower = vibration(triple.replace(velocity=0.5 * triple.impact_velocity))
     if slower is None or max(loss, _LEAST_LOSS) > max(0.5**_LEAST_POWER * slower, _LEAST_LOSS):

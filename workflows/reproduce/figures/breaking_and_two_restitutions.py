@@ -72,7 +72,7 @@ def figure(flights: tuple[FreeFlight, ...]) -> Figure:
 def breaking(flights: tuple[FreeFlight, ...]) -> str:
     """Say which lj chains are in pieces, when, and in how many."""
     if all(f.is_whole for f in flights):
-        return "None of these did."
+        return "No chain was in pieces."
     parts = []
     for moment in MOMENTS:
         counts = [f.pieces_at(moment) for f in flights]

@@ -172,8 +172,8 @@ def _printed_power(order: int) -> Claim:
         fit, *others = fits = increase.over(RANGES, Curve.power_law) or [part.power_law()]
         contacts = sorted({int(p.contacts) for p in part.points})
         kinks = (
-            f" Where the number of contacts changes, from {contacts[-1]} down to {contacts[0]}, "
-            "the increase has a kink, and no power is the right one"
+            f" The increase has a kink at each change of the number of contacts, from "
+            f"{contacts[-1]} down to {contacts[0]}, and no single power describes it"
             if len(contacts) > 1
             else ""
         )

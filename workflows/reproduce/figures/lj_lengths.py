@@ -87,7 +87,7 @@ def _long_chains_slow(measured: Measurements) -> Finding:
 
 @claim(
     "section III, figure 5",
-    words(0.0, 2.0 / 3.0, "2/3, the power that it is told from"),
+    words(0.0, 2.0 / 3.0, "2/3, the power that it is fitted from"),
     "dissipation of fast chains does not vanish in the limit",
     text="near v* 1 − η stays constant in the limit (at 0.78 v*: exponent 0)",
     key="long chains, fast",
@@ -126,7 +126,7 @@ def long_chains(measured: Measurements) -> str:
     expected = 1.0 - (longest / n) ** (-2.0 / 3.0)
     falling = np.any(2.0 * fall > expected)
     answer = "At some of these speeds it still falls" if falling else "No sign that it does"
-    vanishing = " What still falls is no more than the vanishing harmonic part."
+    vanishing = " The remaining fall is no more than the vanishing harmonic part."
     ends = "; ".join(
         f"{format_value(part.y[-1], part.errors[-1])} at {speed:g} v* (n = {part.x[-1]:.0f}; "
         f"exponent from n = {part.x[0]:.0f} on {part.power_law().exponent:z.3f})"

@@ -32,7 +32,7 @@ def _external_frequency(point: Point, intervals: Array, _speeds: Array) -> tuple
     return float(2.0 * np.pi / np.mean(intervals)), (
         f"2π over the mean interval, {point.origin}; ± what the engines differ by; the highest "
         f"mode has {highest:.3f}, so that it is above all modes on average, and for all intervals "
-        f"but {np.sum(intervals > np.pi)}. What the paper concludes from it is among the "
+        f"but {np.sum(intervals > np.pi)}. The paper's conclusion from it is among the "
         "[slips](#slips)"
     )
 

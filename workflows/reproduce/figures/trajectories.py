@@ -126,7 +126,7 @@ def _largest_amplitude(measured: Measurements) -> Finding:
         0.0,
         "standard deviations of the positions of particles 1, 2, … between 0.75 n and 1.25 n, "
         f"while the wall presses, over v₀: {', '.join(f'{a:.3f}' for a in amplitudes)} (n = {n}, "
-        'LAMMPS). What "amplitude" means is our reading',
+        'LAMMPS). Our reading of "amplitude"',
     )
 
 
