@@ -27,6 +27,7 @@ from chaincor.workflows.tables.reading import (
     read_text,
     table_data,
     thermal_energy,
+    with_lengths_of_header,
 )
 from chaincor.workflows.tables.report import TableReport, percent, sentence
 
@@ -133,9 +134,7 @@ def check_table(
         rows=len(section.data),
         faults=tuple(faults),
     )
-    unusable = fault_of_values(section.header) or fault_of_numbers(
-        section.data, kind, has_forces="NOF" not in section.header
-    )
+    unusable = fault_of_values(section.header) or fault_of_numbers(section, kind)
     if unusable is not None:
         # Rows that are missing are said once.
         return replace(report, faults=(*faults, unusable) if len(section.data) else tuple(faults))
@@ -290,7 +289,8 @@ def _other_faults(report: TableReport, judge: Judge, section: Section) -> list[s
         outlier = Rows.of(spline, forces, digits * [0.0, 1.0, 1.0]).outlier(report.path)
         if outlier and np.max(judge.errors(report.style, report.style_rows).scatter) > TOLERANCE:
             found.append(outlier)
-        if slopes := fault_of_slopes(section, report.path):
+        held = with_lengths_of_header(section, report.kind)
+        if slopes := fault_of_slopes(held, report.path):
             found.append(slopes)
     if table.has_forces and np.ptp(table.energies) == 0.0:
         found.append("all its energies are the same; expected the energy in the third column")

@@ -121,18 +121,18 @@ def table_data(section: Section, kind: Kind) -> TableData:
     """
     Return the rows of an ordered section as LAMMPS holds them.
 
-    Distances are those of R, RSQ or BITMAP where a header has them. The rows must have passed
-    `fault_of_numbers`.
+    The distances of a pair table are those that LAMMPS computes from R, RSQ or BITMAP, if its
+    header has one of them. The rows must have passed `fault_of_numbers`.
     """
     header = section.header
-    lengths, energies, forces = section.data.T
+    lengths, energies, forces = with_lengths_of_header(section, kind).data.T
     slopes = header.get("FPRIME" if kind == "pair" else "FP")
     period = 0.0
     if kind == "dihedral":
         period = 2.0 * np.pi if "RADIANS" in header else 360.0
     return TableData(
         kind,
-        _lengths_of_header(section) if kind == "pair" else lengths,
+        lengths,
         energies,
         forces if "NOF" not in header else np.full(len(lengths), np.nan),
         (slopes[0], slopes[1]) if slopes else None,
@@ -142,11 +142,26 @@ def table_data(section: Section, kind: Kind) -> TableData:
 
 
 def in_order(section: Section) -> Section:
-    """Return a section with the rows of a bitmap in rising order, which begin inside the range."""
+    """
+    Return a section with the rows of a bitmap in rising order, which begin inside the range.
+
+    LAMMPS knows the distance of a row by its index alone, so the file's distances do not matter.
+    """
     if "BITMAP" not in section.header or not len(section.data):
         return section
-    first = -int(np.argmin(section.data[:, 0]))
+    lengths = _lengths_of_bitmap(section)
+    first = -int(np.argmin(section.data[:, 0] if lengths is None else lengths))
     data, digits = (np.roll(rows, first, axis=0) for rows in (section.data, section.digits))
+    return replace(section, data=data, digits=digits)
+
+
+def with_lengths_of_header(section: Section, kind: Kind) -> Section:
+    """Return an ordered section with the distances that LAMMPS recomputes for a pair table."""
+    if kind != "pair" or not set(section.header) & {"R", "RSQ", "BITMAP"}:
+        return section
+    lengths = _lengths_of_header(section)
+    data, digits = section.data.copy(), section.digits.copy()
+    data[:, 0], digits[:, 0] = lengths, np.spacing(lengths)
     return replace(section, data=data, digits=digits)
 
 
@@ -158,14 +173,20 @@ def _lengths_of_header(section: Section) -> Array:
             low, high = header[name]
             made: Array = np.linspace(low**power, high**power, len(lengths)) ** (1.0 / power)
             return made
-    if "BITMAP" in header:
-        bits = len(lengths).bit_length() - 1
-        if 1 << bits == len(lengths):
-            try:
-                return np.sort(bitmap_lengths(header["BITMAP"][0], header["BITMAP"][1], bits))
-            except (ValueError, OverflowError):
-                return lengths
-    return lengths
+    made_of_bits = _lengths_of_bitmap(section)
+    return lengths if made_of_bits is None else np.sort(made_of_bits)
+
+
+def _lengths_of_bitmap(section: Section) -> Array | None:
+    """Return the distances of the rows of a bitmap in the file's order; None if LAMMPS has none."""
+    rows = len(section.data)
+    bits = rows.bit_length() - 1
+    if "BITMAP" not in section.header or 1 << bits != rows:
+        return None
+    try:
+        return bitmap_lengths(section.header["BITMAP"][0], section.header["BITMAP"][1], bits)
+    except (ValueError, OverflowError):
+        return None
 
 
 def faults_of_text(text: str) -> list[str]:
@@ -283,8 +304,14 @@ def fault_of_values(header: dict[str, list[float]]) -> str | None:
     return None
 
 
-def fault_of_numbers(data: Array, kind: Kind, *, has_forces: bool = True) -> str | None:
-    """Say why rows are no table at all; None if they are one."""
+def fault_of_numbers(section: Section, kind: Kind) -> str | None:
+    """
+    Say why the rows of an ordered section are no table at all; None if they are one.
+
+    The rows must rise as LAMMPS holds them: distances that LAMMPS recomputes from the header may
+    repeat in the file after rounding.
+    """
+    data, has_forces = section.data, "NOF" not in section.header
     columns = data if has_forces else data[:, :2]
     wrong = np.flatnonzero(~np.all(np.abs(columns) <= LARGEST, axis=1))
     if len(wrong):
@@ -292,15 +319,17 @@ def fault_of_numbers(data: Array, kind: Kind, *, has_forces: bool = True) -> str
         return f"row {wrong[0] + 1} says '{said}'; expected finite numbers, of {LARGEST:g} at most"
     if len(data) < LEAST_ROWS:
         return f"it has {len(data)} rows; expected {LEAST_ROWS} at least"
-    falling = np.flatnonzero(np.diff(data[:, 0]) <= 0.0)
+    lengths = with_lengths_of_header(section, kind).data[:, 0]
+    steps = np.diff(lengths)
+    falling = np.flatnonzero(steps <= 0.0)
     if len(falling):
         row = int(falling[0]) + 2
         return (
-            f"{kind} table values are not increasing: row {row} is at {data[row - 1, 0]:.9g} "
-            f"behind {data[row - 2, 0]:.9g}; LAMMPS refuses that or reads past its table"
+            f"{kind} table values are not increasing: row {row} is at {lengths[row - 1]:.9g} "
+            f"behind {lengths[row - 2]:.9g}; LAMMPS refuses that or reads past its table"
         )
-    nearest = int(np.argmin(np.diff(data[:, 0])))
-    if np.diff(data[:, 0])[nearest] < _NEAREST:
+    nearest = int(np.argmin(steps))
+    if steps[nearest] < _NEAREST:
         return f"rows {nearest + 1} and {nearest + 2} are closer than {_NEAREST:g}; expected more"
     if has_forces and np.all(data[:, 2] == 0.0) and np.ptp(data[:, 1]) > 0.0:
         return "all forces are 0; expected -dE/dr in the fourth column"

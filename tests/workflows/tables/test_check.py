@@ -63,6 +63,16 @@ GOOD = [
     {"form": "%.7g"},
     # Distances that LAMMPS warns of: they differ from those of R by their last digit.
     {"kind": "pair", "spoil": lambda d, h: np.column_stack([np.round(d[:, 0], 5), d[:, 1:]])},
+    # Distances that repeat after rounding: LAMMPS recomputes them from the header.
+    *(
+        {
+            "kind": "pair",
+            "rows": 2000,
+            "power": power,
+            "spoil": lambda d, h: np.column_stack([np.round(d[:, 0], 2), d[:, 1:]]),
+        }
+        for power in (1, 2)
+    ),
     {"head": {"EQ": [1.0]}},
     {"spoil": lambda d, h: d + np.array([0.0, 7.5, 0.0])},
     # No interaction, as placeholders are.
@@ -283,6 +293,37 @@ def test_what_pair_write_and_bitmaps_look_like(tmp_path):
     assert np.argmin(r) > 0
     exact = lennard_jones(written[:, 0])[1]
     np.testing.assert_allclose(written[:, 2], exact, atol=1e-4 * np.max(np.abs(read[:, 2])))
+
+
+def test_rounded_distances_are_rewritten_with_all_digits(tmp_path):
+    """A spline through the rounded distances would not exist: they repeat."""
+    rounded = write(
+        tmp_path / "t",
+        "pair",
+        rows=2000,
+        spoil=lambda d, h: np.column_stack([np.round(d[:, 0], 2), d[:, 1:]]),
+    )
+    new = tmp_path / "new"
+    rewrite_table(check_table(rounded), new, 2000)
+    written = np.array([x.split()[1:] for x in new.read_text().splitlines()[3:]], dtype=float)
+    # The force column has 15 digits, and the spline goes through all rows.
+    np.testing.assert_allclose(written[:, 2], lennard_jones(written[:, 0])[1], atol=1e-10)
+
+
+def test_a_bitmap_in_the_order_of_its_distances_is_refused(tmp_path):
+    """LAMMPS takes row i for the distance with the bits of i, and so reads other forces."""
+    r = np.sort(bitmap_lengths(0.9, 2.5, 8))
+    sorted_rows = write(
+        tmp_path / "sorted",
+        "pair",
+        rows=256,
+        head={"BITMAP": [0.9, 2.5]},
+        spoil=lambda d, h: (
+            h.pop("R") and h.pop("FPRIME") and np.transpose([r, *lennard_jones(r)[:2]])
+        ),
+    )
+    report = check_table(sorted_rows)
+    assert "255 of 256 distance values differ" in report.faults[0]
 
 
 def test_lines_beyond_all_need_are_refused(tmp_path, monkeypatch):
