@@ -126,7 +126,7 @@ def test_motion_is_reversible(scene):
     assert back.advance(1200) == bookkeeping.DONE
     at_rest = np.delete(back.strain, line.gap)
     # Rounding, amplified by some contacts; graded steps are not symmetric in time.
-    allowed = 1e-10 if line.smooth else 1e-5
+    allowed = 1e-10 if line.contact.smooth else 1e-5
     assert np.max(np.abs(at_rest), initial=0.0) < allowed * scene.impact_velocity
     np.testing.assert_allclose(
         np.abs(back.velocity - line.velocities[0]).sum(),
