@@ -1,12 +1,13 @@
 """
-The curves of loss that ``analysis.slow_chains.curve`` interpolates.
+Compute the curves of loss that ``analysis.slow_chains.curve`` interpolates.
 
     python -m benchmarks.slow_chains.curves [--check]
 
-Adds to ``analysis/slow_chains/curves.csv`` the variables that it lacks: for bonds of lowest
-anharmonic order 3 and 4 the two deepest minima at each y, the wave at which each lies, and the
-error by the grids. It may be stopped and goes on. ``--check`` computes points between those of the
-table instead and prints by how much the interpolation misses them. No random numbers; an hour.
+Adds the missing values of y to ``analysis/slow_chains/curves.csv``. For bonds of lowest anharmonic
+order 3 and 4 the table has the two deepest minima at each y, the wave of each minimum, and its
+error by the grids. An interrupted run can be repeated: it keeps the finished points. ``--check``
+computes points between the points of the table and prints the error of the interpolation there.
+No random numbers.
 """
 
 import argparse

@@ -1,16 +1,16 @@
 """
-The limit of C'(y) = h_3(y)/y for steep fronts, and how it is approached.
+Fit the limit of C'(y) = h_3(y)/y for steep fronts, and the approach to it.
 
     python -m benchmarks.slow_chains.limit [--fit]
 
-Adds to ``limit.csv`` beside itself the points of large y that it lacks, then fits them together
+Adds the missing points of large y to ``limit.csv`` in this folder, then fits them together
 with the last points of ``analysis/slow_chains/curves.csv``. The leading soliton lags behind the
 edge of the modulated wave by a logarithm of t = (y/2)^(3/2)/3, so that
 
     C'(y) = C - (a ln t + b)/t.
 
-The bar of C covers the fits that begin at other y, with and without the logarithm. No random
-numbers; ten minutes.
+The error bar of C covers the fits that begin at other y, with and without the logarithm. No random
+numbers.
 """
 
 import argparse
