@@ -1,1 +1,1 @@
-"""What slow long chains lose: one curve for all bonds (``docs/explanation/slow_chains.md``)."""
+"""Dissipation of slow long chains: one curve for all bonds of one order (``slow_chains.md``)."""

@@ -1,10 +1,10 @@
 r"""
-What a slow long chain loses, from the curve of its bonds' order and the lead of its front.
+Dissipation of a slow long chain, from the curve for the order of its bonds and the front's lead.
 
 .. math:: n^{2/3} (1 - \eta) = h_r(y) + 2 \beta\, n^{-1/3} + O(n^{-2/3}), \qquad
           y = r (r - 1) |c|\, v_0^{r-2} n^{2/3}
 
-for bonds U = s^2/2 + c s^r + ...; y < 0 where compression softens the bond. Derived in
+for bonds U = s^2/2 + c s^r + ...; y < 0 if compression softens the bond. The derivation is in
 ``docs/explanation/slow_chains.md``.
 """
 
@@ -23,13 +23,13 @@ from chaincor.lammps_inputs.errors import InputError
 
 TABLE = Path(__file__).with_name("curves.csv")
 
-# By how many bond lengths the front of a pressed harmonic chain is ahead: ``harmonic.front_lead``.
+# Lead of the front of a pressed harmonic chain, in bond lengths: ``harmonic.front_lead``.
 FRONT_LEAD = 0.9945645
 
-# h_3(y)/y for y -> infinity: ``python -m benchmarks.slow_chains.limit``.
+# Limit of h_3(y)/y for y -> infinity: ``python -m benchmarks.slow_chains.limit``.
 STEEP_LIMIT, STEEP_LIMIT_ERROR = 0.3751, 0.0008
 
-# Largest part of h by which interpolation misses it between the points of the table:
+# Largest relative error of the interpolation of h between the points of the table:
 # ``python -m benchmarks.slow_chains.curves --check``.
 INTERPOLATION_ERROR = 1e-4
 
@@ -41,7 +41,7 @@ def slow_chain_variable(bond: Potential, particles: int, impact_velocity: float)
     Parameters
     ----------
     bond : Potential
-        Of lowest anharmonic order r, of stiffness 1; harmonic bonds have y = 0.
+        Bond of stiffness 1 with the lowest anharmonic order r. Harmonic bonds have y = 0.
     particles : int
         Number of particles n.
     impact_velocity : float
@@ -50,17 +50,18 @@ def slow_chain_variable(bond: Potential, particles: int, impact_velocity: float)
     Returns
     -------
     float
-        y, positive where compression stiffens the bond, negative where it softens the bond:
-        :math:`|y| = r (r - 1) |c| v_0^{r-2} n^{2/3}`; kappa v0 n^(2/3), kappa = -U''', for r = 3.
+        y, positive if compression stiffens the bond, negative if it softens the bond:
+        :math:`|y| = r (r - 1) |c| v_0^{r-2} n^{2/3}`. For r = 3 this is kappa v0 n^(2/3) with
+        kappa = -U'''.
 
     Raises
     ------
     InputError
-        For an anharmonic bond of functions or a table, whose lowest order is unknown.
+        If the bond is anharmonic and given by functions or a table: its lowest order is unknown.
     """
     order = bond.anharmonic_order
     if order is None:
-        # Functions and tables do not tell their order. Stiffness that is constant is harmonic.
+        # The order of functions and tables is unknown. A bond of constant stiffness is harmonic.
         if np.allclose(bond.curvature(np.array([-0.01, 0.01])), bond.stiffness, rtol=1e-6):
             return 0.0
         raise InputError(
@@ -69,14 +70,14 @@ def slow_chain_variable(bond: Potential, particles: int, impact_velocity: float)
         )
     coefficient = (-1) ** order * anharmonic_coefficient(bond)
     steepness = order * (order - 1) * coefficient / bond.stiffness
-    # Speeds in units of the sound of the chain, whose bonds have length 1.
+    # Speeds are in units of the speed of sound, because bonds have length 1.
     speed = impact_velocity / math.sqrt(bond.stiffness)
     return float(steepness * speed ** (order - 2) * particles ** (2.0 / 3.0))
 
 
 @dataclass(frozen=True)
 class _Wave:
-    """Loss of chains that leave at one wave of the train, between two values of y."""
+    """Loss of chains that leave the wall at one wave of the train, between two values of y."""
 
     variables: Array
     losses: Array
@@ -92,7 +93,11 @@ class _Wave:
 
 @lru_cache(maxsize=4)
 def _waves(order: int) -> tuple[_Wave, ...]:
-    """Return the waves of the table; the loss is the least of them, with kinks where they cross."""
+    """
+    Return the waves of the table.
+
+    The loss of a chain is the smallest loss of all waves, with kinks where two waves cross.
+    """
     table = np.loadtxt(TABLE, delimiter=",", skiprows=1)
     table = table[table[:, 0] == order]
     groups = [table[table[:, 2] == wave] for wave in np.unique(table[:, 2])]
@@ -117,7 +122,7 @@ def limiting_loss(variable: ArrayLike, order: int = 3) -> Array:
     r"""
     Return :math:`h_r(y)`, the limit of :math:`n^{2/3} (1 - \eta)` at fixed y.
 
-    h(0) = 0.56258 for all; h_3 = y C'(y).
+    All orders have h(0) = 0.56258. For r = 3, h_3 = y C'(y).
 
     Parameters
     ----------
@@ -129,13 +134,13 @@ def limiting_loss(variable: ArrayLike, order: int = 3) -> Array:
     Returns
     -------
     numpy.ndarray
-        By cubic splines, one for each wave of the front's train at which chains can leave, and the
-        least of them. `limiting_loss_error` has the error.
+        The smallest of several cubic splines. There is one spline for each wave of the front's
+        train at which chains can leave the wall. `limiting_loss_error` has the error.
 
     Raises
     ------
     ValueError
-        For a variable or order outside the table.
+        If the variable or the order is outside the table.
     """
     wanted = _within_table(variable, order)
     return np.min([wave.loss(wanted) for wave in _waves(order)], axis=0)
@@ -143,7 +148,7 @@ def limiting_loss(variable: ArrayLike, order: int = 3) -> Array:
 
 def limiting_loss_error(variable: ArrayLike, order: int = 3) -> Array:
     """
-    Return the error bar of `limiting_loss`: by the grids of the front, and by interpolation.
+    Return the error bar of `limiting_loss`, from the grids of the front and from interpolation.
 
     Parameters
     ----------
@@ -155,8 +160,8 @@ def limiting_loss_error(variable: ArrayLike, order: int = 3) -> Array:
     Returns
     -------
     numpy.ndarray
-        Error of the nearer points of the table plus `INTERPOLATION_ERROR` of the loss, which is
-        measured between the points.
+        Error of the nearest points of the table, plus the loss times `INTERPOLATION_ERROR`, which
+        was measured between the points.
     """
     wanted = _within_table(variable, order)
     waves = _waves(order)
@@ -169,7 +174,7 @@ def limiting_loss_error(variable: ArrayLike, order: int = 3) -> Array:
 
 def long_chain_slope(bond: Potential) -> float:
     r"""
-    Return C of :math:`1 - \eta = C v_0/v^*` for long chains first, and then low speed.
+    Return C of :math:`1 - \eta = C v_0/v^*`, in the limit of long chains and then of low speed.
 
     :math:`C = 0.3751(8)\, \kappa v^*` with :math:`\kappa = -U^{(3)}(1)`: 1.012 for lj, 0.951 for
     toda at any b, 0.725 for log.
@@ -177,7 +182,7 @@ def long_chain_slope(bond: Potential) -> float:
     Parameters
     ----------
     bond : Potential
-        With a cubic term and v*.
+        Bond with a cubic term and a unit of speed v*.
 
     Returns
     -------
@@ -187,7 +192,7 @@ def long_chain_slope(bond: Potential) -> float:
     Raises
     ------
     InputError
-        For bonds of another order, whose dissipation is not linear in the speed.
+        If the bond has another order: then the dissipation is not linear in the speed.
     """
     if bond.anharmonic_order != 3 or bond.natural_speed is None:
         raise InputError(f"bond '{bond.name}' given; expected one with a cubic term and a speed v*")
@@ -201,7 +206,7 @@ def slow_chain_dissipation(bond: Potential, particles: int, impact_velocity: flo
     Parameters
     ----------
     bond : Potential
-        Harmonic, or of order 3 or 4.
+        Harmonic bond, or bond of order 3 or 4.
     particles : int
         Number of particles n.
     impact_velocity : float
@@ -210,7 +215,7 @@ def slow_chain_dissipation(bond: Potential, particles: int, impact_velocity: flo
     Returns
     -------
     float
-        :math:`n^{-2/3} h_r(y) + 2 \beta/n`; what is left out is of order 1/n^(4/3) at fixed y.
+        :math:`n^{-2/3} h_r(y) + 2 \beta/n`. The neglected terms are of order 1/n^(4/3) at fixed y.
     """
     variable = slow_chain_variable(bond, particles, impact_velocity)
     loss = float(limiting_loss(variable, bond.anharmonic_order or 3))
@@ -219,7 +224,7 @@ def slow_chain_dissipation(bond: Potential, particles: int, impact_velocity: flo
 
 def slow_chain_dissipation_error(bond: Potential, particles: int, impact_velocity: float) -> float:
     r"""
-    Return the error bar that the table gives `slow_chain_dissipation`.
+    Return the error bar of `slow_chain_dissipation` that follows from the table.
 
     Parameters
     ----------
@@ -229,7 +234,8 @@ def slow_chain_dissipation_error(bond: Potential, particles: int, impact_velocit
     Returns
     -------
     float
-        :math:`n^{-2/3}` times `limiting_loss_error`, without the terms that theory leaves out.
+        :math:`n^{-2/3}` times `limiting_loss_error`. It does not include the neglected terms of
+        the theory.
     """
     variable = slow_chain_variable(bond, particles, impact_velocity)
     error = float(limiting_loss_error(variable, bond.anharmonic_order or 3))

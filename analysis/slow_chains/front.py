@@ -1,15 +1,17 @@
 r"""
-The front that a wall sends into a slow long chain, to its free end and back, and its loss.
+Front of a slow long chain, on its way from the wall to the free end and back, and the loss.
 
-With r the bond's lowest anharmonic order, lengths in :math:`n^{1/3}/2` bonds around the front,
-times in n and speeds in v0 the front obeys an equation of Korteweg and de Vries' kind,
+The lowest anharmonic order of the bonds is r. Lengths are in units of :math:`n^{1/3}/2` bonds
+around the front, times in units of n, and speeds in units of v0. The front obeys an equation of
+Korteweg and de Vries' kind,
 
 .. math:: U_T + y\, U^{r-2} U_X + \tfrac13 U_{XXX} = 0, \qquad
           |y| = r (r - 1) |c|\, v_0^{r-2} n^{2/3},
 
-from a step at T = 0; y > 0 where compression stiffens the bond. At T = 1 the free end turns U into
-W = 1 - U, which comes back by the same equation. The chain leaves where the impulse of the wall is
-largest. Derived in ``docs/explanation/slow_chains.md``.
+and starts as a step at T = 0. The variable y is positive if compression stiffens the bond. At T = 1
+the free end turns U into W = 1 - U, which returns to the wall by the same equation. The chain
+leaves the wall when the impulse of the wall is largest. The derivation is in
+``docs/explanation/slow_chains.md``.
 """
 
 import math
@@ -21,35 +23,37 @@ from chaincor.lammps_inputs.arrays import Array
 
 # Spacings of the three grids, in widths of the narrowest soliton.
 _SPACINGS = (0.1, 0.12, 0.14)
-# The step is smooth over so many spacings; smoothing errs by the third power of its width.
+# Width of the smoothed step, in spacings. The error of smoothing grows as the width cubed.
 _SMOOTH, _SMOOTHING_ORDER = 2.5, 3
-# Part of the largest stable step of the classical Runge-Kutta method, 2.8 over the rate.
+# Fraction of the largest stable step of the classical Runge-Kutta method, 2.8 over the rate.
 _STABLE = 0.8 * 2.8
 # Lengths beside the train of waves, in widths of the linear front: ahead, behind, sponge.
 _AHEAD, _BEHIND, _SPONGE = 14.0, 12.0, 10.0
-# The same in widths of solitons, in which waves run that the step itself makes.
+# Lengths beside the train in widths of solitons, for the waves that the smoothed step makes.
 _BEHIND_WAVES, _SPONGE_WAVES = 60.0, 40.0
 _REAR = 0.3
-# The window of the grid grows with the front in so many stages.
+# Number of stages in which the window of the grid grows with the front.
 _STAGES = 40
 
 
 @dataclass(frozen=True)
 class Minimum:
-    """A local minimum of the impulse that the wall has not given."""
+    """Local minimum of the impulse that the wall has not given."""
 
-    place: float  #: X of the front's place that arrives then.
-    loss: float  #: What the chain would lose if it left then, as :math:`n^{2/3} (1 - \\eta)`.
-    error: float  #: Change by the last extrapolation, and at least a quarter of the first.
+    place: float  #: X of the place in the front that arrives at the wall at this minimum.
+    loss: float  #: Loss :math:`n^{2/3} (1 - \\eta)` of a chain that leaves at this minimum.
+    #: Change by the last extrapolation, but at least a quarter of the change by the first.
+    error: float
 
 
 @dataclass(frozen=True)
 class FrontLoss:
     r"""Loss of a chain in the limit of long chains."""
 
-    variable: float  #: y; below 0 where compression softens the bond.
-    order: int  #: r.
-    minima: tuple[Minimum, ...]  #: The deepest first; one for each wave at the head of the train.
+    variable: float  #: The variable y, negative if compression softens the bond.
+    order: int  #: Lowest anharmonic order r.
+    #: One minimum for each wave at the head of the train, the deepest first.
+    minima: tuple[Minimum, ...]
 
     @property
     def loss(self) -> float:
@@ -58,7 +62,7 @@ class FrontLoss:
 
     @property
     def error(self) -> float:
-        """The error of the loss by the grid."""
+        """Error of the loss by the grid."""
         return self.minima[0].error
 
 
@@ -69,22 +73,23 @@ def front_loss(variable: float, order: int = 3, refinement: float = 1.0) -> Fron
     Parameters
     ----------
     variable : float
-        y: 0 for harmonic bonds, positive where compression stiffens the bond, else negative.
+        y: 0 for harmonic bonds, positive if compression stiffens the bond, negative if it softens
+        the bond.
     order : int
-        Lowest anharmonic order r: 3 or 4, and 5 with less certainty. From 6 on fronts of such
+        Lowest anharmonic order r: 3 or 4, or 5 with less certainty. From 6 on, fronts of such
         equations may become singular.
     refinement : float
-        By which the usual grids are finer.
+        Factor by which the grids are finer than usual.
 
     Returns
     -------
     FrontLoss
-        Its cost grows as y^3: a second at y = 5, two a minute at 40.
+        Minima of the loss, with errors. The cost grows as y^3.
 
     Raises
     ------
     ValueError
-        For a variable that is not finite, or an order that is not 3 to 5.
+        If the variable is not finite, or the order is not 3 to 5.
     """
     if not math.isfinite(variable) or order not in (3, 4, 5):
         raise ValueError(
@@ -112,7 +117,7 @@ def _extrapolated(place: float, losses: list[float], ratios: list[float]) -> Min
 
 class Grid:
     """
-    One grid and the front on it.
+    Grid and the front on it.
 
     Parameters
     ----------
@@ -132,16 +137,16 @@ class Grid:
         wave = 1.0 / math.sqrt(max(1.0, 0.5 * steep))
         self.spacing = spacing * wave
         self._sponge_length = _SPONGE + _SPONGE_WAVES * wave
-        # Stiffening: the train ends at 2 y/3, then at most y further, and nothing of it runs faster
-        # than y, so that its rear half cannot come up to the place near y where the chain leaves.
-        # Softening: the train begins at -2 |y|.
+        # Stiffening bonds: the train ends at 2 y/3 on the way out and at most y further on the way
+        # back. No wave is faster than y, so that the rear half of the train cannot reach the place
+        # near y where the chain leaves. Softening bonds: the train begins at -2 |y|.
         behind = (_REAR if variable > 0.0 else 2.2) * steep + _BEHIND + _BEHIND_WAVES * wave
         ahead = (1.75 if variable > 0.0 else 0.3) * steep + _AHEAD
         self._left = -behind
         left = math.ceil((behind + self._sponge_length) / self.spacing)
         self.x = self.spacing * np.arange(-left, math.ceil(ahead / self.spacing) + 1)
         depth = np.clip((self._left - self.x) / self._sponge_length, 0.0, 1.0)
-        # The smoothed step has waves up to 3.5 over its width, which run at their square.
+        # The smoothed step has wave numbers up to 3.5 over its width. Their speed is their square.
         fastest = (3.5 / (_SMOOTH * self.spacing)) ** 2
         self._sponge = 30.0 * fastest / self._sponge_length * np.sin(0.5 * np.pi * depth) ** 2
         first, third = antisymmetric_weights(1), antisymmetric_weights(3)
@@ -151,14 +156,14 @@ class Grid:
         self._steps = math.ceil(rate / _STABLE)
 
     def minima(self) -> list[tuple[float, float]]:
-        """Send the front out and back and return place and loss where the wall's push ends."""
+        """Send the front out and back, and return place and loss of each local minimum."""
         from scipy.integrate import cumulative_simpson
         from scipy.interpolate import CubicSpline
 
         steep = max(0.0, self._y)
         front = self._carried(self._step(), 1.0, (0.0, 2.0 * steep / 3.0))
         back = self._carried(1.0 - front, 0.0, (2.0 * steep / 3.0, 5.0 * steep / 3.0))
-        # What the wall has not given until the place x of the front arrives.
+        # Impulse that the wall has not given until the place x of the front arrives.
         missing = cumulative_simpson(2.0 * (1.0 - back)[::-1], dx=self.spacing, initial=0.0)[::-1]
         deficit = self.x + missing
         inside = (deficit[1:-1] < deficit[:-2]) & (deficit[1:-1] <= deficit[2:])
@@ -174,7 +179,7 @@ class Grid:
         return found
 
     def _step(self) -> Array:
-        """Return the step, smooth by a kernel whose moments 1 to 5 vanish."""
+        """Return the step, smoothed by a kernel whose moments 1 to 5 vanish."""
         from scipy.special import erfc
 
         z = self.x / (_SMOOTH * self.spacing)

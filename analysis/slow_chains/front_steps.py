@@ -25,7 +25,7 @@ def antisymmetric_weights(derivative: int) -> Array:
     Returns
     -------
     numpy.ndarray of shape (REACH,)
-        c_1 to c_REACH, which make the Taylor series right to order 2 REACH - 1.
+        c_1 to c_REACH. The formula is exact for Taylor polynomials up to order 2 REACH - 1.
     """
     powers = 2 * np.arange(REACH) + 1
     factorials = np.array([math.factorial(power) for power in powers], dtype=float)
@@ -56,8 +56,8 @@ def compiled_steps(power: int) -> Callable[..., None]:
     -------
     callable
         ``advance(u, steps, dt, first, last, flux, spread, sponge, level)`` changes u between the
-        indices first and last; flux and spread are weights of differences that include the
-        coefficients and the grid, and sponge is the rate that draws u to level.
+        indices first and last. The arrays flux and spread are weights of differences, multiplied
+        by the coefficients and the powers of the spacing. The rate sponge damps u towards level.
     """
 
     @numba.njit(inline="always")
@@ -68,7 +68,7 @@ def compiled_steps(power: int) -> Callable[..., None]:
             return right * right + right * left + left * left
         return (right + left) * (right * right + left * left)
 
-    # Indices that begin at 0 need no check for negative ones, which lets the loop vectorise.
+    # A loop that begins at 0 needs no check for negative indices, so that it can be vectorised.
     @numba.njit(fastmath=True, error_model="numpy")
     def stage(
         w: Array,

@@ -1,19 +1,19 @@
 r"""
-Long harmonic chains against a wall, by what comes back from their free end.
+Collisions of long harmonic chains with a wall, from the echo of the free end.
 
-A wall stops the end of a half-infinite chain, contact by contact. Particle 1 of such a chain at
-rest that gets the momentum 1 is after the time t at
+A wall stops the end of a half-infinite chain, contact by contact. If particle 1 of such a chain at
+rest gets the momentum 1, its position after the time t is
 
 .. math:: R(t) = \int_0^t \frac{J_1(2\tau)}{\tau} d\tau
                = 1 - \frac{1}{\pi} \mathrm{Re} \int_0^\infty
                  \frac{\sqrt{u} \sqrt{4i - u}}{2i - u} e^{(2i - u) t} du,
 
-the second form from the cut of the Laplace transform :math:`(\sqrt{s^2 + 4} - s)/2`. In a chain
-of n, mirrored at both of its ends, what comes back of it is
+where the second form follows from the cut of the Laplace transform
+:math:`(\sqrt{s^2 + 4} - s)/2`. In a chain of n particles, mirrored at both ends, the echo is
 
 .. math:: E_n(t) = \int_0^t \left[J_{4n-2} + 2 J_{4n} + J_{4n+2}\right](2\tau)\, d\tau,
 
-which is nothing before 2n. So all chains share their contacts up to about t = 2n, a contact costs
+which vanishes before t = 2n. So all chains share their contacts up to about t = 2n, a contact costs
 the same at any length, and the end of a collision needs the echo of the first contacts only.
 Units: mass, stiffness and impact speed 1.
 """
@@ -27,62 +27,64 @@ import numpy as np
 
 from chaincor.lammps_inputs.arrays import Array
 
-# Airy's function is 1e-13 at 9 widths before the front. Wall and chain part at 0.4 behind it, where
-# F = 1/2, and the gap grows as long as F is more: it never falls below 0.8 again.
+# Airy's function is 1e-13 at 9 widths before the front. Wall and chain separate at 0.4 widths
+# behind it, where F = 1/2. The gap grows as long as F exceeds 1/2, and F never falls below 0.8
+# again.
 _BEFORE, _BEHIND = 10.0, 4.0
 _PANEL_NODES = 16
-# Of 76 lengths from 100 to 10000 the largest difference from the modal engine is a third of this.
+# For 76 lengths from 100 to 10000, the largest difference from the modal engine is a third of this.
 _ERROR_PER_PARTICLE = 5e-12
 
 
-# u = exp(z) in steps of 0.3: the error of the trapezoidal rule is exp(-pi^2/0.3) = 5e-15, as the
-# nearest singularity is at Im z = pi/2. Ends: u^1.5 = 1e-17, and exp(-u t) = 1e-18 at _SOONEST.
+# The integral over u = exp(z) has steps of 0.3 in z. The nearest singularity is at Im z = pi/2, so
+# that the error of the trapezoidal rule is exp(-pi^2/0.3) = 5e-15. The integral ends where
+# u^1.5 = 1e-17, and where exp(-u t) = 1e-18 at _SOONEST.
 _SOONEST = 0.05
 _Z = np.arange(math.log(5e-12), math.log(42.0 / _SOONEST), 0.3)
 _U = np.exp(_Z)
 _RATES = 2j - _U
 _WEIGHTS = -0.3 * _U**1.5 * np.sqrt(4j - _U) / (math.pi * _RATES)
-# Steady contacts are 2.1 to 2.5 apart and come after one arch; moments to look at between them.
+# Steady contacts are 2.1 to 2.5 apart, after one arch of x. These times sample the arch.
 _ARCH = np.arange(1.0, 3.0, 0.25)
 _TURNS = np.exp(_ARCH[:, None] * _RATES)
-# While the push ends particle 1 may hit the wall softly and soon again.
+# While the push ends, particle 1 may hit the wall softly and soon again.
 _LOOK = 0.1
 
 
 @dataclass(frozen=True)
 class HarmonicCollision:
-    """The collision of a long harmonic chain."""
+    """Collision of a long harmonic chain."""
 
     particles: int  #: Number of particles n.
-    restitution: float  #: eta, the ratio of energies.
-    restitution_error: float  #: A bound on its error.
-    contacts: int  #: How often particle 1 hit the wall.
-    last_contact_time: float  #: From the first contact.
+    restitution: float  #: Ratio of energies, eta.
+    restitution_error: float  #: Bound on the error of eta.
+    contacts: int  #: Number of contacts of particle 1 with the wall.
+    last_contact_time: float  #: Time from the first contact to the last.
 
 
 class PressedEnd:
     """
-    Particle 1 of a half-infinite chain that a wall stops: its contacts, one by one.
+    Particle 1 of a half-infinite chain that a wall stops, with its contacts.
 
-    `times` and `momenta` are when it hit the wall, and the momentum 2 v of each contact.
+    `times` are the times of the contacts, and `momenta` the momentum 2 v of each contact.
     """
 
     def __init__(self) -> None:
         self.times, self.momenta = [0.0], [2.0]
-        #: The momentum that the wall gave, less the time: what the front is ahead by.
+        #: Lead of the front: the momentum that the wall gave, less the time.
         self.surplus = 2.0
         self._state = 2.0 * _WEIGHTS
 
     def next_contact(self, echo: "_EchoOfChain | None" = None, until: float = math.inf) -> bool:
         """
-        Fly to the next contact and carry it out; return whether there was one.
+        Advance to the next contact and apply it; return whether there was one.
 
         Parameters
         ----------
         echo : _EchoOfChain, optional
-            What comes back from the free end.
+            Echo of the free end.
         until : float
-            When to stop looking.
+            Time at which the search stops.
         """
         bracket = self._arch() if echo is None else self._search(echo, until - self.times[-1])
         if bracket is None or self.times[-1] + bracket[0] > until:
@@ -96,14 +98,14 @@ class PressedEnd:
         return True
 
     def _arch(self) -> tuple[float, float]:
-        """Return moments before and after x = 0 of steady contacts."""
+        """Return times before and after the next x = 0, for steady contacts."""
         places = self.surplus - _ARCH + (_TURNS @ self._state).real
         first = int(np.argmax(places <= 0.0))
         assert first > 0, "steady contacts are more than 1 and less than 2.75 apart"
         return float(_ARCH[first - 1]), float(_ARCH[first])
 
     def _search(self, echo: "_EchoOfChain", longest: float) -> tuple[float, float] | None:
-        """Return moments before and after the first x = 0, or None."""
+        """Return times before and after the first x = 0, or None if there is no such time."""
         early = _SOONEST
         place, speed = self._motion(early, echo)
         if place <= 0.0:
@@ -121,7 +123,7 @@ class PressedEnd:
         return None
 
     def _lowest(self, early: float, late: float, echo: "_EchoOfChain") -> float:
-        """Return when particle 1 turns back, by bisection."""
+        """Return the time at which particle 1 turns back, by bisection."""
         for _ in range(40):
             middle = 0.5 * (early + late)
             if self._motion(middle, echo)[1] < 0.0:
@@ -131,7 +133,7 @@ class PressedEnd:
         return late
 
     def _motion(self, flown: float, echo: "_EchoOfChain | None") -> tuple[float, float]:
-        """Return x and its rate so long after the last contact."""
+        """Return x and its rate at a time after the last contact."""
         turned = self._state * np.exp(_RATES * flown)
         place = self.surplus - flown + float(turned.sum().real)
         speed = -1.0 + float((_RATES * turned).sum().real)
@@ -141,7 +143,7 @@ class PressedEnd:
         return place, speed
 
     def _root(self, early: float, late: float, echo: "_EchoOfChain | None") -> float:
-        """Return where x falls through zero, by Newton's steps kept between two bounds."""
+        """Return the time at which x falls through zero, by Newton's steps between two bounds."""
         before = self.times[-1] - self.times[-2] if len(self.times) > 1 else 0.0
         flown = before if early < before < late else 0.5 * (early + late)
         for _ in range(60):
@@ -159,7 +161,7 @@ class PressedEnd:
 
 
 class _EchoOfChain:
-    """E_n and its rate, from Chebyshev panels of length 1 around 2n."""
+    """Echo E_n and its rate, from Chebyshev panels of length 1 around 2n."""
 
     def __init__(self, particles: int) -> None:
         from scipy.special import jv
@@ -178,7 +180,7 @@ class _EchoOfChain:
         self._places[0] += np.concatenate(([0.0], np.cumsum(grown)[:-1]))
 
     def of(self, time: float, times: list[float], momenta: list[float]) -> tuple[float, float]:
-        """Return what has come back of all contacts, and its rate."""
+        """Return the echo of all contacts, and its rate."""
         # Contacts are more than a time unit apart.
         early = np.array(times[: int(self.end - self.start)])
         ways = time - self.start - early
@@ -194,32 +196,32 @@ class _EchoOfChain:
 
 def collide_long_chains(lengths: Iterable[int]) -> Iterator[HarmonicCollision]:
     """
-    Carry harmonic chains of many particles through their collisions.
+    Compute the collisions of long harmonic chains.
 
-    One half-infinite chain serves all; a contact takes about 0.1 ms at any length. The echo of
-    the wall's first echo, which comes at 4n, is left out: the chain has left by then.
+    All lengths share one half-infinite chain, so that a contact costs the same at any length. The
+    second echo, which returns at 4n, is left out: the chain has left the wall by then.
 
     Parameters
     ----------
     lengths : iterable of int
-        Particles of each chain, 20 or more.
+        Number of particles of each chain, 20 or more.
 
     Yields
     ------
     HarmonicCollision
-        As they end: by length, the shortest first.
+        Collisions in the order of their ends: the shortest chain first.
 
     Raises
     ------
     ValueError
-        If a chain is shorter than 20 particles, where echoes overlap.
+        If a chain has fewer than 20 particles: then echoes overlap.
     """
     pressed = PressedEnd()
     for particles in sorted(lengths):
         if particles < 20:
             raise ValueError(f"{particles} particles given; expected 20 or more")
         echo = _EchoOfChain(particles)
-        # It stays before any echo, so that longer chains go on from there.
+        # The shared chain stops before any echo, so that longer chains can continue from its state.
         while pressed.times[-1] < echo.start - 10.0 and pressed.next_contact(until=echo.start):
             pass
         own = deepcopy(pressed)
@@ -232,7 +234,7 @@ def collide_long_chains(lengths: Iterable[int]) -> Iterator[HarmonicCollision]:
 
 def front_lead(contacts: int = 2000) -> float:
     r"""
-    Return by how much the front of a pressed harmonic chain is ahead, in bond lengths.
+    Return the lead of the front of a pressed harmonic chain, in bond lengths.
 
     The first contact gives 2 v0 at once, where a steady force would have given nothing: the wall's
     momentum is :math:`v_0 (t + \beta)` on average over steady contacts, :math:`\beta = 0.9945645`.
@@ -240,7 +242,7 @@ def front_lead(contacts: int = 2000) -> float:
     Parameters
     ----------
     contacts : int
-        How many are followed; the mean is over the second half.
+        Number of contacts. The mean is over the second half.
 
     Returns
     -------
@@ -254,6 +256,6 @@ def front_lead(contacts: int = 2000) -> float:
         surpluses.append(end.surplus)
     half = contacts // 2
     intervals: Array = np.diff(end.times[half:])
-    # Between contacts the surplus falls by the time.
+    # Between contacts the surplus falls at unit rate.
     middle = np.array(surpluses[half:-1]) - 0.5 * intervals
     return float(np.average(middle, weights=intervals))
