@@ -1,1 +1,1 @@
-"""Tables of bonds, angles and pairs, of any LAMMPS user: whether they are good, and how good."""
+"""Check of bond, angle, dihedral and pair tables of any LAMMPS user."""

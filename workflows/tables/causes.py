@@ -1,4 +1,4 @@
-"""Causes of an error, each tested by undoing it: the error must vanish."""
+"""Find the cause of an error in a table: undo each candidate, and see if the error vanishes."""
 
 from dataclasses import dataclass, replace
 from typing import NamedTuple
@@ -9,7 +9,7 @@ from chaincor.lammps_inputs.arrays import Array, Mask
 from chaincor.workflows.tables.judge import Errors, Judge
 from chaincor.workflows.tables.lammps_curve import Style, TableData
 
-# Factors between units, which forces or energies may be off by.
+# Common factors by which forces or energies can be wrong, most of them between units.
 _FACTORS = {
     "kcal and kJ": 4.184,
     "nm and Angstrom": 10.0,
@@ -25,26 +25,27 @@ _FACTORS = {
     "a factor of 100": 100.0,
     "a factor of 1000": 1000.0,
 }
-# A cause is taken if undoing it leaves less than this part of the difference.
+# A cause is accepted if undoing it leaves less than this part of the difference.
 _EXPLAINS = 0.1
-# Forces are one constant times the slopes if their ratio varies by less.
+# Forces are a constant times the slopes if the ratio of both varies by less than this part.
 _CONSTANT = 0.03
+# Rows on both sides of the worst place that are searched for rounding and noise.
 _ENDS = 8
-# Noise moves polynomials as well: it is the cause from this part of an error on.
+# Noise is the cause from this part of an error on, because noise moves the polynomials as well.
 _NOISY = 0.3
 
 
 class Cause(NamedTuple):
-    """What is wrong, and what helps."""
+    """Cause of an error and its remedy."""
 
-    name: str  #: A short name.
-    said: str  #: What is wrong.
-    help: str  #: What helps.
+    name: str  #: Short name of the cause.
+    said: str  #: The problem, as a clause.
+    help: str  #: The remedy, as an imperative.
 
 
 @dataclass(frozen=True)
 class _Test:
-    """A cause, and the table without it."""
+    """Possible cause and the table without it."""
 
     cause: Cause
     undone: TableData
@@ -52,9 +53,11 @@ class _Test:
 
 def cause_of_contradiction(judge: Judge, wrong: Mask) -> Cause:
     """
-    Name why forces are not -dE/dr between the rows where they are `wrong`, of shape (rows - 1,).
+    Return why forces are not -dE/dr.
 
-    Each cause is undone on trial; the one after which energies and forces agree best is named.
+    `wrong` has the shape (rows - 1,) and marks the intervals between rows where forces and
+    energies contradict each other. Each cause is undone on trial. The result is the cause without
+    which energies and forces agree best.
     """
     before = _difference(judge, wrong)
     kinds = [*_sign_and_factor(judge, wrong), *_others(judge)]
@@ -75,7 +78,7 @@ def cause_of_contradiction(judge: Judge, wrong: Mask) -> Cause:
 
 
 def _difference(judge: Judge, wrong: Mask) -> float:
-    """Return the median difference of energies and forces where they are wrong."""
+    """Return how far forces differ from -dE/dr: median where wrong, plus a tenth of the mean."""
     with np.errstate(all="ignore"):
         by_energies, by_forces, _ = judge.rows.mean_forces()
         if len(by_energies) != len(wrong):
@@ -138,7 +141,7 @@ def _others(judge: Judge) -> list[_Test]:
             tests.append(_Test(cause, replace(t, forces=undone)))
     for rows in (1, -1, 2, -2, 3, -3):
         shifted = np.roll(forces, -rows)
-        # Rows that came round the end say nothing; the slope goes on there.
+        # np.roll moves rows from one end to the other. They repeat the nearest moved force.
         if rows > 0:
             shifted[-rows:] = shifted[-rows - 1]
         else:
@@ -157,7 +160,7 @@ def _others(judge: Judge) -> list[_Test]:
 
 
 def _differences_of_energies(judge: Judge, wrong: Mask) -> Cause | None:
-    """Tell whether forces are differences of energies to one neighbour."""
+    """Return a cause if the forces are differences of energies to one neighbour, else None."""
     x, energies, forces, _digits = judge.rows.padded
     slopes = -np.diff(energies) / np.diff(x)
     by_energies, by_forces, _ = judge.rows.mean_forces()
@@ -173,7 +176,7 @@ def _differences_of_energies(judge: Judge, wrong: Mask) -> Cause | None:
 
 
 def cause_of_error(judge: Judge, errors: Errors, style: Style, rows: int) -> Cause:
-    """Name why LAMMPS's force is off at the worst place, apart from contradictions."""
+    """Return why LAMMPS's force is wrong at the worst place, apart from contradictions."""
     k = int(np.argmax(np.maximum(errors.interpolation + errors.unsure, errors.scatter)))
     place, size = float(errors.at[k]), float(errors.size[k])
     near = f"near {place:.4g}"
@@ -246,14 +249,18 @@ def _of_scatter(judge: Judge, place: float, scatter: float, near: str) -> Cause:
 
 
 def _rounded_lengths(x: Array) -> bool:
-    """Tell whether lengths are a uniform grid that was rounded."""
+    """Return whether lengths are a uniform grid that was rounded."""
     steps = np.diff(x)
     even = float(np.mean(steps))
     return bool(1e-6 * even < np.max(np.abs(steps - even)) < 1.01 * even and len(x) > _ENDS)
 
 
 def _gap(judge: Judge, place: float) -> Cause | None:
-    """Tell whether rows are missing at a place: twice as far apart as those on either side."""
+    """
+    Return a cause if rows are missing near a place, else None.
+
+    Rows are missing if a step is about twice the steps on both sides.
+    """
     x = judge.rows.padded[0]
     steps = np.diff(x)
     wider = steps / np.maximum(np.append(0.0, steps[:-1]), np.append(steps[1:], 0.0))
@@ -269,7 +276,7 @@ def _gap(judge: Judge, place: float) -> Cause | None:
 
 
 def _slopes_of_rows(judge: Judge) -> tuple[float, float] | None:
-    """Return dF/dr at both ends by the rows, for FP."""
+    """Estimate dF/dr at both ends from the rows, for FP; None for full turns and without forces."""
     if judge.table.period or not judge.table.has_forces:
         return None
     x = judge.rows.padded[0]

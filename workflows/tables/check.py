@@ -1,4 +1,4 @@
-"""What LAMMPS makes of a table of a bond, angle, dihedral or pair, and what is wrong with it."""
+"""Check a bond, angle, dihedral or pair table: its rows, and LAMMPS's interpolation of them."""
 
 import math
 from dataclasses import replace
@@ -32,14 +32,15 @@ from chaincor.workflows.tables.reading import (
 from chaincor.workflows.tables.report import TableReport, percent, sentence
 
 STYLES: tuple[Style, ...] = ("spline", "linear", "lookup")
-# Parts of the local force: what energies and forces may differ by, and what rows are counted for,
-# without a tolerance.
+# Limits without a tolerance, as parts of the local force: largest difference of energies and
+# forces, and largest error for which numbers of rows are recommended.
 CONTRADICTION = 0.01
 TOLERANCE = 1e-3
-# Numbers of rows that are tried for a tolerance.
+# Multiples of the given number of rows that are tried for a tolerance.
 _TRIED = (1, 2, 5, 10, 20, 50, 100, 1000)
 _MOST_TRIED = 200_000
-# The core contradicts itself if so many neighbours do, by so much.
+# Below or above the range, a contradiction counts if this many consecutive intervals have it, each
+# of more than this part of their own force.
 _CORE_ROWS, _CORE_PART = 5, 0.1
 
 
@@ -56,9 +57,9 @@ def check_table(
     r"""
     Check a table of ``bond_style``, ``angle_style``, ``dihedral_style`` or ``pair_style table``.
 
-    Forces are compared with :math:`-dE/dr`, and the force that LAMMPS interpolates with the force
-    that the rows around say. Errors are parts of the local force: the largest within 5 % of the
-    range on either side.
+    Forces are compared with :math:`-dE/dr`. The force that LAMMPS interpolates is compared with
+    polynomials through the neighbouring rows. Errors are parts of the local force, the largest
+    force within 5 % of the range on either side.
 
     Parameters
     ----------
@@ -67,15 +68,15 @@ def check_table(
     keyword : str, optional
         The section; by default the only one.
     style : str, optional
-        Interpolation in LAMMPS: ``spline``, ``linear`` or ``lookup``. Bitmaps have their own.
+        Interpolation in LAMMPS: ``spline``, ``linear`` or ``lookup``. Bitmaps ignore it.
     kind : str, optional
         ``bond``, ``angle``, ``dihedral`` or ``pair``; by default, header and content decide.
     tolerance : float, optional
         Largest error to accept, as a part of the local force. Without one, few rows, few digits
         and noise are reported only; contradictions of more than 1 % are always faults.
     range : (float, float), optional
-        Where particles go. By default, where the energy is below 10 kT above its minimum; kT is 1
-        if the file does not name other units.
+        Lengths or angles that particles reach. By default, the range in which the energy is less
+        than 10 kT above its minimum; kT is 1 if the file names no units.
     rows : int, optional
         Number of rows in LAMMPS's style command; by default that of the file.
 
@@ -136,7 +137,7 @@ def check_table(
     )
     unusable = fault_of_values(section.header) or fault_of_numbers(section, kind)
     if unusable is not None:
-        # Rows that are missing are said once.
+        # A header fault already reports that rows are missing.
         return replace(report, faults=(*faults, unusable) if len(section.data) else tuple(faults))
     table = table_data(section, kind)
     span = float(table.lengths[-1] - table.lengths[0])
@@ -195,7 +196,11 @@ def _judged(
 
 
 def _rounding(section: Section) -> Array:
-    """Return half a unit of the last digit of energies and forces; zeros are as exact as others."""
+    """
+    Return half a unit of the last digit of energies and forces, of shape (rows, 2).
+
+    A zero is taken to be as exact as its neighbours.
+    """
     units = section.least_digits[:, 1:]
     beside = np.minimum(np.roll(units, 1, axis=0), np.roll(units, -1, axis=0))
     is_zero = section.data[:, 1:] == 0.0
@@ -249,7 +254,7 @@ def _with_errors(
 
 
 def _contradictions(judge: Judge, errors: Errors, allowed: float) -> tuple[Cause, str] | None:
-    """Return why energies and forces contradict each other, and a sentence; None if they agree."""
+    """Return the cause of a contradiction of energies and forces, and a sentence; None without."""
     if not judge.table.has_forces:
         return None
     x = judge.rows.padded[0]
@@ -300,7 +305,7 @@ def _other_faults(report: TableReport, judge: Judge, section: Section) -> list[s
 
 
 def _fault_of_natural_length(natural: float, judge: Judge) -> list[str]:
-    """Compare EQ with the places without force."""
+    """Return a fault if EQ is far from all zeros of the force."""
     x, forces = judge.table.lengths, judge.table.forces
     if not x[0] <= natural <= x[-1]:
         return []
@@ -320,7 +325,7 @@ def _fault_of_natural_length(natural: float, judge: Judge) -> list[str]:
 
 
 def _notes_beyond(report: TableReport, judge: Judge) -> list[str]:
-    """Return what there is to say of the core and of the cutoff."""
+    """Return a note if the energy jumps at the cutoff."""
     table = judge.table
     notes = []
     end = last_row(table)
@@ -333,7 +338,7 @@ def _notes_beyond(report: TableReport, judge: Judge) -> list[str]:
 
 
 def _core_error(report: TableReport, judge: Judge) -> float | None:
-    """Return the error below the range, as a part of the local force there; None without core."""
+    """Return the error below the range, as a part of the local force; None without rows there."""
     low = float(judge.table.lengths[0])
     if judge.table.period or not low < judge.low:
         return None
@@ -341,7 +346,7 @@ def _core_error(report: TableReport, judge: Judge) -> float | None:
 
 
 def _rows_wanted(report: TableReport, judge: Judge, limit: float, ideal: Errors) -> dict[str, int]:
-    """Return the numbers of rows in LAMMPS's style that reach a limit; none that cannot."""
+    """Return the number of rows with which each style reaches a limit, for styles that can."""
     table, found = judge.table, dict[str, int]()
     if table.is_bitmap or ideal.largest > limit:
         return found
@@ -358,7 +363,7 @@ def _rows_wanted(report: TableReport, judge: Judge, limit: float, ideal: Errors)
 
 
 def _zeros(judge: Judge) -> tuple[float, ...]:
-    """Return places without force within the table."""
+    """Return the first ten zeros of the force within the table."""
     if not judge.table.has_forces:
         return ()
     kept = slice(last_row(judge.table) + 1)

@@ -1,4 +1,4 @@
-"""A table beside what the installed LAMMPS makes of it."""
+"""Compare a table with the forces and energies of the installed LAMMPS."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,25 +12,26 @@ from chaincor.workflows.tables.lammps_run import LammpsTable, run_lammps
 from chaincor.workflows.tables.report import TableReport, percent
 
 _POINTS, _SHOWN = 1001, 12
-# LAMMPS refuses the ends of some tables themselves.
+# Relative distance from both ends, because LAMMPS refuses the exact ends of some tables.
 _INSIDE = 1e-6
-# LAMMPS rounds the sine of an angle up to 0.001, and with it the forces on atoms.
+# Distance from 0 and 180 degrees: LAMMPS raises the sine of an angle to 0.001 at least, which makes
+# forces on atoms wrong there.
 _ANGLES = 0.06
 
 
 @dataclass(frozen=True)
 class Comparison:
-    """Forces of LAMMPS, of the model of LAMMPS, and of the rows around, within a range."""
+    """Forces of LAMMPS, of the model of LAMMPS, and of the neighbouring rows, within a range."""
 
     lammps: LammpsTable
-    modelled: Array  #: What the check took for LAMMPS's force.
-    expected: Array  #: The force that the rows around say.
+    modelled: Array  #: LAMMPS's force according to `lammps_curve`.
+    expected: Array  #: Force from polynomials through the neighbouring rows.
     slopes: Array  #: -dE/dr of LAMMPS's energies, by central differences.
     error: float  #: Largest difference of LAMMPS and the rows, as a part of the local force.
-    model_error: float  #: The same of LAMMPS and the model.
+    model_error: float  #: Largest difference of LAMMPS and the model, as a part of the local force.
 
     def as_keys(self) -> dict[str, Any]:
-        """Return what JSON has."""
+        """Return the fields for JSON."""
         return {
             "lengths": self.lammps.lengths.tolist(),
             "lammps_forces": self.lammps.forces.tolist(),
@@ -44,7 +45,7 @@ class Comparison:
         }
 
     def lines(self) -> list[str]:
-        """Return a short table."""
+        """Return the lines of a short table."""
         if self.lammps.error:
             return [f"LAMMPS refuses the table: {self.lammps.error}"]
         found = [f"{'r':>12} {'rows':>14} {'LAMMPS':>14} {'-dE/dr LAMMPS':>14}"]
@@ -64,8 +65,8 @@ def compare_with_lammps(report: TableReport, points: int = _POINTS) -> Compariso
     """
     Run LAMMPS on a table, in the style and range of its report.
 
-    A table that LAMMPS refuses gives empty curves and the refusal. Raises InputError if the rows
-    are no table, and RunError if LAMMPS is missing or gives no answer.
+    If LAMMPS refuses the table, the curves are empty and `lammps.error` holds the refusal. Raises
+    InputError if the rows are no table, and RunError if LAMMPS is missing or gives no answer.
     """
     judge = report.curves
     if judge is None or report.range is None:

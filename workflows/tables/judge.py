@@ -1,4 +1,4 @@
-"""Error of LAMMPS's force by place, as a part of the force around it."""
+"""Compute the error of LAMMPS's force at each place, as a part of the local force."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -12,29 +12,30 @@ from chaincor.workflows.tables.neighbours import Neighbours
 
 # Particles rarely climb higher than so many kT above the minimum.
 THERMAL_ENERGIES = 10.0
-# The size of the force at a place is its largest value within this part of the range on both
-# sides, and not less than this part of the largest force of the range.
+# The local force is the largest force within WINDOW of the range on both sides, and at least
+# LEAST_FORCE of the largest force of the range.
 WINDOW = 0.05
 LEAST_FORCE = 1e-3
 _BINS = 200
-# Places that are judged between two rows, and at most in all.
+# Number of places between two rows at which errors are computed, and about the most in all.
 _PLACES, _MOST_PLACES = 8, 400_000
-# Rows on both sides over which scatter and contradictions are looked at.
+# Rows on both sides over which scatter and contradictions are averaged or maximized.
 _BESIDE = 3
+# The mean of seven errors of random sign rarely exceeds this many times the largest scatter.
 _MEAN_OF_NOISE = 1.5
-# Polynomials follow noise so many times in the outer rows.
+# In this many rows at each end, polynomials amplify noise by this factor.
 _END_ROWS, _MOVED_AT_ENDS = 2, 6.0
-# Rounding scatters by 0.29 units; less than this part of half a unit is none.
+# Rounding scatters by 0.29 units of the last digit. Numbers are exact, not rounded, if the median
+# scatter is less than this part of half a unit.
 _EXACT = 0.05
 
 
 def judged_range(table: TableData, thermal: float) -> tuple[float, float]:
     """
-    Return the range in which the energy is below 10 kT above its minimum.
+    Return the range in which the energy is less than 10 kT above its minimum.
 
-    For pairs, distances outside count as well if their energy is not above that of the last row.
-    The last rows before a cutoff are left out if the energy jumps there. At least four rows are
-    in the range.
+    For pairs, the limit is at least the energy of the last row. The last rows before a cutoff are
+    left out if the energy jumps there. The range has at least four rows.
     """
     end = last_row(table)
     if end < len(table.energies) - 1 and not table.is_bitmap:
@@ -66,9 +67,9 @@ def judged_range(table: TableData, thermal: float) -> tuple[float, float]:
 
 def _reached(energies: Array, height: float) -> int:
     """
-    Return the first row that pairs reach from outside without climbing higher than `height`.
+    Return the first row that pairs reach from outside without climbing more than `height`.
 
-    Rows behind a higher barrier, such as placeholders at the origin, hold no minimum of the pair.
+    Rows behind a higher barrier, such as placeholders at the origin, cannot hold the minimum.
     """
     inwards = energies[::-1]
     limits = np.maximum(np.minimum.accumulate(inwards) + height, inwards[0])
@@ -85,42 +86,41 @@ def _crossing(x: Array, energies: Array, outside: int, inside: int, limit: float
 class Errors:
     """Errors of the force at places of a range, as parts of the local force."""
 
-    at: Array
-    size: Array  #: The local force.
-    #: LAMMPS's interpolation against the rows around, which say no more than `unsure`.
-    interpolation: Array
-    unsure: Array
-    scatter: Array  #: Noise, and rounding of forces.
-    contradiction: Array  #: Forces against energies.
+    at: Array  #: Lengths or angles.
+    size: Array  #: Local force, in the unit of the file.
+    interpolation: Array  #: Difference of LAMMPS and the polynomials through neighbouring rows.
+    unsure: Array  #: Uncertainty of these polynomials.
+    scatter: Array  #: Noise and rounding of the forces.
+    contradiction: Array  #: Systematic difference of forces and energies.
 
     @cached_property
     def whole(self) -> Array:
-        """All together."""
+        """Total error at each place."""
         return np.maximum(self.interpolation + self.unsure, self.scatter) + self.contradiction
 
     @property
     def largest(self) -> float:
-        """The largest of all places."""
+        """Largest total error."""
         return float(np.max(self.whole))
 
     @property
     def worst(self) -> float:
-        """Where it is."""
+        """Place of the largest total error."""
         return float(self.at[np.argmax(self.whole)])
 
 
 @dataclass(frozen=True)
 class Judge:
-    """A table, and what its rows say of its forces."""
+    """Table with the range in which its forces are judged."""
 
     table: TableData
     digits: Array  #: Half a unit of the last digit of energies and forces; of shape (rows, 2).
-    low: float  #: Range that is judged.
-    high: float  #: See ``low``.
+    low: float  #: Start of the range that is judged.
+    high: float  #: End of the range that is judged.
 
     @cached_property
     def rows(self) -> Neighbours:
-        """The rows of the function; zeros beyond a cutoff are no part of it."""
+        """Rows up to the cutoff, without the zeros beyond it."""
         kept = slice(last_row(self.table) + 1)
         t = self.table
         short = replace(
@@ -129,7 +129,7 @@ class Judge:
         return Neighbours(short, self.digits[kept])
 
     def size_at(self, at: Array, low: float | None = None, high: float | None = None) -> Array:
-        """Return the local force: the largest around each place within a range."""
+        """Return the local force at each place: the largest force nearby within a range."""
         low, high = self.low if low is None else low, self.high if high is None else high
         x, _, forces, _ = self.rows.padded
         if not self.table.has_forces:
@@ -152,10 +152,11 @@ class Judge:
     @cached_property
     def differences(self) -> tuple[Array, Array]:
         """
-        Mean force by energies less that by forces between rows, and how much of it is systematic.
+        Differences of the mean forces from energies and from forces, and their systematic part.
 
-        Both of shape (rows - 1,), in units of force. Noise has no sign: the mean over seven
-        neighbours counts, beyond what rounding and distance of rows explain.
+        Both have the shape (rows - 1,) and the unit of force. Noise averages out, so the systematic
+        part is the mean over seven neighbours, less the part that rounding, spacing of rows and
+        noise explain.
         """
         if not self.table.has_forces:
             nothing = np.zeros(len(self.rows.padded[0]) - 1)
@@ -166,7 +167,7 @@ class Judge:
             return signed, np.zeros(len(signed))
         width = 2 * _BESIDE + 1
         mean = np.abs(_windows(signed, width).mean(axis=1))
-        # The mean of seven errors of random sign rarely exceeds this part of the largest scatter.
+
         noise = _MEAN_OF_NOISE * self._scatter_between()
         beyond = mean - _windows(np.minimum(room, 1e300), width).mean(axis=1) - noise
         return signed, np.clip(beyond, 0.0, None)
@@ -177,18 +178,18 @@ class Judge:
 
     @cached_property
     def scatter(self) -> Array:
-        """Largest scatter, or rounding, of forces around each row."""
+        """Largest scatter or rounding of the forces around each row."""
         if not self.table.has_forces:
             return np.zeros(len(self.rows.padded[0]))
         own = np.nan_to_num(self.rows.scatter(), nan=0.0, posinf=0.0)
         largest: Array = _windows(own, 2 * _BESIDE + 1).max(axis=1)
         rounding = self.rows.padded[3][:, 1]
-        # Numbers that are exact with their few digits do not scatter.
+        # Some numbers are exact with few digits. They have no rounding error.
         is_rounded = np.median(own) > _EXACT * np.median(rounding)
         return np.maximum(largest, rounding) if is_rounded else largest
 
     def places(self, low: float, high: float) -> Array:
-        """Return places in a range at which the force is judged."""
+        """Return the places in a range at which errors are computed: rows and places between."""
         x = self.table.lengths
         inside = x[(x > low) & (x < high)]
         edges = np.concatenate([[low], inside, [high]])
@@ -198,13 +199,13 @@ class Judge:
         return np.sort(np.concatenate([edges, between]))
 
     def curve(self, style: Style, rows: int) -> Curve:
-        """Return what LAMMPS interpolates."""
+        """Return energy and force as LAMMPS interpolates them."""
         return lammps_curve(self.table, style, rows)
 
     def errors(
         self, style: Style, rows: int, low: float | None = None, high: float | None = None
     ) -> Errors:
-        """Return the errors in a range, by default that which is judged."""
+        """Return the errors in a range, by default from `low` to `high` of the judge."""
         low, high = self.low if low is None else low, self.high if high is None else high
         at = self.places(low, high)
         size = self.size_at(at, low, high)
@@ -216,7 +217,7 @@ class Judge:
         with np.errstate(all="ignore"):
             missed = np.abs(self.curve(style, rows).force(at) - best)
         scatter = np.maximum(self.scatter[between], self.scatter[between + 1])
-        # Noise moves the polynomials too, and more beside the ends: it counts once.
+        # Noise also moves the polynomials, most near the ends. It is subtracted to count once.
         is_end = (between < _END_ROWS) | (between >= len(x) - 1 - _END_ROWS)
         moved = np.where(is_end & (self.table.period == 0.0), _MOVED_AT_ENDS, 1.0) * scatter
         missed = np.clip(missed - moved, 0.0, None)
@@ -227,7 +228,7 @@ class Judge:
 
 
 def last_row(table: TableData) -> int:
-    """Return the last row of the function: rows of zeros stand for what is beyond the cutoff."""
+    """Return the last row before the zeros beyond a pair's cutoff, or the last row of all."""
     rows = np.flatnonzero((table.energies != 0.0) | (table.forces != 0.0))
     last = len(table.energies) - 1
     if table.kind != "pair" or not len(rows) or rows[-1] < LEAST_ROWS:
@@ -236,6 +237,6 @@ def last_row(table: TableData) -> int:
 
 
 def _windows(values: Array, width: int) -> Array:
-    """Return a window of `width` values around each; of shape (values, width)."""
+    """Return a window of `width` values around each value, of shape (values, width)."""
     padded = np.pad(values, width // 2, mode="reflect" if len(values) > width // 2 else "edge")
     return np.lib.stride_tricks.sliding_window_view(padded, width)

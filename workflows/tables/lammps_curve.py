@@ -1,10 +1,10 @@
 r"""
-Energy and force that LAMMPS makes of a table, as functions of the length or angle.
+Compute energy and force of a table as LAMMPS does, as functions of the length or angle.
 
-LAMMPS puts cubic splines through energies and forces of the file, with end slopes from ``FP`` or
-from the two outer rows, takes N values of them, and interpolates between these. Bonds and angles
-are resampled uniformly in r, dihedrals uniformly over a full turn, pairs uniformly in r^2 with
-F/r in place of F. Bitmaps are read as they are.
+LAMMPS fits cubic splines to the energies and forces of the file. The end slopes come from ``FP``
+or from the two outer rows. LAMMPS then resamples the splines at N points and interpolates between
+these. The points are uniform in r for bonds and angles, uniform over a full turn for dihedrals, and
+uniform in r^2 for pairs, with F/r in place of F. Bitmaps are not resampled.
 """
 
 from collections.abc import Callable
@@ -19,23 +19,23 @@ Kind = Literal["bond", "angle", "dihedral", "pair"]
 Style = Literal["linear", "spline", "lookup", "bitmap"]
 Function = Callable[[Array], Array]
 
-# LAMMPS takes a slope beyond this for none, and lets the curvature vanish instead.
+# LAMMPS ignores an end slope beyond this, and sets the curvature to zero instead.
 _NO_SLOPE = 0.99e30
-# Without FPRIME, LAMMPS takes the slopes of a pair's F/r over this part of a bin.
+# Without FPRIME, LAMMPS computes the end slopes of a pair's F/r over this part of a bin.
 _SECANT = 0.1
 
 
 @dataclass(frozen=True)
 class TableData:
-    """Rows of a table as LAMMPS holds them, in rising order."""
+    """Rows of a table as LAMMPS stores them, in rising order."""
 
     kind: Kind
     lengths: Array  #: Lengths or angles; for pairs recomputed from R, RSQ or BITMAP.
     energies: Array
     forces: Array  #: Minus the slope of the energy; NaN in a dihedral table without forces.
-    slopes: tuple[float, float] | None  #: FP or FPRIME.
+    slopes: tuple[float, float] | None  #: dF/dr at both ends, from FP or FPRIME.
     is_bitmap: bool = False
-    period: float = 0.0  #: 360 or 2 pi for dihedrals.
+    period: float = 0.0  #: A full turn, 360 or 2 pi, for dihedrals; 0 for other kinds.
 
     @property
     def has_forces(self) -> bool:
@@ -45,7 +45,7 @@ class TableData:
 
 @dataclass(frozen=True)
 class Curve:
-    """What LAMMPS interpolates."""
+    """Energy and force as functions of the length or angle."""
 
     energy: Function
     force: Function
@@ -113,11 +113,11 @@ def _pair(table: TableData, style: Style, rows: int, energy: Function, force: Fu
 
 
 def _bitmap(table: TableData) -> Curve:
-    """Interpolate F/r linearly in r^2; the last bin goes on as the bin before."""
+    """Interpolate F/r linearly in r^2; the last bin continues the slope of the bin before."""
     nodes, over_r = table.lengths**2, table.forces / table.lengths
 
     def between(values: Array) -> Function:
-        # Places are single-precision numbers in LAMMPS, as are the nodes.
+        # LAMMPS holds r^2 of the places and of the nodes in single precision.
         def value(at: Array) -> Array:
             q = (at * at).astype(np.float32).astype(float)
             k = np.clip(np.searchsorted(nodes, q, side="right") - 1, 0, len(nodes) - 1)
@@ -151,10 +151,10 @@ def _dihedral(table: TableData, style: Style, rows: int) -> Curve:
 
 def bitmap_lengths(low: float, high: float, bits: int) -> Array:
     """
-    Return the distances that LAMMPS gives the rows of a BITMAP table, in the order of the file.
+    Return the distances that LAMMPS assigns to the rows of a BITMAP table, in file order.
 
-    Row i has the bits of i as the lower exponent bits and upper mantissa bits of a
-    single-precision r^2. Raises ValueError if so few bits do not suffice.
+    The bits of the row index i are the lower exponent bits and upper mantissa bits of a
+    single-precision r^2. Raises ValueError for too few or too many bits.
     """
     low2, high2 = np.float32(low * low), np.float32(high * high)
     exponent = int(np.floor(np.log2(low * low)))

@@ -1,4 +1,4 @@
-"""What the installed LAMMPS makes of a table: energies and forces at given places."""
+"""Run the installed LAMMPS on a table, and read its energies and forces at given places."""
 
 import re
 import subprocess
@@ -25,7 +25,7 @@ mass 1 1.0
 {kind}_coeff {target} in.table {keyword}
 {kind}_write {types} {points} {low:.17g} {high:.17g} out.table OUT
 """
-# LAMMPS 22Jul2025 has no angle_write and dihedral_write of tables: atoms feel the forces instead.
+# LAMMPS 22Jul2025 has no angle_write and dihedral_write for tables. Read forces on atoms instead.
 _FEEL = """atom_style molecular
 atom_modify map array
 read_data in.data
@@ -41,14 +41,14 @@ run 0
 
 @dataclass(frozen=True)
 class LammpsTable:
-    """Curve and messages of LAMMPS."""
+    """Energies, forces and messages of LAMMPS for one table."""
 
     lengths: Array
     energies: Array
     forces: Array
     warned_forces: int  #: Forces that LAMMPS calls inconsistent with -dE/dr.
     warned_distances: int  #: Distances that differ from those of R, RSQ or BITMAP.
-    error: str = ""  #: What LAMMPS says if it refuses the table; then there is no curve.
+    error: str = ""  #: LAMMPS's message if it refuses the table; the arrays are then empty.
 
 
 def run_lammps(
@@ -63,9 +63,9 @@ def run_lammps(
     period: float = 360.0,
 ) -> LammpsTable:
     """
-    Return `points` values of a table from LAMMPS itself, uniform over `span`.
+    Return energies and forces of LAMMPS for a table at `points` places, uniform over `span`.
 
-    For a bitmap, `rows` is the number of bits; `period` is a full turn in the unit of a dihedral
+    `rows` is the number of bits for a bitmap. `period` is a full turn in the unit of a dihedral
     table. Raises RunError if LAMMPS is missing or ends without an answer.
     """
     command = find_lmp_command()
@@ -74,7 +74,7 @@ def run_lammps(
     words = {"kind": kind, "style": style, "rows": rows, "keyword": keyword}
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        # No word of the path may be split, or be taken for a variable.
+        # LAMMPS would split a path at spaces, and expand $ in it. A fixed name is safe.
         (folder / "in.table").write_bytes(path.read_bytes())
         if kind in ("bond", "pair"):
             script = (
@@ -166,7 +166,7 @@ def _atoms_at(kind: Kind, angles: Array) -> str:
 
 
 def _felt(folder: Path, kind: Kind, angles: Array, unit: float) -> tuple[Array, Array]:
-    """Return energies, and the forces along the angle on the atom that was turned."""
+    """Return energies, and the forces along the angle on the atom that was rotated."""
     many = 3 if kind == "angle" else 4
     atoms = np.loadtxt(folder / "out.force", skiprows=9, ndmin=2)[:, 1:].reshape(-1, many, 4)
     turned = atoms[:, 0] if kind == "angle" else atoms[:, 3]

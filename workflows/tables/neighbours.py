@@ -1,4 +1,4 @@
-"""Force at a place by polynomials through the rows around it, and how far rows agree with it."""
+"""Estimate forces and their scatter by polynomials through neighbouring rows of a table."""
 
 import math
 from dataclasses import dataclass
@@ -9,7 +9,8 @@ import numpy as np
 from chaincor.lammps_inputs.arrays import Array, Indices, Mask
 from chaincor.workflows.tables.lammps_curve import TableData
 
-# Rows of the finer and of the coarser polynomial, from forces alone and from energies and forces.
+# Numbers of rows in polynomials, from fine to coarse: through forces alone, and through energies
+# and forces.
 _OF_FORCES = (8, 6, 4)
 _OF_BOTH = (4, 3, 2)
 _EPSILON = 2.0**-52
@@ -17,9 +18,9 @@ _EPSILON = 2.0**-52
 
 def newton(z: Array, y: Array, slopes: Array | None) -> Array:
     """
-    Return divided differences of values at nodes z, of shape (polynomials, nodes).
+    Return divided differences of the values y at nodes z, of shape (polynomials, nodes).
 
-    Equal neighbours among the nodes take `slopes`, of the same shape, in place of a difference.
+    `slopes`, of the same shape, replaces the first difference of equal neighbouring nodes.
     """
     c = y.copy()
     found = [c[:, :1]]
@@ -34,7 +35,7 @@ def newton(z: Array, y: Array, slopes: Array | None) -> Array:
 
 
 def horner(z: Array, c: Array, at: Array) -> tuple[Array, Array]:
-    """Return values and slopes of Newton polynomials; one place for each."""
+    """Return values and slopes of Newton polynomials, each at one place."""
     value, slope = c[:, -1], np.zeros(len(at))
     for j in range(c.shape[1] - 2, -1, -1):
         gap = at - z[:, j]
@@ -45,14 +46,14 @@ def horner(z: Array, c: Array, at: Array) -> tuple[Array, Array]:
 
 @dataclass(frozen=True)
 class Neighbours:
-    """The rows of a table, and what those around say of a force."""
+    """Rows of a table, with polynomials through neighbouring rows."""
 
     table: TableData
     digits: Array  #: Rounding of energies and forces: half a unit of the last digit; (rows, 2).
 
     @cached_property
     def padded(self) -> tuple[Array, Array, Array, Array]:
-        """Lengths, energies, forces and rounding; beyond both ends of a full turn, too."""
+        """Lengths, energies, forces and rounding; dihedrals continue periodically at both ends."""
         t = self.table
         if not t.period:
             return t.lengths, t.energies, t.forces, self.digits
@@ -66,13 +67,13 @@ class Neighbours:
         return x, energies, forces, digits
 
     def first_of(self, at: Array, count: int) -> Indices:
-        """Return the first of the `count` rows around each place."""
+        """Return the index of the first of the `count` rows around each place."""
         x = self.padded[0]
         k = np.clip(np.searchsorted(x, at, side="right") - 1, 0, len(x) - 2)
         return np.clip(k - (count // 2 - 1), 0, max(len(x) - count, 0))
 
     def by_forces(self, at: Array, count: int) -> Array:
-        """Return the polynomial through the forces of `count` rows around."""
+        """Return the force at each place, by polynomials through the forces of `count` rows."""
         x, _, forces, _ = self.padded
         count = min(count, len(x))
         rows = np.arange(len(x) - count + 1)[:, None] + np.arange(count)
@@ -81,7 +82,7 @@ class Neighbours:
         return horner(x[rows][first], c[first], at)[0]
 
     def by_both(self, at: Array, count: int) -> Array:
-        """Return minus the slope of the polynomial through energies and forces of rows around."""
+        """Return -dE/dr at each place, by polynomials through both columns of `count` rows."""
         x, energies, forces, _ = self.padded
         count = min(count, len(x))
         rows = np.arange(len(x) - count + 1)[:, None] + np.arange(count).repeat(2)
@@ -90,7 +91,7 @@ class Neighbours:
         return -horner(x[rows][first], c[first], at)[1]
 
     def by_energies(self, at: Array, count: int) -> Array:
-        """Return minus the slope of the polynomial through the energies of `count` rows around."""
+        """Return -dE/dr at each place, by polynomials through the energies of `count` rows."""
         x, energies, _, _ = self.padded
         count = min(count, len(x))
         rows = np.arange(len(x) - count + 1)[:, None] + np.arange(count)
@@ -100,9 +101,9 @@ class Neighbours:
 
     def forces_at(self, at: Array, trusted: Mask) -> tuple[Array, Array]:
         """
-        Return the best force at each place, and how far two orders differ there.
+        Return the best force at each place, and the difference of two polynomial orders.
 
-        Energies are used where they are `trusted`, a value for each place.
+        `trusted` says for each place whether energies may be used in addition to forces.
         """
         with np.errstate(all="ignore"):
             if not self.table.has_forces:
@@ -120,9 +121,10 @@ class Neighbours:
 
     def mean_forces(self) -> tuple[Array, Array, Array]:
         """
-        Return mean forces between rows: by energies, by forces, and what may part them.
+        Return mean forces between rows from energies and from forces, and their allowed difference.
 
-        Each of shape (rows - 1,). Rounding, and the difference of two orders of quadrature, may.
+        Each has the shape (rows - 1,). The allowed difference is the sum of rounding errors and of
+        the differences between polynomial orders.
         """
         x, energies, _, digits = self.padded
         places, weights = np.polynomial.legendre.leggauss(4)
@@ -143,15 +145,15 @@ class Neighbours:
     @np.errstate(all="ignore")
     def scatter(self) -> Array:
         """
-        Return by how much each force differs from what rows around say, of shape (rows,).
+        Return how far each force differs from the neighbouring rows, of shape (rows,).
 
-        Scaled so that independent errors of the forces give their own standard deviation.
+        The scale is such that independent errors of the forces give their standard deviation.
         """
         x, _, forces, _ = self.padded
         by_forces, share = self.left_out(6)
         scatter = np.abs(forces - by_forces) / share
         if len(x) >= 5:
-            # Energies of five rows, and forces of all but the one in the middle.
+            # Energies of five rows, and forces of all these rows but the one that is judged.
             rows = np.clip(np.arange(len(x))[:, None] - 2, 0, len(x) - 5) + np.arange(5)
             middle = np.arange(len(x))[:, None] - rows[:, :1]
             scatter = np.minimum(scatter, self._by_four(rows, middle[:, 0]))
@@ -159,7 +161,11 @@ class Neighbours:
 
     @np.errstate(all="ignore")
     def _by_four(self, rows: Indices, middle: Indices) -> Array:
-        """Return the same by energies and forces of four rows around and the energy of this one."""
+        """
+        Return the scatter of each force by energies of five rows and forces of the other four.
+
+        `middle` is the position of the judged row among the five `rows`.
+        """
         x, energies, forces, _ = self.padded
         result = np.full(len(x), np.inf)
         for k in range(5):
@@ -176,7 +182,7 @@ class Neighbours:
 
     @np.errstate(all="ignore")
     def left_out(self, count: int) -> tuple[Array, Array]:
-        """Predict each force by `count` others around; and how errors of single forces grow."""
+        """Predict each force from `count` neighbours; also return the growth of single errors."""
         x, _, forces, _ = self.padded
         count = min(count, len(x) - 1)
         n = len(x)
@@ -194,7 +200,7 @@ class Neighbours:
 
 
 def _shares() -> list[float]:
-    """Return how errors of forces grow in `_by_four`, for equal steps, by the row left out."""
+    """Return the growth of errors in `_by_four` for equal steps, for each row that is left out."""
     found = []
     x = np.arange(5.0)
     for k in range(5):

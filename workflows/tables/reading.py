@@ -1,4 +1,4 @@
-"""Table files as LAMMPS reads them: sections, kinds, and what LAMMPS refuses."""
+"""Read table files as LAMMPS does: sections, kinds of table, and faults that LAMMPS refuses."""
 
 import re
 from dataclasses import replace
@@ -24,19 +24,19 @@ _KNOWN: dict[Kind, set[str]] = {
     "pair": {"N", "R", "RSQ", "BITMAP", "FPRIME"},
 }
 _WHOLE = 180.0
-# LAMMPS refuses an angle table whose ends are further off than this.
+# LAMMPS refuses an angle table whose ends differ from 0 and 180 degrees by more than this.
 _ANGLE_ENDS = 1e-10
-# LAMMPS recomputes distances from R, RSQ and BITMAP; it warns of larger relative differences.
+# LAMMPS recomputes distances from R, RSQ and BITMAP, and warns of larger relative differences.
 _SAME_LENGTH = 1e-6
-# Cubics between rows that are closer overflow.
+# Cubics between closer rows overflow.
 _NEAREST = 1e-30
 _UNITS = re.compile(r"UNITS:\s*(\w+)")
-# kT at 300 K, by the units that LAMMPS's writers put into the first line.
+# kT at 300 K by units; 1 for lj. LAMMPS's own writers name the units in the first line.
 _THERMAL = {"lj": 1.0, "real": 0.59616, "metal": 0.025852, "electron": 9.5004e-4, "si": 4.1419e-21}
 
 
 def read_text(path: Path) -> str:
-    """Return the text of a table file; raises InputError if it cannot be read."""
+    """Return the text of a table file. Raises InputError if it cannot be read."""
     try:
         refuse_endless(path)
         return path.read_bytes().decode("utf-8", "replace")
@@ -46,10 +46,11 @@ def read_text(path: Path) -> str:
 
 def read_sections(path: Path, keyword: str | None, text: str | None = None) -> list[Section]:
     """
-    Return the sections of a table file that have a keyword, or the only one.
+    Return the sections of a table file with a keyword; without a keyword, the only section.
 
-    Raises InputError if the file cannot be read or it is not clear which section is meant, and
-    TableError if it holds none or holds lines that cannot be read.
+    Raises InputError if the file cannot be read, if no section has the keyword, or if there are
+    several sections and no keyword. Raises TableError if the file has no section or unreadable
+    lines.
     """
     text = read_text(path) if text is None else text
     if text.count("\n") > MOST_LINES:
@@ -77,7 +78,7 @@ def read_sections(path: Path, keyword: str | None, text: str | None = None) -> l
 
 
 def thermal_energy(text: str) -> tuple[float, str]:
-    """Return kT in the unit of a file, and how it was taken."""
+    """Return kT in the unit of a file, and the source of the value."""
     match = _UNITS.search(text[:1000])
     units = match.group(1) if match else ""
     if units in _THERMAL:
@@ -87,7 +88,7 @@ def thermal_energy(text: str) -> tuple[float, str]:
 
 
 def kind_of(section: Section) -> Kind:
-    """Return the kind of a table by its header and range."""
+    """Guess the kind of a table from its header, range and energies."""
     words = set(section.header)
     if words & {"R", "RSQ", "BITMAP", "FPRIME"}:
         return "pair"
@@ -119,7 +120,7 @@ def kind_of(section: Section) -> Kind:
 
 def table_data(section: Section, kind: Kind) -> TableData:
     """
-    Return the rows of an ordered section as LAMMPS holds them.
+    Return the rows of an ordered section as LAMMPS stores them.
 
     The distances of a pair table are those that LAMMPS computes from R, RSQ or BITMAP, if its
     header has one of them. The rows must have passed `fault_of_numbers`.
@@ -143,9 +144,10 @@ def table_data(section: Section, kind: Kind) -> TableData:
 
 def in_order(section: Section) -> Section:
     """
-    Return a section with the rows of a bitmap in rising order, which begin inside the range.
+    Return a section with the rows of a bitmap in rising order.
 
-    LAMMPS knows the distance of a row by its index alone, so the file's distances do not matter.
+    The first row of a bitmap lies inside its range. LAMMPS computes the distance of a row from its
+    index alone, so the order does not depend on the distances in the file.
     """
     if "BITMAP" not in section.header or not len(section.data):
         return section
@@ -190,7 +192,7 @@ def _lengths_of_bitmap(section: Section) -> Array | None:
 
 
 def faults_of_text(text: str) -> list[str]:
-    """Name line ends that LAMMPS does not know."""
+    """Return a fault if lines end in a way that LAMMPS cannot read."""
     if re.search(r"\r(?!\n)", text):
         return [
             "its lines end with a carriage return alone, as on old Macs; LAMMPS reads them as one "
@@ -200,7 +202,7 @@ def faults_of_text(text: str) -> list[str]:
 
 
 def faults_of_header(section: Section, kind: Kind) -> list[str]:
-    """Compare the header with the rows, and with the words that LAMMPS knows for this kind."""
+    """Return the faults of a header: against its rows, and against LAMMPS's words for this kind."""
     header, data = section.header, section.data
     if len(section.odd_lines) > len(data):
         return [
@@ -272,7 +274,7 @@ def _faults_of_range(section: Section, kind: Kind) -> list[str]:
 
 
 def _faults_of_spacing(section: Section) -> list[str]:
-    """Compare distances with those that LAMMPS recomputes, except for lost digits."""
+    """Return a fault if distances differ from the recomputed ones by more than rounding."""
     name = next((name for name in ("R", "RSQ", "BITMAP") if name in section.header), None)
     if name is None:
         return []
@@ -296,7 +298,7 @@ def _faults_of_spacing(section: Section) -> list[str]:
 
 
 def fault_of_values(header: dict[str, list[float]]) -> str | None:
-    """Say which values of a header are no numbers; None if all are."""
+    """Return a fault if a header has values that are not finite or too large; None without."""
     for name, values in header.items():
         if not all(abs(value) <= LARGEST for value in values):
             said = " ".join(f"{value:g}" for value in values)
@@ -306,10 +308,10 @@ def fault_of_values(header: dict[str, list[float]]) -> str | None:
 
 def fault_of_numbers(section: Section, kind: Kind) -> str | None:
     """
-    Say why the rows of an ordered section are no table at all; None if they are one.
+    Return why the rows of an ordered section cannot be a table; None if they can.
 
-    The rows must rise as LAMMPS holds them: distances that LAMMPS recomputes from the header may
-    repeat in the file after rounding.
+    Lengths must rise. If LAMMPS recomputes distances from the header, the recomputed ones must
+    rise: the distances in the file may repeat after rounding.
     """
     data, has_forces = section.data, "NOF" not in section.header
     columns = data if has_forces else data[:, :2]
@@ -338,9 +340,10 @@ def fault_of_numbers(section: Section, kind: Kind) -> str | None:
 
 def count_of_warnings(section: Section, table: TableData) -> tuple[int, int]:
     """
-    Return LAMMPS's two counts: forces inconsistent with -dE/dr, and distances that differ.
+    Return how many forces and distances LAMMPS will warn of.
 
-    A force counts if it lies outside the slopes of the energy to both neighbours.
+    LAMMPS warns of a force that is not between the values of -dE/dr to both neighbours, and of a
+    distance that differs from the recomputed one.
     """
     distances = 0
     if table.kind == "pair" and set(section.header) & {"R", "RSQ", "BITMAP"}:

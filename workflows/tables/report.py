@@ -1,4 +1,4 @@
-"""The result of a check: numbers, one sentence, a table and a figure."""
+"""Report of a check: numbers, a summary of one sentence, a table and a figure."""
 
 import math
 from dataclasses import dataclass, field, fields
@@ -19,46 +19,46 @@ _CELL = "text-align: left; padding: 0.1em 1em 0.1em 0"
 @dataclass(frozen=True, repr=False)
 class TableReport:
     """
-    What is known of a table.
+    Result of the check of a table.
 
     Attributes
     ----------
     path, keyword : str
         The file and the section.
     kind, style : str
-        What it is a table of, and the interpolation in LAMMPS.
+        Kind of interaction, and interpolation in LAMMPS.
     rows, style_rows : int
-        Rows of the file, and of LAMMPS's style command.
+        Numbers of rows in the file and in LAMMPS's style command.
     tolerance : float or None
         Largest error to accept, as a part of the local force, if one was given.
     faults, notes : tuple of str
-        What is wrong, a sentence each; and what else is worth knowing.
+        Faults, one sentence each; and further remarks.
     low, high : float
-        First and last length, or angle.
+        First and last length or angle.
     range : (float, float) or None
-        Where the table is judged; None if the rows are no table.
+        Range in which the table is judged; None if the rows are no table.
     range_reason : str
-        How the range was taken.
+        How the range was chosen.
     good_range : (float, float) or None
         Longest part of the range in which the error is below the tolerance, or 0.01.
     zeros : tuple of float
-        Places without force.
+        Zeros of the force.
     largest_force : float
         Largest force of all rows, in the unit of the file.
     error : float or None
         Largest error of LAMMPS's force within the range, as a part of the local force.
     worst : float or None
-        Where the error is largest.
+        Place of the largest error.
     core_error : float or None
-        The same below the range; None if there are no rows.
+        Largest error below the range; None if there are no rows.
     noise, style_error : float or None
         Parts of the error: noise and rounding of forces, and interpolation.
     warnings : int
         Forces that LAMMPS calls inconsistent with -dE/dr.
     rows_wanted : dict of str to int
-        Numbers of rows in LAMMPS's style that reach the tolerance, or 0.001, by style.
+        For each style, the number of rows in LAMMPS that reaches the tolerance, or 0.001.
     cause, advice : str
-        The main cause of the error, and what helps.
+        Main cause of the error, and its remedy.
     """
 
     path: str
@@ -91,12 +91,12 @@ class TableReport:
 
     @property
     def is_good(self) -> bool:
-        """Whether nothing is wrong."""
+        """Whether the table has no faults."""
         return not self.faults
 
     @property
     def summary(self) -> str:
-        """The bottom line, one or two sentences."""
+        """Summary of one or two sentences."""
         if self.verdict:
             return f"Not good: {self.verdict}"
         if self.faults:
@@ -118,13 +118,13 @@ class TableReport:
         return f"{text} {sentence(advice)}".strip()
 
     def as_keys(self) -> dict[str, Any]:
-        """Return all that is known, for JSON."""
+        """Return all fields and the summary, for JSON."""
         found = {each.name: getattr(self, each.name) for each in fields(self)}
         del found["curves"], found["verdict"]
         return found | {"summary": self.summary}
 
     def lines(self) -> list[tuple[str, str]]:
-        """Return what is printed, a name and a text each."""
+        """Return the printed lines as pairs of name and text."""
         found = []
         if self.error is not None and self.range is not None:
             zeros = ", ".join(f"{zero:.9g}" for zero in self.zeros[:3]) or "none of them"
@@ -150,7 +150,7 @@ class TableReport:
 
     @property
     def heading(self) -> str:
-        """The first line of what is printed."""
+        """First printed line."""
         name = f" {self.keyword}" if self.keyword else ""
         return f"{self.path}{name}: {self.kind} table of {self.rows} rows"
 
@@ -170,7 +170,7 @@ class TableReport:
 
     def plot(self, ax: "Axes | None" = None) -> "Axes":
         """
-        Draw the forces of the rows, of LAMMPS and of -dE/dr within the range; return the axes.
+        Draw force column, LAMMPS's force and -dE/dr within the range, and return the axes.
 
         Raises InputError if the rows are no table.
         """
@@ -188,7 +188,7 @@ def percent(part: float) -> str:
 
 
 def sentence(advice: str) -> str:
-    """Return advice as a sentence."""
+    """Return advice as a sentence; empty advice stays empty."""
     if not advice:
         return ""
     text = advice[0].upper() + advice[1:]

@@ -1,4 +1,4 @@
-"""A table written anew from its own rows: as many as wanted, all digits, energies of its forces."""
+"""Rewrite a table: any number of rows, all digits, and energies integrated from the forces."""
 
 from pathlib import Path
 
@@ -14,11 +14,11 @@ from chaincor.workflows.tables.report import TableReport
 
 def rewrite_table(report: TableReport, target: Path, rows: int) -> None:
     """
-    Write a table through the rows of another, of which all parts agree.
+    Write a consistent table of `rows` rows through the forces of the table of a report.
 
-    Forces are the cubic spline through the rows, energies its integral with the first row's energy,
-    slopes of the header its derivative. Raises InputError for rows that are no table, and where the
-    target is there already.
+    The forces follow the cubic spline through the rows. Energies are its integral, starting with
+    the energy of the first row. The slopes in the header are its derivative. Raises InputError if
+    the rows are no table, or if the target exists.
     """
     if report.error is None:
         raise InputError(f"{report.path!r} holds no table that could be rewritten; see its faults")
