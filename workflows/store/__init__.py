@@ -1,1 +1,1 @@
-"""Results kept: one SQLite file, one row a collision."""
+"""Results stores: one SQLite file with one row for each collision."""

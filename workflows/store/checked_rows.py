@@ -1,4 +1,4 @@
-"""Values of a store, checked where they are read: types, ranges, and JSON that can be read back."""
+"""Check values that are read from a store: types, ranges and JSON."""
 
 import json
 import math
@@ -15,10 +15,10 @@ from chaincor.workflows.store.schema import (
 )
 
 KEY = "collision_sha256"
-# Every number of a scene or a result is smaller; a little beyond, axes of figures overflow.
+# All numbers of scenes and results are smaller. Slightly larger ones overflow axes of figures.
 _LARGEST = 1e306
 _LARGEST_WHOLE = 2**53
-# JSON of scenes and results is flat, and this is far more than the longest has.
+# Far more characters than the longest JSON of a scene or result has.
 _LONGEST_JSON = 10_000_000
 _DECLARED = re.compile(r'^ +"?(\w+)"? (TEXT|INTEGER|REAL)( NOT NULL)?', re.MULTILINE)
 _COLUMNS = {
@@ -32,9 +32,9 @@ def check_rows(
     """
     Check the values of some columns of a store.
 
-    `names` are those of columns, ``scene``, ``versions`` and ``has_arrays`` among them, or of what
-    a query takes out of the scene. `keys` name the rows. Raises StoreError, which names the row and
-    the column, for a value that chaincor does not write.
+    `names` are names of columns, including ``scene``, ``versions`` and ``has_arrays``, or of values
+    that a query extracts from the scene. `keys` identify the rows. Raises StoreError, with row and
+    column, for a value that chaincor does not write.
     """
     for k, name in enumerate(names):
         check = _check_of(name)
@@ -48,7 +48,7 @@ def check_rows(
 
 
 def _check_of(name: str) -> Callable[[Any], str | None]:
-    """Return what says why a value of a column is wrong, None where it is not."""
+    """Return a function that describes a wrong value of a column, and returns None for others."""
     if name == "scene":
         return lambda value: _wrong_json(value, _is_scene)
     if name == "versions":
@@ -93,7 +93,7 @@ def _shown(value: Any) -> str:
 
 
 def _wrong_json(value: Any, is_right: Callable[[dict[str, Any]], bool]) -> str | None:
-    """Return why a value is no JSON object of a kind; None where it is one."""
+    """Return a description of a value that is not the expected JSON object, else None."""
     if not isinstance(value, str):
         return _shown(value)
     try:
@@ -108,7 +108,7 @@ def _is_versions(read: dict[str, Any]) -> bool:
 
 
 def _is_scene(read: dict[str, Any]) -> bool:
-    """Return whether an object has what every scene has, and values of the kinds of a scene."""
+    """Return whether an object has a velocity, and only values of types that scenes have."""
     return _is_number(read.get("velocity")) and all(map(_is_scene_value, read.values()))
 
 

@@ -1,4 +1,4 @@
-"""Opening the file of a results store, and naming what can be wrong with it."""
+"""Open the file of a results store, and turn errors of SQLite into named errors."""
 
 import contextlib
 import sqlite3
@@ -15,21 +15,21 @@ from chaincor.workflows.store.schema import (
     TABLE_COLUMNS,
 )
 
-# How long to wait for another sweep that is writing; each writes for milliseconds.
+# Longest wait for other sweeps that write. One write takes milliseconds.
 LOCK_SECONDS = 60.0
 
 
 def connect(path: Path, *, read_only: bool = False) -> sqlite3.Connection:
     """
-    Open a results store; make it, or bring it to the newest schema, where that is needed.
+    Open a results store. Create it or migrate it to the newest schema if necessary.
 
-    SQLite's own defaults are kept: a rollback journal and a sync at every commit. A write-ahead
-    log would save about a millisecond a row, but needs shared memory, which network file systems
-    of clusters do not have, and leaves files beside the store.
+    SQLite's defaults are kept: a rollback journal and a sync at every commit. A write-ahead log
+    would save about a millisecond per row. But it needs shared memory, which network file systems
+    of clusters do not have, and it leaves files beside the store.
 
-    The connection is in autocommit mode; `read_only` refuses changes, and a store that is not
-    there. Raises StoreError if the file is not a store this version can use, and StoreWriteError if
-    a new or older one cannot be written.
+    The connection is in autocommit mode. With `read_only` the store must exist and cannot change.
+    Raises StoreError if this version cannot use the file, and StoreWriteError if a new or older
+    store cannot be written.
     """
     if read_only and not path.exists():
         raise StoreError(f"there is no results store {path}; expected one made by `chaincor sweep`")
@@ -43,7 +43,7 @@ def connect(path: Path, *, read_only: bool = False) -> sqlite3.Connection:
             address(path, mode), uri=True, timeout=LOCK_SECONDS, isolation_level=None
         )
         try:
-            # Between two reads another process may make the store.
+            # A transaction, because another process may create the store between two reads.
             with transaction(connection, "BEGIN", "ROLLBACK"):
                 version = _version(connection, path)
             if version < SCHEMA_VERSION:
@@ -56,12 +56,12 @@ def connect(path: Path, *, read_only: bool = False) -> sqlite3.Connection:
 
 
 def address(path: Path, mode: str) -> str:
-    """Return what SQLite opens a file by: ``ro`` to read it only, ``rwc`` to write or make it."""
+    """Return SQLite's URI of a file; mode ``ro`` only reads it, ``rwc`` writes or creates it."""
     return f"file:{quote(str(path.absolute()))}?mode={mode}"
 
 
 def _version(connection: sqlite3.Connection, path: Path) -> int:
-    """Return the schema version, 0 for an empty file."""
+    """Return the schema version; 0 for an empty file."""
     (application,) = connection.execute("PRAGMA application_id").fetchone()
     (version,) = connection.execute("PRAGMA user_version").fetchone()
     (tables,) = connection.execute("SELECT count(*) FROM sqlite_master").fetchone()
@@ -80,10 +80,10 @@ def _version(connection: sqlite3.Connection, path: Path) -> int:
 
 def _refuse_other_schema(connection: sqlite3.Connection, path: Path) -> None:
     """
-    Refuse a store whose tables are something else than tables.
+    Refuse a store with views, triggers, virtual tables, computed columns or missing columns.
 
     Views, triggers and computed columns run queries of their own, which may never end. Raises
-    StoreError, which names the first of them.
+    StoreError with the first such object.
     """
     others = "type IN ('view', 'trigger') OR sql LIKE 'CREATE VIRTUAL%'"
     found = connection.execute(f"SELECT type, name FROM sqlite_master WHERE {others}").fetchall()
@@ -109,7 +109,7 @@ def _migrate(connection: sqlite3.Connection, path: Path, read_only: bool) -> Non
             "date"
         )
     with transaction(connection):
-        # Another process may have been faster since the version was read.
+        # Read the version again: another process may have migrated the store in the meantime.
         for statements in MIGRATIONS[_version(connection, path) :]:
             for statement in statements:
                 connection.execute(statement)
@@ -121,16 +121,16 @@ def _migrate(connection: sqlite3.Connection, path: Path, read_only: bool) -> Non
 def transaction(
     connection: sqlite3.Connection, begin: str = "BEGIN IMMEDIATE", end: str = "COMMIT"
 ) -> Iterator[None]:
-    """Write all or nothing, or read one state, on a connection in autocommit mode."""
+    """Run a block in a transaction, on a connection in autocommit mode; roll back on errors."""
     if connection.in_transaction:
-        # Ctrl-C can come between the beginning of a transaction and the code that would end it.
+        # Ctrl-C may have come after an earlier transaction began and before its `try` block.
         connection.execute("ROLLBACK")
     try:
         connection.execute(begin)
         yield
         connection.execute(end)
     except BaseException:
-        # A full disk makes SQLite roll back by itself.
+        # If the disk is full, SQLite has already rolled back.
         if connection.in_transaction:
             connection.execute("ROLLBACK")
         raise
@@ -138,7 +138,7 @@ def transaction(
 
 @contextlib.contextmanager
 def named_errors(path: Path) -> Iterator[None]:
-    """Turn errors of SQLite into StoreError, or StoreWriteError where writing is not possible."""
+    """Turn errors of SQLite into StoreError, or into StoreWriteError if a write is impossible."""
     try:
         yield
     except sqlite3.Error as error:

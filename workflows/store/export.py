@@ -1,4 +1,4 @@
-"""A store as a table of its own: CSV, Parquet, pandas, an RO-Crate."""
+"""Export a store to CSV, Parquet, pandas or an RO-Crate."""
 
 import csv
 import json
@@ -26,11 +26,11 @@ if TYPE_CHECKING:
 
 def export_store(store: Store, path: Path) -> int:
     """
-    Write all rows in the order of potential, particles and velocity to ``.csv`` or ``.parquet``.
+    Write all rows to ``.csv`` or ``.parquet``, and return their number.
 
-    The file appears when it is complete. Raises StoreError for another ending, or if the libraries
-    for Parquet are missing; InputError if there is something else than an earlier export. Returns
-    how many rows were written.
+    Rows are sorted by potential, particles and velocity. The file appears when it is complete.
+    Raises StoreError for another file extension, or if the libraries for Parquet are missing.
+    Raises InputError if the file exists and is not an earlier export.
     """
     if path.suffix not in (".csv", ".parquet"):
         raise StoreError(f"'{path.name}' ends in '{path.suffix}'; expected .csv or .parquet")
@@ -53,10 +53,10 @@ def export_store(store: Store, path: Path) -> int:
 
 def export_crate(store: Store, folder: Path) -> int:
     """
-    Write all rows to ``results.csv`` in a folder, with an RO-Crate's description of both.
+    Write all rows to ``results.csv`` in an RO-Crate folder, and return their number.
 
-    Raises MissingLibraryError without the library rocrate; InputError if there is something else
-    than an earlier export. Returns how many rows were written.
+    Raises MissingLibraryError without the library rocrate. Raises InputError if the folder holds
+    something other than an earlier export.
     """
     require_rocrate()
     table = folder / "results.csv"
@@ -96,7 +96,7 @@ def to_pandas(store: Store | Path | str) -> "pandas.DataFrame":
     Returns
     -------
     pandas.DataFrame
-        One row a collision, with the columns of ``chaincor show``.
+        One row for each collision, with the columns of ``chaincor show``.
 
     Raises
     ------
@@ -122,7 +122,7 @@ def _frame(rows: list[tuple]) -> "pandas.DataFrame":
 
 
 def require_pandas() -> Any:
-    """Return pandas; StoreError, which says how to get it, if it is missing."""
+    """Import and return pandas. Raises StoreError if it is missing."""
     try:
         import pandas as pd
     except ImportError:

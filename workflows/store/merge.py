@@ -1,4 +1,4 @@
-"""Merge stores, such as the parts that the tasks of a job array have written."""
+"""Merge stores, such as the parts from the tasks of a job array."""
 
 from pathlib import Path
 from typing import NamedTuple
@@ -14,7 +14,7 @@ class MergedRows(NamedTuple):
     rows: int  #: Rows of the target afterwards.
     added: int  #: Rows that the target did not have.
     replaced: int  #: Rows of the target whose new result has a smaller error.
-    equal: int  #: Rows that both have with the same standing.
+    equal: int  #: Rows of both stores of which neither replaces the other.
     kept: int  #: Rows of the target with a smaller error than the new result.
 
     def __str__(self) -> str:
@@ -26,14 +26,14 @@ class MergedRows(NamedTuple):
 
 def merge_stores(target: Path, sources: list[Path]) -> MergedRows:
     """
-    Copy the rows of some stores into another; where both have a row, the smaller error stays.
+    Copy the rows of some stores into another; if both have a row, the smaller error stays.
 
-    The target is made if it is not there. Each source is only read, and copied in one transaction:
-    after a StoreWriteError whole stores are missing, no halves. Raises StoreError, and copies
-    nothing, if a store cannot be used, or is to be merged into itself.
+    A missing target is created. Each source is copied in one transaction, so that no source is
+    copied in part after a StoreWriteError. Raises StoreError before any copy if a store cannot be
+    used, or if a source is the target.
     """
     for source in sources:
-        # A link to the target is the target as well.
+        # samefile also finds links to the target.
         if source.exists() and target.exists() and source.samefile(target):
             raise StoreError(f"{source} cannot be merged into itself; expected another store")
         _check_whole(source)
@@ -48,7 +48,7 @@ def merge_stores(target: Path, sources: list[Path]) -> MergedRows:
 
 
 def _check_whole(source: Path) -> None:
-    """Read every page of a store: what goes wrong after that is the target's."""
+    """Check every page of a source, so that later errors can only come from the target."""
     with Store(source, read_only=True) as store:
         ((found,), *_) = store.select("PRAGMA quick_check(1)")[1]
     if found != "ok":

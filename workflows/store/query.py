@@ -1,4 +1,4 @@
-"""Questions to a store for tables and plots: columns, conditions, order."""
+"""Query a store for tables and plots: columns, conditions and order."""
 
 import math
 import re
@@ -17,7 +17,7 @@ from chaincor.workflows.store.schema import (
     WORDS,
 )
 
-# More than this no store has, and no number of SQLite is larger.
+# Largest integer of SQLite.
 _MOST_ROWS = 2**63 - 1
 _PARAMETER = re.compile(r"parameters\.[A-Za-z]\w*")
 _CONDITION = re.compile(r"\s*([\w.]+)\s*(<=|>=|!=|==?|<|>)\s*(.*?)\s*")
@@ -40,28 +40,28 @@ def query_rows(
         The store.
     columns : sequence of str
         Names from :data:`~chaincor.workflows.store.schema.PLAIN_COLUMNS`, or ``scene``, the JSON
-        text of the canonical scene; ``parameters.a`` is the parameter a of a formula, ``masses.2``
-        the mass of particle 2 of the chain, counted from the contact outward,
-        ``target_masses.1`` that of the target's first particle.
+        text of the canonical scene. ``parameters.a`` is the parameter a of a formula. ``masses.2``
+        is the mass of particle 2 of the chain, counted from the contact outward.
+        ``target_masses.1`` is the mass of the target's first particle.
     where : sequence of str
-        Conditions that must all hold, as ``potential=lj`` or ``speed<=0.5``; an empty value, as in
-        ``failure=``, stands for a field that is not there. Words are compared letter by letter:
-        ``finished>2026-11`` holds for later dates.
+        Conditions that must all hold, such as ``potential=lj`` or ``speed<=0.5``. An empty value,
+        as in ``failure=``, matches rows without that field. Text is compared character by
+        character: ``finished>2026-11`` holds for later dates.
     order : sequence of str
-        Columns to sort by; with ``-`` before it, the largest first.
+        Columns to sort by. A ``-`` before a name sorts the largest first.
     limit : int, optional
-        Most rows to return.
+        Largest number of rows to return.
 
     Returns
     -------
     list of tuple
-        Values.
+        Values of the columns, one tuple for each row.
 
     Raises
     ------
     StoreError
         If there is no such column, a condition cannot be read, a column of numbers is compared with
-        a word, or a row holds what chaincor does not write.
+        text, or a row holds a value that chaincor does not write.
     """
     conditions, values = _conditions(store, where)
     ordered = [
@@ -82,7 +82,7 @@ def query_rows(
 
 
 def count_rows(store: Store, where: Sequence[str] = ()) -> int:
-    """Count the rows that fulfil conditions as for :func:`query_rows`."""
+    """Count the rows that fulfil conditions, written as for :func:`query_rows`."""
     conditions, values = _conditions(store, where)
     return store.select(f"SELECT count(*) FROM collisions{conditions}", values)[1][0][0]
 
@@ -109,7 +109,11 @@ def _conditions(store: Store, where: Sequence[str]) -> tuple[str, list[Any]]:
 
 
 def _number(text: str, name: str, value: str) -> float:
-    """Return what a column of numbers is compared with: for SQLite a word is above all numbers."""
+    """
+    Return the number in a condition on a column of numbers.
+
+    Raises StoreError for text, because SQLite sorts text above all numbers.
+    """
     if name in FLAG_COLUMNS and value.lower() in ("true", "false"):
         return float(value.lower() == "true")
     number = number_in(value)
@@ -121,12 +125,12 @@ def _number(text: str, name: str, value: str) -> float:
     return number
 
 
-# A mass of one particle: which body, and which of its particles, counted from 1.
+# Mass of one particle: body, and index of the particle, counted from 1.
 ONE_MASS = re.compile(r"(masses|target_masses)\.([1-9]\d{0,7})")
 
 
 def _quoted(name: str) -> str:
-    """Return what stands for a column in a query."""
+    """Return the SQL expression of a column."""
     if name in BODY_COLUMNS:
         return BODY_COLUMNS[name]
     if one := ONE_MASS.fullmatch(name):
@@ -139,7 +143,11 @@ def _quoted(name: str) -> str:
 
 
 def _mass(masses: str, particle: int) -> str:
-    """Return the mass of one particle: lists repeat; a chain that names none has masses 1."""
+    """
+    Return the SQL expression of the mass of one particle.
+
+    A shorter list of masses repeats. A chain without masses has masses of 1.
+    """
     place = f"'$.{masses}[' || ({particle - 1} % json_array_length(scene, '$.{masses}')) || ']'"
     body, absent = ("particles", "1.0") if masses == "masses" else ("target_particles", "NULL")
     return (

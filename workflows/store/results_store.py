@@ -1,4 +1,4 @@
-"""A results store: one SQLite file, one row a collision."""
+"""Results store: one SQLite file with one row for each collision."""
 
 import datetime
 import json
@@ -28,12 +28,12 @@ _HAS_ARRAYS = (
     "EXISTS (SELECT 1 FROM {0}.arrays AS kept "
     "WHERE kept.collision_sha256 = collisions.collision_sha256) AS has_arrays"
 )
-# What decides whether a collision has to be run, and which of two rows stays.
+# Columns that decide whether a collision must be run, and which of two rows stays.
 _STANDINGS = f"""
     SELECT collision_sha256, restitution, restitution_error, tolerance, failure_tolerance,
     failure_stands, tries, finished, {_HAS_ARRAYS} FROM {{0}}.collisions
 """
-# Keys of one question to the database; older versions take 999 values.
+# Largest number of keys in one query. Older versions of SQLite accept 999 values.
 _MOST_KEYS = 500
 _ROW = f"""
     SELECT collisions.*, environments.versions, {_HAS_ARRAYS.format("main")}
@@ -41,12 +41,12 @@ _ROW = f"""
     WHERE collision_sha256 = ?
 """
 _ARRAYS = "SELECT name, npy FROM arrays WHERE collision_sha256 = ?"
-# Of this store, `main`, and of one to be merged, `source`: where both have a row, in one order.
+# Rows that both this store (`main`) and the store to be merged (`source`) have, in one order.
 _BOTH = """
     WHERE collision_sha256 IN (SELECT collision_sha256 FROM {0}.collisions)
     ORDER BY collision_sha256
 """
-# What is taken of the other: all but what loses to a row that is there.
+# Rows to copy from `source`: all except those that do not replace a row of `main`.
 _TAKEN = "WHERE collision_sha256 NOT IN (SELECT value FROM json_each(:staying))"
 _ENVIRONMENT = """
     (SELECT ours.id FROM main.environments AS ours JOIN source.environments AS theirs
@@ -58,30 +58,30 @@ class Store:
     """
     A results store in one SQLite file.
 
-    A row is a collision whatever the tolerance: of its results the one that reached the smaller
-    error stays (:meth:`~chaincor.workflows.store.row.Row.yields_to`). Every write is a
-    transaction of its own, so that a killed program leaves whole rows only.
+    One row holds one collision for all tolerances: the result with the smallest error stays
+    (:meth:`~chaincor.workflows.store.row.Row.yields_to`). Every write is its own transaction, so
+    that a killed program leaves only complete rows.
 
     Parameters
     ----------
     path : pathlib.Path or str
-        The file; made if it is not there.
+        The file. It is created if it does not exist.
     read_only : bool
-        Whether to refuse to change anything.
+        Whether to refuse all changes.
 
     Attributes
     ----------
     path : pathlib.Path
         The file.
     connection : sqlite3.Connection
-        To it, in autocommit mode.
+        Connection to the file, in autocommit mode.
 
     Raises
     ------
     StoreError
-        If the file is not a store this version can use.
+        If this version cannot use the file as a store.
     StoreWriteError
-        If the machine does not let it be written.
+        If the file cannot be written.
 
     Examples
     --------
@@ -112,23 +112,24 @@ class Store:
 
     def get(self, scene: Scene, *, arrays: bool = False) -> Row | None:
         """
-        Return the result of a scene; None where it would have to be computed.
+        Return the row of a scene, or None if the scene must be computed.
 
-        That is where it is not there, not exact enough, or lacks the arrays that are wanted.
+        A scene must be computed if it has no result, if the result is not accurate enough, or if
+        requested arrays are missing.
         """
         (standing,) = self.standings([scene])
         enough = standing is not None and standing.answers(scene, arrays=arrays)
         return self.find(scene, arrays=arrays) if enough else None
 
     def find(self, scene: Scene, *, arrays: bool = False) -> Row | None:
-        """Return the row of a scene, however exact, even if it failed; None where there is none."""
+        """Return the row of a scene, whatever its accuracy, even if it failed; None without one."""
         key = row_key(scene)
         rows = self._rows(_ROW, (key,))
         if not rows:
             return None
         (found,) = rows
         try:
-            _ = found.scene, found.result  # JSON is read now, and whether it can be
+            _ = found.scene, found.result  # reads the JSON now, to find damage
         except (TypeError, ValueError) as error:
             raise StoreError(
                 f"the row collision_sha256={key} of {self.path} is damaged ({error}); expected "
@@ -153,7 +154,11 @@ class Store:
         return [Row(dict(zip(names, values, strict=True))) for values in rows]
 
     def standings(self, scenes: Sequence[Scene]) -> list[Row | None]:
-        """Return of each scene's row what decides whether it has to be run; None without a row."""
+        """
+        Return a row of each scene with the columns that decide whether it must be run.
+
+        The result has None for a scene without a row.
+        """
         return self._standings([row_key(scene) for scene in scenes])
 
     def _standings(self, keys: Sequence[str]) -> list[Row | None]:
@@ -166,19 +171,20 @@ class Store:
         return [found.get(key) for key in keys]
 
     def check_writable(self) -> None:
-        """Raise now, not after hours of computing, if the store cannot be written."""
+        """Raise an error if the store cannot be written, before hours of computation are lost."""
         with named_errors(self.path), transaction(self.connection, end="ROLLBACK"):
-            # Only a change, not the wish for one, is refused on a read-only file.
+            # SQLite lets a transaction begin on a read-only file, but refuses the first change.
             self.connection.execute(f"PRAGMA user_version = {SCHEMA_VERSION}")
 
     def record(
         self, found: Iterable[tuple[Scene, Row]], *, arrays: bool = False, replace: bool = False
     ) -> None:
         """
-        Write what came of scenes, all in one transaction or, with StoreWriteError, nothing.
+        Write the results or failures of scenes in one transaction.
 
-        What stays is decided by :meth:`~chaincor.workflows.store.row.Row.yields_to`;
-        `replace` lets a result take the place of one that was asked for no more exactly.
+        :meth:`~chaincor.workflows.store.row.Row.yields_to` decides which result stays. With
+        `replace`, a result replaces an older one whose tolerance is not tighter. Raises
+        StoreWriteError, and writes nothing, if the store cannot be written.
         """
         now = datetime.datetime.now(datetime.UTC).isoformat(timespec="milliseconds")
         with named_errors(self.path), transaction(self.connection):
@@ -199,7 +205,7 @@ class Store:
                 self._update(key, {name: columns[name] for name in kept})
             return
         had_arrays = old is not None and old.columns["has_arrays"]
-        # Arrays that were kept must stay those of the row's result.
+        # If the row had arrays, write the new ones: kept arrays must belong to the row's result.
         keep_arrays = arrays or had_arrays
         columns |= _NO_FAILURE
         if old is not None:
@@ -218,10 +224,11 @@ class Store:
 
     def merge(self, other: "Store") -> tuple[int, int, int]:
         """
-        Copy the rows of another store, all in one transaction or, with StoreWriteError, nothing.
+        Copy the rows of another store in one transaction.
 
-        Where both have a row, :meth:`~chaincor.workflows.store.row.Row.yields_to` decides which
-        stays. Returns the numbers of such rows that were replaced, equal, and kept.
+        If both stores have a row, :meth:`~chaincor.workflows.store.row.Row.yields_to` decides which
+        one stays. Returns the numbers of such rows that were replaced, equal, and kept. Raises
+        StoreWriteError, and copies nothing, if this store cannot be written.
         """
         with named_errors(self.path):
             self.connection.execute("ATTACH ? AS source", (address(other.path, "ro"),))
@@ -232,7 +239,7 @@ class Store:
                 self.connection.execute("DETACH source")
 
     def _merge_source(self) -> tuple[int, int, int]:
-        # Rows that are copied unchanged go through SQL: in Python they take five times as long.
+        # SQL copies the unchanged rows: Python takes five times as long.
         replaced = equal = kept = 0
         staying: list[str] = []
         changes: dict[str, dict[str, Any]] = {}
@@ -284,7 +291,7 @@ class Store:
         self, query: str, parameters: Sequence[Any] | dict[str, Any] = ()
     ) -> tuple[list[str], list[tuple[Any, ...]]]:
         """
-        Ask the tables directly; the schema is in ``store/schema.py``.
+        Run an SQL query; the schema is in ``store/schema.py``.
 
         Parameters
         ----------
@@ -296,9 +303,9 @@ class Store:
         Returns
         -------
         columns : list of str
-            Names.
+            Names of the columns.
         rows : list of tuple
-            Values.
+            Values of each row.
         """
         with named_errors(self.path):
             cursor = self.connection.execute(query, parameters)

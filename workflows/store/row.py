@@ -1,4 +1,4 @@
-"""One row of a results store: what is known of one collision, a result or why there is none."""
+"""Row of a results store: the result or the failure of one collision."""
 
 import io
 import json
@@ -27,36 +27,38 @@ from chaincor.workflows.store.schema import (
 
 
 class Failure(NamedTuple):
-    """Why a collision has no result."""
+    """Failure of a collision."""
 
     name: str  #: Class of the error.
     message: str  #: One line.
-    #: Whether the same scene would fail again: then it is tried anew only on request. That is so
-    #: for named errors of the collision itself, not for those of the machine.
+    #: Whether the same scene would fail again, so that it is retried only on request. True for
+    #: named errors of the collision itself, False for errors of the machine.
     stands: bool
 
 
 @dataclass(frozen=True)
 class Row:
     """
-    One row of a results store; a worker makes it, a store adds what tells rows apart.
+    Row of a results store.
 
-    Its tolerance is the tightest that has been asked of the collision and that the result stands
-    for: it meets it, or no run has come closer. None with explicit numerics.
+    A worker fills the columns of the result; the store adds the key and the columns of the scene.
+
+    The tolerance of a row is the tightest one that was requested and that the result stands for:
+    the result reaches it, or no run reached a smaller error. It is None with explicit numerics.
     """
 
-    #: As ``schema`` has them, as far as they are known: of a row of a store also
-    #: ``collision_sha256``, its key, ``tries``, ``host`` and ``finished`` (UTC, ISO 8601), and
-    #: ``has_arrays``, whether the store keeps its arrays.
+    #: Known columns of the schema. A row from a store also has ``collision_sha256`` (its key),
+    #: ``tries``, ``host``, ``finished`` (UTC, ISO 8601) and ``has_arrays``, whether the store
+    #: keeps its arrays.
     columns: Mapping[str, Any]
-    #: Names and arrays: ``contact_times``, ``contact_speeds``, ``mode_energies``, ``velocities``
-    #: and ``displacements``, the last three also of a free target (``target_...``); empty where
-    #: they were not kept or not asked for.
+    #: Arrays by name: ``contact_times``, ``contact_speeds``, ``mode_energies``, ``velocities``
+    #: and ``displacements``; the last three also for a free target (``target_...``). Empty if they
+    #: were not kept or not requested.
     arrays: dict[str, NDArray[np.float64]] = field(default_factory=dict, repr=False)
 
     @classmethod
     def of(cls, found: Collision | BaseException) -> Self:
-        """Return what a store keeps of a result, or of a failure."""
+        """Return the row of a result or of a failure."""
         if isinstance(found, Collision):
             return cls.of_fields(found.plain(), found.arrays())
         passing = isinstance(found, MissingLibraryError | WorkerDiedError)
@@ -70,9 +72,10 @@ class Row:
         cls, fields: dict[str, Any], arrays: dict[str, NDArray[np.float64]] | None = None
     ) -> Self:
         """
-        Return what a store keeps of the fields of a result; what has no column is a detail.
+        Return the row of the fields of a result.
 
-        What the scene says, as velocity and speed, it is recorded with.
+        Fields without a column go to ``details``. Fields of the scene, such as velocity, are left
+        out, because :func:`scene_columns` adds them.
         """
         columns = {"versions": _versions_json(tuple(fields.pop("versions").items()))}
         columns |= {name: finite(fields.pop(name, None)) for name in RESULT_COLUMNS}
@@ -82,15 +85,15 @@ class Row:
 
     @cached_property
     def scene(self) -> dict[str, Any]:
-        """The canonical scene, with the tolerance of the run that gave the result."""
+        """Canonical scene, with the tolerance of the run that gave the result."""
         return json.loads(self.columns["scene"])
 
     @cached_property
     def result(self) -> dict[str, Any] | None:
         """
-        The fields of a :class:`~chaincor.workflows.result.Collision` but for the arrays.
+        Fields of a :class:`~chaincor.workflows.result.Collision` without the arrays.
 
-        None where no try has succeeded. ``tolerance_met`` and ``reason`` are by its tolerance.
+        None if no run has succeeded. ``tolerance_met`` and ``reason`` refer to the row's tolerance.
         """
         columns = self.columns
         if not self.has_result:
@@ -105,37 +108,38 @@ class Row:
 
     @property
     def failure(self) -> Failure | None:
-        """The last failure since the result."""
+        """Last failure since the result; None without one."""
         name, message, _, stands = (self.columns.get(name) for name in FAILURE_COLUMNS)
         return None if name is None else Failure(name, str(message), bool(stands))
 
     @property
     def restitution(self) -> float:
-        """The ratio of energies, eta; nan where there is no result."""
+        """Ratio of energies, eta; NaN without a result."""
         eta = self.columns.get("restitution")
         return float("nan") if eta is None else eta
 
     @property
     def restitution_error(self) -> float | None:
-        """Error bar of eta."""
+        """Error bar of eta; None without one."""
         return self.columns.get("restitution_error")
 
     @property
     def has_result(self) -> bool:
-        """Whether a try has succeeded."""
+        """Whether a run has succeeded."""
         return self.columns.get("restitution") is not None
 
     @property
     def reached(self) -> float:
-        """The error bar of the result; inf without one."""
+        """Error bar of the result; inf without one."""
         return math.inf if self.restitution_error is None else self.restitution_error
 
     def answers(self, scene: Scene, *, arrays: bool = False) -> bool:
         """
-        Say whether the result is exact enough for a scene.
+        Return whether the result is accurate enough for a scene.
 
-        That is if the same or a smaller error was asked for, or reached. With explicit numerics any
-        result is: runs with and without an error bar have rows of their own.
+        The result must have reached the scene's tolerance, or its run must have had the same or a
+        tighter tolerance. With explicit numerics any result is enough: runs with and without an
+        error bar have separate rows.
         """
         if not self.has_result or (arrays and not self.columns["has_arrays"]):
             return False
@@ -143,7 +147,7 @@ class Row:
         return asked is None or self.reached <= asked or (known is not None and known <= asked)
 
     def would_fail(self, scene: Scene) -> bool:
-        """Say whether a scene failed by itself when no smaller an error was asked for."""
+        """Return whether a scene would fail: it did, at the same or a looser tolerance."""
         if not self.columns["failure_stands"]:
             return False
         asked, failed = scene.asked_tolerance, self.columns["failure_tolerance"]
@@ -151,15 +155,15 @@ class Row:
 
     def yields_to(self, other: "Row", *, renew: bool = False) -> bool:
         """
-        Say whether another row of the same collision takes the place of this: the one rule.
+        Return whether another row of the same collision replaces this row.
 
-        A result takes the place of a failure, a later failure that of an earlier one. Of two
-        results the one with the smaller error bar stays, none counting as the largest; of equal
-        ones that with arrays; else the one that is there.
+        A result replaces a failure, and a later failure replaces an earlier one. A result replaces
+        another result if its error bar is smaller; a missing error bar counts as infinite. If the
+        error bars are equal, a result with arrays replaces a result without them.
 
-        `renew` says that the other was computed to take the place of this, on request or for the
-        arrays that this lacks. Then it does so if it was asked for no less exactly, whatever it
-        reached; but without an error bar it never takes the place of a result with one.
+        `renew` says that the other row was computed to replace this one, on request or for missing
+        arrays. It then replaces this row if its tolerance is the same or tighter, whatever error it
+        reached. A result without an error bar never replaces a result with one.
         """
         if not other.has_result:
             return not self.has_result and other.columns["finished"] > self.columns["finished"]
@@ -173,15 +177,15 @@ class Row:
 
     def _asked_more_exactly_than(self, other: "Row") -> bool:
         asked, others = self.columns["tolerance"], other.columns["tolerance"]
-        # With explicit numerics every run is the same.
+        # Without a tolerance the numerics are explicit, and every run gives the same result.
         return asked is not None and others is not None and asked < others
 
     def tightened_by(self, other: "Row") -> dict[str, Any]:
         """
-        Return what changes in a row that stays if the other was asked for more exactly.
+        Return the columns that change in this row if it stays and the other's tolerance is tighter.
 
-        From then on the row stands for that tolerance, too, whether it meets it or no run came
-        closer: else a sweep that asks for it would run it again and again.
+        The row then takes the tighter tolerance, whether it reaches it or not. Otherwise a sweep
+        with that tolerance would repeat the run every time.
         """
         both = self.has_result and other.has_result
         if not (both and other._asked_more_exactly_than(self)):
@@ -195,9 +199,9 @@ class Row:
         return {"tolerance": asked, "tolerance_met": met, "reason": None if met else missed}
 
 
-# The scene's columns hold them.
+# Fields of a result that the columns of the scene hold.
 _OF_SCENES = ("potential", "particles", "engine", "scene_sha256")
-# To make an encoder anew takes as long as to use it.
+# One encoder for all calls: creating an encoder takes as long as using it.
 _write_json = json.JSONEncoder(sort_keys=True, allow_nan=False).encode
 
 
@@ -215,7 +219,7 @@ def _versions_json(items: tuple[tuple[str, str], ...]) -> str:
 
 @cache
 def host_name() -> str:
-    """Return the name of this machine in the network, ``unknown`` where it has none."""
+    """Return the network name of this machine, or ``unknown``."""
     return platform.node() or "unknown"
 
 
@@ -234,11 +238,11 @@ def row_key(scene: Scene) -> str:
 
 
 def scene_columns(scene: Scene) -> dict[str, Any]:
-    """Return the columns that a scene fills."""
+    """Return the columns of a row that come from its scene."""
     canonical = scene.canonical_fields
     columns = {name: canonical.get(name) for name in SCENE_COLUMNS}
-    # The speed as it was given: v0/v* may differ from it in the last digit, which would split
-    # the rows of one speed into several.
+    # Keep a given speed: v0/v* may differ in the last digit, which would split the rows of one
+    # speed into several groups.
     speed, scale = scene.speed, scene.bond.natural_speed
     if speed is None and scale is not None:
         speed = scene.impact_velocity / scale
@@ -252,14 +256,14 @@ def scene_columns(scene: Scene) -> dict[str, Any]:
 
 
 def array_to_bytes(array: NDArray[np.float64]) -> bytes:
-    """Write an array in NumPy's own format, that of ``.npy`` files."""
+    """Write an array in NumPy's ``.npy`` format."""
     buffer = io.BytesIO()
     np.save(buffer, array, allow_pickle=False)
     return buffer.getvalue()
 
 
 def array_from_bytes(content: bytes) -> NDArray[np.float64]:
-    """Read an array of numbers from NumPy's own format; ValueError where it is none."""
+    """Read an array of floats in NumPy's ``.npy`` format. Raises ValueError for other content."""
     array = np.load(io.BytesIO(content), allow_pickle=False)
     if not (isinstance(array, np.ndarray) and array.dtype.kind == "f"):
         raise ValueError("no array of numbers")

@@ -1,4 +1,4 @@
-"""The tables of a results store, their version, and how an older store becomes a newer one."""
+"""Tables of a results store, their version, and the migrations from older versions."""
 
 import re
 
@@ -6,11 +6,11 @@ from chaincor.analysis.observables import OF_RUNS
 from chaincor.lammps_inputs.bonds.potentials import BOND_KEYS
 from chaincor.lammps_inputs.scene_parts.given_bodies import BODY_KEYS
 
-# "CCOR": tells a results store from any other SQLite file.
+# "CCOR", which distinguishes results stores from other SQLite files.
 APPLICATION_ID = 0x43434F52
 
-# One list of statements for each version: number k turns version k into k + 1. What has been
-# released is never edited; a change of the schema is a new list at the end.
+# Item k turns version k into version k + 1. Never edit a released item: a change of the schema is a
+# new item at the end.
 MIGRATIONS: tuple[tuple[str, ...], ...] = (
     (
         """
@@ -86,7 +86,7 @@ MIGRATIONS: tuple[tuple[str, ...], ...] = (
 SCHEMA_VERSION = len(MIGRATIONS)
 
 _COLUMN = re.compile(r'^ +"?(\w+)"? (?:TEXT|INTEGER|REAL|BLOB)', re.MULTILINE)
-# The tables of a store, and the columns that each of them has at least.
+# Tables of a store and their required columns.
 TABLE_COLUMNS = {
     name: set(_COLUMN.findall(statement))
     for name, statement in zip(("environments", "collisions", "arrays"), MIGRATIONS[0], strict=True)
@@ -95,24 +95,24 @@ _COLUMNS = tuple(_COLUMN.findall(MIGRATIONS[0][1]))
 
 
 def _columns(first: str, last: str) -> tuple[str, ...]:
-    """Return the names of the table's columns from one to another."""
+    """Return the names of the columns from `first` to `last`."""
     return _COLUMNS[_COLUMNS.index(first) : _COLUMNS.index(last) + 1]
 
 
-# Columns of the record that results have under the same name.
+# Fields of results whose columns of the same name hold something else or are set elsewhere.
 _NOT_PLAIN = ("scene_sha256", "details")
 SCENE_COLUMNS = (*_columns("potential", "particles"), "engine")
-# Of bonds that few scenes have: taken out of the scene's JSON.
+# Keys of rare bonds, which have no columns and are extracted from the scene's JSON.
 SCENE_KEYS = tuple(key for key in BOND_KEYS if key not in (*SCENE_COLUMNS, "bond_file"))
 FAILURE_COLUMNS = _columns("failure", "failure_stands")
 RECORD_COLUMNS = ("collision_sha256", "scene_sha256", "tries", "host", "finished")
-# Observables that have a column of their own; the others go to `details`.
+# Types of all observables. Observables without a column go to `details`.
 _OF_RUNS = {each.name: each.kind for each in OF_RUNS}
 RESULT_COLUMNS = tuple(
     name for name in _COLUMNS if name in _OF_RUNS and name not in (*SCENE_COLUMNS, *_NOT_PLAIN)
 )
-# Observables in `details`, as expressions over the JSON of a row: such keys need no columns that
-# all other rows leave empty, and no new schema. Keys of the scene are read from the scene.
+# SQL expressions of values in the JSON of the scene or of `details`. Such values need no new schema
+# and no columns that most rows leave empty.
 _CONTACT = {"contact_stiffness": "contact[0]", "contact_exponent": "contact[1]"}
 BODY_COLUMNS = {
     name: f"json_extract(scene, '$.{_CONTACT.get(name, name)}')"
@@ -123,13 +123,13 @@ BODY_COLUMNS = {
     for name, kind in _OF_RUNS.items()
     if kind in ("int", "float", "bool", "str") and name not in (*_COLUMNS, *BODY_KEYS, *SCENE_KEYS)
 }
-# Words and lists in the JSON of a row, where there is no column whose type tells.
+# Observables without a column that are text or lists.
 WORDS = tuple(
     name
     for name, kind in _OF_RUNS.items()
     if name not in _COLUMNS and kind not in ("int", "float", "bool")
 )
-# What can be shown, filtered, plotted and exported.
+# Columns that can be shown, filtered, plotted and exported.
 PLAIN_COLUMNS = (
     *SCENE_COLUMNS,
     *RESULT_COLUMNS,
