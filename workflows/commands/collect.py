@@ -1,4 +1,4 @@
-"""``chaincor collect``: the logs of a grid of jobs into a store."""
+"""``chaincor collect``: read the logs of a grid of jobs into a store."""
 
 from collections import Counter
 from pathlib import Path

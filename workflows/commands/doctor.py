@@ -1,4 +1,4 @@
-"""``chaincor doctor``: is this machine able to run, what is missing, how to get it."""
+"""``chaincor doctor``: check that this machine can run chaincor, and list missing libraries."""
 
 import platform
 import sys

@@ -1,4 +1,4 @@
-"""``chaincor explain``: what results print, and what errors mean."""
+"""``chaincor explain``: explain printed words and errors."""
 
 import re
 
@@ -10,7 +10,7 @@ from chaincor.workflows.showing.terms import ALL_TERMS, OTHER_NAMES
 
 _SECTION = re.compile(r"^### (\w+)\n(.*?)(?=^##|\Z)", re.MULTILINE | re.DOTALL)
 
-# What jobs print when they stop, in a table.
+# Row of the table of words that jobs print when they stop: word, cause and remedy.
 _ROW = re.compile(r"^\| (`[A-Z ]+`.*?) \| (.*?) \| (.*?) \|$", re.MULTILINE)
 _NAME = re.compile(r"`([A-Z ]+)`")
 
@@ -55,6 +55,6 @@ def _paragraph(text: str) -> None:
 
 
 def _plain(text: str) -> str:
-    """Take the marks of Markdown off."""
+    """Remove the markup of Markdown."""
     text = re.sub(r"\[([^\]]*)\]\([^)]*\)", r"\1", text)
     return text.replace("**", "").replace("`", "")

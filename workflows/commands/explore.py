@@ -1,4 +1,4 @@
-"""``chaincor explore``: a page that computes collisions."""
+"""``chaincor explore``: write a page that computes collisions."""
 
 from pathlib import Path
 

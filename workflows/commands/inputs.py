@@ -1,4 +1,4 @@
-"""``chaincor inputs``: a job that ``lmp -in in.chain`` runs."""
+"""``chaincor inputs``: write a job that ``lmp -in in.chain`` runs."""
 
 from dataclasses import fields, replace
 from pathlib import Path
@@ -83,7 +83,7 @@ def inputs(
 
 
 def _wishes_in(options: dict[str, Any]) -> JobWishes:
-    """Take what is wanted of a job out of the options, which leaves those of the scene."""
+    """Remove the options of the job from `options`, which keeps those of the scene."""
     from chaincor.lammps_inputs.own_templates.own_template import OwnTemplate
 
     template, settings = options.pop("template"), options.pop("settings")

@@ -1,4 +1,4 @@
-"""``chaincor lessons``: the lessons as notebooks."""
+"""``chaincor lessons``: write the lessons as notebooks."""
 
 from pathlib import Path
 

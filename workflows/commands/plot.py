@@ -1,4 +1,4 @@
-"""``chaincor plot``: curves and heat maps straight from a store."""
+"""``chaincor plot``: draw curves and heat maps from a store."""
 
 import json
 from collections.abc import Iterable, Sequence
@@ -75,17 +75,18 @@ def plot(
     say(target)
 
 
-# Columns of lists, of which one number can be along an axis.
+# Columns that hold lists. One number of a list can be an axis.
 _LISTS = ("masses", "target_masses")
-# The same thing in two units.
+# Impact speed in two units.
 _IMPACT = {"speed", "velocity"}
-# Keys that say most come first, so that those which follow from them are not told.
+# Order of keys in labels. The most telling keys come first, so that keys that depend on them add
+# nothing and are left out.
 _FIRST = {"potential": -2, "particles": -1, "speed": 2, "velocity": 3}
 
 
 @dataclass(frozen=True)
 class _Row:
-    """One collision: the columns asked for, and the scene that they belong to."""
+    """Requested columns and scene of one collision."""
 
     values: tuple[Any, ...]
     scene: dict[str, Any]
@@ -94,7 +95,11 @@ class _Row:
 def _rows(
     store: "Store", axes: tuple[str, ...], others: tuple[str, ...], where: tuple[str, ...]
 ) -> list[_Row]:
-    """Return axes and other columns of the rows in which all axes have a value, as numbers."""
+    """
+    Return the rows that have a value on every axis.
+
+    Raises StoreError if there is no such row, or if an axis holds values that are no numbers.
+    """
     from chaincor.workflows.store.query import ONE_MASS, query_rows
 
     conditions = [*where, *(f"{name}!=" for name in axes)]
@@ -122,9 +127,10 @@ def _rows(
 
 def _leave_out(scenes: list[dict[str, Any]], masses: str, particle: int) -> None:
     """
-    Leave the mass of one particle out of what tells scenes apart: it is along an axis.
+    Remove the mass of one particle, which is an axis, from the scenes, so that they compare equal.
 
-    Lists repeat, and a scene has the shortest that does: 1, 1 is 1, beside 1, 2.
+    Lists of masses repeat along the chain, and scenes keep the shortest form: 1, 1 is stored as 1.
+    Lists are therefore expanded to one length before the mass is removed.
     """
     lists = [scene.get(masses, [1.0]) for scene in scenes]
     longest = max((len(given) for given in lists if isinstance(given, list)), default=1)
@@ -133,12 +139,12 @@ def _leave_out(scenes: list[dict[str, Any]], masses: str, particle: int) -> None
             repeated = [given[i % len(given)] for i in range(longest)]
             fits = longest % len(given) == 0
             repeated[(particle - 1) % (longest if fits else len(given))] = None
-            # Two lists that begin alike may repeat otherwise.
+            # Lists that do not fit the length keep their own length, which distinguishes them.
             scene[masses] = repeated if fits else [*repeated, len(given)]
 
 
 def _comparable(scene: dict[str, Any]) -> dict[str, Any]:
-    """Return a scene whose values can be told apart and sorted by: lists as text, no tables."""
+    """Return a scene with values that compare and sort: lists as text, parameters one by one."""
     found: dict[str, Any] = {}
     for key, value in scene.items():
         if key == "parameters":
@@ -151,10 +157,10 @@ def _comparable(scene: dict[str, Any]) -> dict[str, Any]:
 
 
 def _varying(rows: list[_Row], axes: tuple[str, ...]) -> list[str]:
-    """Return by what the scenes differ, apart from what is along the axes: no key to spare."""
-    # A store has one row for all tolerances of a collision, so they tell no rows apart.
+    """Return the fewest keys, apart from the axes, by which the scenes differ."""
+    # A store has one row for all tolerances of a collision, so the tolerance does not distinguish.
     keys = _scene_keys(rows) - {"tolerance", *axes}
-    # Over a quantity that came out, a curve is followed as the impact speed changes.
+    # If the axis is a result, points of one curve differ by the impact speed.
     if _IMPACT & set(axes) or not _scene_keys(rows) & set(axes):
         keys -= _IMPACT
     if any(row.scene["speed"] is None for row in rows):
@@ -169,7 +175,7 @@ def _varying(rows: list[_Row], axes: tuple[str, ...]) -> list[str]:
 
 
 def _scene_keys(rows: list[_Row]) -> set[str]:
-    """Return every key that a scene of the rows has."""
+    """Return all keys of the scenes of some rows."""
     return {key for row in rows for key in row.scene}
 
 
@@ -220,7 +226,7 @@ def _check_mean(rows: list[_Row], x: str, mean: str) -> None:
 
 
 def _means(curves: dict[str, tuple[list[Any], list[Any]]], x: str, y: str) -> "Figure":
-    """Draw the distribution at each place along the curves."""
+    """Draw mean and quantiles at each place along the curves."""
     from chaincor.analysis.distribution import Distribution
     from chaincor.analysis.figures.store_plots import plot_means
 
@@ -254,7 +260,7 @@ def _named(names: list[str], rows: list[_Row]) -> str:
 
 
 def _labels(names: Sequence[str], keys: Iterable[tuple[Any, ...]]) -> list[str]:
-    """Name curves by their values, in short, or in full where two would have one name."""
+    """Return names of curves from their values; in full if short names would coincide."""
     labels: list[str] = []
     for show in (_shown, str):
         values = ([_drawable(show(value)) for value in key] for key in keys)
@@ -265,7 +271,7 @@ def _labels(names: Sequence[str], keys: Iterable[tuple[Any, ...]]) -> list[str]:
 
 
 def _drawable(text: str) -> str:
-    """Return a text without characters that fonts lack, or that begin a formula in a figure."""
+    """Return a text without characters that fonts lack, and with dollar signs escaped."""
     return printable(text).encode("ascii", "backslashreplace").decode().replace("$", r"\$")
 
 

@@ -1,4 +1,4 @@
-"""``chaincor reproduce``: every figure of the paper, and verdicts on its statements."""
+"""``chaincor reproduce``: recompute every figure of the paper, and judge its claims."""
 
 from pathlib import Path
 from typing import Any
@@ -48,7 +48,7 @@ def reproduce(folder: Path, quick: bool, workers: int, as_crate: bool, as_json: 
 
 
 def describe(contents: dict[str, Any], folder: Path) -> str:
-    """Describe a report for people: the curves of eta as a table, the verdicts, the times."""
+    """Return a report as text: curves of eta, verdicts and times."""
     from chaincor.workflows.pages.typesetting import format_number
     from chaincor.workflows.reproduce.report import describe_found
 
@@ -73,7 +73,7 @@ def describe(contents: dict[str, Any], folder: Path) -> str:
 
 
 def _curve_lines(points: list[dict[str, Any]]) -> list[str]:
-    """Print the curves; * marks what the in-house engine computed."""
+    """Return the lines of the curves; * marks values of the reference engine."""
     names = list(dict.fromkeys(point["potential"] for point in points))
     cells = {}
     for p in points:

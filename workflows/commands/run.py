@@ -1,4 +1,4 @@
-"""``chaincor run``: one collision."""
+"""``chaincor run``: run one collision."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -129,7 +129,7 @@ def run(
             from chaincor.workflows.sensitivity.text import describe_sensitivity
 
             say(f"\n{describe_sensitivity(result.sensitivity, result.scene)}")
-    # The number is out before pictures are made, which may fail or be stopped.
+    # Print the numbers first, because pictures may fail or be interrupted.
     if animate is not None:
         from chaincor.workflows.pictures.recording import write_animation
 
@@ -151,7 +151,7 @@ def _run_samples(
     most_seconds: float,
     as_json: bool,
 ) -> None:
-    """Run many collisions of a warm scene and print what they say together."""
+    """Run many collisions of a warm scene, and print their statistics."""
     from chaincor.workflows.campaign.collide_many import collide_many
     from chaincor.workflows.campaign.ensemble import DEFAULT_PRECISION, describe_ensemble
 

@@ -1,4 +1,4 @@
-"""Command-line options for the fields of a scene, made from the scene's own description."""
+"""Command-line options for the fields of a scene, generated from the `Scene` model."""
 
 import contextlib
 import types
@@ -18,7 +18,7 @@ from chaincor.workflows.commands.options import option
 
 
 def _plain_types(annotation: Any) -> list[Any]:
-    """Take Optional and Annotated apart."""
+    """Return the plain types in an annotation with Optional, Union or Annotated."""
     origin = get_origin(annotation)
     if origin is tuple:
         return [tuple]
@@ -30,7 +30,7 @@ def _plain_types(annotation: Any) -> list[Any]:
 
 
 def _number_or(words: tuple[str, ...]) -> Callable[[Any], float | str]:
-    """Return what reads a number, or one of a few words."""
+    """Return a function that reads a number or one of some words."""
 
     def read(text: str) -> float | str:
         given = number_in(text)
@@ -42,13 +42,13 @@ def _number_or(words: tuple[str, ...]) -> Callable[[Any], float | str]:
 
 
 class WordChoice(click.Choice):
-    """One of some words in any case; a word from elsewhere gets what was meant suggested."""
+    """Choice of words in any case; the error of an unknown word suggests a similar word."""
 
     def __init__(self, words: tuple[str, ...]) -> None:
         super().__init__(words, case_sensitive=False)
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        """Return the word, as it is known."""
+        """Return the word in its standard spelling."""
         try:
             return super().convert(value, param, ctx)
         except click.BadParameter as error:
@@ -59,7 +59,7 @@ class WordChoice(click.Choice):
 
 
 def named_numbers(text: str) -> dict[str, float]:
-    """Read names and numbers: ``D=0.0139,a=6``."""
+    """Read names and numbers, such as ``D=0.0139,a=6``."""
     numbers: dict[str, float] = {}
     for part in text.split(","):
         name, equals, number = (word.strip() for word in part.partition("="))
@@ -73,8 +73,8 @@ def named_numbers(text: str) -> dict[str, float]:
     return numbers
 
 
-# What help calls a value of each type, and how it is read. Paths stay text here: the scene turns
-# them into paths and says what is wrong with them.
+# Placeholder and parser of values of each type. Paths stay text here: the scene converts and checks
+# them.
 _VALUES: dict[type, tuple[str, click.ParamType | Callable[[str], Any]]] = {
     int: ("N", click.INT),
     float: ("X", click.FLOAT),
@@ -106,13 +106,13 @@ def _option(name: str, hidden: bool = False) -> Callable[[Callable], Callable]:
 
 
 def bond_options(command: Callable) -> Callable:
-    """Give a command the options of a scene's bonds, which its help leaves to ``--scene``."""
+    """Add the options of a scene's bonds to a command, hidden in its help."""
     for name in reversed(("potential", *BOND_KEYS)):
         command = _option(name, hidden=True)(command)
     return command
 
 
-# Groups of options, each up to and with the field named.
+# Groups of options: title and last field of each group.
 _GROUPS = (
     ("What collides", "particles"),
     ("Bodies that are more than a cold chain of equal masses and a hard wall", "seed"),
@@ -130,7 +130,7 @@ def _show_scene_help(ctx: click.Context, _parameter: click.Parameter, wanted: bo
 
 
 class SceneCommand(click.Command):
-    """A command whose help shows its own options; those of its scene are a page of their own."""
+    """Command that shows the options of its scene with ``--help-scene`` instead of ``--help``."""
 
     def __init__(self, *arguments: Any, **settings: Any) -> None:
         super().__init__(*arguments, **settings)
@@ -146,7 +146,7 @@ class SceneCommand(click.Command):
         )
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """Write the command's own options, and where the others are."""
+        """Write the command's own options, and a pointer to the options of the scene."""
         with formatter.section("Options"):
             shown = self._records(ctx)
             formatter.write_dl([shown[name] for name in shown if name not in Scene.model_fields])
@@ -157,7 +157,7 @@ class SceneCommand(click.Command):
         )
 
     def scene_help(self, ctx: click.Context) -> str:
-        """Return the page about the options of a scene, in groups."""
+        """Return the help of the options of a scene, in groups."""
         formatter = ctx.make_formatter()
         formatter.write_text(
             f"Options of `{ctx.command_path}` that describe its scene. A file SCENE.toml has the "
@@ -173,7 +173,7 @@ class SceneCommand(click.Command):
         return formatter.getvalue().rstrip()
 
     def _records(self, ctx: click.Context) -> dict[str, tuple[str, str]]:
-        """Return what help says of each option, by its name."""
+        """Return the help record of each option, by name."""
         options = [p for p in self.get_params(ctx) if isinstance(p, click.Option)]
         return {p.name or "": r for p in options if (r := p.get_help_record(ctx)) is not None}
 

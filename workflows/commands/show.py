@@ -1,4 +1,4 @@
-"""``chaincor show``: a store as a table."""
+"""``chaincor show``: show a store as a table."""
 
 from pathlib import Path
 from typing import Any
@@ -46,7 +46,7 @@ def show(
     names = [name.strip() for name in columns.split(",")] if columns else list(_COLUMNS)
     order = [name.strip() for name in sort.split(",")] if sort else ()
     with Store(store_path, read_only=True) as store:
-        # Of damaged rows, too, what can be read.
+        # Show the readable part of damaged rows as well.
         store.connection.text_factory = lambda content: content.decode(errors="replace")
         rows = query_rows(store, names, where=where, order=order, limit=limit or None)
         found = count_rows(store, where)

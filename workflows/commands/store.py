@@ -1,4 +1,4 @@
-"""``chaincor store``: merging and exporting stores."""
+"""``chaincor store``: merge and export stores."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""``chaincor sweep``: many collisions into a store."""
+"""``chaincor sweep``: run many collisions into a store."""
 
 import contextlib
 from dataclasses import asdict
@@ -80,7 +80,7 @@ def sweep(
     if scheduler is not None and workers is not None:
         raise click.UsageError("--workers is for this machine; a cluster has workers of its own")
     asked = read_sweep(sweep_file)
-    # Made once: each is looked at several times.
+    # Create the scenes once, because each is used several times.
     scenes = tuple(asked.scenes) if shard is None else part_of(asked.scenes, *shard)
     path = asked.store if store_path is None else store_path
     wishes["arrays"] |= asked.arrays
@@ -122,7 +122,11 @@ def sweep(
 
 
 def _keep_jobs(into: "IntoStore", folder: Path) -> None:
-    """Give each job its folder; InputError now, not a failure of each, where one cannot be."""
+    """
+    Give each LAMMPS job its folder.
+
+    Raises InputError if a folder cannot be used, before any collision fails for this reason.
+    """
     from chaincor.workflows.outputs import refuse_unusable_outputs
 
     jobless = sum(scene.engine != "lammps" for scene in into.todo)

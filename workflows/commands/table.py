@@ -1,4 +1,4 @@
-"""``chaincor table``: what LAMMPS makes of a table, and what is wrong with it."""
+"""``chaincor table``: check a table and LAMMPS's interpolation of it."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -102,6 +102,6 @@ def table(
 
 
 def describe_table(report: "TableReport") -> str:
-    """Describe a table for people; the last line is the bottom line."""
+    """Return a report as text; the last line is the summary."""
     lines = [f"{name:<8} {text}" for name, text in report.lines()]
     return "\n".join([report.heading, *lines, report.summary])

@@ -1,4 +1,4 @@
-"""``chaincor timestep``: which step is small enough, for any LAMMPS script, without touching it."""
+"""``chaincor timestep``: find the largest accurate time step of any unedited LAMMPS script."""
 
 from pathlib import Path
 from typing import Any
@@ -69,7 +69,7 @@ def timestep(script: Path, output: Path | None, as_json: bool, **options: Any) -
         REPORT.judge(output)
     with study_progress() as progress:
         study = timestep_study(script, **given, progress=progress)
-    # The numbers are out before the page, whose figures may fail.
+    # Print the numbers before the page, because its figures may fail.
     tell(script_study_to_dict(study), describe_script_study(study), as_json)
     if output is not None:
         write_script_study(study, output)

@@ -1,4 +1,4 @@
-"""``chaincor tradeoff``: error against time, measured."""
+"""``chaincor tradeoff``: measure error against time."""
 
 from pathlib import Path
 from typing import Any
@@ -16,7 +16,7 @@ from chaincor.workflows.commands.options import (
 )
 from chaincor.workflows.commands.scene_options import SceneCommand, scene_from, scene_options
 
-# A study chooses these itself, and writes none of the files of a single run.
+# Keys that a study chooses itself. A study also writes no files of a single run.
 _OWN = ("engine", "wall", "scheme", "timestep", "table", "table_points", "error")
 
 
@@ -70,7 +70,7 @@ def tradeoff(
         REPORT.judge(output)
     with study_progress() as progress:
         found = study.tradeoff(scene, quick=quick, progress=progress)
-    # The numbers are out before the page, whose figures may fail.
+    # Print the numbers before the page, because its figures may fail.
     tell(to_dict(found), describe_study(found), as_json, found.scene)
     if output is not None:
         write_study(found, output)

@@ -1,4 +1,4 @@
-"""``chaincor validate``: who is right, LAMMPS, the in-house integrator, or yours."""
+"""``chaincor validate``: compare LAMMPS or a user's integrator with the reference engine."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -90,7 +90,7 @@ def validate(
         )
     if grid and is_lammps_result(against):
         raise click.UsageError(f"--grid runs scenes, and '{against}' holds one; drop --grid")
-    # What an integrator of one's own cannot do is not asked for unless a scene does.
+    # A user's integrator may lack masses, targets and soft contacts: the grid leaves these out.
     scenes = grid_around(scene, bodies=against is None) if grid else [scene]
     results = []
     with progress_bar(grid, len(scenes), 0.0) as advance:
@@ -119,7 +119,7 @@ def validate(
 
 
 def _validate_result(scene: "Scene", against: str, is_given: bool) -> "Validation":
-    """Compare a LAMMPS result; where no scene is given, the files beside it tell it."""
+    """Compare a LAMMPS result; without a given scene, use the scene in the files beside it."""
     from chaincor.workflows.validation.lammps_result import read_lammps_result, validate_result
 
     found = read_lammps_result(against)

@@ -93,7 +93,8 @@ class Row:
         """
         Fields of a :class:`~chaincor.workflows.result.Collision` without the arrays.
 
-        None if no run has succeeded. ``tolerance_met`` and ``reason`` refer to the row's tolerance.
+        The value is None if no run has succeeded. ``tolerance_met`` and ``reason`` refer to the
+        row's tolerance.
         """
         columns = self.columns
         if not self.has_result:
