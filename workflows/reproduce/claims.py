@@ -1,13 +1,14 @@
 """
-How claims of the paper are judged: by one rule for margins, which ``docs/reproduction.md`` tells.
+Verdicts on claims of the paper, by the rule for margins in ``docs/reproduction.md``.
 
-It goes by how the paper puts a claim: exactly, as a trend, in digits or in words. "Almost", "near",
-"approaches", "agrees" and the like are words: no reader takes them for more than 10 %, nor for less
-than a quarter. A trend has no number: 1 stands for "it is so", 0 for "it is not".
+The margin depends on the form of a claim: an exact statement, a trend, a printed number or words
+such as "almost", "near", "approaches" and "agrees". A finding within 10 % satisfies words, and a
+finding within a quarter needs a correction. A trend has no number: 1 means that it is there, 0 that
+it is not.
 
 A claim is undecided only if the ranges that the paper leaves open could have missed its number. If
-these ranges give more than the wider margin of words on both sides, the quantity is no constant,
-and the claim of a constant is not reproduced.
+these ranges vary by more than the wider margin of words on both sides, the quantity is not
+constant, and a claim that it is constant is not reproduced.
 """
 
 import math
@@ -19,15 +20,15 @@ from typing import Any, NamedTuple
 
 from chaincor.workflows.reproduce.measurements import Measurements, NoNumber, Point
 
-# Share of the points a number rests on.
+# Largest share of the points of a finding on which the two engines may disagree.
 _DISAGREEMENTS_ALLOWED = 0.05
-# What words claim, and what is still near enough to be corrected.
+# Relative margins of words: for "reproduced", and for "reproduced with a correction".
 ABOUT = 0.1
 ROUGHLY = 0.25
 
 
 class Verdict(StrEnum):
-    """What is said of a claim."""
+    """Verdict on a claim of the paper."""
 
     REPRODUCED = "reproduced"
     CORRECTED = "reproduced with a correction"
@@ -37,32 +38,31 @@ class Verdict(StrEnum):
 
 @dataclass(frozen=True)
 class Margin:
-    """The number of a claim, and how far ours may be from it."""
+    """Number of a claim, and the distances at which a finding still supports the claim."""
 
-    paper: float  #: The paper's number; 1 for a trend.
-    whole: float  #: What shares are taken of: the paper's number, or a scale.
-    reason: str  #: Why these margins.
-    #: Reproduced, or reproduced with a correction, if the finding is no further away than this and
-    #: its error.
+    paper: float  #: Number in the paper; 1 for a trend.
+    whole: float  #: Quantity that relative margins refer to: the paper's number, or a scale.
+    reason: str  #: Reason for the margins.
+    #: Largest distance for "reproduced", to which the error of the finding is added.
     reproduced_within: float = 0.0
-    corrected_within: float = 0.0  #: See ``reproduced_within``.
-    is_trend: bool = False  #: Whether something is said to be so, without a number.
+    corrected_within: float = 0.0  #: The same distance for "reproduced with a correction".
+    is_trend: bool = False  #: Whether the claim is a trend without a number.
 
 
 def exact(paper: float, scale: float = 0.0) -> Margin:
-    """Return the margin of an exact statement; our own error is to be below 10 % of the scale."""
+    """Return the margin of an exact statement; findings need an error below 10 % of the scale."""
     return Margin(paper, scale or abs(paper), "said to be exact: within our own error")
 
 
 def words(paper: float, scale: float = 0.0, scale_name: str = "") -> Margin:
-    """Return the margin of what is said in words; shares are of the scale, if there is one."""
+    """Return the margin of a claim in words, relative to the scale or else to the number."""
     whole, of = scale or abs(paper), scale_name or f"{abs(paper):.4g}"
     reason = f"said in words: {_percent(ABOUT)} and {_percent(ROUGHLY)} of {of}"
     return Margin(paper, whole, reason, ABOUT * whole, ROUGHLY * whole)
 
 
 def digits(printed: str) -> Margin:
-    """Return the margin of a number, written as it is printed."""
+    """Return the margin of a number from the text that the paper prints."""
     paper, unit = float(printed), 10.0 ** -len(printed.partition(".")[2])
     reason = f"half a unit of the last digit; {_percent(ABOUT)} of {paper:.4g}"
     return Margin(paper, paper, reason, 0.5 * unit, ABOUT * paper)
@@ -77,22 +77,23 @@ def _percent(share: float) -> str:
 
 @dataclass(frozen=True)
 class Finding:
-    """One number that a claim of the paper is judged by."""
+    """Number by which a claim of the paper is judged."""
 
-    value: float  #: The number; nan where the points do not give one.
-    #: Its error: from error bars, from the scatter of a fit, or the spacing of points.
+    value: float  #: Measured number; nan if the points do not give one.
+    #: Error of the number: from error bars, the scatter of a fit, or the spacing of points.
     error: float
-    text: str  #: How it was found: range, points, what it depends on.
-    #: What it rests on: if LAMMPS and the in-house engine disagree on one of them, no verdict can
-    #: be better than "not reproduced".
+    text: str  #: Derivation of the number: range, points and dependences.
+    #: Points that give the number. If LAMMPS and the reference engine disagree on more than one in
+    #: twenty of them, the verdict is "not reproduced".
     points: Sequence[Point] = field(default=(), repr=False)
-    #: Least and largest value over other ranges, or of what it is a mean of; it widens no margin.
+    #: Smallest and largest value over other ranges, or of the values in a mean. The spread does not
+    #: widen a margin.
     spread: tuple[float, float] | None = None
-    brief: str = ""  #: What the summary says of it, where the number alone would say too little.
+    brief: str = ""  #: Text for the summary, if the number alone says too little.
 
 
 class Judgement(NamedTuple):
-    """What is said of a claim, and why."""
+    """Verdict on a claim, with the reason."""
 
     verdict: Verdict
     reason: str
@@ -100,23 +101,22 @@ class Judgement(NamedTuple):
 
 @dataclass(frozen=True)
 class Claim:
-    """A claim of the paper, how far our number may be from its, and how ours is found."""
+    """Claim of the paper, with its margin and the function that finds our number."""
 
-    key: str  #: A short name, unique.
+    key: str  #: Short unique name.
     where: str  #: Place in the paper.
-    text: str  #: What the paper says.
-    margin: Margin  #: Its number and the margins.
-    brief: str  #: The claim in a few words, for the summary.
-    #: Finds our number; raises NoNumber where the points do not give it.
+    text: str  #: Statement of the paper.
+    margin: Margin  #: Number in the paper and margins.
+    brief: str  #: Claim in a few words, for the summary.
+    #: Function that finds our number. It raises NoNumber if the points do not give one.
     find: Callable[[Measurements], Finding]
-    #: What has to be corrected where it is not reproduced as it stands; ``{value}`` stands for the
-    #: number found.
+    #: Correction for a claim that is not reproduced as it stands; ``{value}`` is our number.
     correction: str = ""
-    unsaid: str = ""  #: What the number depends on and the paper does not say; empty where it does.
-    figure: str = ""  #: Key of the figure where its points are seen; empty if there is none.
+    unsaid: str = ""  #: Dependence of the number that the paper does not state; empty if it does.
+    figure: str = ""  #: Key of the figure that shows the points; empty if there is none.
 
     def found(self, measured: Measurements) -> Finding:
-        """Return the number found: nan, with the reason, where there is none."""
+        """Return the finding of the claim: nan, with the reason, if the points give no number."""
         try:
             return self.find(measured)
         except NoNumber as reason:
@@ -124,11 +124,10 @@ class Claim:
 
     def judge(self, finding: Finding) -> Judgement:
         """
-        Judge what was found.
+        Judge a finding.
 
-        "Not reproduced" also where there is no number, where its error is too large to say, or
-        where LAMMPS and the in-house engine disagree on more than one in twenty of the points it
-        rests on.
+        The verdict is also "not reproduced" if there is no number, if its error is too large, or
+        if LAMMPS and the reference engine disagree on more than one in twenty of its points.
         """
         margin = self.margin
         failed = self._unusable(finding)
@@ -164,7 +163,7 @@ class Claim:
         return Judgement(Verdict.NOT_REPRODUCED, reason)
 
     def _unusable(self, finding: Finding) -> str:
-        """Say why nothing can be judged by a number; empty where it can."""
+        """Return the reason why a finding cannot be judged; empty if it can."""
         margin, points = self.margin, finding.points
         if not math.isfinite(finding.value):
             return f"no number: {finding.text}"
@@ -176,7 +175,7 @@ class Claim:
         return ""
 
     def errors_away(self, finding: Finding) -> float:
-        """Return how far our number is from the paper's, in its errors; nan where it has none."""
+        """Return the distance from the paper's number in errors of ours; nan without an error."""
         if self.margin.is_trend or not finding.error > 0.0:
             return math.nan
         return abs(finding.value - self.margin.paper) / finding.error
@@ -186,9 +185,9 @@ def claim(
     where: str, margin: Margin, brief: str, *, text: str = "", key: str = "", **more: Any
 ) -> Callable[[Callable[[Measurements], Finding]], Claim]:
     """
-    Make a claim of the function that finds its number.
+    Return a decorator that makes a claim of the function that finds its number.
 
-    Where they are not given, what the paper says is the brief, and the key the function's name.
+    By default, the text is the brief, and the key is the function's name.
     """
 
     def made(find: Callable[[Measurements], Finding]) -> Claim:
@@ -199,5 +198,5 @@ def claim(
 
 
 def claims_of(module: ModuleType) -> tuple[Claim, ...]:
-    """Return the claims that a module makes, in its order."""
+    """Return the claims that a module defines, in the module's order."""
     return tuple(value for value in vars(module).values() if isinstance(value, Claim))

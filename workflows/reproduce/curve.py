@@ -1,4 +1,4 @@
-"""Points of one curve with their bars: power laws through them, the limit at 0, the minimum."""
+"""Curves of points with error bars: power laws, the limit at 0 and the minimum."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
@@ -13,17 +13,17 @@ from chaincor.workflows.reproduce.measurements import Point, column
 
 @dataclass(frozen=True)
 class PowerLaw:
-    r"""A fit of :math:`y = A x^p`."""
+    r"""Fit of :math:`y = A x^p`."""
 
-    exponent: float  #: p.
-    #: That of the scatter and that of the points, added in quadrature; nan with fewer than three
-    #: points, and 0 where p is fixed.
+    exponent: float  #: Exponent p.
+    #: Error of p: the errors from the scatter and from the error bars, added in quadrature. It is
+    #: nan with fewer than three points, and 0 if p is fixed.
     exponent_error: float
-    prefactor: float  #: A.
-    prefactor_error: float  #: As that of p.
+    prefactor: float  #: Prefactor A.
+    prefactor_error: float  #: Error of A, defined as the error of p.
     first: float  #: Smallest x.
     last: float  #: Largest x.
-    points: int  #: How many.
+    points: int  #: Number of points.
 
     def at(self, x: ArrayLike) -> Array:
         """Return the fitted curve A x^p."""
@@ -32,25 +32,25 @@ class PowerLaw:
 
 @dataclass(frozen=True)
 class Curve:
-    """A quantity of points, in the order of what it is drawn against or fitted to."""
+    """Quantity y of points against x, in the order of x."""
 
     points: Sequence[Point]
-    x: Array  #: Such as v0/v* or n.
-    y: Array  #: The quantity.
-    errors: Array  #: Its error bars.
+    x: Array  #: Abscissae, such as v0/v* or n.
+    y: Array  #: Values of the quantity.
+    errors: Array  #: Error bars of y.
 
     @classmethod
     def of(cls, points: Sequence[Point], x: str, y: str) -> Self:
-        """Return an attribute of points against another, with the error bars of eta."""
+        """Return the curve of one attribute of points against another, with the bars of eta."""
         return cls(points, *(column(points, name) for name in (x, y, "error")))
 
     @property
     def largest_relative_error(self) -> float:
-        """Largest error bar, as a share of the quantity it belongs to."""
+        """Largest ratio of an error bar to its value of y."""
         return float(np.max(np.abs(self.errors / self.y)))
 
     def between(self, first: float, last: float) -> "Curve":
-        """Return the part that is within a range of x."""
+        """Return the part of the curve within a range of x."""
         kept = np.flatnonzero((self.x >= first) & (self.x <= last)).tolist()
         points = [self.points[k] for k in kept]
         return Curve(points, self.x[kept], self.y[kept], self.errors[kept])
@@ -58,7 +58,7 @@ class Curve:
     def over(
         self, ranges: Sequence[tuple[float, float]], fit: "Callable[[Curve], PowerLaw]"
     ) -> list[PowerLaw]:
-        """Fit the part within each range, where a point is left over to take an error from."""
+        """Fit the curve within each range that has enough points for an error of the fit."""
         laws = (fit(self.between(*ends)) for ends in ranges)
         return [law for law in laws if np.isfinite(law.prefactor_error)]
 
@@ -66,11 +66,13 @@ class Curve:
         r"""
         Fit :math:`\ln y = \ln A + p \ln x` by least squares, all points alike.
 
-        Most points are exact to far less than their scatter about a power law, which is real. The
-        error of a fit is the standard error of that scatter and what the error bars of y allow
-        together, added in quadrature: they are bounds, not samples, and may all err the same way.
+        The scatter of most points about a power law is real: it is far larger than their error
+        bars. The error of a fit adds two parts in quadrature: the standard error of the scatter,
+        and the largest change that the error bars of y allow. The error bars are bounds, not
+        samples, so that all points may be off in the same direction.
 
-        `exponent` fixes p. All is nan with fewer than two points, or if a number is not positive.
+        `exponent` fixes p. All results are nan with fewer than two points, or if a number is not
+        positive.
         """
         x, y = self.x, self.y
         if x.size < 2 or not (np.all(x > 0.0) and np.all(y > 0.0)):
@@ -94,7 +96,7 @@ class Curve:
         )
 
     def line(self) -> PowerLaw:
-        """Fit a line through the origin by least squares; all is nan with fewer than two points."""
+        """Fit a line through the origin by least squares; nan with fewer than two points."""
         x, y = self.x, self.y
         if x.size < 2:
             return _no_law(x.size)
@@ -111,9 +113,9 @@ def _parameter_errors(design: Array, residuals: Array, bars: Array) -> Array:
     """
     Return the errors of the parameters of a linear fit, all points alike.
 
-    `design`, of shape (points, parameters), is what multiplies the parameters, `residuals` what the
-    fit leaves over, and `bars` are the error bars of the points. Errors are nan where no point is
-    left over.
+    `design`, of shape (points, parameters), is the matrix of the linear model, `residuals` are the
+    residuals of the fit, and `bars` the error bars of the points. Errors are nan if there are not
+    more points than parameters.
     """
     points, parameters = design.shape
     if points <= parameters:
@@ -126,9 +128,9 @@ def _parameter_errors(design: Array, residuals: Array, bars: Array) -> Array:
 
 def fit_rows(x: str, fits: Mapping[str, Sequence[PowerLaw]]) -> list[dict[str, Any]]:
     """
-    Return fits of quantities against x as rows of the report's table, by what was fitted.
+    Return fits of quantities against x as rows of the report's table, by the fitted quantity.
 
-    Verdicts and numbers of the text are of the first; the others tell how it depends on the range.
+    Verdicts and numbers in the text use the first fit. The others show the dependence on the range.
     """
     return [
         {"what": what, "x": x, **asdict(law), "judged": k == 0}
@@ -138,7 +140,7 @@ def fit_rows(x: str, fits: Mapping[str, Sequence[PowerLaw]]) -> list[dict[str, A
 
 
 def limit_at_zero(x: Array, y: Array, degree: int) -> tuple[float, float]:
-    """Return what a polynomial through points, x rising, has at 0, and what one less changes."""
+    """Return a polynomial's value at 0, and its change with one point less; x must increase."""
     limit, shorter = (
         float(np.polyfit(x[:count], y[:count], degree)[-1]) for count in (x.size, x.size - 1)
     )
@@ -147,20 +149,21 @@ def limit_at_zero(x: Array, y: Array, degree: int) -> tuple[float, float]:
 
 @dataclass(frozen=True)
 class Minimum:
-    """The lowest point of a curve, from a parabola through the points around it."""
+    """Minimum of a curve, from a parabola through the points around it."""
 
-    place: float  #: Where.
-    value: float  #: How low.
-    #: What the place changes by if the parabola goes through five points, not three; half the
-    #: distance of the neighbouring points where there are no five.
+    place: float  #: Abscissa of the minimum.
+    value: float  #: Value of the curve at the minimum.
+    #: Change of the place if the parabola is fitted to five points instead of three. If there are
+    #: fewer than five points, half the distance of the neighbouring points.
     place_error: float
 
 
 def find_minimum(x: Array, y: Array) -> Minimum:
     """
-    Return the minimum of a curve given by points, x rising and positive; the parabola is in ln x.
+    Return the minimum of a curve given by points, from a parabola in ln x.
 
-    It is nan where the lowest point is at an end: then there is no minimum.
+    The abscissae must be positive and increase. The minimum is nan if the lowest point is at an
+    end of the curve.
     """
     k = int(np.argmin(y)) if y.size else 0
     if not 0 < k < y.size - 1:

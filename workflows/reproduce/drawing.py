@@ -1,4 +1,4 @@
-"""A figure of the report: what it shows, its data, and how its points are drawn."""
+"""Figures of the report: caption, data and drawing of points."""
 
 import csv
 import io
@@ -16,34 +16,35 @@ from chaincor.workflows.reproduce.measurements import Point
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-else:  # Matplotlib is imported where something is drawn.
+else:  # Matplotlib is slow to import and is imported only when something is drawn.
     Axes = Any
 
 IMPACT_SPEED = r"impact speed $v_0/v^*$"
-# Element ids of SVG files are made from this, so that equal data give equal files.
+# Seed for the element ids of SVG files, so that equal data give equal files.
 _SALT = "chaincor"
-# A symbol covers about so much of what is drawn, up and down.
+# Half the height of a symbol, in units of the vertical axis.
 _SEEN = 0.008
 
 
 @dataclass(frozen=True)
 class Figure:
-    """A figure of the report."""
+    """Figure of the report."""
 
-    key: str  #: Name of its files.
-    title: str  #: What it is, in a few words.
-    caption: str  #: What it shows, how it was made, and what to see.
-    alt: str  #: What is to be seen, for those who do not see it.
-    draw: Callable[..., None]  #: Draws it, given its panels.
-    #: Its data, a record a row, the same keys in each; none for a drawing without data.
+    key: str  #: Name of the files of the figure.
+    title: str  #: Title in a few words.
+    caption: str  #: Caption: content of the figure, its origin, and what to look for.
+    alt: str  #: Alternative text for readers who cannot see the figure.
+    draw: Callable[..., None]  #: Function that draws the figure into its panels.
+    #: Data of the figure: one record for each row, with equal keys; empty for a drawing.
     records: Sequence[Mapping[str, Any]] = ()
-    fits: Sequence[Mapping[str, Any]] = ()  #: Power laws fitted to it, rows of the report's table.
+    #: Power laws fitted to the data, as rows of the report's table.
+    fits: Sequence[Mapping[str, Any]] = ()
     size: tuple[float, float] = (6.4, 3.9)  #: Width and height in inches.
-    panels: tuple[float, ...] = (1.0,)  #: Heights of the panels, from the top, as ratios.
-    sharex: bool = False  #: Whether they have one x axis.
+    panels: tuple[float, ...] = (1.0,)  #: Relative heights of the panels, from the top.
+    sharex: bool = False  #: Whether the panels share one x axis.
 
     def to_csv(self) -> str:
-        """Return the data as CSV, numbers with all their digits."""
+        """Return the data as CSV, with all digits of each number."""
         text = io.StringIO()
         writer = csv.writer(text, lineterminator="\n")
         writer.writerow(self.records[0] if self.records else ())
@@ -52,7 +53,7 @@ class Figure:
         return text.getvalue()
 
     def render(self) -> dict[str, bytes]:
-        """Draw the figure: the contents of its ``png`` and its ``svg`` file, by these names."""
+        """Draw the figure and return the contents of its files, by ``png`` and ``svg``."""
         import matplotlib as mpl
 
         layout: dict[str, Any] = {"height_ratios": self.panels, "sharex": self.sharex}
@@ -68,7 +69,7 @@ class Figure:
 
 
 def point_record(point: Point) -> dict[str, Any]:
-    """Return a point as a row: scene, plotted value, error bar, both values, what failed."""
+    """Return a point as a row: scene, plotted value, error bar, both values and failures."""
     record: dict[str, Any] = {
         "potential": point.scene.label,
         "power_order": point.scene.power_order,
@@ -94,13 +95,13 @@ def point_record(point: Point) -> dict[str, Any]:
 
 
 def draw_curves(ax: Axes, curves: Mapping[str, Curve]) -> None:
-    """Draw curves with their labels, their points joined, each in a colour of its own."""
+    """Draw each labelled curve in its own colour, with its points joined."""
     for (label, curve), color, marker in zip(curves.items(), CYCLE, MARKERS, strict=False):
         draw_points(ax, curve, label=label, color=color, marker=marker, line=True)
 
 
 def draw_map(ax: Axes, x: ArrayLike, y: ArrayLike, values: Array, norm: Any) -> Any:
-    """Draw values, of shape (y, x), as colours; returns what a bar of colours is made of."""
+    """Draw values, of shape (y, x), as colours; return the mesh for a colour bar."""
     looks: Any = {"cmap": "viridis", "shading": "nearest", "rasterized": True}
     ax.grid(False)
     return ax.pcolormesh(x, y, values, norm=norm, **looks)
@@ -117,10 +118,11 @@ def draw_points(
     size: float = 4.5,
 ) -> None:
     """
-    Draw the points of a curve: filled by LAMMPS, open in-house, crosses for a limit.
+    Draw the points of a curve, with one style for each source of the values.
 
-    Error bars are drawn where they are larger than a symbol. Where the bar is what a contact after
-    the last one seen could change, it is dotted. `line` joins the points.
+    Points by LAMMPS are filled, points by the reference engine are open, and limits are crosses.
+    Error bars are drawn if they are larger than a symbol. A dotted bar is mostly the change that a
+    contact after the last computed one could make. `line` joins the points.
     """
     points, x, y, bars = curve.points, curve.x, curve.y, np.nan_to_num(curve.errors)
     if line:
@@ -135,7 +137,7 @@ def draw_points(
         chosen = kinds == kind
         if np.any(chosen):
             ax.plot(x[chosen], y[chosen], marks, markerfacecolor=face, label=label, **looks)
-            label = None  # one entry for each set of points
+            label = None  # one legend entry for each set of points
     seen = bars > _SEEN * np.ptp(y) if y.size else np.zeros(0, dtype=bool)
     is_open = np.array([point.is_open for point in points], dtype=bool)
     for chosen, style in ((seen & ~is_open, "solid"), (seen & is_open, "dotted")):

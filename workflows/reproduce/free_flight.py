@@ -1,4 +1,4 @@
-"""The chain after its last contact: into how many pieces it breaks, and in what its energy is."""
+"""Chain after its last contact: the number of fragments, and the forms of its energy."""
 
 import math
 from collections.abc import Iterable, Iterator
@@ -17,31 +17,32 @@ from chaincor.workflows.engines.reference.look_ahead import STEP
 from chaincor.workflows.engines.reference.moving import Motion, Stepper
 from chaincor.workflows.reproduce.measurements import Answer, Measurements, Point
 
-# Times are since the last contact, in crossings of sound, n - 1; kinetic energies are means over
-# the first of them.
+# Times since the last contact, in sound crossings of n - 1. Kinetic energies are means over the
+# first crossings.
 AVERAGED_OVER = 10.0
 LAST = 40.0
-# When pieces are counted, and when for the curves against speed.
+# Times at which fragments are counted, and the times for the curves against speed.
 MOMENTS = (0.0, 1.0, 10.0, LAST)
 SAMPLED = tuple(sorted({*MOMENTS, *(float(f"{t:.3g}") for t in np.geomspace(0.1, LAST, 12))}))
 
 
 @dataclass(frozen=True)
 class FreeFlight:
-    """The flight of one chain after its last contact."""
+    """Flight of one chain after its last contact."""
 
-    point: Point  #: Its collision.
-    #: How many pieces there are at the times `SAMPLED`, -1 after another contact with the wall: one
-    #: motion from the state of each engine. Both states are right within the error bar, so what
-    #: differs between them is not known; of shape (motions, times).
+    point: Point  #: Collision of the chain.
+    #: Number of fragments at the times `SAMPLED`, of shape (motions, times), and -1 after another
+    #: contact with the wall. Each motion starts from the state of one engine. Both states are right
+    #: within the error bar, so that a difference between the motions is undecided.
     pieces: NDArray[np.int64]
     #: Mean kinetic energy of each mode over the first `AVERAGED_OVER` crossings, as a share of the
-    #: energy at impact. The sum over j >= 1 is that of all internal motion, whatever the bonds; of
-    #: shape (n,).
+    #: energy at impact, of shape (n,). For any bonds, the sum over j >= 1 is the kinetic energy of
+    #: all internal motion.
     kinetic: Array
-    #: Mean energy of the bonds over the same time: with the sum over j >= 1 it is 1 - eta.
+    #: Mean energy of the bonds over the same time. Together with the sum of the kinetic energies
+    #: over j >= 1 it is 1 - eta.
     bonds: float
-    separation: float  #: Energy of the motion of the pieces relative to one another at the end.
+    separation: float  #: Energy of the relative motion of the fragments at the end.
 
     @property
     def speed(self) -> float:
@@ -55,7 +56,7 @@ class FreeFlight:
 
     @property
     def harmonic(self) -> float:
-        """The same of harmonic energies: their sum over the modes j >= 1 at the last contact."""
+        """Sum of the harmonic mode energies over j >= 1 at the last contact, as the same share."""
         energies = self.point.answer.arrays["mode_energies"]
         return float(np.sum(energies[1:])) / self.point.energy
 
@@ -65,30 +66,30 @@ class FreeFlight:
         return bool(np.max(self.pieces) == 1)
 
     def pieces_at(self, time: float) -> tuple[int, int]:
-        """Return fewest and most pieces at one of the times, of the motions that got so far."""
+        """Return the smallest and largest number of fragments at a time, over valid motions."""
         counts = self.pieces[:, SAMPLED.index(time)]
         known = counts[counts > 0]
         return (int(known.min()), int(known.max())) if known.size else (0, 0)
 
 
 def free_flights(measured: Measurements) -> tuple[FreeFlight, ...]:
-    """Follow the lj chains of the curve of eta against speed, by speed."""
+    """Return the flights of the lj chains in the curve of eta against speed, by speed."""
     return tuple(map(fly, measured.select("curves", "lj")))
 
 
 def fly(point: Point) -> FreeFlight:
-    """Follow a chain of two particles or more for `LAST` crossings, from the state it ended in."""
+    """Follow a chain of at least two particles for `LAST` crossings after its collision."""
     crossing, energy, bond = point.particles - 1.0, point.energy, point.scene.bond
     kinetic, bonds = [], []
-    # About once a time unit: three times in the period of the fastest mode.
+    # Energies are sampled about once in a time unit, three times in a period of the fastest mode.
     duration = AVERAGED_OVER * crossing
     for chain in _flight(point, point.answer, np.linspace(0.0, duration, math.ceil(duration) + 1)):
         kinetic.append(kinetic_mode_energies(chain.velocity))
         bonds.append(float(np.sum(bond.energy(chain.strain))))
-    # The answer that is shown comes first.
+    # The engine whose result is shown comes first.
     answers = sorted(point.answers, key=lambda answer: answer is not point.answer)
     counts, separation = [[1] * len(SAMPLED) for _ in answers], 0.0
-    # Less energy than one bond takes to break breaks none: nothing to follow.
+    # If the energy is too small to break one bond, the chain stays whole.
     if (point.dissipation + point.error) * energy > bond.dissociation:
         flights = [_break(point, answer) for answer in answers]
         counts = [count for count, _ in flights]
@@ -105,7 +106,7 @@ def fly(point: Point) -> FreeFlight:
 
 
 def _break(point: Point, answer: Answer) -> tuple[list[int], Fragments]:
-    """Return how many pieces there are at the times, -1 after another contact; those at the end."""
+    """Return fragment counts at all times, -1 after another contact, and the last fragments."""
     crossing, counts = point.particles - 1.0, []
     for chain in _flight(point, answer, [time * crossing for time in SAMPLED]):
         counts.append(len(_pieces(chain).sizes))
@@ -118,17 +119,17 @@ def _pieces(chain: Motion) -> Fragments:
 
 def _flight(point: Point, answer: Answer, times: Iterable[float]) -> Iterator[Motion]:
     """
-    Move on, by the in-house integrator of order 8, from the state right after a last contact.
+    Integrate a chain from the state after its last contact, by the reference scheme of order 8.
 
-    Yields the chain, the same each time, at the end of the step at each of the times, as long as
-    neither the wall nor a bond stops it.
+    Yields the same chain object at each time, at the end of a step. Stops early at a contact with
+    the wall or at the limit of a bond.
     """
     bond, arrays = point.scene.bond, answer.arrays
     velocities, strains = arrays["velocities"], np.diff(arrays["displacements"])
     inner = 0.5 * float(np.sum((velocities - np.mean(velocities)) ** 2))
     inner += float(np.sum(bond.energy(strains)))
-    # No bond gets shorter than all energy of internal motion makes it; nor, after a fast collision,
-    # as short as when the chain was at the wall.
+    # The energy of internal motion bounds the compression of a bond. After a fast collision, no
+    # bond gets as short as it was while the chain was at the wall.
     shortest = max(answer.result["bond_min"] - 1.0, compressed_strain(bond, inner))
     line, speed = point.scene.line, point.scene.impact_velocity
     stepper = Stepper.of(line, bond, "order8", STEP / highest_frequency(bond, shortest))

@@ -1,4 +1,4 @@
-"""What was measured: points by LAMMPS and in-house, with error bars, and whether they agree."""
+"""Measured points of both engines, with error bars and the agreement of the engines."""
 
 import math
 from collections.abc import Iterable
@@ -15,16 +15,17 @@ from chaincor.workflows.reproduce.plan import Plan, Study
 
 
 class NoNumber(Exception):
-    """The points that there are do not give a number; the message says why."""
+    """Error: the points do not give a number; the message says why."""
 
 
 @dataclass(frozen=True)
 class Answer:
-    """What one engine said of one scene."""
+    """Result of one engine for one scene."""
 
-    result: dict[str, Any]  #: The fields of a collision's result; empty where there is none.
-    arrays: dict[str, Array] = field(default_factory=dict, repr=False)  #: Its arrays, by name.
-    failure: str | None = None  #: Why there is no result: name of the error and message.
+    result: dict[str, Any]  #: Fields of a collision's result; empty without a result.
+    #: Arrays of the result, by name.
+    arrays: dict[str, Array] = field(default_factory=dict, repr=False)
+    failure: str | None = None  #: Name and message of the error, if there is no result.
 
 
 def _number(value: float | None, missing: float = math.nan) -> float:
@@ -33,7 +34,7 @@ def _number(value: float | None, missing: float = math.nan) -> float:
 
 @dataclass(frozen=True)
 class Point:
-    """One scene, as planned for LAMMPS, with both engines' answers; None for one not asked."""
+    """Scene as planned for LAMMPS, with the answers of both engines; None if one did not run."""
 
     scene: Scene
     lammps: Answer | None
@@ -42,10 +43,12 @@ class Point:
     @property
     def source(self) -> str | None:
         """
-        Whose number is shown, ``lammps`` or ``in-house``; None where neither has one.
+        Engine whose number is shown, ``lammps`` or ``in-house``; None without a number.
 
-        LAMMPS's, unless it has none or misses the error asked (which its coordinates are not always
-        exact enough for): then in-house's, if that meets it or has the smaller bar.
+        The number of LAMMPS is shown unless it is missing or misses the target error. In these
+        cases the reference engine's number is shown, if it reaches the target error or has the
+        smaller bar. LAMMPS can miss the target error because its coordinates are not always exact
+        enough.
         """
         ours, other = ({} if a is None else a.result for a in (self.lammps, self.in_house))
         if not ours or not other:
@@ -57,69 +60,69 @@ class Point:
 
     @property
     def engine_name(self) -> str:
-        """The source as people write it; a dash where there is none."""
+        """Name of the source in texts; a dash if there is none."""
         return {"lammps": "LAMMPS", "in-house": "in-house", None: "–"}[self.source]
 
     @property
     def origin(self) -> str:
-        """Its length and its source, as texts have them."""
+        """Chain length and source, as written in texts."""
         return f"n = {self.particles}, {self.engine_name}"
 
     @property
     def answer(self) -> Answer:
-        """The answer that is plotted and fitted; an empty one where there is none."""
+        """Answer that is plotted and fitted; an empty answer if there is none."""
         shown = {"lammps": self.lammps, "in-house": self.in_house, None: None}[self.source]
         return shown or Answer({})
 
     @property
     def answers(self) -> list[Answer]:
-        """The answers that have a result, LAMMPS's first."""
+        """Answers with a result, the answer of LAMMPS first."""
         return [a for a in (self.lammps, self.in_house) if a is not None and a.result]
 
     @property
     def restitution(self) -> float:
-        """The ratio of energies, eta; nan where there is no result."""
+        """Ratio of energies, eta; nan without a result."""
         return _number(self.answer.result.get("restitution"))
 
     @property
     def dissipation(self) -> float:
-        """What is lost, 1 - eta."""
+        """Dissipation 1 - eta."""
         return 1.0 - self.restitution
 
     @property
     def scaled_dissipation(self) -> float:
-        """What is lost, times n^(2/3): constant where the law of long harmonic chains holds."""
+        """Dissipation times n^(2/3), a constant if the law of long harmonic chains holds."""
         return self.dissipation * self.particles ** (2.0 / 3.0)
 
     @property
     def error(self) -> float:
-        """Error bar of eta, as `bar_of` the answer shown."""
+        """Error bar of eta: `bar_of` for the answer that is shown."""
         return self.bar_of(self.answer)
 
     def bar_of(self, answer: Answer) -> float:
-        """Return the error bar of an answer: its own, or what the two engines differ by if more."""
-        # The bar first: a difference that is nan is not larger.
+        """Return the error bar of an answer, or the difference of the engines if that is larger."""
+        # The bar comes first, so that a difference of nan does not count as larger.
         return max(_number(answer.result.get("restitution_error")), abs(self.difference))
 
     @property
     def is_limit(self) -> bool:
-        """Whether the value shown was put in, as that of hard spheres, and not integrated."""
+        """Whether the value shown is the limit of hard spheres instead of an integrated result."""
         return self.answer.result.get("scheme") == SCHEME
 
     @property
     def is_open(self) -> bool:
-        """Whether the error bar is mostly what a contact after the last one seen could change."""
+        """Whether the error bar is mostly the possible effect of a later contact."""
         later = (self.answer.result.get("error_parts") or {}).get("ending")
         return (later or 0.0) > 0.5 * self.error
 
     @property
     def contacts(self) -> float:
-        """How often particle 1 hit the wall."""
+        """Number of contacts of particle 1 with the wall."""
         return _number(self.answer.result.get("contacts"))
 
     @property
     def contacts_per_particle(self) -> float:
-        """That number over n."""
+        """Number of contacts over n."""
         return self.contacts / self.particles
 
     @property
@@ -136,24 +139,24 @@ class Point:
 
     @property
     def energy(self) -> float:
-        """The energy at impact, n v0^2/2."""
+        """Energy at impact, n v0^2/2."""
         return 0.5 * self.particles * self.scene.impact_velocity**2
 
     @property
     def difference(self) -> float:
-        """LAMMPS less in-house; nan where one of them has no result."""
+        """Eta of LAMMPS less eta of the reference engine; nan if one of them has no result."""
         both = [answer.result["restitution"] for answer in self.answers]
         return float(both[0] - both[1]) if len(both) == 2 else math.nan
 
     @property
     def summed_bars(self) -> float:
-        """Sum of the two error bars; nan where one is missing."""
+        """Sum of the two error bars; nan if one is missing."""
         bars = [_number(answer.result["restitution_error"]) for answer in self.answers]
         return sum(bars) if len(bars) == 2 else math.nan
 
     @property
     def allowed_difference(self) -> float:
-        """Sum of the error that LAMMPS's runs tell by themselves and the in-house error bar."""
+        """Sum of the error from LAMMPS's own runs and the error bar of the reference engine."""
         if math.isnan(self.summed_bars):
             return math.nan
         results = [answer.result for answer in self.answers]
@@ -161,19 +164,19 @@ class Point:
 
     @property
     def agrees(self) -> bool | None:
-        """Whether the two are within these; None where they cannot be compared."""
+        """Whether the engines agree within `allowed_difference`; None without a comparison."""
         allowed = self.allowed_difference
         return None if math.isnan(allowed) else abs(self.difference) <= allowed
 
 
 def column(points: Iterable[Point], name: str) -> Array:
-    """Return an attribute of each point."""
+    """Return an attribute of all points as an array."""
     return np.array([getattr(point, name) for point in points], dtype=float)
 
 
 @dataclass(frozen=True)
 class Measurements:
-    """A plan, its studies, and all points by the key of their study."""
+    """Plan with its studies, and all points by the key of their study."""
 
     plan: Plan
     studies: tuple[Study, ...]
@@ -183,9 +186,9 @@ class Measurements:
         self, study: str, potential: str, least: int = 0, missing: str = "no points", **wanted: Any
     ) -> list[Point]:
         """
-        Return a study's points with a result and the fields wanted, by speed and length.
+        Return the points of a study with a result and the wanted fields, by speed and length.
 
-        Fewer than `least` are no number, for the reason `missing`.
+        Raises NoNumber with the message `missing` if there are fewer than `least` points.
         """
         chosen = [
             point
@@ -199,6 +202,6 @@ class Measurements:
         return sorted(chosen, key=lambda point: (point.scene.impact_velocity, point.particles))
 
     def all_points(self) -> Iterable[Point]:
-        """Return each different point once, in the order of the studies."""
+        """Return all different points once, in the order of the studies."""
         unique = {point.scene: point for points in self.points.values() for point in points}
         return unique.values()

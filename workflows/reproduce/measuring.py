@@ -1,4 +1,4 @@
-"""From a plan to points: its scenes by LAMMPS, in-house and by echo, kept in a store."""
+"""Computation of a plan's points by LAMMPS, by the reference engine and by the echo method."""
 
 import time
 from collections.abc import Callable, Sequence
@@ -13,12 +13,12 @@ from chaincor.workflows.reproduce.measurements import Answer, Measurements, Poin
 from chaincor.workflows.reproduce.plan import Plan, Study
 from chaincor.workflows.validation.comparison import SHARPER, judging_scene
 
-# Scenes in, answers out, in the same order.
+# Function from scenes to answers, in the same order.
 Runner = Callable[[Sequence[Scene]], Sequence[Answer]]
 
 
 def measure(plan: Plan, planned: tuple[Study, ...], run: Runner) -> Measurements:
-    """Compute the points of a plan's studies, asking `run` once; a failed scene has no result."""
+    """Compute the points of all studies in one call of `run`; a failed scene has no result."""
     for_lammps = dict.fromkeys(scene for study in planned for scene in study.scenes)
     in_house = {scene: _reference_twin(scene) for scene in for_lammps}
     for scene in (scene for study in planned for scene in study.in_house):
@@ -39,17 +39,17 @@ def measure(plan: Plan, planned: tuple[Study, ...], run: Runner) -> Measurements
 
 def _reference_twin(scene: Scene) -> Scene:
     """
-    Return the scene that cross-checks one of LAMMPS.
+    Return the scene for the reference engine that checks a scene of LAMMPS.
 
-    It asks for a tenth of the tolerance; for the tolerance itself where bonds are too sharp for
-    LAMMPS, so that this is the value shown.
+    Its tolerance is a tenth of LAMMPS's tolerance. If bonds are too stiff for LAMMPS, the result of
+    the reference engine is shown, and the tolerance stays.
     """
     share = 1.0 if frequency_ratio(scene) > LAMMPS.sharpest else SHARPER
     return judging_scene(scene, share * (scene.tolerance or DEFAULT_TOLERANCE))
 
 
 def by_echo(scenes: Sequence[Scene]) -> dict[Scene, Answer]:
-    """Collide long harmonic chains, which share the contacts before their first echo."""
+    """Collide long harmonic chains, which share all contacts before their first echo."""
     by_length = {scene.particles: scene for scene in scenes}
     started = time.process_time()
     chains = list(collide_long_chains(by_length))
@@ -72,7 +72,7 @@ def by_echo(scenes: Sequence[Scene]) -> dict[Scene, Answer]:
 
 
 def run_into_store(path: Path, workers: int, progress: bool = True) -> Runner:
-    """Return a runner that keeps every result, so that nothing finished is computed twice."""
+    """Return a runner that stores every result, so that no finished scene is computed twice."""
 
     def run(scenes: Sequence[Scene]) -> list[Answer]:
         rows = collide_into_store(scenes, path, workers=workers, arrays=True, progress=progress)

@@ -1,4 +1,4 @@
-"""The paper as the report has it: its figures, claims, scenes, fits, and questions about it."""
+"""Contents of the report: figures, claims, scenes, fits and questions about the paper."""
 
 from collections.abc import Callable
 
@@ -24,7 +24,7 @@ from chaincor.workflows.reproduce.free_flight import FreeFlight
 from chaincor.workflows.reproduce.measurements import Measurements, NoNumber
 from chaincor.workflows.reproduce.plan import Plan, Study
 
-# In the order of the paper's text.
+# Claims in the order of the paper's text.
 CLAIMS: tuple[Claim, ...] = (
     *claims_of(trajectories),
     *claims_of(harmonic_contacts),
@@ -39,7 +39,7 @@ CLAIMS: tuple[Claim, ...] = (
 
 
 def studies(plan: Plan) -> tuple[Study, ...]:
-    """Return all studies of a plan; scenes that occur in several are computed once."""
+    """Return all studies of a plan; a scene in several studies is computed once."""
     figures = (
         *(restitution_curves, harmonic_lengths, harmonic_contacts, lj_lengths, increase, slope),
         *(pair, trajectories, slow_chains),
@@ -48,7 +48,7 @@ def studies(plan: Plan) -> tuple[Study, ...]:
 
 
 def figures(measured: Measurements, flights: tuple[FreeFlight, ...]) -> tuple[Figure, ...]:
-    """Return all figures: those of the paper, in its order, and those beyond it."""
+    """Return the figures of the paper in its order, then the figures beyond the paper."""
     measured_ones = (
         *(schematic, trajectories, harmonic_lengths, restitution_curves, lj_lengths, increase),
         *(contacts_and_restitution, pair, slope, slow_chains),
@@ -68,7 +68,7 @@ def _answer(find: Callable[[Measurements], str], measured: Measurements) -> str:
 
 
 def readings(measured: Measurements) -> dict[str, str]:
-    """Return how the paper was read, where it leaves that open: answers, by the question."""
+    """Return our reading of the paper's open points, by the question."""
     chains = measured.select("harmonic_velocities", "harmonic")
     harmonic_loss = f"{chains[0].dissipation:.4f}" if chains else "–"
     return {
@@ -110,7 +110,7 @@ def readings(measured: Measurements) -> dict[str, str]:
 
 
 def beyond(measured: Measurements, flights: tuple[FreeFlight, ...]) -> dict[str, str]:
-    """Return what the measurements say on questions that the paper does not ask."""
+    """Return the findings on questions that the paper does not ask."""
     return {
         "Does dissipation vanish in long chains at some speed v₀ > 0?": _answer(
             lj_lengths.long_chains, measured

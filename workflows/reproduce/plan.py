@@ -1,4 +1,4 @@
-"""What is computed to check the paper, as plain numbers: a quick plan and a full one."""
+"""Plans of the scenes that check the paper: a quick plan and a full plan, as plain numbers."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -9,64 +9,67 @@ import numpy as np
 
 from chaincor.lammps_inputs.scene import DEFAULT_HARMONIC_VELOCITY, Scene
 
-# The paper's five speeds of its figure of 1 - eta against n, in units of v*.
+# Five speeds of the paper's figure of 1 - eta against n, in units of v*.
 PAPER_SIZE_SPEEDS = (0.780, 0.390, 0.160, 0.078, 0.008)
-# Orders of the lowest anharmonic term in its figure of the increase, each with the sign of c that
-# stiffens compression. eta(v/v*) is the same for every |c|: c only scales lengths.
+# Orders of the lowest anharmonic term in the paper's figure of the increase, each with the sign of
+# c that stiffens compression. eta(v/v*) is the same for every |c|, because c only scales lengths.
 PAPER_ORDERS = {3: -1.0, 4: 1.0, 5: -1.0}
 
 
 @dataclass(frozen=True)
 class Plan:
     """
-    Everything that decides what `chaincor reproduce` computes.
+    All numbers that decide the scenes of `chaincor reproduce`.
 
-    Speeds are in units of v*, tolerances are absolute errors of eta.
+    Speeds are in units of v*, and tolerances are absolute errors of eta.
     """
 
     name: str  #: ``quick`` or ``full``.
-    tolerance: float  #: Asked of every plotted point.
+    tolerance: float  #: Tolerance of every plotted point.
     curve_particles: int  #: Length of the chains whose eta is drawn against speed.
     curve_speeds: tuple[float, ...]  #: Speeds for lj, toda and log chains.
-    #: Chain lengths by LAMMPS (and in-house), and longer or more closely spaced ones by the echo of
-    #: their free end.
+    #: Lengths of harmonic chains by LAMMPS and by the reference engine.
     harmonic_sizes: tuple[int, ...]
-    harmonic_far_sizes: tuple[int, ...]  #: See ``harmonic_sizes``.
-    #: Around these lengths the limit of harmonic chains is found.
+    #: Longer or more closely spaced lengths of harmonic chains, by the echo of the free end.
+    harmonic_far_sizes: tuple[int, ...]
+    #: Lengths around which harmonic chains give the limit of long chains.
     harmonic_longest: tuple[int, ...]
     #: Velocities at which the harmonic chain's eta must be the same.
     harmonic_velocities: tuple[float, ...]
-    #: Lengths of lj chains at the paper's five speeds; the dearest are in-house only.
+    #: Lengths of lj chains at the paper's five speeds. The most expensive runs use the reference
+    #: engine only.
     sizes: tuple[int, ...]
-    far_sizes: dict[float, tuple[int, ...]]  #: Longer ones, in-house only, by speed.
-    #: Speeds for the increase of dissipation, by order; chains of order 3 fly apart from 0.15 v*
-    #: upward, and reach their low-speed limit only below 0.005 v*.
+    #: Longer lj chains by speed, by the reference engine only.
+    far_sizes: dict[float, tuple[int, ...]]
+    #: Speeds for the increase of dissipation, by order. Chains of order 3 break from 0.15 v* on,
+    #: and reach their low-speed limit only below 0.005 v*.
     increase_speeds: dict[int, tuple[float, ...]]
-    #: By order: at most 2 % of the smallest increase that is drawn.
+    #: Tolerances by order, at most 2 % of the smallest increase in the figure.
     increase_tolerances: dict[int, float]
     #: Lengths of lj chains for C, the initial slope of dissipation against speed.
     slope_sizes: tuple[int, ...]
-    slope_far_sizes: tuple[int, ...]  #: See ``slope_sizes``.
-    slope_speeds: tuple[float, ...]  #: Speeds for it.
+    slope_far_sizes: tuple[int, ...]  #: Longer lj chains for C, by the reference engine only.
+    slope_speeds: tuple[float, ...]  #: Speeds of the chains for C.
     slow_sizes: tuple[int, ...]  #: Lengths of slow chains of five bonds.
-    slow_variables: tuple[float, ...]  #: Their kappa v0 n^(2/3).
-    pair_speeds: tuple[float, ...]  #: Speeds of the chain of two, for alpha.
+    slow_variables: tuple[float, ...]  #: Values of kappa v0 n^(2/3) of the slow chains.
+    pair_speeds: tuple[float, ...]  #: Speeds of the chain of two particles, for alpha.
 
 
 @dataclass(frozen=True)
 class Study:
-    """Scenes that belong together."""
+    """Scenes of one study."""
 
     key: str  #: Name, such as ``curves``.
-    title: str  #: For the table of times.
-    scenes: tuple[Scene, ...]  #: Run by LAMMPS and in-house.
-    in_house: tuple[Scene, ...] = ()  #: Run in-house only: too long for LAMMPS in this plan.
+    title: str  #: Title in the table of times.
+    scenes: tuple[Scene, ...]  #: Scenes for LAMMPS and the reference engine.
+    #: Scenes for the reference engine only, which take LAMMPS too long in this plan.
+    in_house: tuple[Scene, ...] = ()
     #: Harmonic chains of 20 particles or more, by the echo of their free end.
     echoed: tuple[Scene, ...] = ()
 
     @property
     def all_scenes(self) -> tuple[Scene, ...]:
-        """All of them, however run."""
+        """Scenes of the study for all engines."""
         return (*self.scenes, *self.in_house, *self.echoed)
 
 
@@ -75,7 +78,7 @@ def harmonic_chains(
     tolerance: float,
     velocities: Iterable[float] = (DEFAULT_HARMONIC_VELOCITY,),
 ) -> tuple[Scene, ...]:
-    """Return harmonic chains, the same for all studies: what is equal is run once."""
+    """Return harmonic chains, defined equally for all studies so that equal scenes run once."""
     return tuple(
         Scene(potential="harmonic", particles=n, velocity=v, tolerance=tolerance)
         for n, v in product(lengths, velocities)
@@ -85,7 +88,7 @@ def harmonic_chains(
 def chains(
     potential: str, lengths: Iterable[int], speeds: Iterable[float], tolerance: float, **more: Any
 ) -> tuple[Scene, ...]:
-    """Return chains of other bonds, their speeds in units of v*."""
+    """Return scenes of chains with other bonds, at speeds in units of v*."""
     return tuple(
         Scene(potential=potential, particles=n, speed=u, tolerance=tolerance, **more)
         for n, u in product(lengths, speeds)
@@ -93,7 +96,7 @@ def chains(
 
 
 def _speeds(first: float, last: float, count: int, *more: float) -> tuple[float, ...]:
-    """Return evenly spaced speeds on a logarithmic scale, to 6 digits, and some more."""
+    """Return speeds evenly spaced on a logarithmic scale, to 6 digits, and additional speeds."""
     spaced = (float(f"{u:.6g}") for u in np.geomspace(first, last, count))
     return tuple(sorted({*spaced, *more}))
 
@@ -103,7 +106,7 @@ def _sizes(first: int, last: int, count: int, *more: int) -> tuple[int, ...]:
     return tuple(sorted({*spaced, *more}))
 
 
-# Where the minimum is; those of reference speeds; where f/n reaches 1.
+# Additional speeds: near the minimum, the reference speeds, and where f/n reaches 1.
 _NOTEWORTHY = (0.4, 0.55, 0.65, 0.7, 0.78, 0.82, 0.86, 0.9, 1.1, 1.5, 2.0)
 
 QUICK = Plan(
@@ -116,7 +119,7 @@ QUICK = Plan(
     harmonic_longest=(3000, 10_000, 30_000),
     harmonic_velocities=(1e-3, 1e-2, 0.1, 0.5),
     sizes=(10, 20, 50, 100, 200, 500, 1000),
-    # Faster and longer chains spall: their eta needs ever smaller steps.
+    # Faster and longer chains break at the free end, and eta needs ever smaller steps.
     far_sizes={
         0.39: (2000,),
         0.16: (3000, 5000),
@@ -149,7 +152,7 @@ FULL = Plan(
     sizes=(10, 14, 20, 30, 50, 70, 100, 140, 200, 300, 500, 700, 1000),
     far_sizes={
         0.78: (1400, 2000),
-        0.39: (1400, 2000),  # at n = 3000 eta is 0.781 or 0.784, as the last digit has it
+        0.39: (1400, 2000),  # at n = 3000 rounding decides whether eta is 0.781 or 0.784
         **dict.fromkeys((0.16, 0.078, 0.008), (1400, 2000, 3000, 5000, 10000, 20000)),
     },
     increase_speeds={

@@ -1,4 +1,4 @@
-"""The report: verdicts first, then figures, slips, settings and times; HTML, Markdown and JSON."""
+"""Report of the reproduction as HTML, Markdown and JSON, with the verdicts first."""
 
 import json
 import math
@@ -25,7 +25,7 @@ from chaincor.workflows.reproduce.plan import Study
 
 # Folder of the figures and their data.
 DRAWINGS = "figures"
-# What the page of slips says of an entry that was suspected, and is right.
+# Mark of an entry in the page of slips that was suspected and is right.
 RIGHT = "right as printed"
 _BOND_FORMULAS = {
     "lj": "U = (x^(−12) − 2 x^(−6) + 1)/72",
@@ -46,7 +46,7 @@ def gather(
     figures: tuple[Figure, ...],
     seconds: dict[str, float],
 ) -> dict[str, Any]:
-    """Judge the claims and gather what ``report.json`` holds; `seconds` are those of this run."""
+    """Judge the claims and return the contents of ``report.json``; `seconds` is this run's time."""
     verdicts = [verdict_row(claim, claim.found(measured)) for claim in paper.CLAIMS]
     slip_count, slips = read_slips()
     bonds = {name: Scene(potential=name, speed=1.0).bond for name in _BOND_FORMULAS}
@@ -95,7 +95,7 @@ def gather(
 
 
 def verdict_row(claim: Claim, finding: Finding) -> dict[str, Any]:
-    """Judge what was found on a claim, and return all that the report says of it."""
+    """Judge the finding on a claim, and return its row in the report."""
     verdict, reason = claim.judge(finding)
     return {
         "key": claim.key,
@@ -127,7 +127,7 @@ def _answered(questions: dict[str, str]) -> list[dict[str, str]]:
 
 
 def describe_found(row: dict[str, Any]) -> str:
-    """Write the number found, or whether a trend is there."""
+    """Write the number of a finding, or whether a trend is there."""
     return _number(row["is_trend"], row["value"], row["error"])
 
 
@@ -138,7 +138,7 @@ def _number(is_trend: bool, value: float, error: float) -> str:
 
 
 def _in_brief(claim: Claim, finding: Finding) -> str:
-    """Return what the summary says of a claim: our number, and how far it is from the paper's."""
+    """Return the summary of a claim: our number and its distance from the paper's number."""
     margin, value = claim.margin, finding.value
     if finding.brief:
         return finding.brief
@@ -149,7 +149,7 @@ def _in_brief(claim: Claim, finding: Finding) -> str:
 
 
 def _runs(points: Iterable[Point]) -> list[dict[str, Any]]:
-    """Return the runs of points that have a result, with their seconds of computing."""
+    """Return the runs of points with a result, with their computing time in seconds."""
     return [
         {
             "engine": engine,
@@ -165,7 +165,7 @@ def _runs(points: Iterable[Point]) -> list[dict[str, Any]]:
 
 
 def _work(measured: Measurements, study: Study) -> dict[str, Any]:
-    """Return how many points a study has, and the seconds that each engine took for them."""
+    """Return the number of points of a study, and the seconds that each engine took."""
     runs = _runs(measured.points[study.key])
     lammps, in_house = (
         sum(run["seconds"] for run in runs if run["engine"] == engine)
@@ -176,7 +176,7 @@ def _work(measured: Measurements, study: Study) -> dict[str, Any]:
 
 
 def _dearest(measured: Measurements) -> list[dict[str, Any]]:
-    """Return the eight runs that took longest, each with its share of all computing time."""
+    """Return the eight longest runs, each with its share of all computing time."""
     runs = _runs(measured.all_points())
     total = sum(run["seconds"] for run in runs) or 1.0
     longest = sorted(runs, key=lambda run: -run["seconds"])[:8]
@@ -184,7 +184,7 @@ def _dearest(measured: Measurements) -> list[dict[str, Any]]:
 
 
 def _versions_of(measured: Measurements) -> dict[str, str]:
-    """Return the versions that made the results: several where a store was carried on with."""
+    """Return the versions that made the results; a continued store can have several."""
     found: dict[str, set[str]] = {}
     for point in measured.all_points():
         for answer in point.answers:
@@ -195,11 +195,11 @@ def _versions_of(measured: Measurements) -> dict[str, str]:
 
 def read_slips() -> tuple[str, list[dict[str, str]]]:
     """
-    Read the paper's slips from the page ``paper_slips.md``, which their tests write.
+    Read the paper's slips from the page ``paper_slips.md``, which the tests of the slips write.
 
-    Returns how many there are, in a sentence, and the slips in the paper's order: the place in the
-    paper, what it prints, what is correct (empty where the print is right), ``slip`` or what else
-    the entry is, what follows from it (a dash for entries that are none) and the check.
+    Returns a sentence with their number, and the entries in the paper's order. An entry has the
+    place in the paper, the printed text, the correct text (empty if the print is right), ``slip``
+    or another kind, the consequence (a dash if the entry is no slip) and the check.
     """
     page = (DOCUMENTS / "paper_slips.md").read_text(encoding="utf-8")
     head, *entries = re.split(r"\n## \d+\. ", page)
@@ -221,7 +221,7 @@ def _slip(entry: str) -> dict[str, str]:
 
 
 def write_figures(folder: Path, figures: tuple[Figure, ...]) -> dict[str, str]:
-    """Draw the figures and write them with their data; returns them as data URIs, by key."""
+    """Draw the figures and write them with their data; return them as data URIs by key."""
     drawings = folder / DRAWINGS
     drawings.mkdir(parents=True, exist_ok=True)
     images = {}
@@ -237,7 +237,7 @@ def write_figures(folder: Path, figures: tuple[Figure, ...]) -> dict[str, str]:
 
 
 def write_report(folder: Path, contents: dict[str, Any], images: dict[str, str]) -> None:
-    """Write the page, the summary and the numbers."""
+    """Write the page, the summary and the JSON file."""
     environment = page_environment("chaincor.workflows.reproduce")
     environment.filters["found"] = describe_found
     environment.filters["anchor"] = lambda key: "claim-" + re.sub(r"\W+", "-", key)

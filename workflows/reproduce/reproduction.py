@@ -1,4 +1,4 @@
-"""From a plan to a report on disk."""
+"""Reproduction of the paper, from a plan to a report on disk."""
 
 import time
 from pathlib import Path
@@ -32,27 +32,28 @@ def reproduce(
     as_crate: bool = False,
 ) -> dict[str, Any]:
     """
-    Recompute the paper by LAMMPS, check it in-house, and judge each of its claims.
+    Recompute the paper with LAMMPS, check it with the reference engine, and judge each claim.
 
     Parameters
     ----------
     folder : path
-        For the report, its figures and their data, and the results store. What the store has is not
-        computed again, so that an interrupted run goes on.
+        Folder for the report, its figures and their data, and the store of results. Stored results
+        are not computed again, so that an interrupted run can be continued.
     quick : bool
-        Minutes with errors of 1e-5; otherwise half an hour with 1e-7 and more points.
+        Whether to use the plan with errors of 1e-5, which takes minutes. The other plan takes half
+        an hour, with errors of 1e-7 and more points.
     workers : int
-        Processes that compute.
+        Number of worker processes.
     progress : bool
-        Whether a bar shows how far it is.
+        Whether to show a progress bar.
     as_crate : bool
-        Whether ``ro-crate-metadata.json`` says what each file is and what computed it; needs
+        Whether to describe each file and its origin in ``ro-crate-metadata.json``. This needs
         ``chaincor[crate]``.
 
     Returns
     -------
     dict
-        What ``report.json`` in the folder holds: ``verdicts`` claim by claim, ``curves``,
+        Contents of ``report.json`` in the folder: ``verdicts`` claim by claim, ``curves``,
         ``health``, and more.
 
     Raises
@@ -60,7 +61,7 @@ def reproduce(
     InputError
         If the folder cannot be made.
     MissingLibraryError
-        If a crate is asked for without the library rocrate.
+        If `as_crate` is true and the library rocrate is not installed.
 
     Examples
     --------
@@ -80,7 +81,7 @@ def reproduce(
 
 
 def describe_reproduction(folder: Path, contents: dict[str, Any]) -> None:
-    """Say in ``ro-crate-metadata.json`` what each file is; `contents` are those of the report."""
+    """Describe each file in ``ro-crate-metadata.json``; `contents` are the report's contents."""
     titles = {figure["key"]: figure["title"] for figure in contents["figures"]}
     drawings = sorted(path for key in titles for path in (folder / DRAWINGS).glob(f"{key}.*"))
     files = {path.relative_to(folder).as_posix(): titles[path.stem] for path in drawings}
@@ -88,7 +89,7 @@ def describe_reproduction(folder: Path, contents: dict[str, Any]) -> None:
 
 
 def reproduce_paper(plan: Plan, folder: Path, run: Runner) -> dict[str, Any]:
-    """Compute a plan, judge it and write the report; returns what ``report.json`` holds."""
+    """Compute a plan, judge it, write the report and return the contents of ``report.json``."""
     started = time.perf_counter()
     measured = measure(plan, paper.studies(plan), run)
     computed = time.perf_counter()

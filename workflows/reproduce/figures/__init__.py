@@ -1,1 +1,1 @@
-"""The figures of the paper, and those beyond it: one a module, with its claims."""
+"""Figures of the paper and beyond it: one module for each figure, with its claims."""

@@ -1,4 +1,4 @@
-"""LAMMPS against the in-house engine, point by point: how far the points can be trusted."""
+"""Comparison of LAMMPS with the reference engine, point by point."""
 
 import math
 from typing import Any
@@ -11,7 +11,7 @@ from chaincor.workflows.reproduce.drawing import Axes, Figure, point_record
 from chaincor.workflows.reproduce.figures.increase import increases
 from chaincor.workflows.reproduce.measurements import Measurements, Point, column
 
-# The sum of two error bars up to which a comparison tells much, in units of the error asked.
+# Largest sum of two error bars at which a comparison is meaningful, in units of the target error.
 _SHARP = 10.0
 _FLOOR = 1e-14
 
@@ -23,7 +23,7 @@ def _name(point: Point) -> str:
 
 
 def examine_points(measured: Measurements) -> dict[str, Any]:
-    """Count points, disagreements and failures, and name those that prove little."""
+    """Count points, disagreements and failures, and name the points with large error bars."""
     points = list(measured.all_points())
     compared = [p for p in points if p.agrees is not None]
     excess = [abs(p.difference) / (p.allowed_difference or 1.0) for p in compared]
@@ -39,33 +39,35 @@ def examine_points(measured: Measurements) -> dict[str, Any]:
     ]
     relative = [increase.largest_relative_error for increase in increases(measured).values()]
     return {
-        # Different points, those where LAMMPS's value is shown, and those that in-house alone has.
+        # All different points, points that show LAMMPS's value, and points of the reference engine
+        # alone.
         "points": len(points),
         "by_lammps": sum(p.source == "lammps" for p in points),
         "alone": sum(p.source == "in-house" and p.agrees is None for p in points),
-        # Points that both engines computed; those that differ by more than LAMMPS's own runs do.
+        # Points that both engines computed, and points with a larger difference than LAMMPS's own
+        # runs allow.
         "compared": len(compared),
         "longest_compared": max((p.particles for p in compared), default=0),
         "disagreements": sum(p.agrees is False for p in compared),
-        # Largest |difference| over that.
+        # Largest |difference| over the allowed difference.
         "worst_excess": max(excess, default=math.nan),
-        # Sum of bars up to which a comparison tells much; points with larger ones, and the least
-        # and the largest of these.
+        # Largest sum of error bars at which a comparison is meaningful, the points with larger
+        # sums, and the smallest and the largest of these sums.
         "sharp": sharp,
         "blunt": [_name(p) for p in blunt],
         "blunt_bars": [min(bars), max(bars)] if bars else [],
-        # Points where the engines differ by more than the error asked.
+        # Points at which the engines differ by more than the target error.
         "apart": [
             f"{_name(p)} by {abs(p.difference):.2g}" for p in compared if abs(p.difference) > asked
         ],
-        # Largest error bar of a plotted point, what it was to be at most, and what is larger.
+        # Largest error bar of a plotted point, its target error, and the points with larger bars.
         "largest_error": max((p.error for p in points if p.source is not None), default=math.nan),
         "asked": asked,
         "missed": [_name(p) for p in points if p.error > (p.scene.tolerance or asked)],
-        # Largest error bar of a plotted or fitted increase, as a share of it.
+        # Largest relative error bar of a plotted or fitted increase.
         "largest_relative_error": max(relative, default=math.nan),
-        # What was planned for LAMMPS and has an in-house result only, and why; how many times
-        # faster than at rest a bond may swing for LAMMPS; what has no result at all, and why.
+        # Points planned for LAMMPS that only the reference engine computed, with reasons; largest
+        # frequency ratio of a bond for LAMMPS; points without any result, with reasons.
         "not_given": [text for by_other, text in failed if by_other],
         "largest_ratio": LAMMPS.sharpest,
         "failures": [text for by_other, text in failed if not by_other],
@@ -73,7 +75,7 @@ def examine_points(measured: Measurements) -> dict[str, Any]:
 
 
 def figure(measured: Measurements) -> Figure:
-    """Return the differences of the two engines, point by point, against the impact speed."""
+    """Return the figure of the engines' differences against the impact speed, point by point."""
     points = [p for p in measured.all_points() if p.agrees is not None]
     found = np.abs(column(points, "difference"))
     allowed = column(points, "allowed_difference")

@@ -1,4 +1,4 @@
-"""Beyond the paper: chains that break, and the two coefficients of restitution."""
+"""Figure beyond the paper: chains that break, and the two coefficients of restitution."""
 
 from itertools import groupby
 from typing import Any
@@ -11,7 +11,7 @@ from chaincor.workflows.reproduce.free_flight import LAST, MOMENTS, SAMPLED, Fre
 
 
 def figure(flights: tuple[FreeFlight, ...]) -> Figure:
-    """Return pieces against speed and time, and e beside eta, of the lj chain."""
+    """Return the figure of the lj chain's fragments against speed and time, and of e and eta."""
 
     def draw(above: Axes, middle: Axes, below: Axes) -> None:
         speeds = [f.speed for f in flights]
@@ -70,7 +70,7 @@ def figure(flights: tuple[FreeFlight, ...]) -> Figure:
 
 
 def breaking(flights: tuple[FreeFlight, ...]) -> str:
-    """Say which lj chains are in pieces, when, and in how many."""
+    """Describe which lj chains break, when, and into how many fragments."""
     if all(f.is_whole for f in flights):
         return "No chain was in pieces."
     parts = []
@@ -92,7 +92,7 @@ def breaking(flights: tuple[FreeFlight, ...]) -> str:
 
 
 def _spans(flights: tuple[FreeFlight, ...], wanted: list[bool]) -> str:
-    """Write the speeds wanted, neighbours together: ``between 0.75 and 5.6 v*``."""
+    """Write the chosen speeds, with neighbours as a range: ``between 0.75 and 5.6 v*``."""
     spans = []
     runs = groupby(zip(flights, wanted, strict=True), key=lambda pair: pair[1])
     for speeds in ([f.speed for f, _ in run] for is_wanted, run in runs if is_wanted):
@@ -106,7 +106,7 @@ def _spans(flights: tuple[FreeFlight, ...], wanted: list[bool]) -> str:
 
 
 def _rejoined(flights: tuple[FreeFlight, ...]) -> str:
-    """Name a fast chain whose slow end, still vibrating, catches up again."""
+    """Describe a fast chain whose slow vibrating end catches up with the rest again."""
     for flight in flights:
         first = flight.pieces_at(0.0)[0]
         if first > 1 and flight.pieces_at(1.0)[1] == 1:
@@ -125,7 +125,7 @@ def _when(moment: float) -> str:
 
 
 def _draw_times(ax: Axes, flights: tuple[FreeFlight, ...]) -> None:
-    """Draw the larger count as a colour over speed and time, and dots where it is not sure."""
+    """Draw the larger count as a colour over speed and time, with dots on undecided counts."""
     from matplotlib.colors import BoundaryNorm
 
     times = SAMPLED[1:]
@@ -140,7 +140,7 @@ def _draw_times(ax: Axes, flights: tuple[FreeFlight, ...]) -> None:
     ax.legend(loc="lower left", fontsize=8, facecolor=GREY)
     ax.set(xscale="log", yscale="log")
     ax.set_ylabel("time after the last\ncontact / crossing")
-    # Inside the panel, whose axis is that of the panels above and below.
+    # The colour bar is inside the panel, so that the axis lines up with the other panels.
     beside = ax.inset_axes((1.02, 0.0, 0.03, 1.0))
     bar = ax.figure.colorbar(mesh, cax=beside, label="pieces")
     bar.set_ticks((0.5 * (levels[1:] + levels[:-1])).astype(int).tolist())

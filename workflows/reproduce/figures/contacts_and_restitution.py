@@ -24,7 +24,7 @@ from chaincor.workflows.reproduce.measurements import Measurements, NoNumber, Po
 
 _KEY = "contacts_and_restitution"
 _RISE = (0.16, "0.16, by which f(n)/n of lj chains rises (here)")
-# Where "near 1" begins and ends for words that claim no more than 10 %.
+# Bounds of "near 1", for words that claim no more than 10 %.
 _AROUND_SCALE = (0.9, 1.1)
 
 
@@ -32,16 +32,16 @@ def run_hard_spheres(
     particles: int, gap: Fraction = Fraction(1, 7)
 ) -> tuple[list[Fraction], int, int]:
     """
-    Follow hard spheres from event to event until none can come, in exact arithmetic.
+    Follow hard spheres from event to event, in exact arithmetic, until no event can follow.
 
-    Spheres of diameter 1 - gap start at distance 1 from one another with velocity -1, the first
-    one at the wall. Between events everything flies freely; at an event two neighbours exchange
-    their velocities, or sphere 1 reverses its own. Positions, velocities and times are rational,
-    so nothing is rounded.
+    Spheres of diameter 1 - gap start at a distance of 1 with velocity -1, the first one at the
+    wall. Between events all spheres fly freely. At an event, two neighbours exchange their
+    velocities, or sphere 1 reverses its velocity. Positions, velocities and times are rational, so
+    that nothing is rounded.
 
-    Returns the velocities in the end, the number of contacts with the wall, and that of exchanges.
+    Returns the final velocities, the number of contacts with the wall, and the number of exchanges.
     """
-    # Shrunk to points: position i less i diameters.
+    # Spheres are reduced to points: position i less i diameters.
     positions = [gap * i for i in range(particles)]
     velocities = [Fraction(-1)] * particles
     contacts = exchanges = 0
@@ -151,8 +151,8 @@ def _high_speed_limit(measured: Measurements) -> Finding:
 
 
 def _fastest(measured: Measurements) -> tuple[list[Point], str]:
-    """Return the fastest chain of each bond that was integrated, and which these are."""
-    # What is set equal to hard spheres is no evidence that chains come near them.
+    """Return the fastest integrated chain of each bond, and a description of these chains."""
+    # A value that was set equal to hard spheres is no evidence that chains approach them.
     integrated = [[p for p in points if not p.is_limit] for points in curves(measured).values()]
     if not all(integrated):
         raise NoNumber("no points")
@@ -162,7 +162,7 @@ def _fastest(measured: Measurements) -> tuple[list[Point], str]:
 
 
 def figure(measured: Measurements) -> Figure:
-    """Return f(n)/n and eta of the lj chain against speed, on the paper's one axis."""
+    """Return the figure of f(n)/n and eta of the lj chain against speed, on one axis."""
     points = measured.select("curves", "lj")
     full = min((p.speed for p in points if p.contacts == p.particles), default=float("nan"))
 

@@ -1,4 +1,4 @@
-"""Numbers of section II that no figure shows: contacts, and what does not depend on v0."""
+"""Numbers of section II without a figure: contacts, and quantities that do not depend on v0."""
 
 from collections.abc import Callable
 from functools import wraps
@@ -12,7 +12,7 @@ from chaincor.workflows.reproduce.claims import Finding, claim, digits, exact, w
 from chaincor.workflows.reproduce.measurements import Answer, Measurements, NoNumber, Point, column
 from chaincor.workflows.reproduce.plan import Plan, Study, harmonic_chains
 
-# The paper's numbers in brackets are from a chain of this length.
+# Length of the chain that the paper's numbers in brackets are from.
 PAPER_CHAIN = 500
 
 
@@ -24,7 +24,7 @@ def study(plan: Plan) -> Study:
 
 
 def _by_lammps(measured: Measurements) -> tuple[list[Point], str]:
-    """Return LAMMPS's chains at many velocities, and what they are."""
+    """Return LAMMPS's chains at many velocities, and a description of them."""
     points = measured.select("harmonic_velocities", "harmonic")
     ours = [p for p in points if p.source == "lammps"]
     if len(ours) < 2:
@@ -36,7 +36,7 @@ def _by_lammps(measured: Measurements) -> tuple[list[Point], str]:
     )
 
 
-# The scale is what such a chain of 100 loses.
+# The scale is the dissipation of such a chain of 100 particles.
 @claim(
     "section II",
     exact(0.0, 0.03),
@@ -57,9 +57,9 @@ def difference_over_velocities(
     measured: Measurements, name: str, quantity: Callable[[Point, Answer], ArrayLike]
 ) -> Finding:
     """
-    Find by how much a quantity differs that should be the same for one chain at all velocities.
+    Find the variation of a quantity that should be equal at all velocities of one chain.
 
-    It has no error bar of its own: the engines' difference stands for it.
+    The quantity has no error bar, and the difference of the engines takes its place.
     """
     ours, where = _by_lammps(measured)
     both = [[quantity(p, a) for a in p.answers] for p in ours if len(p.answers) == 2]
@@ -87,7 +87,7 @@ def _independence_of_contact_time(measured: Measurements) -> Finding:
     )
 
 
-# The scale is the largest E_j/E of such a chain of 100.
+# The scale is the largest E_j/E of such a chain of 100 particles.
 @claim(
     "section II",
     exact(0.0, 0.001),
@@ -101,7 +101,7 @@ def _independence_of_modes(measured: Measurements) -> Finding:
 
 
 def paper_chain(measured: Measurements) -> Point:
-    """Return the chain that the paper's numbers in brackets are from; NoNumber without a result."""
+    """Return the chain of the paper's numbers in brackets; raise NoNumber without a result."""
     missing = f"no result at n = {PAPER_CHAIN}"
     return measured.select("harmonic_sizes", "harmonic", 1, missing, particles=PAPER_CHAIN)[0]
 
@@ -110,11 +110,11 @@ def number_of_paper_chain(
     quantity: Callable[[Point, Array, Array], tuple[float, str]],
 ) -> Callable[[Measurements], Finding]:
     """
-    Find a number of the paper's chain.
+    Find a number of the chain that the paper's numbers in brackets are from.
 
-    `quantity` returns it, and how it was found, given the chain, the intervals between its contacts
-    and their incoming speeds, in units of 1/omega and v0. It has no error bar: the engines'
-    difference stands for it.
+    `quantity` gets the chain, the intervals between its contacts in units of 1/omega, and their
+    incoming speeds in units of v0. It returns the number and a description. The number has no error
+    bar, and the difference of the engines takes its place.
     """
 
     @wraps(quantity)
@@ -165,7 +165,7 @@ def _constant_speeds(point: Point, _intervals: Array, speeds: Array) -> tuple[fl
 
 
 def _chain_of_two(measured: Measurements) -> tuple[Point, float, float]:
-    """Return the chain, the interval of its two contacts, and what the engines differ by."""
+    """Return the chain, the interval of its two contacts, and the difference of the engines."""
     missing = "no result at n = 2"
     chain = measured.select("harmonic_sizes", "harmonic", 1, missing, particles=2)[0]
     times = chain.answer.arrays["contact_times"]
@@ -253,7 +253,7 @@ def _speed_of_two(measured: Measurements) -> Finding:
 @claim("eq. (10)", digits("1.15"), "v = 1.15 v₀", text="v = 1.15 v₀ at n = 500")
 @number_of_paper_chain
 def _incoming_speed(point: Point, _intervals: Array, speeds: Array) -> tuple[float, str]:
-    # By momentum alone: what comes and goes is n v0 (1 + e), a contact gives 2 v.
+    # Momentum alone gives the number: the change is n v0 (1 + e), and a contact gives 2 v.
     momentum = (1.0 + point.restitution**0.5) / (2.0 * speeds.size / PAPER_CHAIN)
     return float(np.mean(speeds)), (
         f"mean over {speeds.size} contacts, {point.origin}; ± what the engines differ by; momentum "

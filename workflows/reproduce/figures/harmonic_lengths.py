@@ -19,15 +19,15 @@ from chaincor.workflows.reproduce.measurements import Measurements, column
 from chaincor.workflows.reproduce.plan import Plan, Study, harmonic_chains
 
 _KEY = "harmonic_lengths"
-# The factor that the paper prints in eq. (12).
+# Factor that the paper prints in eq. (12).
 _PAPER_FACTOR = 0.652
 _POWER = -2.0 / 3.0
-# The fits that are judged begin here: shorter chains are not on the law, as figure 3 shows.
+# Judged fits begin at this length, because figure 3 shows that shorter chains are not on the law.
 _LAW_FROM = 100
-# How far they depend on the range is told by these.
+# Other ranges, which show the dependence of the fits on the range.
 _RANGES = ((30, 300), (100, 1000), (200, 2000), (500, 20000), (1000, 20000))
 _PREFACTOR_RANGES = ((100, 1000), (1000.5, 3000), (3000.5, 20000))
-# So many lengths within 6 %: they scatter by the phase of the last contacts.
+# Number of lengths within 6 %, because eta scatters with the phase of the last contacts.
 _PHASES = 7
 _PARTS = np.linspace(0.94, 1.06, _PHASES)
 
@@ -41,7 +41,7 @@ def study(plan: Plan) -> Study:
 
 
 def study_of_longest(plan: Plan) -> Study:
-    """Return harmonic chains around the lengths that the limit is found from."""
+    """Return harmonic chains around the lengths that give the limit."""
     lengths = [round(n * part) for n in plan.harmonic_longest for part in _PARTS]
     scenes = harmonic_chains(lengths, plan.tolerance)
     title = "harmonic chains, for the limit of long ones"
@@ -52,10 +52,10 @@ def _longest_chains(
     measured: Measurements,
 ) -> tuple[list[tuple[int, float, float]], float, float]:
     """
-    Take the chains around each of the longest sizes to n -> infinity.
+    Extrapolate the chains around each of the longest sizes to n -> infinity.
 
-    Returns each size with the mean of n^(2/3) (1 - eta) around it and its standard error, and the
-    limit with its error.
+    Returns each size with the mean of n^(2/3) (1 - eta) around it and the standard error of the
+    mean, and the limit with its error.
     """
     points = measured.points["harmonic_longest"]
     n, factors = column(points, "particles"), column(points, "scaled_dissipation")
@@ -76,14 +76,14 @@ def _curve(measured: Measurements) -> Curve:
 
 
 def _long(measured: Measurements) -> Curve:
-    """Return the chains that are fitted and judged; all there are if none is so long."""
+    """Return the chains that are fitted and judged, or all chains if none is long enough."""
     curve = _curve(measured)
     long = curve.between(_LAW_FROM, np.inf)
     return long if long.points else curve
 
 
 def _laws(measured: Measurements, power: float | None = None) -> list[PowerLaw]:
-    """Fit 1 - eta = A n^p, or A alone, to these and then over the other ranges."""
+    """Fit 1 - eta = A n^p, or A alone, to the judged chains and then over the other ranges."""
     fit = partial(Curve.power_law, exponent=power)
     ranges = _RANGES if power is None else _PREFACTOR_RANGES
     return [fit(_long(measured)), *_curve(measured).over(ranges, fit)]
@@ -149,7 +149,7 @@ def _formula_prefactor(measured: Measurements) -> Finding:
 
 
 def figure(measured: Measurements) -> Figure:
-    """Return 1 - eta against n for harmonic chains, and what is left without the law."""
+    """Return the figure of 1 - eta against n for harmonic chains, and of the ratio to the law."""
     points = measured.select("harmonic_sizes", "harmonic")
     laws, factors = _laws(measured), _laws(measured, _POWER)
     fit, mean = laws[0], factors[0]

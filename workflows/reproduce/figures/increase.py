@@ -13,19 +13,19 @@ from chaincor.workflows.reproduce.measurements import Measurements, NoNumber, Po
 from chaincor.workflows.reproduce.plan import PAPER_ORDERS, Plan, Study, chains, harmonic_chains
 
 _KEY = "increase"
-# One range for all that the paper fits at low speed, C and the slopes of figure 6, whose range it
-# does not say: the decade from the slowest speed of its figures on, 0.008 v*.
+# One range for C and the slopes of figure 6, which the paper fits at low speed without a stated
+# range: the decade from the slowest speed of its figures on, 0.008 v*.
 FIT_RANGE = (0.01, 0.1)
-# How far a number depends on it is told by its halves, and by going on to the fastest speed.
+# The halves of the range, and a range up to the fastest speed, show the dependence on the range.
 RANGES = (FIT_RANGE, (0.01, 0.0317), (0.0317, 0.1), (0.01, np.inf))
-# The power in the limit v0 -> 0 is that of so many of the slowest speeds.
+# Number of slowest speeds that give the power in the limit v0 -> 0.
 _SLOWEST = 4
-# The slopes that the paper prints in figure 6, by the order r of the lowest anharmonic term.
+# Slopes that the paper prints in figure 6, by the order r of the lowest anharmonic term.
 _PAPER_SLOPES = {3: "1.34", 4: "2.09", 5: "3.14"}
 
 
 def study(plan: Plan) -> Study:
-    """Return power chains of the three orders, and the harmonic one."""
+    """Return power chains of the three orders, and the harmonic chain."""
     lengths, tolerances = (plan.curve_particles,), plan.increase_tolerances
     scenes = harmonic_chains(lengths, min(tolerances.values()))
     for order, c in PAPER_ORDERS.items():
@@ -36,9 +36,10 @@ def study(plan: Plan) -> Study:
 
 def increase_of(points: list[Point], harmonic: Point) -> Curve:
     """
-    Return 1 - eta against v0/v*, less that of the harmonic chain of the same length.
+    Return 1 - eta against v0/v*, less 1 - eta of the harmonic chain of equal length.
 
-    Of its results the in-house propagator's, which is exact, is preferred.
+    The harmonic chain's result by the reference engine is preferred, because its propagator is
+    exact.
     """
     exact = harmonic.restitution, harmonic.error
     if harmonic.in_house is not None and harmonic.in_house.result:
@@ -49,9 +50,9 @@ def increase_of(points: list[Point], harmonic: Point) -> Curve:
 
 def shortening_of(points: list[Point], harmonic: Point) -> Curve:
     """
-    Return what t_c is shorter than that of the harmonic chain, in place of the increase.
+    Return the difference of the harmonic chain's t_c and the chain's t_c, against v0/v*.
 
-    Contact times have no bar of their own: what the two engines differ by stands for it.
+    Contact times have no error bar, and the difference of the engines takes its place.
     """
     both = np.array(
         [
@@ -65,9 +66,9 @@ def shortening_of(points: list[Point], harmonic: Point) -> Curve:
 
 def local_powers(curve: Curve) -> tuple[Array, Array]:
     """
-    Return speeds half-way between neighbours, and the power between these.
+    Return speeds half-way between neighbouring speeds, and the power between the neighbours.
 
-    It is nan where dissipation does not increase.
+    The power is nan if dissipation does not increase.
     """
     with np.errstate(invalid="ignore", divide="ignore"):
         powers = np.diff(np.log(curve.y)) / np.diff(np.log(curve.x))
@@ -78,10 +79,10 @@ def limit_power(curve: Curve, order: int, quantity: str = "the increase") -> Fin
     """
     Find the power of an increase in the limit v0 -> 0.
 
-    What comes next is smaller by v0^(r-2), r being the `order` of the lowest anharmonic term, so
-    that the power between neighbouring speeds changes in proportion to that: a straight line
-    through those of the slowest speeds. The error is what one speed less changes, and what error
-    bars of eta allow.
+    The next term is smaller by v0^(r-2), where r is the `order` of the lowest anharmonic term. So
+    the power between neighbouring speeds is linear in v0^(r-2), and a straight line through the
+    slowest speeds gives the limit. The error has two parts: the change with one speed less, and the
+    change that the error bars of eta allow.
     """
     places, powers = local_powers(curve)
     if not powers.size:
@@ -103,7 +104,7 @@ def limit_power(curve: Curve, order: int, quantity: str = "the increase") -> Fin
 
 
 def _both(measured: Measurements, order: int) -> tuple[list[Point], Point]:
-    """Return the chains of an order and the harmonic one."""
+    """Return the chains of an order and the harmonic chain."""
     power = measured.select(_KEY, "power", 1, power_order=order)
     return power, measured.select(_KEY, "harmonic", 1)[0]
 
@@ -111,7 +112,7 @@ def _both(measured: Measurements, order: int) -> tuple[list[Point], Point]:
 def increases(
     measured: Measurements, study: str = _KEY, potential: str = "power", by: str = "power_order"
 ) -> dict[int, Curve]:
-    """Return the increase of a study's chains for each value that a field of their scenes has."""
+    """Return the increase of a study's chains, for each value of a field of their scenes."""
     found = {}
     for value in sorted({getattr(p.scene, by) for p in measured.select(study, potential)}):
         points = measured.select(study, potential, **{by: value})
@@ -195,7 +196,7 @@ CLAIMS = tuple(make(r) for make in (_contact_time, _power, _printed_power) for r
 
 
 def figure(measured: Measurements) -> Figure:
-    """Return the increase of dissipation for r = 3, 4, 5, with fitted and printed slopes."""
+    """Return the figure of the increase for r = 3, 4, 5, with fitted and printed slopes."""
     found = increases(measured)
     worst = max((i.largest_relative_error for i in found.values()), default=float("nan"))
     fastest = max((float(i.x[-1]) for i in found.values()), default=float("nan"))
@@ -249,7 +250,7 @@ def figure(measured: Measurements) -> Figure:
 
 
 def increase_records(found: dict[int, Curve], name: str) -> list[dict[str, Any]]:
-    """Return increases as rows; `name` is what they are told apart by."""
+    """Return increases as rows; `name` is the column that distinguishes them."""
     return [
         {
             name: key,

@@ -17,11 +17,11 @@ from chaincor.workflows.reproduce.plan import PAPER_SIZE_SPEEDS, Plan, Study, ch
 
 _KEY = "lj_lengths"
 _SLOW = PAPER_SIZE_SPEEDS[-1]
-# The last part of each curve, from a fifth of its longest chain on: slow chains level off late.
+# Fits use each curve from a fifth of its longest chain on, because slow chains level off late.
 _LAST_PART = 5.0
-# LAMMPS's time goes as n^2 v0/v*; beyond this much a point takes 3 to 8 % of that of all.
+# The cost of LAMMPS grows as n^2 v0/v*. Beyond this value a point takes 3 to 8 % of the total time.
 _DEAREST = 3e5
-# Where slow chains still look harmonic.
+# Lengths at which slow chains still look harmonic.
 _BEFORE = (100, 1000)
 
 
@@ -43,7 +43,7 @@ def _curve(measured: Measurements, speed: float) -> Curve:
 
 
 def _last_parts(measured: Measurements) -> dict[float, Curve]:
-    """Return the last part of each curve, which exponents are fitted to, by speed."""
+    """Return the last part of each curve, for the fits of exponents, by speed."""
     curves = {speed: _curve(measured, speed) for speed in PAPER_SIZE_SPEEDS}
     return {
         speed: curve.between(curve.x[-1] / _LAST_PART, np.inf)
@@ -114,14 +114,14 @@ def _exponent(measured: Measurements, speed: float) -> Finding:
 
 
 def long_chains(measured: Measurements) -> str:
-    """Say whether dissipation vanishes in long chains at some speed."""
+    """Describe whether dissipation vanishes in long chains at some speed."""
     parts = {speed: part for speed, part in _last_parts(measured).items() if part.x.size > 1}
     if not parts:
         raise NoNumber("Too few lengths to say.")
     n, longest = np.array([part.x[[0, -1]] for part in parts.values()]).T
     lost, left = np.array([part.y[[0, -1]] for part in parts.values()]).T
     fall = (lost - left) / lost
-    # By how much the harmonic part falls, and 1 - eta itself would by the harmonic law.
+    # Decrease of the harmonic part, and the decrease of 1 - eta by the harmonic law.
     harmonic = (harmonic_dissipation_law(n) - harmonic_dissipation_law(longest)) / lost
     expected = 1.0 - (longest / n) ** (-2.0 / 3.0)
     falling = np.any(2.0 * fall > expected)
@@ -148,7 +148,7 @@ def _percent(shares: Array) -> str:
 
 
 def middle_speeds(measured: Measurements) -> str:
-    """Say what is found at the speeds that the paper plots without a word."""
+    """Describe the findings at the speeds that the paper plots without comment."""
     parts = [
         f"at {speed:g} v* 1 − η = {part.y[-1]:.4f} at n = {part.x[-1]:.0f}, exponent "
         f"{part.power_law().exponent:z.2f} from n = {part.x[0]:.0f} to {part.x[-1]:.0f}"
@@ -162,7 +162,7 @@ def middle_speeds(measured: Measurements) -> str:
 
 
 def figure(measured: Measurements) -> Figure:
-    """Return 1 - eta against n for lj chains at the paper's speeds, and the harmonic chain's."""
+    """Return the figure of 1 - eta against n: lj chains at the paper's speeds, harmonic chains."""
     laws = {speed: part.power_law() for speed, part in _last_parts(measured).items()}
     curves = {speed: _curve(measured, speed) for speed in PAPER_SIZE_SPEEDS}
     harmonic = [p for p in measured.select("harmonic_sizes", "harmonic") if p.particles >= 10]

@@ -1,4 +1,4 @@
-"""Beyond the paper: in which modes and in what form the lost energy is, across the speeds."""
+"""Figure beyond the paper: the modes and the forms of the lost energy, against the speed."""
 
 from typing import Any
 
@@ -9,12 +9,12 @@ from chaincor.workflows.reproduce.drawing import IMPACT_SPEED, Axes, Figure, dra
 from chaincor.workflows.reproduce.free_flight import AVERAGED_OVER, LAST, FreeFlight
 
 _DECADES = 6.0
-# Speeds of the panel of curves, of those that are there the nearest.
+# Speeds of the panel of curves. The panel shows the nearest measured speeds.
 _SHOWN = (0.01, 0.1, 0.4, 0.562, 0.78, 2.0, 5.0)
 
 
 def figure(flights: tuple[FreeFlight, ...]) -> Figure:
-    """Return the kinetic energy of each mode after the collision, and the forms of what is lost."""
+    """Return the figure of the modes' kinetic energies and of the forms of the lost energy."""
     until = _harmonic_until(flights)
     worst = max(flights, key=lambda f: f.harmonic / f.point.dissipation)
 
@@ -58,13 +58,13 @@ def figure(flights: tuple[FreeFlight, ...]) -> Figure:
 
 
 def _harmonic_until(flights: tuple[FreeFlight, ...]) -> float:
-    """Return the slowest speed at which harmonic energies are off by more than 1 %."""
+    """Return the slowest speed at which harmonic energies have an error above 1 %."""
     off = [f.speed for f in flights if abs(f.harmonic / f.point.dissipation - 1.0) > 0.01]
     return min(off, default=float("nan"))
 
 
 def lost_energy(flights: tuple[FreeFlight, ...]) -> str:
-    """Say where the lost energy sits."""
+    """Describe the forms of the lost energy."""
     whole = [f for f in flights if f.is_whole]
     broken = [f for f in flights if f.separation > 0.0]
     parts = []
@@ -90,13 +90,13 @@ def lost_energy(flights: tuple[FreeFlight, ...]) -> str:
 
 
 def _half_of_kinetic(flight: FreeFlight) -> int:
-    """Return the mode j >= 1 up to which half of the kinetic energy of internal motion lies."""
+    """Return the mode j >= 1 up to which the modes hold half of the internal kinetic energy."""
     total = np.cumsum(flight.kinetic[1:])
     return int(np.searchsorted(total, 0.5 * total[-1])) + 1
 
 
 def _draw_map(ax: Axes, flights: tuple[FreeFlight, ...]) -> float:
-    """Draw the shares of all modes at all speeds; returns the largest share."""
+    """Draw the shares of all modes at all speeds; return the largest share."""
     from matplotlib.colors import LogNorm
 
     shares = np.array([f.kinetic[1:] for f in flights])
@@ -105,7 +105,7 @@ def _draw_map(ax: Axes, flights: tuple[FreeFlight, ...]) -> float:
     modes, speeds = np.arange(1, shares.shape[1] + 1), [f.speed for f in flights]
     mesh = draw_map(ax, modes, speeds, np.maximum(shares, floor), LogNorm(floor, top))
     ax.set(xscale="log", yscale="log", xlabel=r"mode $j$", ylabel=IMPACT_SPEED)
-    # On top, so that the axes of modes line up.
+    # The colour bar is on top, so that the axes of the modes line up.
     label = "kinetic energy / energy at impact"
     ax.figure.colorbar(mesh, ax=ax, location="top", label=label, pad=0.02)
     return top

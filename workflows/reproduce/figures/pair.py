@@ -1,4 +1,4 @@
-"""Intervals between contacts: the wall's frequency, and how those of pairs shorten (NH eq. 15)."""
+"""Intervals between contacts: the wall's frequency, and the shortening for pairs (NH eq. 15)."""
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from chaincor.workflows.reproduce.figures.harmonic_contacts import number_of_pap
 from chaincor.workflows.reproduce.measurements import Measurements, NoNumber, Point, column
 from chaincor.workflows.reproduce.plan import Plan, Study, chains
 
-# The interval of the chain of two is read off the contacts; eta there is nearly 1 whatever happens.
+# The chain of two is judged by the interval of its contacts, because its eta is always nearly 1.
 _TOLERANCE = 1e-10
 _BOND = LennardJones()
 
@@ -38,16 +38,16 @@ def _external_frequency(point: Point, intervals: Array, _speeds: Array) -> tuple
 
 
 def study(plan: Plan) -> Study:
-    """Return lj chains of two."""
+    """Return lj chains of two particles."""
     scenes = chains("lj", (2,), plan.pair_speeds, _TOLERANCE)
     return Study("pair", "chain of two, for α", scenes)
 
 
 def _alphas(points: list[Point]) -> Array:
     """
-    Return (1 - sqrt(2) dt/pi)/(v0/v*) of chains of two: it tends to alpha at low speed.
+    Return (1 - sqrt(2) dt/pi)/(v0/v*) of chains of two, which tends to alpha at low speed.
 
-    It is nan where there are not two contacts.
+    The value is nan if there are not two contacts.
     """
     times = [point.answer.arrays.get("contact_times", np.empty(0)) for point in points]
     intervals = np.array([t[1] - t[0] if len(t) == 2 else np.nan for t in times])
@@ -55,7 +55,7 @@ def _alphas(points: list[Point]) -> Array:
 
 
 def _exact(velocity: float, speed: float) -> float:
-    """Return the same by quadrature."""
+    """Return (1 - sqrt(2) dt/pi)/(v0/v*) by quadrature."""
     return float((1.0 - pair_interval(_BOND, velocity) / PAIR_INTERVAL) / speed)
 
 
@@ -90,7 +90,7 @@ def _alpha(measured: Measurements) -> Finding:
 
 
 def figure(measured: Measurements) -> Figure:
-    """Return the shortening of the interval of the chain of two, beside the exact quadrature."""
+    """Return the figure of the shortened interval of two particles, with the exact quadrature."""
     points = measured.select("pair", "lj")
     values = _alphas(points)
 

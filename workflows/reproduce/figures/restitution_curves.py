@@ -20,12 +20,12 @@ from chaincor.workflows.reproduce.drawing import (
 from chaincor.workflows.reproduce.measurements import Measurements, NoNumber, Point, column
 from chaincor.workflows.reproduce.plan import PAPER_SIZE_SPEEDS, Plan, Study, chains
 
-# Of differences and limits: how much eta changes along our curve of lj chains.
+# Scale of differences and limits: the range of eta along our curve of lj chains.
 FALL = (0.26, "0.26, by which η of lj chains falls (here)")
 _KEY = "restitution_curves"
-# The bonds in the paper's order, and their names in the legend.
+# Bonds in the paper's order, with their names in the legend.
 _BONDS = {"lj": "Lennard-Jones", "toda": r"Toda ($b=10$)", "log": "logarithmic"}
-# The limit v0 -> 0 is that of so many of the slowest speeds.
+# Number of slowest speeds that give the limit v0 -> 0.
 _SLOWEST = 4
 
 
@@ -77,7 +77,7 @@ def _low_speed_limit(measured: Measurements) -> Finding:
 
 
 def _limit(harmonic: Point, points: list[Point]) -> tuple[float, float]:
-    """Return the harmonic chain's eta less that of others at v0 -> 0, and its error."""
+    """Return the harmonic chain's eta less the limit of eta at v0 -> 0, with its error."""
     speeds, gaps = column(points, "speed"), harmonic.restitution - column(points, "restitution")
     limit, change = limit_at_zero(speeds, gaps, 2)
     weights = np.abs(np.linalg.pinv(np.vander(speeds, 3))[2])
@@ -153,7 +153,7 @@ def _gap(pair: tuple[Point, Point]) -> float:
 
 
 def unit_of_speed(measured: Measurements) -> str:
-    """Say why v0 is taken as v0/v* throughout."""
+    """Explain why speeds are given as v0/v* throughout."""
     lj = measured.select("curves", "lj", 1)
     natural = {name: Scene(potential=name, speed=1.0).impact_velocity for name in _BONDS}
     lows = {name: low.place for name, low in minima(measured).items()}
@@ -189,7 +189,7 @@ def both_restitutions(measured: Measurements) -> str:
 
 
 def figure(measured: Measurements) -> Figure:
-    """Return eta against v0/v* for lj, toda and log chains."""
+    """Return the figure of eta against v0/v* for lj, toda and log chains."""
     every = curves(measured)
 
     def draw(ax: Axes) -> None:
@@ -222,7 +222,7 @@ def figure(measured: Measurements) -> Figure:
 
 
 def describe_open(points: Sequence[Point]) -> str:
-    """Name the points of a curve where LAMMPS has a number that is not the one shown."""
+    """Name the points of a curve that show the reference engine's number instead of LAMMPS's."""
     missed = [p for p in points if p.source == "in-house" and len(p.answers) == 2]
     if not missed:
         return ""
@@ -233,7 +233,7 @@ def describe_open(points: Sequence[Point]) -> str:
 
 
 def _not_given(points: Sequence[Point]) -> str:
-    """Say which fast chains LAMMPS is not given, and what is shown in its place."""
+    """Describe the fast chains that LAMMPS does not run, and the values shown instead."""
     ours = [p for p in points if p.lammps is not None and not p.lammps.result]
     integrated = [p.speed for p in points if p.source is not None and not p.is_limit]
     if not ours or not integrated:
@@ -251,7 +251,7 @@ def _not_given(points: Sequence[Point]) -> str:
 
 
 def describe_bars(points: Sequence[Point]) -> str:
-    """Name the points whose bars are seen: a symbol covers about 0.005 of the axis."""
+    """Name the points with visible bars: a symbol covers about 0.005 of the axis."""
     seen = [p for p in points if p.error > 0.0025]
     if not seen:
         return ""
@@ -264,7 +264,7 @@ def describe_bars(points: Sequence[Point]) -> str:
 
 
 def _left_open(point: Point) -> str:
-    """Say what an open end has at the last contact, and how far a later one could take it."""
+    """Describe eta at the last contact of an open end, and the effect of a later contact."""
     if not point.is_open:
         return ""
     eta, bar = point.restitution, point.error

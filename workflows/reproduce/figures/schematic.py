@@ -1,4 +1,4 @@
-"""The schematic of a chain and a rigid wall (NH figure 1), with the directions made explicit."""
+"""Schematic of a chain and a rigid wall (NH figure 1), with explicit directions."""
 
 import numpy as np
 
@@ -10,7 +10,7 @@ _PARTICLES = 6
 
 
 def figure(_measured: Measurements) -> Figure:
-    """Return the figure, a drawing without data."""
+    """Return the schematic, a drawing without data."""
     return Figure(
         key="schematic",
         title="A one-dimensional chain and a rigid wall",

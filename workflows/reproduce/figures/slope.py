@@ -1,4 +1,4 @@
-"""The constant C of the low-speed law, 1 - eta = C v0/v* (NH eq. 18), against speed and length."""
+"""Constant C of the low-speed law, 1 - eta = C v0/v* (NH eq. 18), against speed and length."""
 
 from dataclasses import replace
 
@@ -24,7 +24,7 @@ from chaincor.workflows.reproduce.measurements import Measurements, NoNumber
 from chaincor.workflows.reproduce.plan import Plan, Study, chains, harmonic_chains
 
 _KEY = "slope"
-# What the paper prints for the shortening of the interval of two lj particles, and for C.
+# Numbers that the paper prints for the shortening of the interval of two lj particles, and for C.
 _PAPER_ALPHA = 0.808
 _PAPER_SLOPE = 2.61
 
@@ -45,7 +45,7 @@ def study(plan: Plan) -> Study:
 
 
 def _theory() -> float:
-    """Return the C that follows from the paper's theory for lj, 4 alpha."""
+    """Return C = 4 alpha, which follows from the paper's theory for lj."""
     return low_speed_dissipation_slope(pair_interval_slope(LennardJones()))
 
 
@@ -76,7 +76,7 @@ def _theoretical_slope(measured: Measurements) -> Finding:
 
 
 def _increases(measured: Measurements) -> dict[int, Curve]:
-    """Return the increase of lj chains for each length."""
+    """Return the increase of dissipation of lj chains, for each length."""
     return increases(measured, "slopes", "lj", "particles")
 
 
@@ -172,7 +172,7 @@ def _power_of_other_types(measured: Measurements) -> Finding:
 
 
 def figure(measured: Measurements) -> Figure:
-    """Return the increase divided by the speed for lj chains: constant where 1 - eta is C v0/v*."""
+    """Return the figure of the increase over the speed, constant if 1 - eta is C v0/v*."""
     found = _increases(measured)
     compared = max((n for n, i in found.items() if i.points[0].agrees is not None), default=0)
 

@@ -1,4 +1,4 @@
-"""Beyond the paper: what slow long chains lose, on one curve of kappa v0 n^(2/3)."""
+"""Figure beyond the paper: dissipation of slow long chains on one curve of kappa v0 n^(2/3)."""
 
 from itertools import product
 from typing import Any
@@ -29,18 +29,18 @@ _BONDS: dict[str, dict[str, Any]] = {
     "log": {"potential": "log"},
 }
 _SHORTEST = 30
-# Chains beyond are not slow in any length that is computed.
+# Chains beyond this value are not slow at any computed length.
 _LAST = 30.0
-# Sizes of symbols, by the least length of chains that have them.
+# Sizes of symbols, by the smallest length of their chains.
 _SYMBOLS = {30: 2.0, 96: 3.2, 307: 4.6, 983: 6.2, 3146: 8.0}
-# kappa v0: faster than this a chain is not slow, its front is steep.
+# Largest kappa v0 of a slow chain. Faster chains have steep fronts.
 _FASTEST = 0.6
-# What the paper has of C, for lj alone: simulated, and by its theory.
+# Values of C in the paper, for lj alone: from simulation, and from its theory.
 _PAPER_SLOPES = {"lj": (0.66, 2.61)}
 
 
 def study(plan: Plan) -> Study:
-    """Return chains of five bonds at the same values of kappa v0 n^(2/3), in-house."""
+    """Return chains of five bonds at equal kappa v0 n^(2/3), for the reference engine."""
     scenes = []
     for bond, n, variable in product(_BONDS.values(), plan.slow_sizes, plan.slow_variables):
         scene = Scene(**bond, particles=n, velocity=1e-3, tolerance=plan.tolerance)
@@ -57,7 +57,7 @@ def variable_of(point: Point) -> float:
 
 
 def slow_long_chains(measured: Measurements) -> dict[str, list[Point]]:
-    """Return all chains that are slow, and on the curve's range, by bond."""
+    """Return all slow chains within the range of the curve, by bond."""
     points = {
         point.scene: point
         for key in (_KEY, "slopes", "sizes", "curves")
@@ -74,7 +74,7 @@ def slow_long_chains(measured: Measurements) -> dict[str, list[Point]]:
 
 
 def slopes_by_bond(measured: Measurements) -> list[dict[str, Any]]:
-    """Return C of long chains, bond by bond: derived, that of our longest chain, the paper's."""
+    """Return C of long chains by bond: derived, from our longest chain, and from the paper."""
     rows = []
     for name, group in slow_long_chains(measured).items():
         steep = [p for p in group if variable_of(p) >= 8.0]
@@ -104,11 +104,11 @@ def slopes_by_bond(measured: Measurements) -> list[dict[str, Any]]:
 
 
 def infinite_chain(measured: Measurements) -> str:
-    """Say what becomes of C as n goes to infinity."""
+    """Describe the limit of C as n goes to infinity."""
     rows = slopes_by_bond(measured)
     if not rows:
         raise NoNumber("Too few long chains to say.")
-    # Toda chains have the same C at any b.
+    # The C of Toda chains does not depend on b.
     slopes = {row["bond"].partition(",")[0]: f"{row['slope']:.3f}" for row in rows}
     return (
         "In an infinite chain the harmonic part is gone and C is the limit of (1 − η)/(v₀/v*) as "
@@ -124,7 +124,7 @@ def infinite_chain(measured: Measurements) -> str:
 
 
 def figure(measured: Measurements) -> Figure:
-    """Return n^(2/3) (1 - eta) against kappa v0 n^(2/3), and how it comes to the curve."""
+    """Return the figure of n^(2/3) (1 - eta) against kappa v0 n^(2/3), and of its approach."""
     groups = slow_long_chains(measured)
     every = [p for group in groups.values() for p in group]
     longest = max((p.particles for p in every), default=0)

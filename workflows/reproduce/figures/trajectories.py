@@ -21,18 +21,22 @@ from chaincor.workflows.reproduce.measurements import Answer, Measurements, NoNu
 from chaincor.workflows.reproduce.plan import Plan, Study, harmonic_chains
 
 _KEY = "trajectories"
-# Fast enough that the compression is seen in the drawing; eta does not depend on it.
+# Impact speed at which the compression is visible in the figure. Eta does not depend on it.
 _VELOCITY = 0.4
 _NUMERICS = Numerics(scheme="order8", timestep=0.1)
 _FRAME_INTERVAL = 0.1
-# In crossings of sound: the contacts and what follows at once.
+# Duration in sound crossings: the contacts and a short time after them.
 _SHOWN = 2.25
-# In speeds of sound. Bonds are pressed by v0, and more where the front swings beyond it.
+# Impact speeds in speeds of sound. The wall compresses bonds by v0, and the front overshoots.
 _FAST = (0.6, 0.7, 0.8, 1.0)
 
 
 def study(plan: Plan) -> Study:
-    """Return fast harmonic chains, in-house: coordinates of LAMMPS may cross as well."""
+    """
+    Return fast harmonic chains for the reference engine.
+
+    The coordinates of particles may cross in LAMMPS as well.
+    """
     scenes = harmonic_chains((plan.curve_particles,), plan.tolerance, _FAST)
     return Study("order", "fast harmonic chains, for the order of particles", (), scenes)
 
@@ -62,7 +66,7 @@ def _contact_time(measured: Measurements) -> Finding:
 
 @cache
 def _followed(particles: int) -> tuple[Outcome, Frames]:
-    """Run a chain in LAMMPS; its speed is `_VELOCITY`."""
+    """Run a chain in LAMMPS at the impact speed `_VELOCITY`."""
     scene = Scene(potential="harmonic", particles=particles, velocity=_VELOCITY)
     outcome = lammps.run(scene, _NUMERICS, _FRAME_INTERVAL)
     assert outcome.frames is not None
@@ -92,7 +96,7 @@ def _order_of_particles(measured: Measurements) -> Finding:
     )
 
 
-# The scale is the way of v₀ in a unit of time.
+# The scale is the distance that v₀ covers in a unit of time.
 @claim(
     "section II",
     exact(0.0, 1.0),
@@ -117,7 +121,7 @@ def _similar_orbits(measured: Measurements) -> Finding:
 def _largest_amplitude(measured: Measurements) -> Finding:
     n = 20
     _, frames = _followed(n)
-    # The front passes particle n/4 before n/2, and has not come back to it at 3n/2.
+    # The front passes particle n/4 before the time n/2, and has not returned to it at 3n/2.
     pressed = (frames.times > 0.75 * n) & (frames.times < 1.25 * n)
     near = frames.displacements[pressed][:, : n // 4]
     amplitudes = np.std(near, axis=0) / _VELOCITY
