@@ -1,4 +1,4 @@
-"""The lessons of the documentation: as notebooks, with checks that say what is wrong."""
+"""Lessons of the documentation: notebooks, exercises and checks of answers."""
 
 from chaincor.workflows.lessons.begin import begin as begin
 from chaincor.workflows.lessons.begin import prepared as prepared

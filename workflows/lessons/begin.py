@@ -1,4 +1,4 @@
-"""What cells of a lesson begin with: its folder, a shell that finds commands, data made before."""
+"""Start of a lesson's notebook: its folder, a shell that finds commands, and prepared data."""
 
 import itertools
 import os
@@ -9,24 +9,24 @@ from typing import Any
 from chaincor.lammps_inputs.errors import InputError, meant
 from chaincor.workflows.documents import DOCUMENTS
 
-# Where the session was before its first lesson: a cell that is run again must not go deeper.
+# Folder of the notebook before its first lesson. A repeated cell must not nest folders.
 _home: list[Path] = []
-# The lesson that was begun last.
+# Lesson that was begun last.
 _lesson: list[str] = []
 
 
 def begin(lesson: str) -> None:
     """
-    Go to a new folder for the files of a lesson, and let shell cells find `chaincor` and `lmp`.
+    Change to a new folder for a lesson, and let shell cells find `chaincor` and `lmp`.
 
-    The folder is ``LESSON_files`` beside the notebook. Files of an earlier run are kept: what there
-    is becomes ``LESSON_files_earlier``, or ``LESSON_files_earlier_2`` and so on. `lmp` is also told
-    where its MPI library is.
+    The folder is ``LESSON_files`` beside the notebook. An existing folder of an earlier run is kept
+    as ``LESSON_files_earlier``, or ``LESSON_files_earlier_2`` and so on. The environment also gets
+    the place of the MPI library of `lmp`.
 
     Parameters
     ----------
     lesson : str
-        Name of the lesson, for its folder.
+        Name of the lesson, which gives the name of the folder.
 
     Raises
     ------
@@ -45,7 +45,7 @@ def begin(lesson: str) -> None:
 def _new_folder(home: Path, lesson: str) -> Path:
     folder = home / f"{lesson}_files"
     try:
-        os.chdir(home)  # Windows renames no folder that one is in
+        os.chdir(home)  # Windows does not rename the current folder
         if folder.is_dir() and any(folder.iterdir()):
             numbers = (f"_{number}" if number > 1 else "" for number in itertools.count(1))
             earlier = (home / f"{folder.name}_earlier{number}" for number in numbers)
@@ -62,19 +62,19 @@ def _new_folder(home: Path, lesson: str) -> Path:
 
 
 def _let_the_shell_find_commands() -> None:
-    """Put this environment first, as activating it does: Jupyter may have been started without."""
+    """Put this environment first in PATH, because Jupyter may have been started without it."""
     from chaincor.workflows.engines.lammps.library import folder_first, lmp_environment
 
     os.environ["PATH"] = folder_first("PATH", Path(sys.executable).parent)
     os.environ.update(lmp_environment())
-    # IPython runs programs as if on a terminal, but shows no bar that moves.
+    # IPython runs programs as if on a terminal, but cannot show a moving progress bar.
     os.environ.pop("FORCE_COLOR", None)
     os.environ["TERM"] = "dumb"
 
 
 def show_figure(name: str) -> Any:
     """
-    Return a saved figure for a notebook to show, with the words of the lesson's page as its text.
+    Return a saved figure to show in a notebook, with the alternative text of the lesson's page.
 
     Figures of pyplot are closed, so that the notebook does not show them a second time.
     """
@@ -89,9 +89,9 @@ def show_figure(name: str) -> Any:
 
 def prepared(name: str) -> Path:
     """
-    Return the path of a file of data made beforehand, for machines that are slow.
+    Return the path of a file of prepared data, for slow machines.
 
-    Raises InputError if there is none of that name.
+    Raises InputError if there is no file of that name.
     """
     folder = DOCUMENTS / "course" / "data"
     names = sorted(path.name for path in folder.glob("*.csv"))

@@ -1,4 +1,4 @@
-"""Exercises: what they ask, their right answers, and the judgement of given ones."""
+"""Exercises: questions, right answers, and the judgement of given answers."""
 
 import importlib
 from collections.abc import Callable
@@ -17,53 +17,53 @@ RIGHT = "right"
 
 @dataclass(frozen=True)
 class Exercise:
-    """A question with a number, several numbers or a function for an answer."""
+    """Question whose answer is a number, several numbers or a function."""
 
-    asks: str  #: What is to be given, with its unit.
-    #: Computes the right answer, then the answers of usual mistakes, each with what to say. For an
-    #: exercise that asks for a function: what the function returns for `arguments`.
+    asks: str  #: Quantity that the answer must give, with its unit.
+    #: Function that yields the right answer, then the answers of usual mistakes, each with a text.
+    #: If an exercise asks for a function, these answers are its results for `arguments`.
     answers: Callable[..., Answers]
-    #: How far an answer may be off, as a fraction of the largest of its numbers.
+    #: Largest error of a right answer, as a fraction of the largest of its numbers.
     tolerance: float = 1e-3
-    #: For an exercise that asks for a function: returns the arguments that it is tried with.
+    #: Function that returns the arguments of the test, if an exercise asks for a function.
     arguments: Callable[[], tuple[Any, ...]] | None = None
-    either_sign: bool = False  #: Whether the answer with all signs turned is right as well.
+    either_sign: bool = False  #: Whether the answer with all signs reversed is right as well.
 
 
 def exercise(asks: str, **fields: Any) -> Callable[[Callable[..., Answers]], Exercise]:
-    """Return a decorator that makes an exercise of the function that yields its answers."""
+    """Return a decorator that turns a function that yields answers into an exercise."""
     return lambda answers: Exercise(asks, answers, **fields)
 
 
 def check(exercise: str, answer: Any) -> Verdict:
     """
-    Return whether an answer is right, and if not, what is wrong with it.
+    Judge an answer, and print what is right or wrong about it.
 
-    The right answer is computed by the in-house engine when it is needed: nothing is looked up.
+    The reference engine computes the right answer when it is needed; no answers are stored.
 
     Parameters
     ----------
     exercise : str
-        Its name, ``"4.1"`` for the first of lesson 4.
+        Name of the exercise, such as ``"4.1"`` for the first exercise of lesson 4.
     answer : float, array_like or callable
-        A number, several, or a function, as the exercise asks. Numbers may be rounded to three
+        Number, several numbers, or function, as the exercise asks. Numbers may be rounded to three
         digits, and may be texts such as ``"1/64"`` and ``"9.29 %"``.
 
     Returns
     -------
     Verdict
-        True if the answer is right; prints what is right or wrong about it.
+        Verdict with a text. It is true if the answer is right.
 
     Raises
     ------
     InputError
-        If there is no such exercise.
+        If there is no exercise of this name.
     """
     return judge(find_exercise(exercise), answer)
 
 
 def find_exercise(name: str) -> Exercise:
-    """Return an exercise by its name; raise InputError, which lists the names, if there is none."""
+    """Return an exercise by its name; raise InputError with all names for an unknown name."""
     lesson = str(name).partition(".")[0]
     known: dict[str, Exercise] = {}
     if lesson in map(str, LESSONS):
@@ -75,7 +75,7 @@ def find_exercise(name: str) -> Exercise:
 
 
 def exercises_of(lesson: int) -> dict[str, Exercise]:
-    """Return the exercises of a lesson that can be checked, by name."""
+    """Return the checkable exercises of a lesson, by name."""
     module = importlib.import_module(f"chaincor.workflows.lessons.exercises.lesson_{lesson}")
     return {
         f"{lesson}.{name.removeprefix('_exercise_')}": exercise
@@ -86,10 +86,10 @@ def exercises_of(lesson: int) -> dict[str, Exercise]:
 
 def judge(exercise: Exercise, answer: Any) -> Verdict:
     """
-    Return whether an answer is right, and if not, what is wrong with it.
+    Return the verdict on an answer, which names the mistake of a wrong answer.
 
-    The right answer is not revealed. An answer of another kind (``...``, a text, a list of another
-    length, a function that fails) is not right, and the verdict says what is expected.
+    The verdict does not reveal the right answer. An answer of another kind (``...``, a text, a list
+    of another length, a function that fails) is wrong, and the verdict says what is expected.
     """
     if answer is ...:
         return Verdict(False, f"no answer yet: put yours in place of the dots. {exercise.asks}")
@@ -104,7 +104,7 @@ def judge(exercise: Exercise, answer: Any) -> Verdict:
     if exercise.arguments is not None:
         what = "what your function returns is"
         try:
-            # With arguments of its own: it may change them.
+            # Each call gets its own arguments, because the function may change them.
             answer = answer(*exercise.arguments())
         except (Exception, SystemExit) as error:
             return Verdict(False, f"{_failure(error, len(arguments))}; expected: {exercise.asks}")
@@ -120,11 +120,11 @@ def judge(exercise: Exercise, answer: Any) -> Verdict:
 
 
 def _failure(error: BaseException, count: int) -> str:
-    """Say how a function failed that was called with `count` arguments, and in which line."""
+    """Describe the failure of a function called with `count` arguments, and name the line."""
     words = one_line(error)[:120]
     named = f"{type(error).__name__}: {words}" if words else type(error).__name__
     if error.__traceback__ is None or error.__traceback__.tb_next is None:
-        # Not inside it: it cannot be called like this.
+        # The error is not inside the function: the function does not accept these arguments.
         arguments = "1 argument" if count == 1 else f"{count} arguments"
         return f"your function cannot be called with {arguments} ({named})"
     return f"your function raised {named} in its line {error.__traceback__.tb_next.tb_lineno}"

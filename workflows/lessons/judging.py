@@ -1,4 +1,4 @@
-"""Compare an answer with the right one and with usual mistakes, and say what is wrong."""
+"""Comparison of an answer with the right answer and with usual mistakes."""
 
 import html
 import math
@@ -13,26 +13,26 @@ from numpy.typing import ArrayLike
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.given_numbers import shown
 
-# Answers, each with what is said of it.
+# Pairs of an answer and the text about it.
 Answers = Iterator[tuple[ArrayLike, str]]
 
-# A mistake is named only where the answer is this near to it, however loose the exercise is.
+# Largest relative distance at which a mistake is named, even if the exercise tolerates more.
 _NAMED_WITHIN = 0.01
-# Mistakes that can be made with any number are looked for only where answers are this sharp.
+# Largest tolerance of an exercise for which general mistakes with numbers are searched.
 _SHARP = 0.01
-# An answer with this many digits is right if its digits are, whatever the tolerance asks.
+# Number of digits that make an answer right if they are right, even if the tolerance is smaller.
 _ENOUGH_DIGITS = 3
-# The first of these mistakes are named by two digits: they are about signs and per cent.
+# Two digits suffice to name the first general mistakes, which are about signs and per cent.
 _CERTAIN = 2
 _TEXT = re.compile(r"([-+]?[\d.]+(?:e[-+]?\d+)?)\s*(?:/\s*([\d.]+(?:e[-+]?\d+)?))?\s*(%?)", re.I)
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """The judgement of an answer; true if the answer is right."""
+    """Verdict on an answer; true if the answer is right."""
 
     right: bool  #: Whether the answer is right.
-    says: str  #: What is right or wrong about the answer.
+    says: str  #: Text that says what is right or wrong about the answer.
 
     def __bool__(self) -> bool:
         return self.right
@@ -41,18 +41,18 @@ class Verdict:
         return self.says
 
     def _repr_html_(self) -> str:
-        # JupyterLab breaks lines of plain text within words.
+        # JupyterLab breaks long lines of plain text within words.
         return f"<p>{html.escape(self.says)}</p>"
 
 
 @dataclass(frozen=True)
 class Comparison:
-    """An answer in numbers, and how it is compared."""
+    """Answer in numbers, with the rules of its comparison."""
 
-    given: Array  #: The numbers of the answer.
+    given: Array  #: Numbers of the answer.
     tolerance: float  #: Allowed difference, as a fraction of the largest number.
-    either_sign: bool = False  #: Whether all signs may be turned.
-    rounded: bool = True  #: Whether numbers were typed, and so may be rounded.
+    either_sign: bool = False  #: Whether the answer with all signs reversed is right as well.
+    rounded: bool = True  #: Whether the numbers were typed and may be rounded.
 
     def verdict(
         self, truth: Array, right: str, mistakes: Iterable[tuple[ArrayLike, str]]
@@ -60,7 +60,7 @@ class Comparison:
         """
         Return the verdict on the answer.
 
-        `right` is said of a right answer, and the text of a mistake of an answer that makes it.
+        `right` is the text for a right answer. Each mistake has its own text.
         """
         if self._near(truth, self.tolerance) or self._digits(truth) >= _ENOUGH_DIGITS:
             return Verdict(True, right)
@@ -86,7 +86,7 @@ class Comparison:
         return Verdict(False, f"not yet: {self._side(truth)}")
 
     def _aligned(self, other: Array) -> Array:
-        """Return the answer, with its signs turned where they may be."""
+        """Return the answer, with reversed signs if they are allowed and fit better."""
         return -self.given if self.either_sign and float(self.given @ other) < 0.0 else self.given
 
     def _near(self, other: Array, tolerance: float) -> bool:
@@ -95,7 +95,7 @@ class Comparison:
         return math.isfinite(scale) and bool(np.all(off <= tolerance * scale))
 
     def _digits(self, other: Array) -> int:
-        """Return to how many digits of its largest number `other` is rounded; 0 if it is not."""
+        """Return the number of digits at which `other` rounds to the answer, or 0."""
         scale = float(np.max(np.abs(other)))
         if not self.rounded or not (math.isfinite(scale) and scale > 0.0):
             return 0
@@ -110,12 +110,12 @@ class Comparison:
         return 0
 
     def _shares_digits(self, other: Array) -> bool:
-        """Return whether `other` is rounded to digits that the answer shows: 1.1 shows but two."""
+        """Return whether the answer is `other` rounded to the digits it shows: 1.1 shows two."""
         shown_digits = max(len(f"{abs(v):.15e}".split("e")[0].rstrip("0")) - 1 for v in self.given)
         return min(self._digits(other), shown_digits) >= _ENOUGH_DIGITS
 
     def _common_factor(self, truth: Array) -> float | None:
-        """Return the one factor between all numbers and the right ones; None if there is none."""
+        """Return the common factor between the answer and the right numbers, or None."""
         used = truth != 0.0
         if truth.size < 3 or not used.any() or np.any(self.given[~used] != 0.0):
             return None
@@ -130,7 +130,7 @@ class Comparison:
         return f"give it within {100.0 * self.tolerance:g} % of its value, or as an expression"
 
     def _side(self, truth: Array) -> str:
-        """Say which way an answer is off, and which of several numbers are."""
+        """Describe the direction of the error, and which of several numbers are wrong."""
         given = self._aligned(truth)
         if truth.size == 1:
             return f"it is too {'large' if given[0] > truth[0] else 'small'}"
@@ -142,7 +142,7 @@ class Comparison:
 
 
 def _general_mistakes(truth: Array) -> Iterator[tuple[Array, str]]:
-    """Return what can go wrong with any number, tried after the mistakes of an exercise."""
+    """Return mistakes that any number can have, tried after the mistakes of an exercise."""
     yield -truth, "the sign is wrong: everything else is right"
     yield 100.0 * truth, "this is right in per cent: give the number itself"
     if truth.size > 1:
@@ -158,7 +158,7 @@ def _general_mistakes(truth: Array) -> Iterator[tuple[Array, str]]:
 
 def numbers_in(answer: Any) -> Array | str:
     """
-    Return an answer as an array, or what it is instead.
+    Return an answer as an array, or a description of an answer that is no number.
 
     Texts such as ``"1/64"`` and ``"9.3 %"`` are numbers.
     """
@@ -168,10 +168,10 @@ def numbers_in(answer: Any) -> Array | str:
         return shown(answer)
     try:
         numbers = np.asarray(answer)
-        if numbers.dtype.kind == "c":  # its imaginary part would be dropped with a warning
+        if numbers.dtype.kind == "c":  # the conversion would drop the imaginary part with a warning
             return shown(answer)
         numbers = np.ravel(numbers.astype(float))
-    except Exception:  # an object that is no number may raise anything
+    except Exception:  # an object that is no number may raise any error
         return shown(answer)
     if not np.all(np.isfinite(numbers)):
         return "not finite: a division by zero, or a root of a negative number"
@@ -187,5 +187,5 @@ def _number_of(text: str) -> float | str:
         number = float(found[1]) / float(found[2] or 1.0)
     except (ValueError, ZeroDivisionError):
         return text
-    # A percentage keeps the digits that it was typed with.
+    # A percentage keeps its typed digits.
     return float(f"{number / 100.0:.12g}") if found[3] else number

@@ -1,4 +1,4 @@
-"""Pages of lessons as Jupyter notebooks, with their solutions or to be handed in."""
+"""Jupyter notebooks from pages of lessons, with solutions or for handing in."""
 
 import base64
 import mimetypes
@@ -9,23 +9,23 @@ from pathlib import Path
 from chaincor.workflows.documents import DOCUMENTS
 from chaincor.workflows.errors import MissingLibraryError
 
-# A page is cut at its blocks of code, solutions and pictures; what is between stays as it is.
+# A page is cut at its blocks of code, solutions and pictures. The text between them stays.
 _BLOCK = re.compile(r"^```(\w+)\n(.*?)^```\n", re.MULTILINE | re.DOTALL)
 _SOLUTION = re.compile(
     r"^<details>\n<summary>Solution</summary>\n(.*?)^</details>\n", re.MULTILINE | re.DOTALL
 )
 _PICTURE = re.compile(r"^!\[([^\]]*)\]\(\.\./images/([\w.-]+)\)\n", re.MULTILINE)
 _COMMAND = re.compile(r"^\$ ((?:.*\\\n)*.*)", re.MULTILINE)
-# What shells of Windows have not: each is said in Python instead.
+# Commands that shells of Windows lack, with their replacements in Python.
 _CAT = re.compile(r"cat (\S+)")
 _STATUS = re.compile(r"(.*); echo \"exit status \$\?\"")
 _PART_OF_OUTPUT = re.compile(r"\((cd \S+ && .*?)(?: 2> /dev/null)? \| (grep|tail) -?(?:o )?(.*)\)")
-# Outside of quotes, which shells of Windows know, too.
+# Special characters outside of quotes. Shells of Windows know quotes, too.
 _OF_A_SHELL = re.compile(r"[|;&<>$`()*']")
 _FILE = re.compile(r"# ([\w.-]+\.(?:py|toml))\n")
 _LINK = re.compile(r"\[([^\]]*)\]\((?!http)([^)]*)\)")
 
-# What a notebook is besides its cells. The version of Python is the reader's, and left out.
+# Metadata of a notebook. The version of Python is left out, because it depends on the reader.
 _METADATA = {
     "kernelspec": {"display_name": "Python 3", "language": "python", "name": "python3"},
     "language_info": {"name": "python", "file_extension": ".py", "mimetype": "text/x-python"},
@@ -33,13 +33,13 @@ _METADATA = {
 
 
 def lesson_pages() -> dict[str, Path]:
-    """Return the pages that become notebooks, in their order: eight lessons, and the class."""
+    """Return the pages that become notebooks, in order: eight lessons, and the class."""
     found = [*(DOCUMENTS / "tutorials").glob("*.md"), DOCUMENTS / "course" / "class.md"]
     return {path.stem: path for path in sorted(found, key=lambda path: path.stem)}
 
 
 def words_of_picture(lesson: str, name: str) -> str:
-    """Return the words that the page of a lesson has for a picture; none for another picture."""
+    """Return the alternative text of a picture in a lesson's page; empty for other pictures."""
     page = lesson_pages().get(lesson)
     found = _PICTURE.findall(page.read_text(encoding="utf-8")) if page else []
     return next((words for words, picture in found if picture == name), "")
@@ -47,15 +47,15 @@ def words_of_picture(lesson: str, name: str) -> str:
 
 def notebook(page: Path, *, solutions: bool = True) -> str:
     """
-    Make a notebook of a lesson's page, the same text for the same page.
+    Return the text of a notebook made from a lesson's page; equal pages give equal texts.
 
     Blocks of Python become cells. Each command of a console block becomes a cell that runs it, on
     Windows too, without its output. A block that begins with the name of a file becomes a cell that
-    writes the file. A cell that saves a picture shows it, with the words of the page as its
-    alternative text; these words stand below it beside the solutions alone, since they may tell an
-    answer. Any other picture goes into the notebook. A solution stands in ``<details>`` under the
-    summary *Solution*; without solutions the notebook is for handing in. Raises MissingLibraryError
-    without jupytext.
+    writes the file. A cell that saves a picture shows it, with the alternative text of the page.
+    Only a notebook with solutions shows this text below the picture, because the text may reveal an
+    answer. Other pictures are embedded in the notebook. A solution is in ``<details>`` under the
+    summary *Solution*. A notebook without solutions is for handing in. Raises MissingLibraryError
+    if jupytext is missing.
     """
     try:
         import jupytext
@@ -77,13 +77,13 @@ def notebook(page: Path, *, solutions: bool = True) -> str:
 _BEGIN = """from chaincor.workflows.lessons import begin, show_figure
 
 begin("{}")"""
-# Draws what a cell has saved, with words for those who do not see it.
+# Shows the picture that a cell has saved, with its alternative text.
 _SHOW = '\n\nshow_figure("{}")'
 _SAVED = re.compile(r'savefig\("([\w.-]+)"')
 
 
 def _parts(text: str, captions: bool, page: Path) -> Iterator[str]:
-    """Yield prose and cells in turn."""
+    """Yield the prose and the cells of a page in turn."""
     place = 0
     drawn = "".join(code for _, code in _BLOCK.findall(text))
     for found in re.finditer(f"{_BLOCK.pattern}|{_PICTURE.pattern}", text, _BLOCK.flags):
@@ -115,9 +115,9 @@ def _cells(kind: str, code: str, whole: str) -> Iterator[str]:
 
 def _portable(command: str) -> str:
     """
-    Say a command of a page so that IPython carries it out where there is no bash, too.
+    Return a command of a page in a form that IPython runs without bash, too.
 
-    ValueError if it needs more of a shell than IPython and Python do in its place.
+    Raises ValueError if the command needs features of a shell that IPython and Python lack.
     """
     line = re.sub(r"\s*\\\n\s*", " ", command)
     if found := _CAT.fullmatch(line):
@@ -138,14 +138,14 @@ def _cell(code: str) -> str:
 
 
 def _data(page: Path, name: str) -> str:
-    """Return a picture as an address that holds it: JupyterLab shows no SVG that is attached."""
+    """Return a picture as a data URI, because JupyterLab does not show attached SVG files."""
     kind, _ = mimetypes.guess_type(name)
     data = (page.parent / ".." / "images" / name).read_bytes()
     return f"data:{kind};base64,{base64.b64encode(data).decode()}"
 
 
 def _without_links(text: str) -> str:
-    """Let links to other lessons lead to their notebooks, and take the others off."""
+    """Return prose with links to the notebooks of other lessons, and without other links."""
 
     def link(found: re.Match[str]) -> str:
         words, target = found.groups()

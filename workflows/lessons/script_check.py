@@ -1,4 +1,4 @@
-"""Check a student's script of the chain: its five parts, and then its run by LAMMPS."""
+"""Check of a student's script of the chain: its five parts, then its run by LAMMPS."""
 
 import html
 from dataclasses import dataclass
@@ -14,9 +14,9 @@ _RUN = "run by LAMMPS"
 
 @dataclass(frozen=True)
 class ScriptReport:
-    """What the parts of a script lack; true if it lacks nothing."""
+    """Faults in the parts of a script; true if there is no fault."""
 
-    #: Faults by part, in the order of the script; the last part is the run by LAMMPS.
+    #: Faults by part, in the order of the script. The last part is the run by LAMMPS.
     parts: dict[str, tuple[str, ...]]
 
     def __bool__(self) -> bool:
@@ -39,20 +39,20 @@ class ScriptReport:
 
 def check_script(path: str | Path) -> ScriptReport:
     """
-    Return what a LAMMPS script lacks to carry a harmonic chain through its collision.
+    Return the faults of a LAMMPS script that should collide a harmonic chain with the wall.
 
-    The script is read, part by part. If nothing is missing, LAMMPS runs it in its folder, and the
-    motion is compared with the exact collision.
+    The script is first read, part by part. If nothing is missing, LAMMPS runs the script in its
+    folder, and the motion is compared with the exact collision.
 
     Parameters
     ----------
     path : str or pathlib.Path
-        The script.
+        Path of the script.
 
     Returns
     -------
     ScriptReport
-        Faults by part, in words. True if there is none.
+        Faults by part, in words. The report is true if there is no fault.
 
     Raises
     ------

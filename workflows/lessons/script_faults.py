@@ -1,4 +1,4 @@
-"""Read a student's script of the chain, and say what each of its five parts lacks."""
+"""Faults in the five parts of a student's script of the chain, found by reading it."""
 
 import re
 from collections.abc import Callable, Iterator
@@ -18,13 +18,13 @@ Command = list[str]
 
 @dataclass(frozen=True)
 class StudentScript:
-    """The commands of a script, with the values of its variables."""
+    """Commands of a script, with the values of its variables."""
 
     commands: list[Command]  #: Words of each command, in order.
 
     @classmethod
     def of(cls, text: str) -> "StudentScript":
-        """Read a script; variables of one value are replaced by it."""
+        """Read a script, and replace each variable that has one value by its value."""
         values: dict[str, str] = {}
         commands = []
         for line in commands_of(text):
@@ -35,11 +35,11 @@ class StudentScript:
         return cls(commands)
 
     def named(self, name: str) -> list[Command]:
-        """Return the commands of a name."""
+        """Return all commands with a name."""
         return [command for command in self.commands if command[0] == name]
 
     def last(self, name: str) -> Command | None:
-        """Return the last command of a name, which is the one that holds."""
+        """Return the last command with a name, which overrides earlier commands."""
         found = self.named(name)
         return found[-1] if found else None
 
@@ -48,7 +48,7 @@ class StudentScript:
         return [c for c in self.named("fix") if len(c) > 3 and c[3].startswith(style)]
 
     def place(self, name: str) -> int:
-        """Return the place of the first command of a name; beyond all others if it is missing."""
+        """Return the place of the first command with a name; beyond all others if it is missing."""
         return next((k for k, c in enumerate(self.commands) if c[0] == name), len(self.commands))
 
 
@@ -157,7 +157,7 @@ def _output_and_run(script: StudentScript) -> Iterator[str]:
         )
 
 
-#: What each part of a script is called, and the function that yields its faults.
+#: Name of each part of a script, and the function that yields its faults.
 PARTS: dict[str, Callable[[StudentScript], Iterator[str]]] = {
     "1. units and box": _units_and_box,
     "2. atoms and bonds": _atoms_and_bonds,
@@ -165,7 +165,7 @@ PARTS: dict[str, Callable[[StudentScript], Iterator[str]]] = {
     "4. motion and wall": _motion_and_wall,
     "5. output and run": _output_and_run,
 }
-#: A first command of each part, by which a part that is still empty is known.
+#: First commands of each part. A part without such a command is still empty.
 BEGUN = {
     "1. units and box": ("units", "boundary"),
     "2. atoms and bonds": ("atom_style", "read_data", "create_atoms"),

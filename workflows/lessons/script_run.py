@@ -1,4 +1,4 @@
-"""Run a student's script of the chain with LAMMPS, and say what its motion lacks."""
+"""Run of a student's script of the chain by LAMMPS, and the faults of its motion."""
 
 import re
 import subprocess
@@ -18,9 +18,9 @@ _PATIENCE = 60.0
 _MARK = "chaincor_end"
 _RESTITUTION = re.compile(r"^restitution = (\S+)", re.MULTILINE)
 _ERROR = re.compile(r"^ERROR.*?: (.*?)(?: \(src/.*)?$", re.MULTILINE)
-# How much of the energy may be lost or gained, and how far the wall may move the restitution.
+# Largest relative change of the energy, and largest error of the restitution due to the wall.
 _DRIFT, _WALL_ERROR = 0.02, 0.02
-# What errors of LAMMPS mean for the chain.
+# Meaning of LAMMPS's errors for the chain.
 _MEANINGS = {
     "Bond atoms": "two bonded atoms are so far apart that LAMMPS lost one; the step is too long, "
     "or an atom left the box",
@@ -33,19 +33,20 @@ _MEANINGS = {
 
 @dataclass(frozen=True)
 class ScriptRun:
-    """The first and last state of a run, and what LAMMPS printed."""
+    """First and last state of a run, with the output of LAMMPS."""
 
-    printed: str  #: All output.
-    error: str | None  #: LAMMPS's error, without its place in the source; None without one.
+    printed: str  #: All output of LAMMPS.
+    #: Error message of LAMMPS, without its place in the source; None without an error.
+    error: str | None
     states: tuple[Array, Array] | None  #: Rows of (id, x, vx) before the first run and at the end.
     time: float  #: Time at the end.
 
 
 def run_script(path: Path) -> ScriptRun:
     """
-    Run a script in its folder, with commands added that write its first and last state.
+    Run a script in its folder, with additional commands that write its first and last state.
 
-    Raises MissingLibraryError without LAMMPS.
+    Raises MissingLibraryError if LAMMPS is missing.
     """
     lmp = find_lmp_command()
     if lmp is None:
@@ -82,7 +83,7 @@ def run_script(path: Path) -> ScriptRun:
 
 
 def _watched(text: str, folder: Path) -> str:
-    """Return a script with the commands that write its states."""
+    """Return a script with additional commands that write its states."""
 
     def dump(name: str) -> str:
         form = "modify sort id format float %.17g"
@@ -101,7 +102,7 @@ def _state(path: Path) -> Array:
 
 
 def faults_of_run(run: ScriptRun) -> Iterator[str]:
-    """Yield what is wrong with a run of the chain, by LAMMPS's error or by the motion."""
+    """Yield the faults of a run of the chain, from LAMMPS's error or from the motion."""
     if run.error is not None:
         meaning = next((f": {m}" for words, m in _MEANINGS.items() if words in run.error), "")
         yield f'LAMMPS stopped with "{run.error}"{meaning}'

@@ -1,1 +1,1 @@
-"""Pages that people open after a run: one look for all, nothing loaded from elsewhere."""
+"""HTML pages about runs, with one design and without content from elsewhere."""

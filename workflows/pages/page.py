@@ -1,4 +1,4 @@
-"""A page in one file: a template, its figures inside, the files that lie beside it."""
+"""Page in one HTML file: a template with embedded figures and a list of files."""
 
 import base64
 import csv
@@ -28,12 +28,12 @@ from chaincor.workflows.terminal_text import csv_cell
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-# An SVG beyond this size is shown as PNG in the page.
+# Largest size of an SVG figure in a page. A larger figure is shown as PNG.
 _LARGEST_SVG = 400_000
 
 
 def page_environment(package: str) -> Environment:
-    """Return what renders the templates of a package: pages extend ``page.html.j2``."""
+    """Return the Jinja environment of a package's templates, which extend ``page.html.j2``."""
     environment = Environment(
         loader=ChoiceLoader([PackageLoader(package), PackageLoader("chaincor.workflows.pages")]),
         autoescape=lambda name: name is not None and name.endswith("html.j2"),
@@ -53,7 +53,7 @@ def page_environment(package: str) -> Environment:
 
 
 def data_uri(rendered: Mapping[str, bytes]) -> str:
-    """Return a figure as a data URI: its ``svg``, or where that is missing or large its ``png``."""
+    """Return a figure as a data URI: its ``svg``, or ``png`` if that is missing or too large."""
     kind = "svg" if len(rendered.get("svg", bytes(_LARGEST_SVG + 1))) <= _LARGEST_SVG else "png"
     media = {"svg": "image/svg+xml", "png": "image/png"}[kind]
     return f"data:{media};base64,{base64.b64encode(rendered[kind]).decode()}"
@@ -63,9 +63,9 @@ def drawn_figures(
     folder: Path, about: Mapping[str, tuple[str, str]], alt: str
 ) -> list[dict[str, Any]]:
     """
-    Return the figures that lie in a folder as PNG or SVG, in the order of `about`.
+    Return the PNG and SVG figures of a folder, in the order of `about`.
 
-    `about` has a title and a caption for each name; `alt` says of what collision they are.
+    `about` has a title and a caption for each name. `alt` describes the collision in the figures.
     """
     figures: list[dict[str, Any]] = []
     for key, (title, caption) in about.items():
@@ -78,14 +78,14 @@ def drawn_figures(
 
 
 def listed_file(path: Path, holds: str) -> dict[str, Any]:
-    """Return what a page says of a file: its name, what it holds, its bytes and its SHA-256."""
+    """Return the entry of a file in a page: its name, content, size in bytes and SHA-256."""
     with path.open("rb") as file:
         digest = hashlib.file_digest(file, "sha256").hexdigest()
     return {"name": path.name, "holds": holds, "size": path.stat().st_size, "sha256": digest}
 
 
 def files_written(folder: Path, holds: Mapping[str, str]) -> list[dict[str, Any]]:
-    """List the files of a folder; `holds` says by name, or by ``*`` and ending, what they hold."""
+    """List the files of a folder; `holds` describes them by name, or by ``*`` and ending."""
     return [
         listed_file(path, holds.get(path.name, holds.get(f"*{path.suffix}", "")))
         for path in sorted(folder.iterdir())
@@ -93,19 +93,20 @@ def files_written(folder: Path, holds: Mapping[str, str]) -> list[dict[str, Any]
 
 
 def write_page(path: Path, package: str, contents: Mapping[str, Any]) -> None:
-    """Write a page from the template of its name in a package."""
+    """Write a page from the template of the same name in a package."""
     template = page_environment(package).get_template(f"{path.name}.j2")
     path.write_text(template.render(**contents), encoding="utf-8")
 
 
 @dataclass(frozen=True)
 class StudyReport:
-    """What a study leaves in a folder: a page, its JSON, tables as CSV, figures as PNG and SVG."""
+    """Files of a study in a folder: a page, JSON, tables as CSV, and figures as PNG and SVG."""
 
-    name: str  #: Of page and JSON, without the ending, and of the page's template.
-    package: str  #: Where the template is.
-    tables: Mapping[str, str]  #: What each table holds, by its file.
-    figures: Mapping[str, tuple[str, str]]  #: Title and caption of each figure, by its file's name.
+    name: str  #: Name of the page, of the JSON file and of the template, without the ending.
+    package: str  #: Package that holds the template.
+    tables: Mapping[str, str]  #: Description of each table, by the name of its file.
+    #: Title and caption of each figure, by the name of its file.
+    figures: Mapping[str, tuple[str, str]]
 
     @property
     def page(self) -> str:
@@ -113,7 +114,7 @@ class StudyReport:
         return f"{self.name}.html"
 
     def judge(self, folder: Path) -> None:
-        """Raise InputError if the folder is a file, or has such files of something else."""
+        """Raise InputError if the folder is a file, or has other files with these names."""
         drawn = (f"{name}.{ending}" for name in self.figures for ending in ("png", "svg"))
         judge_folder(folder, self.page, (f"{self.name}.json", *self.tables, *drawn))
 
@@ -128,9 +129,9 @@ class StudyReport:
         """
         Write the data first, then figures and the page.
 
-        A figure that fails leaves the data in the folder. `plain` goes to JSON; `tables` and
-        `drawn` are rows and axes by name; `contents` are the page's own, `shown` among them: what
-        the figures are of.
+        If a figure fails, the data stay in the folder. `plain` is the content of the JSON file,
+        `tables` has rows by name, and `drawn` has axes by name. `contents` are the values of the
+        page's template, with the subject of the figures as `shown`.
         """
         data = f"{self.name}.json"
         holds = {data: "all numbers of the study", **self.tables}

@@ -1,4 +1,4 @@
-"""Numbers and text as they are shown: digits that errors allow, real minus signs."""
+"""Typesetting of numbers and text: significant digits, minus signs and symbols."""
 
 import math
 import re
@@ -8,7 +8,7 @@ from markupsafe import Markup, escape
 
 
 def typeset(text: str) -> str:
-    """Keep v* on the line of its number, and write minus signs as such."""
+    """Replace hyphens before numbers by minus signs, and keep v* on the line of its number."""
     text = re.sub(r"(?<=e)-0?(?=\d)|(?<![\w-])-(?=\d)", "\u2212", text)
     return text.replace(" v*", "\u00a0v*")
 
@@ -24,14 +24,14 @@ _SYMBOLS = {
 
 
 def symbols(text: str) -> str:
-    """Write what a terminal spells out, such as eta and +-, as a page has it."""
+    """Replace spelled symbols of the terminal, such as eta and +-, by the symbols."""
     for spelt, symbol in _SYMBOLS.items():
         text = re.sub(spelt, symbol, text)
     return text
 
 
 def mark_up(text: str) -> Markup:
-    """Return a text as HTML: powers raised, indices lowered, ``[words](#place)`` as links."""
+    """Return a text as HTML: raised powers, lowered indices, and ``[words](#place)`` as links."""
     marked = str(escape(typeset(text)))
     marked = re.sub(r"\[([^\]]+)\]\((#[\w-]+)\)", r'<a href="\2">\1</a>', marked)
     marked = re.sub(r"\^(?:\(((?:[^()]|\([^()]*\))*)\)|([^\W_]+))", _inside("sup"), marked)
@@ -43,12 +43,12 @@ def _inside(tag: str) -> Callable[[re.Match[str]], str]:
 
 
 def without_links(text: str) -> str:
-    """Leave the words of links only."""
+    """Replace links by their words."""
     return re.sub(r"\[([^\]]+)\]\(#[\w-]+\)", r"\1", text)
 
 
 def format_number(value: float | None) -> str:
-    """Write a number with a few significant digits; a dash where there is none."""
+    """Format a number with a few significant digits; return a dash without a number."""
     if value is None or not math.isfinite(value):
         return "–"
     if value == round(value) and abs(value) < 1e6:
@@ -57,19 +57,19 @@ def format_number(value: float | None) -> str:
 
 
 def format_short(value: float) -> str:
-    """Write a number to three digits, as margins are; a dash where there is none."""
+    """Format a number with three digits, as for margins; return a dash without a number."""
     return typeset(f"{value:.3g}") if math.isfinite(value) else "–"
 
 
 def format_fitted(value: float, error: float) -> str:
-    """Write a number of a fit; to two digits, and so said, where two points leave no error."""
+    """Format a number of a fit; with two points and so no error, use two digits and say so."""
     if math.isfinite(error) or not math.isfinite(value):
         return format_value(value, error)
     return typeset(f"{value:.2g} (no bar)")
 
 
 def format_value(value: float, error: float) -> str:
-    """Write a number to the digits its error allows: ``0.8098 ± 0.0001``; a dash for none."""
+    """Format a number with its error, ``0.8098 ± 0.0001``; return a dash without a number."""
     if not math.isfinite(value):
         return "–"
     if value == round(value) and error == 0.0:

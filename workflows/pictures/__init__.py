@@ -1,1 +1,1 @@
-"""A collision to look at: recorded, in the terminal, on a live page."""
+"""Moving pictures of a collision: recorded, in the terminal, and on a live page."""

@@ -1,8 +1,8 @@
 """
-The named bonds in JavaScript, printed from the Python of ``lammps_inputs.bonds.potentials``.
+Named bonds in JavaScript, translated from the Python of ``lammps_inputs.bonds.potentials``.
 
-Of Python what is printed is what formulas consist of: arithmetic, calls, names assigned once, and
-returns, alone or after an if.
+The translation covers the Python of formulas: arithmetic, calls, names assigned once, and returns,
+alone or after an if.
 """
 
 import ast
@@ -16,7 +16,7 @@ from chaincor.lammps_inputs.bonds.named_bond import NamedBond
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.bonds.potentials import NAMED_POTENTIALS, BondKeys
 
-# What is called in Python, and in JavaScript; beside these all that `bonds.js` defines.
+# Names of functions in Python and in JavaScript. Functions of `bonds.js` keep their names.
 _CALLS = {
     "minimum": "Math.min",
     "maximum": "Math.max",
@@ -32,7 +32,7 @@ _CALLS = {
 }
 _OPERATORS = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/", ast.Mod: "%"}
 _COMPARISONS = {ast.Eq: "===", ast.Lt: "<", ast.Gt: ">", ast.LtE: "<=", ast.GtE: ">="}
-# Limits, and what they are called on the page.
+# Limits of a bond, with their names on the page.
 _LIMITS = {
     "strain_min": "floor",
     "dissociation": "depth",
@@ -42,13 +42,13 @@ _LIMITS = {
 
 
 def bonds_script() -> str:
-    """Return ``BONDS``, a function of the scene by name, and ``BOND_FORM``, what the form says."""
+    """Return the code of ``BONDS``, functions of the scene by name, and of ``BOND_FORM``."""
     bonds = "\n".join(f"  {name}: {_bond(cls)}," for name, cls in NAMED_POTENTIALS.items())
     return f"const BONDS = {{\n{bonds}\n}};\nconst BOND_FORM = {{\n{_forms()}\n}};"
 
 
 def bonds_form() -> list[tuple[str, str, float]]:
-    """Return key, label and usual value of each parameter in the form."""
+    """Return the key, label and default value of each parameter in the form."""
     return [(key, *_form(key)[:2]) for cls in NAMED_POTENTIALS.values() for key in cls.keys]
 
 
@@ -108,7 +108,7 @@ def _differs(cls: type[NamedBond], name: str) -> bool:
 
 
 def _value(cls: type[NamedBond], name: str) -> str:
-    """Return a limit: a number, or the formula of a property."""
+    """Return a limit of a bond: a number, or the formula of a property."""
     found = inspect.getattr_static(cls, name)
     if not isinstance(found, property):
         return json.dumps(found)
@@ -122,7 +122,7 @@ def _function(function: Callable) -> str:
 
 
 def _body(function: Callable, result: str) -> list[str]:
-    """Return the statements of a function, what it returns being put into `result`."""
+    """Return the statements of a function, which assign the returned value to `result`."""
     (tree,) = ast.parse(textwrap.dedent(inspect.getsource(function))).body
     assert isinstance(tree, ast.FunctionDef)
     return [line for statement in tree.body for line in _statement(statement, result)]
@@ -149,7 +149,7 @@ def _expression(node: ast.expr) -> str:
             return json.dumps(value)
         case ast.Attribute(value=ast.Name(id="math"), attr="inf"):
             return "Infinity"
-        # Parameters go by their own names, whoever holds them.
+        # Parameters keep their own names, without the object that holds them.
         case ast.Attribute(attr=name) | ast.Name(id=name):
             return name
         case ast.UnaryOp(op=ast.USub(), operand=operand):
@@ -163,6 +163,6 @@ def _expression(node: ast.expr) -> str:
         case ast.Call(func=ast.Attribute(attr="asarray"), args=[argument]):
             return _expression(argument)
         case ast.Call(func=ast.Name(id=name) | ast.Attribute(attr=name), args=arguments):
-            # Kernels call what they close over by short names.
+            # Kernels use short names for the functions of their closure.
             return f"{_CALLS[name]}({', '.join(map(_expression, arguments))})"
     raise TypeError(f"a bond's formula has '{ast.unparse(node)}' in it")

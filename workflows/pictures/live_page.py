@@ -1,4 +1,4 @@
-"""The live page: one HTML file in which a browser computes collisions while one watches."""
+"""Live page: one HTML file in which a browser computes and shows collisions."""
 
 import json
 from pathlib import Path
@@ -11,13 +11,13 @@ from chaincor.workflows.versions import versions
 
 MOST_PARTICLES = 500
 _FOLDER = Path(__file__).parent / "live"
-# Parts of the kernel, which the page and its workers share, and those of the page alone.
+# Parts of the kernel, which the page and its workers share, and parts of the page alone.
 _KERNEL = ("bonds", "line", "ending", "warm", "modes", "film", "collide")
 _PAGE = ("figures", "pictures", "graphs", "form", "words", "page", "controls")
 
 
 def kernel_source() -> str:
-    """Return ``collide(scene)``, ``prepare(scene)`` and what they need in JavaScript."""
+    """Return the JavaScript of ``collide(scene)``, ``prepare(scene)`` and their helpers."""
     fractions = STEP_SCHEMES["order8"].fractions
     weights = {"KICKS": fractions.kicks.tolist(), "DRIFTS": fractions.drifts.tolist()}
     constants = [f"const {name} = {json.dumps(values)};" for name, values in weights.items()]
@@ -25,7 +25,7 @@ def kernel_source() -> str:
 
 
 def live_page(particles: int = 50) -> str:
-    """Return the page, which needs no server, no network and no other file."""
+    """Return the live page, which needs no server, no network and no other file."""
     settings = {
         "particles": particles,
         "mostParticles": MOST_PARTICLES,

@@ -1,4 +1,4 @@
-"""The motion of a collision, for pictures: frames at regular times, by the in-house engines."""
+"""Motion of a collision for pictures: frames at regular times, by the reference engine."""
 
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
@@ -12,17 +12,17 @@ from chaincor.workflows.engines.reference import adaptive, modal, stepping
 if TYPE_CHECKING:
     from chaincor.workflows.result import Collision
 
-# Far finer than any picture resolves.
+# Accuracy far below the resolution of a picture.
 _ACCURACY = 1e-6
 _SCHEME: Final = "order8"
 
 
 def record_motion(scene: Scene, interval: float) -> Outcome:
     """
-    Carry a chain through its collision and keep frames of the motion.
+    Compute a collision and return frames of the motion.
 
-    Frames are `interval` apart, from the first contact to the end of the run, and show a free
-    target as well; the scene's engine and numerics are not used.
+    Frames are `interval` apart, from the first contact to the end of the run. They include a free
+    target. The engine and the numerics of the scene are not used.
     """
     if modal.supports(scene):
         return modal.run(scene, interval)
@@ -33,7 +33,7 @@ def record_motion(scene: Scene, interval: float) -> Outcome:
 
 
 def follow_to_the_end(result: "Collision") -> Outcome:
-    """Keep about 400 frames of a collision; the last ones show the chain flying off."""
+    """Return about 400 frames of a collision; the last frames show the departing chain."""
     end = result.shown_until
     outcome = record_motion(result.scene, end / 400.0)
     frames = outcome.frames
@@ -45,7 +45,7 @@ def write_animation(result: "Collision", path: str, pictures: int = 60) -> None:
     """
     Draw a collision as ``.gif``, or ``.mp4`` with ffmpeg, until soon after its last contact.
 
-    It shows 25 `pictures` a second. Raises InputError if the file's name ends otherwise.
+    The animation shows 25 `pictures` per second. Raises InputError for another ending of the name.
     """
     from chaincor.analysis.figures.animation import animate_collision
 

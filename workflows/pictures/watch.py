@@ -1,4 +1,4 @@
-"""Showing a collision in the terminal while it goes on, slowed down for the eye."""
+"""Slow-motion display of a collision in the terminal."""
 
 import time
 from collections.abc import Iterator
@@ -25,7 +25,7 @@ _WIDEST = 100
 
 
 def find_terminal() -> Console:
-    """Return standard error to draw on; InputError if that is no terminal."""
+    """Return standard error for drawing; raise InputError if it is no terminal."""
     console = Console(stderr=True)
     if not console.is_terminal:
         raise InputError("--watch draws in a terminal, and this is none; use --animate FILE")
@@ -33,7 +33,7 @@ def find_terminal() -> Console:
 
 
 def watch(result: "Collision", console: Console) -> None:
-    """Play a collision in the terminal until soon after its last contact."""
+    """Show a collision in the terminal until soon after its last contact."""
     outcome = follow_to_the_end(result)
     with Live(console=console, auto_refresh=False) as live:
         for moment in moments(result.scene, outcome, min(console.width, _WIDEST)):
@@ -42,7 +42,7 @@ def watch(result: "Collision", console: Console) -> None:
 
 
 def moments(scene: Scene, outcome: Outcome, columns: int) -> Iterator[Text]:
-    """Draw a collision, moment by moment: the time and number of contacts, and the chain."""
+    """Draw a collision, frame by frame: the time, the number of contacts, and the chain."""
     frames = outcome.frames
     assert frames is not None
     u, v = frames.along_x()

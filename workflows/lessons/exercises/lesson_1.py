@@ -1,4 +1,4 @@
-"""Lesson 1: what a coefficient of restitution is."""
+"""Lesson 1: coefficients of restitution."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Lesson 2: forces, the slopes of a table, and how exact rows are."""
+"""Lesson 2: forces, slopes of a table, and the accuracy of its rows."""
 
 from collections.abc import Callable
 from functools import cache
@@ -19,8 +19,8 @@ def _force(lengths: Array) -> Array:
 
 @cache
 def _more_rows(style: str) -> float:
-    """Return how many times more rows make the force between rows a hundred times better."""
-    # The exponent is measured: the largest error of the force at twice as many rows.
+    """Return the factor in the number of rows that makes the force a hundred times more exact."""
+    # The exponent follows from the largest error of the force at twice as many rows.
     between = np.linspace(0.9, 1.1, 4001)
     errors = []
     for rows in (101, 201):

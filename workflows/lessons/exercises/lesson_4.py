@@ -1,4 +1,4 @@
-"""Lesson 4: frequencies and shapes of the modes, and what is in them."""
+"""Lesson 4: frequencies and shapes of the modes, and their energies."""
 
 import numpy as np
 

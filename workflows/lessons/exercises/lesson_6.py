@@ -1,4 +1,4 @@
-"""Lesson 6: the forces of a chain, what contacts alone tell, and orders."""
+"""Lesson 6: forces of a chain, contacts, and orders of convergence."""
 
 import numpy as np
 

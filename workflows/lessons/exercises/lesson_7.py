@@ -1,4 +1,4 @@
-"""Lesson 7: what a sweep computes, what it costs, and what is in it."""
+"""Lesson 7: sweeps, their cost and their contents."""
 
 import numpy as np
 
@@ -17,7 +17,7 @@ def _etas(potential: str, particles: int, speeds: Array) -> Array:
 
 
 def _cost(particles: int) -> float:
-    # As many steps as the collision is long, each of so many particles.
+    # The cost is the number of steps, in proportion to the duration, times the particles.
     chain = in_house(1e-6, potential="lj", particles=particles, speed=0.4)
     return particles * chain.last_contact_time
 
