@@ -1,1 +1,1 @@
-"""The trade-off of a LAMMPS script of the user's own: which value of a variable is fine enough."""
+"""Study of a user's LAMMPS script: which value of a variable is fine enough."""

@@ -9,7 +9,7 @@ from chaincor.analysis.ladders.verdict import SCATTER_RESERVE, LadderVerdict
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.workflows.scripts.varied import Ladder
 
-# A mean of more runs than these is no advice.
+# Largest number of runs that an advice averages.
 MOST_RUNS = 10_000
 _AIM = 0.5
 
@@ -18,16 +18,16 @@ _AIM = 0.5
 class ScriptAdvice:
     """Advice for a tolerance."""
 
-    value: float  #: Of the variable.
-    runs: int  #: How many runs to average.
-    promised_error: float | None  #: What this keeps; None beyond the ladder.
+    value: float  #: Advised value of the variable.
+    runs: int  #: Number of runs to average.
+    promised_error: float | None  #: Largest error of the advised mean; None beyond the ladder.
     seconds: float  #: Processor time of all these runs.
-    #: Whether the value lies on the ladder; beyond it, it is a guess by the order, to be measured.
+    #: Whether the value lies on the ladder. A value beyond the ladder is a guess by the order.
     tried: bool
 
 
 def runs_to_average(verdict: LadderVerdict, tolerance: float) -> list[int | None]:
-    """Return how many runs on each rung have a mean within a tolerance; None where none has."""
+    """Return how many runs each rung needs for a mean within a tolerance; None if too many."""
     bias = np.maximum.accumulate(verdict.bias[::-1])[::-1]
     found: list[int | None] = []
     for promised, error, scatter in zip(verdict.promised, bias, verdict.scatter, strict=True):
@@ -43,7 +43,7 @@ def runs_to_average(verdict: LadderVerdict, tolerance: float) -> list[int | None
 def largest_value(
     ladder: Ladder, values: Array, verdict: LadderVerdict, tolerance: float
 ) -> float | None:
-    """Return the coarsest value at which one run keeps a tolerance; None where none does."""
+    """Return the coarsest value at which one run keeps a tolerance; None if there is none."""
     promised = verdict.promised
     good = np.flatnonzero(promised <= tolerance)
     if not len(good):
@@ -64,13 +64,12 @@ def give_advice(
     repeats: bool,
 ) -> ScriptAdvice | None:
     """
-    Return the cheapest way to keep a tolerance; None where nothing that was measured tells one.
+    Return the cheapest way to keep a tolerance; None if the ladder shows no way.
 
     `values` are the rungs that ran, coarse to fine, `seconds` the processor time of one run on
-    each. With `repeats` the mean of several runs, at nearby values or with other seeds, is advice
-    as well.
+    each. `repeats` allows advice that averages several runs, at nearby values or with other seeds.
     """
-    # What differs from a finer rung's cost upwards is the machine's noise.
+    # A coarse rung costs no more than a finer one. A larger time is noise of the machine.
     seconds = np.minimum.accumulate(seconds[::-1])[::-1]
     promised = verdict.promised
     bias = np.maximum.accumulate(verdict.bias[::-1])[::-1]
@@ -116,7 +115,7 @@ def _value_between(ladder: Ladder, values: Array, promised: Array, tolerance: fl
 def _beyond(
     ladder: Ladder, finest: float, verdict: LadderVerdict, seconds: float, tolerance: float
 ) -> ScriptAdvice | None:
-    """Guess a finer value than the finest by the order; no promise."""
+    """Extrapolate a value finer than the finest rung by the order, without a promise."""
     promised = float(verdict.promised[-1])
     if verdict.order is None or not math.isfinite(promised):
         return None

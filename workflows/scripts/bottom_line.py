@@ -1,4 +1,4 @@
-"""The bottom line of a study: one step for all numbers, and a command where there is none."""
+"""Bottom line of a study: one step for all numbers, or a command that would find one."""
 
 import math
 import shlex
@@ -14,11 +14,11 @@ from chaincor.workflows.scripts.step_settings import where_to_set
 if TYPE_CHECKING:
     from chaincor.workflows.scripts.study import ScriptStudy
 
-# Runs of a rung, or a finer end, that a command proposes.
+# Number of runs per rung, and ratio to a finer end, in proposed commands.
 _MOST_PHASES, _FINER, _RUNGS = 100, 8.0, 6
-# Guesses by the order aim at this part of the tolerance.
+# Extrapolations by the order aim at this part of the tolerance.
 _AIM = 0.5
-# A coarser step is mentioned from this ratio on.
+# Smallest ratio at which a coarser step is mentioned.
 _COARSER = 1.1
 
 
@@ -27,12 +27,12 @@ class Choice:
     """A value of the variable that keeps all tolerances."""
 
     value: float
-    runs: int  #: How many runs to average.
+    runs: int  #: Number of runs to average.
     decides: NumberLadder  #: The number that needs it most.
 
 
 def bottom_line(study: "ScriptStudy") -> str:
-    """Return what to run, for the whole study."""
+    """Return the advice for all numbers of a study as text."""
     said = [_of_comparison(study)] if study.comparisons else []
     for each in study.ladders:
         fixed = ", ".join(f"{name} = {value}" for name, value in each.fixed.items())
@@ -46,10 +46,7 @@ def bottom_line(study: "ScriptStudy") -> str:
 
 
 def common_choices(each: ScriptLadder) -> tuple[Choice | None, Choice | None]:
-    """
-    Return the coarsest value at which one run of all numbers keeps their tolerances, and the
-    cheapest mean of several runs; None where there is none.
-    """
+    """Return the coarsest value of one run and the cheapest mean that keep all tolerances."""
     numbers = [number for number in each.numbers if number.tolerance is not None]
     step = each.ladder.step
     singles: list[Choice] = []
@@ -78,7 +75,7 @@ def common_choices(each: ScriptLadder) -> tuple[Choice | None, Choice | None]:
 
 
 def promised_at(each: ScriptLadder, number: NumberLadder, value: float) -> float:
-    """Return the error that one run at a value keeps; inf for values coarser than the ladder."""
+    """Return the largest error of one run at a value; inf for values coarser than the ladder."""
     steps = np.array([each.ladder.step(x) for x in each.values])
     promised = number.verdict.promised
     at = each.ladder.step(value)
@@ -89,7 +86,7 @@ def promised_at(each: ScriptLadder, number: NumberLadder, value: float) -> float
 
 
 def short_name(number: NumberLadder) -> str:
-    """Return a number's name; a mean by its quantity alone."""
+    """Return the short name of a number: the quantity alone for a mean."""
     return number.name.removesuffix(":mean")
 
 
@@ -129,7 +126,7 @@ def _of_ladder(study: "ScriptStudy", each: ScriptLadder) -> str:
 def _use(
     study: "ScriptStudy", each: ScriptLadder, single: Choice | None, several: Choice | None
 ) -> str:
-    """Return which value to use; where there is none, the command that would show one."""
+    """Return the value to use, or a command that would find one."""
     text = each.ladder.text
     if single is None and several is None:
         return _what_would_tell(study, each)
@@ -147,7 +144,7 @@ def _use(
 
 
 def _what_would_tell(study: "ScriptStudy", each: ScriptLadder) -> str:
-    """Return the best that the ladder shows, and a command that would show more."""
+    """Return the best result of the ladder, and a command that would extend it."""
     known = [number for number in each.numbers if number.tolerance is not None]
     worst = max(known, key=lambda n: float(n.verdict.promised[-1]) / (n.tolerance or 1.0))
     verdict, tolerance = worst.verdict, worst.tolerance or 0.0
@@ -204,7 +201,7 @@ def _of_constants(study: "ScriptStudy", each: ScriptLadder, numbers: list[Number
 
 
 def _excess(each: ScriptLadder, number: NumberLadder, own: float | None) -> float:
-    """Return the error of a number as a part of its tolerance, at the script's own value."""
+    """Return the error of a number over its tolerance, at the script's own value."""
     at_own = math.inf if own is None else promised_at(each, number, own)
     error = at_own if math.isfinite(at_own) else float(number.verdict.promised[-1])
     return error / (number.tolerance or 1e-300)

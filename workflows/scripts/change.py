@@ -1,4 +1,4 @@
-"""What one run does otherwise than the script says: step, variables, cutoff, seeds, periods."""
+"""Changes of one run to a script: step, variables, cutoff, seeds, periods."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -8,8 +8,7 @@ from chaincor.workflows.scripts.restarting import Halfway
 from chaincor.workflows.scripts.step_counts import count_positions, plain_style
 
 _TABLES = ("pair_style", "bond_style", "angle_style")
-# Which word of a command is its style, from 0, and which is a seed. These draw random numbers as a
-# run goes on.
+# Words of a command, counted from 0: its style, and the seed of random forces.
 _STYLE_AT = {
     "fix": 3, "pair_style": 1, "velocity": 2, "create_atoms": 2, "displace_atoms": 2, "set": 3,
 }  # fmt: skip
@@ -20,7 +19,7 @@ _FORCES = {
     "pair_style dpd": 4, "pair_style dpd/ext": 4, "pair_style dpd/fdt": 4,
     "pair_style dpd/tstat": 5, "pair_style mdpd": 4, "pair_style brownian": 8,
 }  # fmt: skip
-# And these a start, or what comes in at its time.
+# Word that holds the seed of an initial state or of inserted particles.
 _STARTS = {
     "fix deposit": 7, "fix pour": 6, "velocity create": 4, "create_atoms random": 4,
     "displace_atoms random": 6, "set type/fraction": 6, "set type/ratio": 6,
@@ -30,34 +29,33 @@ _LARGEST_SEED = 900_000_000
 
 @dataclass(frozen=True)
 class Change:
-    """What one run does otherwise than the script says."""
+    """Changes of one run to a script."""
 
     finer: float = 1.0  #: Steps for each step of the script: 2 halves the step. 1 leaves it.
-    #: What is sampled, as in formulas of LAMMPS: ``etotal``, ``c_1``, ``v_x``.
+    #: Sampled quantities, as LAMMPS's formulas name them: ``etotal``, ``c_1``, ``v_x``.
     quantities: tuple[str, ...] = ()
     #: Values of the script's own variables, as text.
     variables: Mapping[str, str] = field(default_factory=dict)
-    #: Of ``cutoff``, ``skin`` and ``rows``: what they shall be, as text.
+    #: New values of ``cutoff``, ``skin`` and ``rows``, as text.
     settings: Mapping[str, str] = field(default_factory=dict)
-    seed: int | None = None  #: Added to seeds.
-    #: Whether only to those of what draws random numbers as the run goes on: a thermostat's, and
-    #: not those that a start is drawn with.
+    seed: int | None = None  #: Number that is added to seeds; None leaves them.
+    #: Whether only seeds of random forces change, not seeds of initial states.
     forces_alone: bool = False
-    scale_periods: bool = False  #: Whether numbers of steps are held in time.
+    scale_periods: bool = False  #: Whether periods keep their simulated time.
     #: Share of the box by which all particles are displaced before the first run.
     shaken: float = 0.0
     frames: bool = False  #: Whether positions are written with the samples.
-    restart: Halfway | None = None  #: A restart that is written, or read, in the middle.
-    #: Commands before each run, such as a cutoff that is shifted.
+    restart: Halfway | None = None  #: Restart that the run writes or reads halfway.
+    #: Commands that precede each run, such as a shifted cutoff.
     extra: tuple[str, ...] = ()
-    #: Whether a number is read from what the script prints, and all thermo output stays.
+    #: Whether a number is read from the script's output. All thermo output then stays.
     printed: bool = False
 
     def set_numbers(self, words: list[str]) -> list[str]:
         """
-        Give a command, in place, the cutoff, skin, table rows, seeds and periods that are wanted.
+        Change the cutoff, skin, table rows, seeds and periods of a command in place.
 
-        Returns commands that must stand before it.
+        Returns commands that must stand before the command.
         """
         settings = self.settings
         if "skin" in settings and words[0] == "neighbor" and len(words) > 1:
@@ -75,19 +73,23 @@ class Change:
 
 
 def draws_forces(words: list[str]) -> bool:
-    """Return whether a command draws random numbers as a run goes on."""
+    """Return whether a command draws random numbers during a run."""
     place = _STYLE_AT.get(words[0], len(words))
     style = plain_style(words[place]) if place < len(words) else ""
     return f"{words[0]} {style}" in _FORCES or (words[0] == "fix" and "langevin" in words[4:])
 
 
 def _seed(words: list[str], added: int, forces_alone: bool) -> list[str]:
-    """Add to the seed in a command; returns lines before it, where that is a variable's value."""
+    """
+    Add to the seed in a command.
+
+    If the seed is a variable's value, return the lines that must stand before the command.
+    """
     place = _STYLE_AT.get(words[0], len(words))
     seeds = _FORCES if forces_alone else _FORCES | _STARTS
     at = seeds.get(f"{words[0]} {plain_style(words[place])}") if place < len(words) else None
     if words[0] == "fix" and "langevin" in words[4:]:
-        # A thermostat of rigid bodies.
+        # Rigid bodies name their thermostat after other words.
         at = words.index("langevin", 4) + 4
     if at is None or at >= len(words):
         return []
@@ -105,7 +107,7 @@ def _seed(words: list[str], added: int, forces_alone: bool) -> list[str]:
 
 
 def _scale(words: list[str], finer: float) -> list[str]:
-    """Let numbers of steps in a command be so many times larger; returns lines before it."""
+    """Multiply the numbers of steps in a command by `finer`, and return lines that precede it."""
     lines: list[str] = []
     first = ""
     for at in count_positions(words):
@@ -114,7 +116,7 @@ def _scale(words: list[str], finer: float) -> list[str]:
         least = "0" if words[at - 1] == "delay" else "1"
         formula = f"round(v_{count}*{finer:.17g})"
         if first and words[0] == "fix":
-            # A multiple of the first, as many times as before.
+            # The second number stays the same multiple of the first.
             formula = f"v_{first}x*round(v_{count}/v_{first})"
         lines.append(f"variable {count}x string $({formula}:%.15g)")
         lines.append(f"variable {count}x string $(ternary(v_{count}x<{least},{least},v_{count}x))")

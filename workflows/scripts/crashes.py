@@ -1,4 +1,4 @@
-"""Where and why a run of LAMMPS stopped, as its output says."""
+"""Step and reason at which a run of LAMMPS stopped, read from its output."""
 
 import re
 from dataclasses import dataclass
@@ -9,7 +9,7 @@ if TYPE_CHECKING:
 
 _SOURCE = re.compile(r"\s*\((?:\S*/)?\w+\.(?:cpp|h):\d+\)")
 _ERROR = re.compile(r"^ERROR(?: on proc \d+)?:\s*(.*)$", re.MULTILINE)
-# Messages that name the step, and what went wrong first: two atoms, mostly.
+# Messages that name the step and the first fault, mostly a pair of atoms.
 _WHERE = (
     (re.compile(r"FENE bond too long: (\d+) (\d+) (\d+) (\S+)"), "bond of atoms {} and {}"),
     (
@@ -29,7 +29,7 @@ _AT_STEP = re.compile(r"(?:at|on) (?:time)?step (\d+)")
 class Crash:
     """A run that LAMMPS ended with an error."""
 
-    step: int | None  #: Of the run that was made; None where it is not known.
+    step: int | None  #: Step of the run; None if unknown.
     exact: bool  #: Whether LAMMPS names that step; otherwise it is the last one sampled.
     message: str  #: The error, and the first atoms that LAMMPS blames.
 
@@ -40,9 +40,9 @@ class Crash:
 
 def find_crash(screen: str, sampled: int | None, failure: str) -> Crash:
     """
-    Return where a run stopped, from what it printed and the last step that it sampled.
+    Return where a run stopped, from its output and its last sampled step.
 
-    `failure` is the message where LAMMPS printed no error.
+    `failure` is the message if LAMMPS printed no error.
     """
     errors = _ERROR.findall(screen)
     message = _SOURCE.sub("", errors[-1]).strip() if errors else failure
@@ -71,7 +71,7 @@ class CrashedRun:
     value: float  #: Its value.
     timestep: float | None  #: Time step of that run; None where it is not known.
     step: int | None  #: Step at which it stopped, or the last one sampled; None: not known.
-    said: str  #: What happened: a clause.
+    said: str  #: Description of the crash, as a clause.
     message: str  #: LAMMPS's error.
 
     def __str__(self) -> str:

@@ -1,4 +1,4 @@
-"""A study of a script in words: verdict, table and advice of each ladder, the bottom line last."""
+"""Study of a script as text: verdict, table and advice of each ladder, bottom line last."""
 
 import math
 from typing import TYPE_CHECKING
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from chaincor.workflows.scripts.study import ScriptStudy
 
 _HEADS = ("quantity", "value", "verdict", "advised", "runs", "keeps", "tolerance")
-# A run should have so many independent samples.
+# Number of independent samples that a run should have.
 _ENOUGH_SAMPLES = 30
 
 KINDS = {
@@ -94,7 +94,7 @@ def _describe_ladder(study: "ScriptStudy", each: ScriptLadder) -> list[str]:
 
 
 def _table(each: ScriptLadder) -> list[str]:
-    """Return a line for each number: its value, what to run, the error kept, the tolerance."""
+    """Return one row per number: its value, the advised run, the error, the tolerance."""
     widths = (20, -26, -11, -10, -5, -9, -9)
     rows = [_HEADS, *(_cells(each, number) for number in each.numbers)]
     lines = [
@@ -126,7 +126,7 @@ def _cells(each: ScriptLadder, number: NumberLadder) -> tuple[str, ...]:
 
 
 def _reasons(each: ScriptLadder) -> list[str]:
-    """Return why the numbers have their tolerances, one line for each reason."""
+    """Return the reasons of the tolerances, one line per reason."""
     reasons: dict[str, list[str]] = {}
     for number in each.numbers:
         if number.tolerance_reason:
@@ -177,7 +177,7 @@ def _agreement(each: Comparison, name: str) -> str:
 
 
 def _longer(independent: float) -> str:
-    """Return how much longer a run must be for an error bar."""
+    """Return the factor by which a run must be longer for an error bar."""
     if not math.isfinite(independent):
         return ""
     factor = math.ceil(_ENOUGH_SAMPLES / max(independent, 1.0))
@@ -185,7 +185,7 @@ def _longer(independent: float) -> str:
 
 
 def notes(study: "ScriptStudy") -> list[str]:
-    """Return the crashed runs, the causes of energy changes, and what a ladder gets wrong."""
+    """Return notes on crashed runs, causes of energy changes, and faults of a ladder."""
     said = [f"note: {crash}" for crash in study.crashes]
     said += [f"note: {change}" for change in study.changes]
     said += _windows(study)
@@ -221,7 +221,7 @@ def notes(study: "ScriptStudy") -> list[str]:
 
 
 def _windows(study: "ScriptStudy") -> list[str]:
-    """Return the times that means, drifts and fluctuations are taken over."""
+    """Return the time windows of means, drifts and fluctuations."""
     samples = [run.samples for each in study.ladders for run in each.runs if run.samples]
     kinds: dict[tuple[float, float], list[str]] = {}
     for kind in dict.fromkeys(each.kind for each in study.asked.quantities):
@@ -235,7 +235,7 @@ def _windows(study: "ScriptStudy") -> list[str]:
 
 
 def told(study: "ScriptStudy", each: ScriptLadder, number: NumberLadder) -> list[tuple[str, str]]:
-    """Return what a ladder says of a number, as pairs of a head and a text, the advice last."""
+    """Return the results of one number as pairs of heading and text, the advice last."""
     verdict = number.verdict
     said = [("verdict", f"{verdict.kind}: {verdict.reason}")]
     if verdict.order is not None and verdict.order_error is not None:
@@ -255,7 +255,7 @@ def told(study: "ScriptStudy", each: ScriptLadder, number: NumberLadder) -> list
 
 
 def advise(study: "ScriptStudy", each: ScriptLadder, number: NumberLadder) -> str:
-    """Return in one line what to run."""
+    """Return the advice in one line."""
     name, tolerance, advice = each.ladder.name, number.tolerance, number.advice
     if number.verdict.kind == "cannot tell":
         return "none: the number is the same in all runs"

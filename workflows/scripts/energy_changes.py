@@ -1,4 +1,4 @@
-"""Drifts of energy that no time step cures: likely causes, and a test of the first."""
+"""Energy drifts that no time step cures: their likely causes, and a test of the first."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
@@ -14,9 +14,9 @@ from chaincor.workflows.scripts.step_counts import find_step_counts, plain_style
 from chaincor.workflows.scripts.tolerances import thermal_tolerance
 from chaincor.workflows.scripts.varied import Varied
 
-# Energies that a run without thermostat keeps, and one that a run with it keeps.
+# Energies that are conserved without a thermostat, and the one that is conserved with it.
 _KEPT, _KEPT_IN_BATH = ("etotal", "econserve"), "econserve"
-# A cause is found where its removal leaves less than this part of the drift.
+# A cause is confirmed if its removal leaves less than this part of the drift.
 _CURED = 0.3
 # Fixes that exchange energy with the particles.
 _BATHS = ("nvt", "npt", "nph", "langevin", "temp/", "press/", "deform", "rigid/nvt", "rigid/npt",
@@ -51,7 +51,7 @@ class EnergyChange:
 
     @property
     def confirmed(self) -> bool:
-        """Whether the drift is gone with the cause that was tested."""
+        """Whether the drift vanishes without the tested cause."""
         return self.tested is not None and abs(self.after) < _CURED * abs(self.before)
 
     def __str__(self) -> str:
@@ -72,7 +72,7 @@ class EnergyChange:
 def find_energy_changes(
     runner: Runner, varied: Varied, ladder: ScriptLadder
 ) -> tuple[EnergyChange, ...]:
-    """Return the energies that drift at every step; the first cause that can be tested is."""
+    """Return the energies that drift at every step, with the first testable cause tested."""
     if varied.kind != "step":
         return ()
     found = []
@@ -84,7 +84,7 @@ def find_energy_changes(
 
 
 def _stays(ladder: ScriptLadder, number: NumberLadder) -> bool:
-    """Return whether a drift in the limit of small steps is more than its error, and matters."""
+    """Return whether a drift in the limit of small steps exceeds its error and its tolerance."""
     verdict = number.verdict
     if verdict.value is None or verdict.value_error is None:
         return False
@@ -124,7 +124,7 @@ _BATH_SAID = "exchanges energy; econserve:drift counts that"
 
 
 def _find_causes(script: ScriptText, what: str) -> Iterator[Cause]:
-    """Return what the script shows, the likeliest first."""
+    """Return the causes that the script shows, the likeliest first."""
     searches: tuple[Callable[[Command], Cause | None], ...] = (
         *([] if what == _KEPT_IN_BATH else [_bath]),
         lambda command: _cutoff(command, script),

@@ -1,4 +1,4 @@
-"""Figures of a study: errors of numbers along a ladder, or the distance of compared runs."""
+"""Figures of a script study: errors along a ladder, or the distance of compared runs."""
 
 from typing import TYPE_CHECKING
 
@@ -14,16 +14,16 @@ if TYPE_CHECKING:
 
     from chaincor.workflows.scripts.study import ScriptStudy
 
-# A panel of costs is drawn where they differ by this factor at least.
+# Smallest ratio of costs for which a panel of costs is drawn.
 _COSTS_APART = 2.0
 _WIDE = 10.0
-# More ticks than these would overlap.
+# Largest number of ticks without overlap.
 _MOST_TICKS = 6
 _CRASHED = "#c00000"
 
 
 def has_figure(study: "ScriptStudy") -> bool:
-    """Return whether a study has anything to draw: an error or a distance that is not 0."""
+    """Return whether a study has a nonzero error or distance to draw."""
     return bool(_drawn_names(study)) or any(
         np.any(each.distances > 0.0) for each in study.comparisons
     )
@@ -31,13 +31,13 @@ def has_figure(study: "ScriptStudy") -> bool:
 
 def plot_script_study(study: "ScriptStudy") -> "Axes":
     """
-    Draw a study; returns the first axes.
+    Draw a study and return the first axes.
 
-    Of a ladder there is a panel for each number, of its errors against the variable; of a single
-    number a second one, against processor time, where that differs. Dots are single runs, lines the
-    error that one run keeps, dashed ones the fitted power, grey ones the tolerance; crosses stand
-    at values where a run failed. Of compared runs the distance of their particles is drawn against
-    time. Raises InputError where all runs gave the same.
+    A ladder has a panel per number, with its errors against the variable. A single number has a
+    second panel, against processor time, if that differs. Dots are single runs, solid lines the
+    largest error of one run, dashed lines the fitted power, grey lines the tolerance. Crosses mark
+    values at which a run failed. For compared runs, the distance of their particles is drawn
+    against time. Raises InputError if all runs gave the same numbers.
     """
     if not has_figure(study):
         raise InputError(
@@ -78,7 +78,7 @@ def _numbers(study: "ScriptStudy", name: str) -> list[tuple[ScriptLadder, Number
 
 
 def _errors(number: NumberLadder) -> np.ndarray:
-    """Return the distance of each run from the best value; nan where it is 0."""
+    """Return the distance of each run from the best value, with nan in place of 0."""
     best = number.verdict.value
     errors = np.abs(number.results - (float(number.results[-1].mean()) if best is None else best))
     return np.where(errors > 0.0, errors, np.nan)
@@ -137,7 +137,7 @@ def _plot_costs(panel: "Axes", study: "ScriptStudy", name: str) -> None:
     """Draw the errors of one number against processor time."""
     largest = smallest = 0.0
     for k, (each, number) in enumerate(_numbers(study, name)):
-        # A finer rung that cost less did so by chance.
+        # A finer rung costs less by chance only.
         costs = np.minimum.accumulate(each.seconds[::-1])[::-1]
         largest, smallest = max(largest, costs.max()), min(smallest or costs.min(), costs.min())
         colour, errors = CYCLE[k % len(CYCLE)], _errors(number)
@@ -157,7 +157,7 @@ def _plot_costs(panel: "Axes", study: "ScriptStudy", name: str) -> None:
 
 
 def _plot_distances(comparisons: tuple[Comparison, ...]) -> "Axes":
-    """Draw how far the particles of two runs are apart, against time."""
+    """Draw the distance between the particles of two runs against time."""
     figure, panel = new_figure(figsize=(6.0, 3.9))
     for each in comparisons:
         shown = np.where(each.distances > 0.0, each.distances, np.nan)

@@ -1,4 +1,4 @@
-"""Positions and velocities that a run wrote with its samples."""
+"""Reader of the positions and velocities that a run wrote with its samples."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,20 +11,20 @@ from chaincor.lammps_inputs.errors import InputError
 
 @dataclass(frozen=True)
 class Frames:
-    """Positions of a run, and its velocities at the start; particles in the order of their ids."""
+    """Positions of a run, and its initial velocities, in the order of particle ids."""
 
     times: Array  #: Of shape (S,).
     positions: Array  #: Unwrapped, of shape (S, N, 3); nan beyond the particles of a frame.
     velocities: Array  #: Of the first frame with particles, of shape (M, 3).
-    #: Mean distance of neighbours: that of as many particles on a simple cubic lattice.
+    #: Mean distance of neighbours, as on a simple cubic lattice of equal density.
     spacing: float
-    #: Edges of the box in the first frame, of shape (3,); inf where a direction is not periodic or
-    #: the box is tilted.
+    #: Edges of the box in the first frame, of shape (3,); inf if a direction is not periodic or the
+    #: box is tilted.
     edges: Array
 
 
 def read_frames(path: Path) -> Frames:
-    """Read the frames of a run; raises InputError where there are none."""
+    """Read the frames of a run; raises InputError if there are none."""
     lines = path.read_text("utf-8").splitlines() if path.is_file() else []
     if not lines:
         raise InputError("the script wrote no positions; expected a 'run' with particles")
@@ -44,7 +44,7 @@ def read_frames(path: Path) -> Frames:
             words = lines[at + 6].split()[3:]
             periodic = np.array([word == "pp" for word in words[-3:]])
             edges = np.where(periodic & (len(words) == 3), edges, np.inf)
-        # Each run begins with the frame that the one before ended with.
+        # The first frame of each run repeats the last frame of the run before.
         if not times or float(lines[at + 1]) != times[-1]:
             times.append(float(lines[at + 1]))
             frames.append(rows[:, 1:4])

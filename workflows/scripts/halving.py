@@ -1,4 +1,4 @@
-"""The middle of a script's last long run, found by a run as it stands."""
+"""Search for the middle of a script's last long run, by one unchanged run."""
 
 import re
 
@@ -8,15 +8,15 @@ from chaincor.workflows.scripts.restarting import Halfway
 from chaincor.workflows.scripts.script_run import Runner
 from chaincor.workflows.scripts.script_text import ScriptText
 
-# Halves of shorter runs show nothing.
+# Smallest number of steps of a long run.
 _LEAST_STEPS = 20
 
 
 def find_halfway(runner: Runner, script: ScriptText) -> Halfway:
     """
-    Run a script as it stands, and return the middle of its last long run.
+    Run a script unchanged, and return the middle of its last long run.
 
-    Raises InputError where it has none, or empties its memory by ``clear``.
+    Raises InputError if the script has no long run or uses ``clear``.
     """
     for command in script.commands:
         if command.words[0] == "clear" or re.search(r"[\"']\s*clear\s*[\"']", command.text):

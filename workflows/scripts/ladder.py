@@ -7,7 +7,7 @@ STEP = "timestep"
 # Nearby values of one rung lie within this share of it on either side.
 PHASE_WIDTH = 0.02
 _GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
-# The default ladder goes from this multiple of the script's step down, in so many rungs.
+# Coarsest step of the default ladder over the script's step, and the number of rungs.
 _OWN_COARSE, _OWN_RUNGS = 2.0, 4
 
 
@@ -16,7 +16,7 @@ class Ladder:
     """Values of one variable, from coarse to fine in equal ratios."""
 
     name: str  #: The LAMMPS variable.
-    #: Its ends.
+    #: Coarse and fine end.
     coarse: float
     fine: float  #: See ``coarse``.
     rungs: int  #: How many values.
@@ -24,7 +24,7 @@ class Ladder:
 
     def value(self, rung: int, phase: int, phases: int) -> float:
         """
-        Return the value of one run.
+        Return the value of one run of a rung.
 
         Phase 0 is the rung itself. The others lie around it by multiples of the golden ratio, which
         fill the width evenly and never share a phase of the step.
@@ -39,11 +39,11 @@ class Ladder:
         return float(round(value)) if self.counts else float(f"{value:.6g}")
 
     def text(self, value: float) -> str:
-        """Return a value as it is given to LAMMPS."""
+        """Return a value as text for LAMMPS."""
         return str(int(value)) if self.counts else repr(value)
 
     def step(self, value: float) -> float:
-        """Return what shrinks towards the fine end: the value, or its inverse where it grows."""
+        """Return the value, or its inverse if values grow towards the fine end."""
         return value if self.fine < self.coarse else 1.0 / value
 
 

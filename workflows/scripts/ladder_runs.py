@@ -1,4 +1,4 @@
-"""One ladder of a script: its runs made and judged, with an advice for each number."""
+"""One ladder of a script: its runs, its verdicts, and an advice for each number."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
@@ -16,14 +16,14 @@ from chaincor.workflows.scripts.tolerances import Tolerance, default_tolerance
 from chaincor.workflows.scripts.varied import Varied
 from chaincor.workflows.scripts.vary_options import in_whole_numbers
 
-# How LAMMPS refuses a number that is not whole.
+# LAMMPS's refusal of a number that is not whole.
 _WANTS_WHOLE = ("Expected integer", "Expected an integer")
-# The coarse end should not be the dear one: then somebody gave the ends the other way round.
+# A coarse end that costs more than this ratio means exchanged ends.
 _DEARER, _SURELY_SECONDS = 2.0, 0.5
-# Runs that end further apart than this share of their time do not answer the same question.
+# Largest share of their time by which end times of comparable runs may differ.
 _SAME_END = 1e-6
 
-# Called with what is being run and the fraction of the study that is done.
+# Called with the name of the current part and the fraction of the study that is done.
 Progress = Callable[[str, float], None]
 
 
@@ -32,17 +32,17 @@ class NumberLadder:
     """One number of a script along a ladder."""
 
     name: str  #: Pattern or quantity.
-    results: Array  #: What was found, run by run; of shape (R, M).
-    #: Unit of the last digit printed, of the most exact run; 0 for what is sampled.
+    results: Array  #: Results of all runs; of shape (R, M).
+    #: Unit of the last printed digit in the most exact run; 0 for sampled numbers.
     resolution: float
-    #: Of one run's mean, from the run itself, on the finest rung; None for what is no mean, and
-    #: where the samples are too few.
+    #: Standard error of one run's mean on the finest rung, from its samples; None for other kinds
+    #: and if the samples are too few.
     standard_error: float | None
     independent: float | None  #: Number of independent samples of one run's mean.
     verdict: LadderVerdict  #: The kind of its error.
     tolerance: float | None  #: The error that the advice keeps; None where none is known.
     tolerance_reason: str  #: Why that tolerance; empty where it was asked for.
-    advice: ScriptAdvice | None  #: None where nothing can be advised.
+    advice: ScriptAdvice | None  #: Advice, if the ladder allows one.
     repeats: bool  #: Whether a mean of several runs is advice as well.
 
 
@@ -50,23 +50,22 @@ class NumberLadder:
 class ScriptLadder:
     """One ladder of a script."""
 
-    ladder: Ladder  #: What was varied.
+    ladder: Ladder  #: Variation of the study.
     fixed: dict[str, str]  #: Values of the variables that stay, as text.
-    #: Every run, failed ones among them, in the order they were made.
+    #: All runs, with failed ones, in the order of execution.
     runs: tuple[ScriptRun, ...]
     given: tuple[float, ...]  #: The varied value of each of these.
-    #: Values, run by run, of the rungs all of whose runs ended well, coarse to fine; of shape
-    #: (R, M).
+    #: Values of all runs on rungs without a failed run, coarse to fine; of shape (R, M).
     inputs: Array
     seconds: Array  #: Processor time of one run: the median of a rung; of shape (R,).
-    numbers: tuple[NumberLadder, ...]  #: What was found.
-    #: Earliest and latest physical time at which runs ended; None where that is not known.
+    numbers: tuple[NumberLadder, ...]  #: Results by number.
+    #: Earliest and latest physical end time of the runs; None if unknown.
     ends: tuple[float, float] | None
     repeatable: bool  #: Whether the same command gave the same digits twice.
 
     @property
     def values(self) -> Array:
-        """The value of each of these rungs, of shape (R,)."""
+        """Value of each rung, of shape (R,)."""
         return self.inputs[:, 0]
 
     @property
@@ -83,7 +82,7 @@ class ScriptLadder:
 
 @dataclass(frozen=True)
 class _Runs:
-    """The runs of one ladder, each made when it is first asked for."""
+    """Runs of one ladder, each executed at its first use."""
 
     runner: Runner
     varied: Varied
@@ -91,7 +90,7 @@ class _Runs:
     done: dict[tuple[int, int], ScriptRun] = field(default_factory=dict)
 
     def run(self, rung: int, column: int) -> ScriptRun:
-        """Return one run of a rung; whole numbers that are the same share a run."""
+        """Return one run of a rung. Equal whole numbers share a run."""
         if (rung, column) not in self.done:
             change = self.varied.change(self.fixed, rung, column)
             changes = {
@@ -105,7 +104,7 @@ class _Runs:
         return self.done[rung, column]
 
     def anew(self, rung: int, column: int, *, again: bool = False) -> ScriptRun:
-        """Make a run; `again`, the first of a rung, with another seed where there are some."""
+        """Execute a run; `again` repeats the first run of a rung, with another seed if any."""
         ladder = self.varied.ladder
         text = ladder.text(self.varied.value(rung, column))
         name = f"{ladder.name}={text}_{column}{'_again' if again else ''}"
@@ -122,7 +121,7 @@ class _Runs:
         return self.runner.error(where, str(run.failure))
 
     def check_ends(self) -> None:
-        """Raise what is wrong with the ladder as its ends show it, before time is spent."""
+        """Raise an error if the ends of the ladder show a fault, before the other runs."""
         ladder, script = self.varied.ladder, self.varied.script
         fine = self.run(ladder.rungs - 1, 0)
         if fine.failure:
@@ -137,7 +136,7 @@ class _Runs:
                 f"does not mention ${{{ladder.name}}}; expected a script that uses the variable"
             )
         dearer = coarse.seconds > max(_DEARER * fine.seconds, _SURELY_SECONDS)
-        # Of a step it is known which end is fine.
+        # The fine end of a ladder of steps is known.
         if dearer and self.varied.kind != "step":
             raise InputError(
                 f"a run at {ladder.name} = {ladder.coarse:g} takes {coarse.seconds:.2g} s and at "
@@ -146,7 +145,7 @@ class _Runs:
             )
 
     def is_repeatable(self, rung: int) -> bool:
-        """Run one command again: with the same seed or, to see that it matters, with another."""
+        """Repeat a run with the same seed, or with another to see whether the seed matters."""
         seeds, first = self.varied.seeds, self.run(rung, 0)
         second = self.anew(rung, 0, again=True)
         if second.failure:
@@ -170,7 +169,7 @@ def _first(run: ScriptRun) -> float:
 
 
 def _with_whole_numbers(runner: Runner, varied: Varied, fixed: dict[str, str]) -> Varied:
-    """Let a variable take whole numbers where LAMMPS refuses others at the fine end."""
+    """Use whole numbers if LAMMPS refuses other values at the fine end."""
     ladder = varied.ladder
     if varied.kind != "variable" or ladder.counts:
         return varied

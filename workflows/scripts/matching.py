@@ -1,4 +1,4 @@
-"""Particles of two runs, matched by id or by position at the start."""
+"""Matching of the particles of two runs, by id or by initial position."""
 
 from dataclasses import dataclass
 
@@ -9,13 +9,14 @@ from chaincor.lammps_inputs.arrays import Array
 from chaincor.workflows.scripts.frames import Frames
 
 IndexArray = NDArray[np.intp]
-# Roundings of positions, in distances of neighbours; of velocities, in their root mean square.
+# Rounding of positions over the distance of neighbours, and of velocities over their root mean
+# square.
 _SAME_PLACE, _SAME_SPEED = 1e-9, 1e-9
 
 
 @dataclass(frozen=True)
 class Match:
-    """How the particles of a second run belong to those of the first, at the start."""
+    """Match of the particles of a second run with particles of a first run, at the start."""
 
     order: IndexArray  #: Which particle of the second run each of the first is.
     renumbered: bool  #: Whether ids differ, so that particles were matched by position.
@@ -27,8 +28,8 @@ def match_particles(first: Frames, second: Frames, at: tuple[int, int]) -> Match
     """
     Match the particles of two runs in the frames `at` (one each) that show the same time.
 
-    Positions are compared in the periodic box. Velocities are those of the first frame of a run,
-    and are compared only where both frames are that.
+    Positions are compared in the periodic box. Velocities exist in the first frame of a run, and
+    are compared only if both frames are first frames.
     """
     here, there = first.positions[at[0]], second.positions[at[1]]
     here, there = (each[np.isfinite(each[:, 0])] for each in (here, there))
@@ -52,7 +53,7 @@ def match_particles(first: Frames, second: Frames, at: tuple[int, int]) -> Match
 
 
 def _distances(here: Array, there: Array, edges: Array) -> Array:
-    """Return distances between particles, of the nearest periodic images."""
+    """Return the distances between nearest periodic images of particles."""
     apart = here - there
     inside = np.isfinite(edges)
     apart[:, inside] -= edges[inside] * np.round(apart[:, inside] / edges[inside])
@@ -60,7 +61,7 @@ def _distances(here: Array, there: Array, edges: Array) -> Array:
 
 
 def _nearest(here: Array, there: Array, edges: Array) -> IndexArray:
-    """Return which particle `there` is nearest to each one `here`."""
+    """Return the index of the particle `there` that is nearest to each particle `here`."""
     from scipy.spatial import KDTree
 
     box = np.where(np.isfinite(edges), edges, 0.0)
@@ -68,7 +69,7 @@ def _nearest(here: Array, there: Array, edges: Array) -> IndexArray:
         np.where(box > 0.0, np.mod(each, np.where(box > 0.0, box, 1.0)), each)
         for each in (here, there)
     ]
-    # Rounded up to the edge itself, a place is outside for the tree.
+    # The tree refuses a position that was rounded up to the edge of the box.
     wrapped = [np.where((box > 0.0) & (each >= box), 0.0, each) for each in wrapped]
     shift = np.where(box > 0.0, 0.0, np.minimum(*(each.min(axis=0) for each in wrapped)))
     tree = KDTree(wrapped[1] - shift, boxsize=box)

@@ -1,8 +1,8 @@
 """
-Compare runs that should differ by roundings alone: other processes, a last digit, a restart.
+Compare runs that should differ by roundings alone: process count, last digit, restart.
 
 Their distance grows as exp(lambda t) where the motion is chaotic, until the runs have parted. In a
-crystal it does not grow. A difference from the beginning has another cause, which is looked for.
+crystal it does not grow. A difference from the beginning has another cause; the module names it.
 """
 
 import math
@@ -24,39 +24,39 @@ from chaincor.workflows.scripts.restarting import Halfway
 from chaincor.workflows.scripts.script_run import Runner, ScriptRun
 from chaincor.workflows.scripts.varied import LAST_DIGIT, RANKS, RESTART, Varied
 
-# Runs have parted when they differ by this part of the distance between neighbours.
+# Distance, in distances of neighbours, at which runs count as parted.
 PARTED = 0.01
-# A larger difference in the first tenth of a run was no rounding.
+# Largest difference that roundings make in the first tenth of a run.
 _AT_ONCE, _EARLY = 1e-6, 0.1
-# A coordinate's last digit, as a share of the box.
+# Displacement by a last digit, over the length of the box.
 _SHAKEN = 1e-15
-# Growth is fitted between roundings and what is visible.
+# Range of distances in which the growth is fitted.
 _GROWN_FROM = 1e3
 _SURE = 3.0
-# A relative difference that roundings make over a run.
+# Largest relative difference of numbers that roundings make over a run.
 _ROUNDING = 1e-10
-# Times of two runs are sums of steps, and rounded.
+# Times are sums of steps and carry roundings.
 _SAME_TIME = 1e-9
 
 
 @dataclass(frozen=True)
 class Difference:
-    """A number in both runs."""
+    """One number in two runs."""
 
     value: float  #: In the first run.
     difference: float  #: Second minus first.
-    #: Standard error of the difference; nan where it is no mean, inf with too few samples.
+    #: Standard error of the difference; nan unless the number is a mean, inf with too few samples.
     error: float
     independent: float  #: Number of independent samples of a mean.
 
     @property
     def is_rounding(self) -> bool:
-        """Whether the difference is no more than roundings make."""
+        """Whether roundings alone explain the difference."""
         return abs(self.difference) <= _ROUNDING * abs(self.value)
 
     @property
     def agrees(self) -> bool | None:
-        """Whether the difference is within three standard errors; None: not known."""
+        """Whether the difference is within three standard errors; None if unknown."""
         if self.is_rounding:
             return True
         return None if not math.isfinite(self.error) else abs(self.difference) <= _SURE * self.error
@@ -64,11 +64,11 @@ class Difference:
 
 @dataclass(frozen=True)
 class Comparison:
-    """A run beside another."""
+    """Comparison of a run with the first one."""
 
     what: str  #: The difference between their set-ups.
-    #: ``same``: not a digit differs; ``together``: roundings stay invisible; ``chaos``: they grow
-    #: until the runs have parted; ``at once``: no rounding does that.
+    #: ``same``: all digits agree; ``together``: roundings stay invisible; ``chaos``: roundings grow
+    #: until the runs have parted; ``at once``: more than roundings from the beginning.
     kind: str
     parted: float | None  #: Physical time at which the runs had parted.
     growth: float | None  #: lambda, the rate at which the distance grew.
@@ -81,12 +81,12 @@ class Comparison:
     causes: tuple[str, ...] = ()  #: Why runs differ at once, the likeliest first.
 
     def agrees(self, name: str) -> bool | None:
-        """Return whether a number's difference is within three standard errors; None: not known."""
+        """Return whether a number's difference is within three standard errors; None if unknown."""
         return self.numbers[name].agrees
 
 
 def compare_runs(runner: Runner, varied: Varied) -> tuple[Comparison, ...]:
-    """Compare runs with the first one, by the kind of what is varied."""
+    """Compare runs with the first one for the varied kind: processes, digit, restart or switch."""
     what, values = varied.switch
     start: Halfway | None = None
     if varied.kind == RANKS:
@@ -116,7 +116,7 @@ def compare_runs(runner: Runner, varied: Varied) -> tuple[Comparison, ...]:
 
 
 def _launcher(lmp: str) -> str:
-    """Return the command that starts copies of LAMMPS: of its own folder, or of the PATH."""
+    """Return the MPI launcher of LAMMPS, from its own folder or from the PATH."""
     beside = str(Path(lmp.split()[0]).parent)
     found = next(
         (path for where in (beside, None) for name in ("mpiexec", "mpirun")
@@ -138,7 +138,7 @@ def _run(runner: Runner, name: str, **change: object) -> ScriptRun:
 
 
 def _common_times(first: Frames, second: Frames) -> tuple[IndexArray, IndexArray]:
-    """Return which frames of two runs show the same times."""
+    """Return the indices of frames at which two runs show the same times."""
     span = max(float(first.times[-1]), 1e-300)
     places = np.searchsorted(first.times, second.times - _SAME_TIME * span)
     places = np.minimum(places, len(first.times) - 1)
@@ -149,7 +149,7 @@ def _common_times(first: Frames, second: Frames) -> tuple[IndexArray, IndexArray
 def _compare(
     varied: Varied, asked: Asked, what: str, first: ScriptRun, second: ScriptRun
 ) -> Comparison:
-    """Return how the distance of two runs grew, and the differences of their numbers."""
+    """Return the comparison of two runs: the growth of their distance, and their numbers."""
     assert first.frames is not None
     assert second.frames is not None
     ours, theirs = _common_times(first.frames, second.frames)
@@ -185,7 +185,7 @@ def _compare(
 
 
 def _differences(asked: Asked, first: ScriptRun, second: ScriptRun) -> dict[str, Difference]:
-    """Return the differences of numbers; sampled ones over the time that both runs cover."""
+    """Return the differences of numbers, over the common time if they are sampled."""
     found = {}
     sampled = {str(each): each for each in asked.quantities}
     for name in first.numbers:
@@ -204,10 +204,10 @@ def _differences(asked: Asked, first: ScriptRun, second: ScriptRun) -> dict[str,
 
 def judge_distances(times: Array, distances: Array) -> tuple[str, float | None, float | None]:
     """
-    Return the kind of a growing distance, the time of parting, and the rate of growth.
+    Return the verdict on a distance, the time at which runs part, and the growth rate.
 
     The rate is the slope of the logarithm, fitted from a thousand times the smallest rounding seen
-    to what is visible; None where the distance does not grow so far.
+    to a visible distance; None if the distance stays below.
     """
     if not np.any(distances > 0.0):
         return "same", None, None

@@ -1,4 +1,4 @@
-"""Why runs differ from the beginning: what the script and the first frames show."""
+"""Causes of runs that differ from the beginning, from the script and the first frames."""
 
 import re
 

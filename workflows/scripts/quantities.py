@@ -1,4 +1,4 @@
-"""Numbers of a run that a study asks for, and the search for printed ones."""
+"""Requested numbers of a run, and the search for printed ones."""
 
 import json
 import math
@@ -18,16 +18,16 @@ from chaincor.workflows.errors import RunError
 # The default quantities.
 ALL = ("etotal:drift", "etotal:fluctuation", "temp", "pe", "press")
 KINDS = ("mean", "last", "drift", "fluctuation")
-# Thermo keywords that are energies, scaled as `ke` is.
+# Thermo keywords of energies, in the unit of `ke`.
 _ENERGIES = (
     *("etotal", "econserve", "ecouple", "pe", "ke", "evdwl", "ecoul", "epair", "ebond", "eangle"),
     *("edihed", "eimp", "emol", "elong", "etail", "enthalpy"),
 )
 _QUANTITY = re.compile(r"(?P<what>[cfv]_\w+(\[\d+\])*|[a-z][a-z0-9]*)(:(?P<kind>\w+))?", re.ASCII)
-# A pattern may take ages, or fill the memory: it is tried in a process of its own.
+# A pattern may run for very long or fill the memory. A separate process therefore tries it.
 PATTERN_SECONDS = 10.0
 _LONGEST_PATTERN = 1000
-# The last match counts: of an endless output its end is enough.
+# The last match counts, so the end of a long output is enough.
 _MOST_BYTES = 8_000_000
 _PROGRAM = """
 import json, re, sys
@@ -51,21 +51,21 @@ print(json.dumps({"groups": pattern.groups, "found": None if last is None else l
 
 @dataclass(frozen=True)
 class Observed:
-    """A number of a run."""
+    """One number of a run."""
 
-    value: float  #: The number.
-    unit: float = 0.0  #: Unit of its last digit, where a script printed it; 0 for what is sampled.
-    #: Standard error of a mean, from this run's samples: inf where these are too few, nan for other
-    #: kinds.
+    value: float  #: Value of the number.
+    unit: float = 0.0  #: Unit of the last printed digit; 0 for sampled numbers.
+    #: Standard error of a mean, from the samples of this run; inf with too few samples, nan for
+    #: other kinds.
     error: float = math.nan
     independent: float = math.nan  #: Number of independent samples behind a mean.
 
 
 @dataclass(frozen=True)
 class Quantity:
-    """A number of a run."""
+    """One number of a run."""
 
-    what: str  #: As LAMMPS's formulas name it: ``etotal``, ``c_1``, ``c_1[2]``, ``v_x``.
+    what: str  #: Quantity, as LAMMPS's formulas name it: ``etotal``, ``c_1``, ``c_1[2]``, ``v_x``.
     #: ``mean`` over the second half of the run, ``last`` value, ``drift`` (slope of the line
     #: through the samples of the whole run, times its length) or ``fluctuation`` (standard
     #: deviation about that line).
@@ -82,19 +82,19 @@ class Quantity:
 
 @dataclass(frozen=True)
 class Asked:
-    """What is read from a run."""
+    """Numbers that a study reads from each run."""
 
     pattern: str | None  #: Regular expression of a number that the script prints.
     quantities: tuple[Quantity, ...]  #: Numbers that are sampled.
 
     @property
     def names(self) -> tuple[str, ...]:
-        """The numbers, by name."""
+        """Names of the numbers."""
         return (*([] if self.pattern is None else [self.pattern]), *map(str, self.quantities))
 
     @property
     def sampled(self) -> tuple[str, ...]:
-        """What is sampled, each once; the kinetic energy too, as the scale of energy changes."""
+        """Sampled quantities, each once, with the kinetic energy as the scale of energy changes."""
         scale = ["ke"] if any(each.is_energy_change for each in self.quantities) else []
         return tuple(dict.fromkeys([*(each.what for each in self.quantities), *scale]))
 
@@ -112,7 +112,7 @@ def read_quantity(text: str) -> Quantity:
 
 
 def read_asked(quantities: Sequence[str], observable: str | None) -> Asked:
-    """Read what is asked for; raises InputError where it makes no sense, or is given twice."""
+    """Read the requested numbers; raises InputError if one is invalid or given twice."""
     if observable is not None:
         check_pattern(observable)
     texts = tuple(quantities) if quantities or observable is not None else ALL
@@ -150,8 +150,8 @@ def find_observable(pattern: str, output: Path) -> Observed:
     """
     Return the last number in a script's output that a pattern matches.
 
-    Raises RunError where nothing matches, what matches is no finite number, or the search takes
-    too long.
+    Raises RunError if nothing matches, if the match is no finite number, or if the search takes too
+    long.
     """
     answer = _search(pattern, end_of(output, _MOST_BYTES))
     if answer is None:
@@ -179,7 +179,7 @@ def read_observed(pattern: str, text: str | None) -> Observed:
 
 
 def _search(pattern: str, text: str) -> dict[str, Any] | None:
-    """Compile and search in a process of its own; None where it had to be stopped."""
+    """Search in a separate process; return None if the process had to be stopped."""
     try:
         done = subprocess.run(
             [sys.executable, "-I", "-S", "-c", _PROGRAM],

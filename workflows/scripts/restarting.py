@@ -1,10 +1,10 @@
-"""A restart in the middle of a script: where it is written, and a script that begins with it."""
+"""Restart halfway through a script: where it is written, and a script that begins with it."""
 
 from dataclasses import dataclass
 from pathlib import Path
 
-# Commands that make the box, in whose place the restart is read; and others that change a state,
-# which the restart holds.
+# `read_restart` replaces commands that make the box. Commands that change a state are dropped,
+# because the restart holds the state.
 _MAKE_BOX = ("read_data", "create_box", "read_restart")
 _CHANGE_STATE = (
     *("create_atoms", "replicate", "read_dump", "velocity", "displace_atoms", "set", "mass"),
@@ -17,15 +17,15 @@ _CHANGE_STATE = (
 class Halfway:
     """The middle of a script's last long run."""
 
-    run: int  #: Which `run` of the script that is, from 1, as they are carried out.
-    start: int  #: The step at which that run begins.
-    step: int  #: The step at which the restart is written.
-    end: int  #: The step at which that run ends.
-    file: Path  #: The restart is this file, with the step behind a dot.
+    run: int  #: Number of the `run`, from 1, in the order of execution.
+    start: int  #: Step at which the run begins.
+    step: int  #: Step at which the restart is written.
+    end: int  #: Step at which the run ends.
+    file: Path  #: Name of the restart file, without the dot and the step at its end.
     reads: bool = False  #: Whether a script reads the restart instead of writing it.
 
     def replace_set_up(self, words: list[str]) -> list[str] | None:
-        """Return what stands in a command's place where the restart is read; None: nothing else."""
+        """Return the replacement of a command that precedes the restart; None keeps it."""
         name = words[0]
         if name in _MAKE_BOX:
             read = f"read_restart {self.file}.{self.step}"
@@ -36,7 +36,7 @@ class Halfway:
         return [] if name in _CHANGE_STATE or static_group else None
 
     def before(self) -> list[str]:
-        """Return commands before each run, where the restart is written."""
+        """Return the commands before each run that write the restart."""
         once = f"ternary(step<{self.step},{self.step},{self.end * 1000})"
         return [
             f'if "${{chaincor_run}} == {self.run}" then '

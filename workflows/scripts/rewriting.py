@@ -1,9 +1,9 @@
 """
-A user's script made obey: other steps for the same time, samples of numbers, no dumps.
+Rewriting of a user's script: other steps for the same time, samples, no dumps.
 
-Nothing of the script is edited but commands that run, write frames, or set what is varied. Between
-runs the script sees its own step, so that what it computes from ``dt`` stays as it was; around each
-``run`` the step is changed for that run alone, to one that divides the run's time.
+Only commands that run, write frames, or set a varied quantity are edited. Between runs the script
+sees its own step, so its formulas of ``dt`` keep their values. Each ``run`` gets its own step,
+which divides the time of the run.
 """
 
 import re
@@ -12,13 +12,13 @@ from pathlib import Path
 from chaincor.lammps_inputs.commands import join_lines
 from chaincor.workflows.scripts.change import Change
 
-# So many samples of a run are wanted.
+# Wanted number of samples of a run.
 SAMPLES = 200
 SAMPLE_FILE, FRAME_FILE = "chaincor_samples.txt", "chaincor_frames.txt"
 START_FILE, STEP_FILE = "chaincor_start.txt", "chaincor_step.txt"
 _BEFORE, _AFTER, _SAMPLE = "chaincor_before.in", "chaincor_after.in", "chaincor_sample.in"
 _LEFT_OUT = ("dump", "undump", "dump_modify", "restart")
-# What may stand in a command's place where nothing shall.
+# Replacement of a command that is left out.
 _NOTHING = "variable chaincor_none string 0"
 _NO_VALUES = ("loop", "delete", "world", "universe", "uloop")
 _RESETS = ("reset_timestep", "read_restart")
@@ -27,7 +27,7 @@ _QUOTED = re.compile(r"\"([^\"]*)\"|'([^']*)'")
 
 
 def rewrite_folder(folder: Path, script: Path, change: Change) -> None:
-    """Rewrite a copy of the script, and of what it may include, and write what these include."""
+    """Rewrite a copy of the script and the files that it may include, and write added files."""
     for path in folder.rglob("*"):
         if path == script or _may_be_included(path):
             path.write_text(rewrite(path.read_text("utf-8", "replace"), folder, change), "utf-8")
@@ -59,14 +59,14 @@ def rewrite(text: str, folder: Path, change: Change) -> str:
 
 
 def _quoted(found: re.Match[str], folder: Path, change: Change) -> str:
-    """Rewrite a command in quotes, as it stands behind ``then``."""
+    """Rewrite a command in quotes, as after ``then``."""
     quote, text = found[0][0], found[1] if found[1] is not None else found[2]
     commands = _command(text, folder, change)
     return " ".join(f"{quote}{each}{quote}" for each in commands or [_NOTHING])
 
 
 def _command(command: str, folder: Path, change: Change) -> list[str]:
-    """Return what stands in a command's place."""
+    """Return the replacement of a command."""
     words = command.split()
     if not words:
         return [command]
@@ -91,17 +91,17 @@ def _command(command: str, folder: Path, change: Change) -> list[str]:
     before = change.set_numbers(words)
     if words[:2] == ["thermo_style", "custom"]:
         if not change.printed:
-            # LAMMPS prints many fixes at multiples of their period alone, and a run at another step
-            # seldom ends at one; the columns stay as many.
+            # LAMMPS prints many fixes only at multiples of their period, and a run at another step
+            # seldom ends at one. Constants keep the number of columns.
             words = ["time" if re.match(r"[fv]_", word) else word for word in words]
-        # LAMMPS knows no keyword that its thermo output does not have.
+        # LAMMPS evaluates only keywords of its thermo output.
         keywords = [each for each in change.quantities if not re.match(r"[cfv]_", each)]
         words += [each for each in keywords if each not in words]
     return [*before, " ".join(words)] if before or words != command.split() else [command]
 
 
 def timed_run(words: list[str], folder: Path) -> list[str]:
-    """Surround a run; what it counts in steps is counted in steps of the run that is made."""
+    """Surround a run with commands that set its step, and scale its numbers of steps."""
     options, limits = ["run", "${chaincor_m}"], {}
     upto, block, pre = False, "${chaincor_n}", True
     rest = iter(words[2:])
@@ -127,7 +127,7 @@ def timed_run(words: list[str], folder: Path) -> list[str]:
     ]
     for word, value in limits.items():
         name = f"chaincor_{word}"
-        # Rounded, they may not cut the run itself.
+        # Rounded numbers may not shorten the run.
         least = "0" if word == "start" else "step+v_chaincor_m"
         lines += [
             f"variable {name} string {value}",
@@ -139,7 +139,7 @@ def timed_run(words: list[str], folder: Path) -> list[str]:
 
 
 def included_files(folder: Path, change: Change) -> dict[str, str]:
-    """Return what runs include before and behind them."""
+    """Return the files that scripts include before and after each run."""
     finer = f"{change.finer:.17g}"
 
     def string(name: str, formula: str, form: str = ":%.15g") -> str:
@@ -157,7 +157,7 @@ def included_files(folder: Path, change: Change) -> dict[str, str]:
         string("m", "ternary(v_chaincor_n<1,0,round(v_chaincor_p*v_chaincor_b))"),
     ]
     if change.finer == 1.0:
-        # The run as it stands.
+        # Run of the script without changes.
         before[6:] = [string("p", "v_chaincor_u"), string("m", "v_chaincor_n")]
     if change.shaken:
         shake = (
@@ -172,7 +172,7 @@ def included_files(folder: Path, change: Change) -> dict[str, str]:
     if halfway is not None and not halfway.reads:
         before += halfway.before()
     elif halfway is not None:
-        # Runs up to the one that the restart is of take no step.
+        # Runs before the restart take no step.
         this = f"(v_chaincor_run=={halfway.run})"
         before.append(string("m", f"{this}*({halfway.end}-step)"))
         before.append(string("n", "v_chaincor_m"))
@@ -192,14 +192,14 @@ def included_files(folder: Path, change: Change) -> dict[str, str]:
     columns = columns.replace(" ", " $(step) ", 1) if change.quantities else columns + " $(step)"
     start = [f"v_chaincor_s{k}" for k in range(1 + len(change.quantities))]
     sample = [
-        # So that the last sample is that of the end.
+        # The last sample then shows the end of the run.
         string("from", "step+v_chaincor_m-v_chaincor_e*floor(v_chaincor_m/v_chaincor_e)"),
         "variable chaincor_to string $(step+v_chaincor_m:%.15g)",
         "variable chaincor_at equal stride(${chaincor_from},${chaincor_to},${chaincor_e})",
         f'fix chaincor all print v_chaincor_at "{columns}" append {folder / SAMPLE_FILE} '
         'screen no title ""',
-        # The sample at the first step, which `fix print` leaves out. A period that no later step
-        # is a multiple of, but for a restart's twofold step.
+        # `fix print` leaves out the first step. No later step is a multiple of this period, except
+        # for the doubled step of a restart.
         string("period", "ternary(step<1,1000000000,step)"),
         *(
             f"variable {name[2:]} equal {each}"
@@ -210,7 +210,7 @@ def included_files(folder: Path, change: Change) -> dict[str, str]:
         f"{' '.join(start)} format ' %.17g' file {folder / START_FILE}\"",
     ]
     if any(each.startswith("f_") for each in change.quantities):
-        # A fix may have no value at the first step.
+        # A fix may have no value at the first step yet.
         sample.pop()
     if change.frames:
         frames = folder / FRAME_FILE
@@ -227,7 +227,7 @@ def included_files(folder: Path, change: Change) -> dict[str, str]:
 
 
 def _defined(quantities: tuple[str, ...]) -> list[str]:
-    """Return formulas that are 1 where what a quantity refers to is there already."""
+    """Return formulas that are 1 if the referenced compute, fix or variable exists."""
     kinds = {"c": "compute", "f": "fix", "v": "variable"}
     return [
         f"is_defined({kinds[each[0]]},{each[2:].split('[')[0]})"

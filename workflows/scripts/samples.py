@@ -1,4 +1,4 @@
-"""Series that a run sampled, and the means, drifts and fluctuations over them."""
+"""Sampled series of a run, with their means, drifts and fluctuations."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,9 +10,9 @@ from chaincor.lammps_inputs.arrays import Array
 from chaincor.workflows.errors import RunError
 from chaincor.workflows.scripts.quantities import Observed, Quantity
 
-# A mean is taken over this share of the run, at its end.
+# Share of the run, at its end, over which a mean is taken.
 SHARE = 0.5
-# Fewer samples give neither a mean's error nor a drift.
+# Smallest number of samples for the error of a mean or for a drift.
 LEAST_SAMPLES = 8
 
 
@@ -21,15 +21,15 @@ class Samples:
     """Series that one run sampled."""
 
     times: Array  #: Physical times, from the start of the first run to the end; of shape (S,).
-    values: dict[str, Array]  #: By quantity; of shape (S,).
+    values: dict[str, Array]  #: Series by quantity; of shape (S,).
 
     @property
     def end(self) -> float:
-        """The time at which the run ended."""
+        """Physical time at the end of the run."""
         return float(self.times[-1])
 
     def window(self, kind: str) -> tuple[float, float]:
-        """Return the times between which a number of a kind is taken."""
+        """Return the first and last time of the window of a kind of number."""
         first, last = float(self.times[0]), self.end
         if kind == "last":
             return last, last
@@ -37,15 +37,16 @@ class Samples:
 
     def number(self, quantity: Quantity, start: float | None = None) -> Observed:
         """
-        Return a number of the run: a mean has the standard error of a correlated series.
+        Return a number of the run; means get the standard error of a correlated series.
 
-        `start` is a physical time at which the window begins instead.
+        `start` is a physical time that replaces the beginning of the window.
         """
         all_values = self.values[quantity.what]
         if quantity.kind == "last":
             return Observed(float(all_values[-1]))
         times, values = self._inside(quantity, start)
-        # Integrals by the trapezoidal rule: another step has other sample times.
+        # The trapezoidal rule makes means independent of the sample times, which depend on the
+        # step.
         halves = 0.5 * np.diff(times)
         weights = np.append(halves, 0.0) + np.append(0.0, halves)
         weights /= weights.sum()
@@ -80,7 +81,7 @@ class Samples:
 
 
 def last_step(path: Path) -> int | None:
-    """Return the last step that a run sampled; None where it sampled none."""
+    """Return the last sampled step of a run; None without samples."""
     lines = path.read_text("utf-8", "replace").splitlines() if path.is_file() else []
     words = lines[-1].split() if lines else []
     return int(words[1]) if len(words) > 1 and words[1].isdigit() else None
@@ -90,9 +91,9 @@ def read_samples(path: Path, start: Path, quantities: tuple[str, ...]) -> Sample
     """
     Read the samples of a run: time, step and quantities, a line each.
 
-    `start` holds a line of the time and the quantities at the first step. Times that begin again,
-    after ``clear``, go on from where they were. Raises RunError where the samples are missing, too
-    few or not finite.
+    `start` holds a line of the time and the quantities at the first step. If times begin again
+    after ``clear``, they are continued. Raises RunError if the samples are missing, too few or not
+    finite.
     """
     if not path.is_file():
         raise RunError(
@@ -117,7 +118,7 @@ def read_samples(path: Path, start: Path, quantities: tuple[str, ...]) -> Sample
             raise RunError(f"{what} is {column[~np.isfinite(column)][0]} in the run")
     steps = np.diff(data[:, 0])
     times = data[0, 0] + np.concatenate([[0.0], np.cumsum(np.where(steps > 0.0, steps, 0.0))])
-    # Each run begins with the sample that the one before ended with.
+    # The first sample of each run repeats the last sample of the run before.
     kept = np.concatenate([[True], np.diff(times) > 0.0])
     values = {what: data[kept, k] for k, what in enumerate(quantities, 1)}
     return Samples(times[kept], values)

@@ -1,4 +1,4 @@
-"""One run of a script by the ``lmp`` command, in a copy of its folder."""
+"""Execution of one run of a script by the ``lmp`` command, in a copy of its folder."""
 
 import os
 import re
@@ -46,25 +46,26 @@ class ScriptRunError(RunError):
 class ScriptRun:
     """One run."""
 
-    variables: dict[str, str]  #: What was given by -var.
-    #: Processor time of the whole process, its start included; of a command of several words, such
-    #: as ``srun lmp``, what LAMMPS's log says of its loops.
+    variables: dict[str, str]  #: Variables that -var set.
+    #: Processor time of the whole process, its start included. For a command of several words, such
+    #: as ``srun lmp``, the time of the loops in LAMMPS's log.
     seconds: float
-    failure: str | None = None  #: What went wrong, in LAMMPS's words where it has some.
-    numbers: dict[str, Observed] = field(default_factory=dict)  #: By name; none where it failed.
-    samples: Samples | None = None  #: What was sampled; None where nothing was.
-    step: float | None = None  #: The script's own, in its last run; None where it has none.
-    frames: Frames | None = None  #: Positions, where these are asked for.
+    failure: str | None = None  #: Reason of a failure, in LAMMPS's words if any.
+    #: Numbers by name; empty after a failure.
+    numbers: dict[str, Observed] = field(default_factory=dict)
+    samples: Samples | None = None  #: Sampled series; None without samples.
+    step: float | None = None  #: Script's own step in its last run, if any.
+    frames: Frames | None = None  #: Positions, if requested.
     #: First step and number of steps of every `run`, as the script asks for them.
     lengths: tuple[tuple[int, int], ...] = ()
-    crash: Crash | None = None  #: Where LAMMPS stopped; None where it did not.
+    crash: Crash | None = None  #: Step and reason of a crash; None after a full run.
 
 
 def list_files(folder: Path) -> list[Path]:
     """
-    Return the files that each run gets a copy of: those in a folder and below, none hidden.
+    Return the files that each run copies: all in a folder and below, without hidden files.
 
-    Raises InputError where they are too large to be copied for every run.
+    Raises InputError if they are too large to be copied for every run.
     """
     files: list[Path] = []
     total = 0
@@ -87,11 +88,11 @@ def list_files(folder: Path) -> list[Path]:
 
 @dataclass(frozen=True)
 class Runner:
-    """What runs one script, time and again."""
+    """Runner of one script with different changes."""
 
     script: Path  #: The script.
-    files: list[Path]  #: What lies in its folder and is copied.
-    asked: Asked  #: What is read.
+    files: list[Path]  #: Files of its folder that are copied.
+    asked: Asked  #: Requested numbers.
     lmp: str  #: The command; of several words where a launcher stands before it.
     scratch: Path  #: An absolute folder, for the copies.
     timeout: float  #: Seconds of the wall clock that a run may take.
@@ -100,7 +101,7 @@ class Runner:
         """
         Run the script in a changed copy of its folder, and read its numbers.
 
-        `name` is that of the copy, which is removed after the run, and stays where it failed.
+        `name` is the name of the copy. The copy is removed after a successful run.
         """
         folder = self.scratch / re.sub(r"[^\w.=+-]", "_", name)[:150]
         source = self.script.resolve().parent
@@ -141,7 +142,7 @@ class Runner:
         return run
 
     def error(self, where: str, failure: str) -> ScriptRunError:
-        """Return the error of a run that failed, with where its files are."""
+        """Return the error of a failed run, with the place of its files."""
         return ScriptRunError(
             f"{self.script.name} failed {where}: {failure}; expected a run that ends and gives its "
             f"number: files, screen and command are kept in {self.scratch}"
@@ -149,20 +150,20 @@ class Runner:
 
 
 def _own_step(folder: Path) -> float | None:
-    """Return the script's own step in its last run; None where it has had none."""
+    """Return the script's own step in its last run; None if it never ran."""
     path = folder / STEP_FILE
     return float(path.read_text().splitlines()[-1].split()[0]) if path.is_file() else None
 
 
 def _lengths(folder: Path) -> tuple[tuple[int, int], ...]:
-    """Return the first step of every run, and how many the script asks for."""
+    """Return the first step and the number of steps of every run."""
     path = folder / STEP_FILE
     rows = [line.split() for line in path.read_text().splitlines()] if path.is_file() else []
     return tuple((int(row[1]), int(float(row[2]))) for row in rows)
 
 
 def _read(folder: Path, asked: Asked) -> tuple[dict[str, Observed], Samples | None]:
-    """Return a run's numbers and samples; raises RunError where a number is missing."""
+    """Return the numbers and samples of a run; raises RunError if a number is missing."""
     numbers, samples = {}, None
     if asked.pattern is not None:
         numbers[asked.pattern] = find_observable(asked.pattern, folder / SCREEN_FILE)
@@ -177,7 +178,7 @@ def _read(folder: Path, asked: Asked) -> tuple[dict[str, Observed], Samples | No
 
 
 def _loops(screen: Path) -> float:
-    """Return processor seconds of LAMMPS's loops, on all its processes, as its log says them."""
+    """Return processor seconds of LAMMPS's loops on all processes, from its log."""
     text = screen.read_text("utf-8", "replace")
     found = re.findall(r"^Loop time of (\S+) on (\d+) procs", text, re.MULTILINE)
     return sum(float(seconds) * int(ranks) for seconds, ranks in found)
@@ -186,7 +187,7 @@ def _loops(screen: Path) -> float:
 def _execute(
     command: list[str], folder: Path, screen: Path, timeout: float
 ) -> tuple[int | None, float]:
-    """Return exit status, None after a timeout, and processor seconds of one process."""
+    """Return the exit status (None after a timeout) and the processor seconds of a process."""
     ends = time.monotonic() + timeout
     with screen.open("wb") as out:
         try:
@@ -220,7 +221,7 @@ def _execute(
 
 
 def _said(screen: Path, status: int) -> str:
-    """Return LAMMPS's words on what went wrong."""
+    """Return LAMMPS's message on a failure."""
     text = end_of(screen, 100_000)
     words = [line for line in text.splitlines() if line.startswith("ERROR")][-1:]
     words += re.findall(r"^Last (?:input line|command): .*$", text, re.MULTILINE)[-1:]

@@ -1,4 +1,4 @@
-"""What the text of a script says beforehand: variables it cannot take, files it would overwrite."""
+"""Checks of a script's text before it runs: its variables, and files that it would overwrite."""
 
 import re
 from dataclasses import dataclass
@@ -8,17 +8,17 @@ from typing import NamedTuple
 from chaincor.lammps_inputs.commands import join_lines
 from chaincor.lammps_inputs.errors import InputError
 
-# Styles of `variable` that count, and are no value.
+# Styles of `variable` that count and hold no value.
 _COUNTS = ("loop", "world", "universe", "uloop")
-# Commands that run many times by themselves, or run again what was dumped.
+# Commands that run many times by themselves or process dumps again.
 _OTHER_RUNS = (
     *("rerun", "temper", "temper/grem", "temper/npt", "neb", "neb/spin"),
     *("prd", "tad", "hyper"),
 )
-# Also in the quotes of an `if`.
+# Commands may stand in the quotes of an `if`.
 _INCLUDED = re.compile(r"""(?:^|["'])\s*(?:include|jump)\s+["']?(?!SELF\b)([^\s"']+)""")
 _LARGEST_SCRIPT = 10_000_000
-# Commands that read what the words behind them name; whatever else names a path writes there.
+# Commands that read the files that they name. All other commands with a path write to it.
 _READERS = (
     *("read_data", "read_restart", "read_dump", "include", "jump", "rerun", "molecule"),
     *("pair_coeff", "bond_coeff", "angle_coeff", "dihedral_coeff", "improper_coeff", "plugin"),
@@ -27,7 +27,7 @@ _READERS = (
 
 
 class Command(NamedTuple):
-    """A command of a script, its comment gone and continued lines joined."""
+    """Command of a script, without its comment and with continued lines joined."""
 
     path: Path  #: The file it stands in.
     number: int  #: Its first line.
@@ -35,7 +35,7 @@ class Command(NamedTuple):
 
     @property
     def words(self) -> list[str]:
-        """Its words, the name first."""
+        """Words of the command, the name first."""
         return self.text.split()
 
     def __str__(self) -> str:
@@ -44,7 +44,7 @@ class Command(NamedTuple):
 
 @dataclass(frozen=True)
 class ScriptText:
-    """A script and all that it includes or jumps into, read but not run."""
+    """Text of a script and of all files that it includes or jumps into."""
 
     path: Path
     commands: tuple[Command, ...]
@@ -52,7 +52,7 @@ class ScriptText:
 
     @classmethod
     def read(cls, path: Path) -> "ScriptText":
-        """Read a script; raises InputError where that cannot be done."""
+        """Read a script; raises InputError if it cannot be read."""
         commands, files, whole = _commands_of(path), {path.resolve()}, True
         for command in commands:
             for name in _INCLUDED.findall(command.text):
@@ -65,20 +65,20 @@ class ScriptText:
         return cls(path, tuple(commands), whole)
 
     def mentions(self, name: str, *, of: str = "") -> bool:
-        """Return whether a variable's value is used, by the commands `of` a name or by any."""
+        """Return whether a command, of the name `of` if given, uses the value of a variable."""
         short = rf"|\${re.escape(name)}" if len(name) == 1 else ""
         used = re.compile(rf"\$\{{{re.escape(name)}\}}|\bv_{re.escape(name)}\b{short}")
         return any(used.search(c.text) for c in self.commands if of in ("", c.words[0]))
 
     def of_variable(self, name: str) -> list[Command]:
-        """Return the commands that make a variable, or delete it."""
+        """Return the commands that define or delete a variable."""
         return [c for c in self.commands if c.words[:2] == ["variable", name] and c.words[2:]]
 
     def check_variable(self, name: str) -> None:
         """
-        Raise InputError where the script does not use a variable, or counts a loop with it.
+        Raise InputError if the script does not use a variable, or counts a loop with it.
 
-        Whatever else sets the variable is set to the value that is given instead.
+        Other commands that set the variable get the given value instead.
         """
         for command in self.of_variable(name):
             if command.words[2] in _COUNTS:
@@ -94,10 +94,11 @@ class ScriptText:
 
     def check(self) -> None:
         """
-        Raise InputError where a script cannot be studied in a copy of its folder.
+        Raise InputError if a script cannot be studied in a copy of its folder.
 
-        Paths through ``..`` would not be found there, and files named from the root would be
-        overwritten by every run. Some commands run otherwise than ``run``, whose time is kept.
+        Paths through ``..`` would not be found there, and every run would overwrite files with
+        absolute paths. Only ``run`` keeps its simulated time, so other commands that run are
+        refused.
         """
         for command in self.commands:
             words = [word.strip("\"'") for word in command.words]
@@ -120,7 +121,7 @@ class ScriptText:
 
 
 def _commands_of(path: Path) -> list[Command]:
-    """Read one file; raises InputError where that cannot be done."""
+    """Read one file; raises InputError if it cannot be read."""
     try:
         if not path.is_file():
             raise InputError(f"the script is {str(path)!r}; expected a file: there is none")

@@ -1,12 +1,12 @@
-"""What in a script counts steps instead of time, and so does something else at another step."""
+"""Commands of a script that count steps instead of time, and change with the step."""
 
 import re
 from dataclasses import dataclass
 
 from chaincor.workflows.scripts.script_text import Command, ScriptText
 
-# Where each style of `fix` holds numbers of steps: words of the line, from 0. A second one must
-# stay a multiple of the first.
+# Words of each style of `fix` that are numbers of steps, counted from 0. A second number must stay
+# a multiple of the first.
 _FIXES: dict[str, tuple[int, ...]] = {
     **dict.fromkeys(
         (
@@ -27,27 +27,27 @@ _FIXES: dict[str, tuple[int, ...]] = {
     ),
     "deposit": (6,),
 }
-# No period, and yet a limit or a rate for each step.
+# Styles that have a limit or a rate per step instead of a period.
 _PER_STEP = {
     "nve/limit": "limits how far particles move in one step",
     "dt/reset": "chooses the step itself",
     "pour": "inserts particles after a number of steps that it works out from the step",
 }
-# These do not change the motion: a mean of other samples, or a box that moves in finer jerks.
+# Styles that do not change the motion much: means of other samples, or a box in finer jerks.
 _ONLY_LOOK = ("ave/", "vector", "store/state", "balance")
 _COUNTING = re.compile(r"(?<![\w.])(step|elapsed|elaplong)(?![\w(])")
 _DAMPED = {"nvt": "temp", "npt": "temp", "nph": None, "nvt/sllod": "temp"}
-# A damping time of fewer steps is no damping.
+# Smallest number of steps in a sensible damping time.
 _LEAST_DAMPING = 10.0
 
 
 @dataclass(frozen=True)
 class StepCount:
-    """A command that counts steps."""
+    """Command that counts steps."""
 
     command: Command
     what: str  #: Its command and style.
-    says: str  #: What that does to a ladder of steps.
+    says: str  #: Effect on a ladder of steps.
     moves: bool = True  #: Whether the motion depends on it; otherwise what is written does.
     periods: bool = False  #: Whether ``--scale-periods`` holds it in time.
 
@@ -56,7 +56,7 @@ class StepCount:
 
 
 def count_positions(words: list[str]) -> tuple[int, ...]:
-    """Return which words of a command are numbers of steps; none where it counts none."""
+    """Return the positions of words that are numbers of steps in a command."""
     if words[0] == "neigh_modify":
         return tuple(k + 1 for k in range(1, len(words) - 1, 2) if words[k] in ("every", "delay"))
     if len(words) < 4 or words[0] != "fix":
@@ -69,7 +69,7 @@ def find_step_counts(script: ScriptText, coarsest: float | None) -> tuple[StepCo
     """
     Return every command of a script that counts steps.
 
-    Damping times are compared with the `coarsest` step of the ladder, where it is known.
+    Damping times are compared with the `coarsest` step of the ladder, if it is given.
     """
     found = (_of_fix(each, coarsest) or _of_others(each) for each in script.commands)
     return tuple(filter(None, found))
@@ -110,7 +110,7 @@ def _of_others(command: Command) -> StepCount | None:
 
 
 def _damping(words: list[str]) -> float | None:
-    """Return a thermostat's damping time where it is a plain number."""
+    """Return a thermostat's damping time if it is a plain number."""
     style = plain_style(words[3])
     try:
         if style in ("langevin", "temp/berendsen", "temp/csvr", "temp/csld"):

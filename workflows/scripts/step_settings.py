@@ -1,4 +1,4 @@
-"""How a value of a variable or setting is given to a script: an option of lmp, or a line."""
+"""Ways to give a script a value of the ladder: an option of lmp, or an edited line."""
 
 import shlex
 from typing import TYPE_CHECKING
@@ -22,7 +22,7 @@ def format_command(lmp: str, variables: dict[str, str], script: str) -> str:
 
 
 def how_to_run(study: "ScriptStudy", name: str, value: str, fixed: dict[str, str]) -> str:
-    """Return what to run, and which lines to change before, for a value of the ladder."""
+    """Return the command for a value of the ladder, and the lines to change before."""
     script, kind = study.varied.script, study.varied.kind
     variables = {**({name: value} if kind == "variable" else {}), **fixed}
     options = {key: text for key, text in variables.items() if takes_option(script, key)}
@@ -43,7 +43,7 @@ def how_to_run(study: "ScriptStudy", name: str, value: str, fixed: dict[str, str
 
 
 def where_to_set(study: "ScriptStudy", name: str) -> str:
-    """Return a remark on where a value of the ladder is set; empty where that is plain."""
+    """Return a remark on where a value of the ladder is set; empty if none is needed."""
     if study.varied.kind != "setting":
         return ""
     lines = [str(c) for c in study.varied.script.commands if _change(c.words, name, "1")]

@@ -1,4 +1,4 @@
-"""Which step is small enough for a script: ladders run and judged, an advice for each number."""
+"""Study of a script: runs and verdicts of its ladders, and an advice for each number."""
 
 import shlex
 import shutil
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 DEFAULT_TIMEOUT = 600.0
-# How often a coarse end that no run survives is halved.
+# Largest number of halvings of a coarse end that no run survives.
 _HALVINGS = 7
 
 
@@ -44,11 +44,11 @@ class ScriptStudy:
     script : pathlib.Path
         The script.
     asked : Asked
-        The numbers asked for.
+        The requested numbers.
     varied : Varied
         The ladder or comparison, and the script's own step.
     tolerance : float or None
-        Error asked for.
+        Requested error.
     ladders : tuple of ScriptLadder
         One for each combination of fixed values.
     comparisons : tuple of Comparison
@@ -62,9 +62,9 @@ class ScriptStudy:
     lmp : str
         The command of LAMMPS.
     command : tuple of str
-        The words of the command that made this study, without the ladder.
+        Words of the command of this study, without the ladder.
     kept : pathlib.Path or None
-        Where failed runs were left.
+        Folder of the failed runs.
     seconds : float
         Wall-clock time of the study.
     """
@@ -85,23 +85,23 @@ class ScriptStudy:
 
     @property
     def ladder(self) -> Ladder | None:
-        """The ladder; None where runs were compared."""
+        """First ladder; None if runs were compared."""
         return self.varied.values
 
     @property
     def own_step(self) -> float | None:
-        """The script's own step, of its last run, where the step was varied."""
+        """Script's own step in its last run, if the step was varied."""
         return self.varied.own_step
 
     @property
     def summary(self) -> str:
-        """The bottom line."""
+        """Bottom line of the study."""
         from chaincor.workflows.scripts.bottom_line import bottom_line
 
         return bottom_line(self)
 
     def plot(self) -> "Axes":
-        """Draw errors along the ladder, or the distance of compared runs; returns the axes."""
+        """Draw errors along the ladder, or the distance of compared runs, and return the axes."""
         from chaincor.workflows.scripts.figure import plot_script_study
 
         return plot_script_study(self)
@@ -133,11 +133,11 @@ def timestep_study(
     progress: Progress = lambda _part, _done: None,
 ) -> ScriptStudy:
     """
-    Find out which time step, or other setting, is good enough for a LAMMPS script, without edits.
+    Find the time step, or other setting, that is accurate enough for a LAMMPS script.
 
     The script is run along a ladder of steps, with several nearby ones a rung, each time in a fresh
-    copy of its folder: nothing of the user's is changed. Every ``run`` keeps its physical time
-    exactly, dumps and restarts are left out.
+    copy of its folder, so the user's files stay unchanged. Every ``run`` keeps its physical time
+    exactly. Dumps and restarts are left out.
 
     Parameters
     ----------
@@ -153,32 +153,32 @@ def timestep_study(
         ``$`` at each line; the last match counts.
     vary : str, optional
         ``NAME=FROM:TO:COUNT``, the coarse end first, in equal ratios: a variable of the script; or
-        ``timestep``, ``cutoff``, ``skin`` or ``rows`` where it has none of that name. ``lastdigit``
+        ``timestep``, ``cutoff``, ``skin`` or ``rows`` if it has none of that name. ``lastdigit``
         and ``ranks=1,2,4`` compare runs instead. By default the script's step, from twice to a
         quarter.
     fix : sequence of str, optional
         ``NAME=VALUE,VALUE``: the ladder is repeated at each of these values of another variable.
     seeds : int, optional
-        So many runs a rung, each with its own random numbers: by the variable ``seed``, or else by
-        the seeds that stand in the script. The truth is then the mean over seeds.
+        Number of runs per rung, each with its own random numbers: by the variable ``seed``, or else
+        by the seeds in the script. The reference is then the mean over seeds.
     phases : int, optional
-        So many nearby values a rung, within 2 %; of steps, each with random forces of its own.
+        Number of nearby values per rung, within 2 %. Nearby steps have different random forces.
     tolerance : float, optional
-        Absolute error of every number that the advice is for. Without one, a thousandth of each
-        number, or what the ladder can tell.
+        Absolute tolerance of every number. The default depends on the number, see
+        :func:`~chaincor.workflows.scripts.tolerances.default_tolerance`.
     scale_periods : bool, optional
-        Hold in time what the script counts in steps.
+        Keep the simulated time of periods that the script counts in steps.
     lmp : str, optional
-        The command; by default the one of this environment, or else of the PATH.
+        Command of LAMMPS; by default from this environment, or else from the PATH.
     timeout : float, optional
-        Seconds of the wall clock that one run may take.
+        Largest wall-clock time of one run, in seconds.
     progress : callable, optional
-        Called with a part's name and the fraction done.
+        Called with the name of a part and the fraction done.
 
     Returns
     -------
     ScriptStudy
-        Verdicts, values with their bars, costs, and what to run.
+        Verdicts, values with their bars, costs, and the advice.
 
     Raises
     ------
@@ -292,7 +292,7 @@ def _words(
     scale_periods: bool,
     lmp: str | None,
 ) -> tuple[str, ...]:
-    """Return the words of a study's command, without its ladder and the runs of a rung."""
+    """Return the words of a study's command, without its ladder and runs per rung."""
     words = ["chaincor", "timestep", str(script), *quantities]
     words += [] if observable is None else ["--observable", observable]
     words += [word for each in fix for word in ("--fix", each)]
@@ -303,10 +303,10 @@ def _words(
 
 def _with_step(runner: Runner, varied: Varied) -> tuple[Varied, list[tuple[float, ScriptRun]]]:
     """
-    Find the script's own step, where that is varied, by a run as it stands.
+    Find the script's own step by an unchanged run, if the step is varied.
 
-    The ladder around it, where none was given, begins at the coarsest step that a run survives.
-    Runs that fail on the way are returned with their steps.
+    If no ladder was given, it begins at the coarsest step that a run survives. Failed runs are
+    returned with their steps.
     """
     if varied.kind != "step":
         return varied, []
@@ -315,7 +315,7 @@ def _with_step(runner: Runner, varied: Varied) -> tuple[Varied, list[tuple[float
     if own is not None and own <= 0.0:
         raise runner.error("as it stands", f"its timestep is {own:g}; expected one above 0")
     if own is None or (run.failure and (run.crash is None or run.crash.step is None)):
-        # It fails before a step was done: another step would not help.
+        # The run failed before its first step, so another step would not help.
         said = run.failure or "it has no run, so that no step can be varied"
         raise runner.error("as it stands", said)
     failed = [(own, run)] if run.failure else []
@@ -338,7 +338,7 @@ def _with_step(runner: Runner, varied: Varied) -> tuple[Varied, list[tuple[float
 
 
 def _step_counts(varied: Varied) -> tuple[StepCount, ...]:
-    """Return what in the script counts steps, where the step is varied."""
+    """Return the commands that count steps, if the step is varied."""
     ladder = varied.values
     if ladder is None or ladder.name != STEP:
         return ()

@@ -1,4 +1,4 @@
-"""A study of a script in files: JSON, each run as CSV, the figure, a page."""
+"""Files of a script study: JSON, runs as CSV, figure, page."""
 
 from pathlib import Path
 from typing import Any
@@ -32,7 +32,7 @@ REPORT = StudyReport(
         ),
     },
 )
-# What JSON has of each part of a study; where it has another name, key and name.
+# Fields of each part of a study in JSON. A pair is the key and the name of the field.
 _VERDICT = ("reason", "order", "order_error", "value", "value_error")
 _NUMBER = ("standard_error", "resolution", "tolerance", "tolerance_reason")
 _VARY = {"name": "name", "from": "coarse", "to": "fine", "count": "rungs"}
@@ -46,7 +46,7 @@ _ADVICE = {
 
 
 def script_study_to_dict(study: ScriptStudy) -> dict[str, Any]:
-    """Return a study as plain values; the verdict at the top is that of the first ladder."""
+    """Return a study as plain values, with the verdict of the first ladder at the top."""
     ladder = study.ladder
     ladders = [_ladder_dict(study, each) for each in study.ladders]
     observables = ladders[0]["observables"] if ladders else _compared(study.comparisons)
@@ -123,7 +123,7 @@ def _number_dict(study: ScriptStudy, each: ScriptLadder, number: NumberLadder) -
 
 
 def _compared(comparisons: tuple[Comparison, ...]) -> list[dict[str, Any]]:
-    """Return numbers of runs that were compared, with the keys of those on a ladder."""
+    """Return the numbers of compared runs, with the same keys as on a ladder."""
     words = {True: "agrees", False: "differs", None: "cannot tell"}
     return [
         {
@@ -185,7 +185,7 @@ def write_script_study(study: ScriptStudy, folder: Path) -> None:
 
 
 def _page(study: ScriptStudy, plain: dict[str, Any]) -> dict[str, Any]:
-    """Return what the page says besides what every study's page does."""
+    """Return the content of the page besides the common parts of study pages."""
     vary = study.ladder
     words = [
         [(number.name, told(study, each, number)) for number in each.numbers]

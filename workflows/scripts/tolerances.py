@@ -1,4 +1,4 @@
-"""The accuracy that a number needs where the user gives no tolerance, and why."""
+"""Default tolerances of numbers, with their reasons."""
 
 import math
 from typing import NamedTuple
@@ -9,16 +9,16 @@ from chaincor.analysis.ladders.verdict import LadderVerdict
 from chaincor.workflows.scripts.quantities import Quantity
 from chaincor.workflows.scripts.samples import Samples
 
-# Parts of a standard deviation, of kT per degree of freedom, and of a number.
+# Tolerances over a standard deviation, kT per degree of freedom, and a printed number.
 _OF_SPREAD, _OF_KT, _OF_NUMBER = 0.1, 1e-4, 1e-3
-# A tolerance below this many bounds of the finest rung has no advice.
+# Smallest tolerance, in bounds of the finest rung, that an advice can keep.
 _OF_FINEST = 3.0
-# Samples that differ by less than roundings do have no spread.
+# Relative spread of samples below which they count as constant.
 _ROUNDING = 1e-12
 
 
 class Tolerance(NamedTuple):
-    """An absolute error to keep, and its reason."""
+    """Absolute tolerance and its reason."""
 
     value: float
     reason: str
@@ -28,14 +28,13 @@ def default_tolerance(
     quantity: Quantity | None, runs: list[Samples], verdict: LadderVerdict
 ) -> Tolerance | None:
     """
-    Return the error to keep in a number; None where the ladder says nothing of it.
+    Return the default tolerance of a number; None if the ladder gives no answer.
 
-    It is a tenth of the quantity's standard deviation in a run; for the drift of an energy 1e-4 kT
-    per degree of freedom, where that is more; for the fluctuation of an energy a tenth of the
-    standard deviation of the kinetic energy; for a number that is printed or constant a thousandth
-    of it. Where one run on the finest rung keeps no such error, it is three times what that run
-    keeps.
-    `runs` are the samples on the finest rung.
+    The default is a tenth of the quantity's standard deviation in a run. For the drift of an energy
+    it is 1e-4 kT per degree of freedom, if that is more. For the fluctuation of an energy it is a
+    tenth of the standard deviation of the kinetic energy, and for a printed or constant number a
+    thousandth of the number. If one run on the finest rung has a larger error, the tolerance is
+    three times that error. `runs` are the samples on the finest rung.
     """
     keeps = float(verdict.promised[-1])
     if verdict.value is None or not math.isfinite(keeps):

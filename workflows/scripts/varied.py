@@ -1,4 +1,4 @@
-"""What a study varies: the ladder of values, in how many runs each, and what else differs."""
+"""Variation of a study: its ladder, runs per rung, and other differences."""
 
 import random
 import re
@@ -22,53 +22,52 @@ from chaincor.workflows.scripts.vary_options import (
 SEED = "seed"
 DEFAULT_PHASES, PRINTED_PHASES = 4, 8
 LAST_DIGIT, RANKS, RESTART, SWITCH = "lastdigit", "ranks", "restart", "switch"
-# Kinds whose runs are compared with the first one.
+# Kinds of variation that compare runs with the first one.
 COMPARED = (LAST_DIGIT, RANKS, RESTART, SWITCH)
 _ROWS = "rows"
 _SETTINGS = ("cutoff", "skin", _ROWS)
 _MOST_PHASES = 100
-# Far from each other: neighbours begin alike in simple generators.
+# Seeds are far apart, because simple generators begin alike for close seeds.
 _SEEDS = range(1, 9_999_999)
 
 
 @dataclass(frozen=True)
 class Varied:
-    """What differs between the runs of a study."""
+    """Differences between the runs of a study."""
 
     script: ScriptText
-    #: ``step``: the script's own, held apart from its run lengths; ``variable`` of the script;
-    #: ``setting`` of its commands; or one of COMPARED, whose runs are compared.
+    #: ``step``, ``variable`` of the script, ``setting`` of its commands, or one of COMPARED.
     kind: str
-    #: The ladder; None where runs are compared, and for a step that is not known yet.
+    #: Ladder; None if runs are compared or the step is not known yet.
     values: Ladder | None
-    #: The name of what is compared, and its values: numbers of processes, or of a switch variable.
+    #: Name and values of the compared switch: numbers of processes, or values of a variable.
     switch: tuple[str, tuple[str, ...]]
-    #: Values of other variables, as text; the ladder is repeated at each.
+    #: Values of other variables, as text. The ladder is repeated at each of them.
     fixed: list[dict[str, str]]
-    #: One for each run of a rung; empty where these are nearby values instead.
+    #: Seeds of the runs of a rung; empty if the runs have nearby values instead.
     seeds: tuple[int, ...]
     columns: int  #: Runs a rung.
     scale_periods: bool  #: Whether what the script counts in steps is held in time.
-    #: The script's own step, of its last run, where that is varied and known.
+    #: Script's own step in its last run, if it is varied and known.
     own_step: float | None = None
 
     @property
     def ladder(self) -> Ladder:
-        """The ladder, of what has one."""
+        """Ladder of the study, which must have one."""
         assert self.values is not None
         return self.values
 
     @cached_property
     def own_seed(self) -> bool:
-        """Whether the script has a variable ``seed``, that takes the seeds."""
+        """Whether the script has a variable ``seed`` that takes the seeds."""
         return _has_variable(self.script, SEED)
 
     @cached_property
     def random_forces(self) -> bool:
         """
-        Whether thermostats and their like draw other numbers in each run.
+        Whether thermostats and similar commands get other random numbers in each run.
 
-        Those of other steps are other ones anyway, and would hardly differ between nearby steps.
+        Otherwise the random forces of nearby steps would hardly differ.
         """
         named = self.values is not None and self.script.mentions(self.values.name, of=STEP)
         return not self.seeds and (self.kind == "step" or named)
@@ -80,7 +79,7 @@ class Varied:
     def change(
         self, fixed: dict[str, str], rung: int, column: int, *, again: bool = False
     ) -> Change:
-        """Return one phase or seed of a rung; `again`, the first one's value and another seed."""
+        """Return the change of one run of a rung; `again` means the first value, another seed."""
         value = self.value(rung, column)
         given = {self.ladder.name: self.ladder.text(value)}
         seed = self.seeds[1 if again else column] if self.seeds else None
@@ -97,7 +96,7 @@ class Varied:
         )
 
     def check_names(self) -> None:
-        """Raise InputError where a variable is given twice, or the script has none of the name."""
+        """Raise InputError if a variable is given twice, or if the script does not have it."""
         names = list(self.fixed[0])
         if self.kind == "variable":
             names.append(self.ladder.name)
@@ -125,13 +124,13 @@ def read_varied(
     scale_periods: bool,
 ) -> Varied:
     """
-    Read the options that say what is varied.
+    Read the options of the variation.
 
-    `printed` says whether the number is one that the script prints. Raises InputError where an
-    option makes no sense, or the script does not use a variable.
+    `printed` says whether the script prints the number. Raises InputError if an option is invalid,
+    or if the script does not use a variable.
     """
     if by_seeds := re.fullmatch(r"seed(?:=(\d{1,3}))?", vary or "", re.ASCII):
-        # The ladder of steps with so many seeds a rung.
+        # ``seed=N`` is the ladder of steps with N seeds per rung.
         if seeds is not None:
             raise InputError("--vary seed and --seeds are the same; expected one: drop the other")
         vary, seeds = None, int(by_seeds[1] or 2 * DEFAULT_PHASES)
@@ -171,7 +170,7 @@ def _kind(script: ScriptText, vary: str | None) -> str:
     if vary is None:
         return "step"
     name = vary.partition("=")[0]
-    # What is used without being set is for -var.
+    # A variable that is used but never set is set by -var.
     if _has_variable(script, name) or (name in (STEP, *_SETTINGS) and script.mentions(name)):
         return "variable" if read_switch(vary) is None else SWITCH
     if name in _SETTINGS:
@@ -184,7 +183,7 @@ def _kind(script: ScriptText, vary: str | None) -> str:
 
 
 def _switch(vary: str) -> tuple[str, tuple[str, ...]]:
-    """Return what is compared, and its values."""
+    """Return the name and values of the compared switch."""
     name = vary.partition("=")[0]
     values = read_switch(vary)
     if name == RANKS or values is None:

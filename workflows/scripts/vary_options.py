@@ -10,13 +10,13 @@ from chaincor.lammps_inputs.errors import InputError
 from chaincor.workflows.scripts.ladder import Ladder
 
 _MOST_RUNGS, _MOST_FIXED, _MOST_RANKS = 40, 100, 64
-# A ladder of less says nothing of an order.
+# Smallest ratio of the ends that shows an order.
 _LEAST_SPAN = 2.0
-# Values are whole numbers where both ends are, and of this size at least.
+# Values are whole numbers if both ends are whole numbers of at least this size.
 _LEAST_COUNT = 100
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]{0,63}", re.ASCII)
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d{1,3})?", re.ASCII)
-# Values of a switch: a few whole numbers, from one to another or one by one.
+# Values of a switch: a range of at most three whole numbers, or a list.
 _SWITCH = re.compile(
     r"(?P<name>\w+)=(?:(?P<low>\d{1,3}):(?P<high>\d{1,3}):(?P<count>[23])"
     r"|(?P<each>\d{1,3}(?:,\d{1,3})+))",
@@ -28,7 +28,7 @@ def read_ladder(text: str) -> Ladder:
     """
     Read ``NAME=FROM:TO:COUNT``, FROM the coarse end and TO the fine one.
 
-    Raises InputError where it is anything else.
+    Raises InputError for other text.
     """
     expected = "expected NAME=FROM:TO:COUNT, coarse end first, such as timestep=0.01:0.0005:8"
     name, equals, rest = text.partition("=")
@@ -58,7 +58,8 @@ def in_whole_numbers(ladder: Ladder) -> Ladder:
     """
     Return a ladder whose values are whole numbers.
 
-    Raises InputError where its ends are none, or have fewer whole numbers than rungs between them.
+    Raises InputError if its ends are not whole numbers, or have fewer whole numbers than rungs
+    between them.
     """
     counts = replace(ladder, counts=True)
     values = {counts.value(rung, 0, 1) for rung in range(ladder.rungs)}
@@ -95,9 +96,9 @@ def read_switch(vary: str) -> tuple[str, ...] | None:
 
 def read_fixed(texts: tuple[str, ...]) -> list[dict[str, str]]:
     """
-    Read ``NAME=VALUE,VALUE`` options: returns every combination, as text for LAMMPS.
+    Read ``NAME=VALUE,VALUE`` options and return every combination, as text for LAMMPS.
 
-    Raises InputError where they are anything else, or name a variable twice.
+    Raises InputError for other text, and if a variable is named twice.
     """
     names: dict[str, list[str]] = {}
     for text in texts:
