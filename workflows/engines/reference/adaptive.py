@@ -1,4 +1,4 @@
-"""The adaptive engine, for bonds so compressed that no fixed step resolves them."""
+"""Adaptive engine, for bonds so compressed that no fixed step resolves them."""
 
 import math
 import time
@@ -39,23 +39,24 @@ from chaincor.workflows.errors import RunError, TimestepError
 
 SCHEME = "adaptive8"
 
-# Errors of single steps allowed, relative to the accuracy asked of the restitution: over the 1e3
-# to 1e6 steps of a collision they mostly cancel.
+# Allowed error of a single step, relative to the accuracy of the restitution. Over the 1e3 to 1e6
+# steps of a collision these errors mostly cancel.
 LOCAL_SHARE = 0.03
-# Below this rounding, not the step, decides; the control would only be misled.
+# Below this error, rounding decides and would only mislead the step-size control.
 FINEST_LOCAL = 1e-15
 
-# While a bond is this short its strain has no digits, and the end is not argued.
+# A bond this short leaves no digits in its strain, so the end is not argued.
 _LOG_LENGTH_TO_ARGUE = -20.0
 
 
 def run(scene: Scene, accuracy: float, frame_interval: float | None = None) -> Outcome:
     """
-    Carry a chain through its collision with steps that adapt to the stiffest bond.
+    Run the collision of a chain with steps that adapt to the stiffest bond.
 
-    The accuracy is the error aimed at in the restitution; a run at a tenth of it tells the error
-    reached. Snapshots, if there is a time between them, are taken by partial steps beside the
-    motion. Raises TimestepError if no step however small is accurate, others as ``stepping.run``.
+    `accuracy` is the target error of the restitution; a run at a tenth of it shows the error
+    reached. Snapshots at multiples of `frame_interval` are taken by partial steps that leave the
+    motion unchanged. Raises TimestepError if no step, however small, is accurate, and the errors of
+    ``stepping.run``.
     """
     if scene.particles == 1:
         return run_single_particle(scene, SCHEME, None, frame_interval)
@@ -90,14 +91,14 @@ def run(scene: Scene, accuracy: float, frame_interval: float | None = None) -> O
 
 @dataclass(frozen=True)
 class BondLoops:
-    """The loops for one potential and the meaning of its coordinate y."""
+    """Compiled loops for one potential, and the meaning of its coordinate y."""
 
-    advance: Callable  #: See ``adaptive_loops``.
-    parameters: tuple[float, ...]  #: Of the force; NamedTuple.
-    strains: Callable  #: s of y.
-    length_of: Callable  #: r of y.
-    energy: Callable  #: U of y.
-    logarithmic: bool  #: Whether y is ln r, else the strain.
+    advance: Callable  #: Loop over steps, see ``adaptive_loops``.
+    parameters: tuple[float, ...]  #: Parameters of the force; NamedTuple.
+    strains: Callable  #: Strain s as a function of y.
+    length_of: Callable  #: Bond length r as a function of y.
+    energy: Callable  #: Energy U as a function of y.
+    logarithmic: bool  #: Whether y is ln r; otherwise y is the strain.
 
 
 def _bond_loops(bond: Potential) -> BondLoops:
@@ -128,10 +129,10 @@ def _compile(function: Callable, *, keep: bool, logarithmic: bool) -> Callable:
 
 def _strain_scale(scene: Scene) -> float:
     """
-    Return what errors of strains are measured by: v0, as for a stiffness of 1, or 1 if less.
+    Return the scale of strain errors: v0, as for a stiffness of 1, but at most 1.
 
-    Where the stiffness at rest says little of the bond, that is within a factor of ten of the
-    strain at which two particles stop each other.
+    If the stiffness at rest says little about the bond, the scale lies within a factor of ten of
+    the strain at which two particles stop each other.
     """
     speed = scene.impact_velocity
     strain = -scene.bond.compressed_strain(speed**2)
@@ -139,7 +140,7 @@ def _strain_scale(scene: Scene) -> float:
 
 
 class _Flight:
-    """A collision in progress: the arrays of the adaptive loops, and when to stop them."""
+    """Collision in progress: the arrays of the adaptive loops, and the decision when to stop."""
 
     def __init__(
         self, scene: Scene, bond: BondLoops, accuracy: float, frame_interval: float | None
@@ -183,7 +184,7 @@ class _Flight:
         floor, ceiling = allowed_strains(scene.bond)
         ledger.strain_floor = -math.inf if bond.logarithmic else floor
         ledger.strain_ceiling = ceiling
-        # A guess only: steps that are too large are refused and shrink.
+        # This is only a guess: steps that are too large are rejected and shrink.
         ledger.step = 0.05 / (math.sqrt(stiffness) * max(1.0, speed))
         bookkeeping.record_contact(ledger, contacts, 0.0, speed)
         bookkeeping.note_impulse(ledger, contacts, 2.0 * speed)
@@ -201,13 +202,13 @@ class _Flight:
                 return int(status)
 
     def warm_up(self) -> None:
-        """Load or compile the loops, which is not integration."""
+        """Load or compile the loops, so that this time does not count as integration."""
         longest, self.ledger.longest = float(self.ledger.longest), -1.0
         self._advance()
         self.ledger.longest = longest
 
     def run(self) -> Ending:
-        """Fly until the end and return it."""
+        """Integrate until the collision ends and return its end."""
         ledger, scene = self.ledger, self._scene
         watch = EndWatch(scene.particles, scene.bond, scene.slow_stiffness)
         while True:
@@ -246,7 +247,7 @@ class _Flight:
         quiet = sound_round_trip(scene.particles, scene.slow_stiffness)
         if ending is not None or now - last < quiet or now < self._not_before:
             return ending
-        # What has fallen apart and flown for so long is followed with fixed steps.
+        # A chain that broke and flew freely for this long is followed with fixed steps.
         shortest = float(self._bond.length_of(bonds.min()))
         along_x = np.append(first, strains), np.append(0.0, velocities)
         ahead = follow(scene, *along_x, now=now, last_contact=last, shortest=shortest)
@@ -267,11 +268,11 @@ class _Flight:
         )
 
     def split(self, state: Array) -> tuple[Array, Array]:
-        """Return bond coordinates and velocities of a state."""
+        """Return the bond coordinates and the velocities of a state."""
         return state[1 : self._particles], state[self._particles :]
 
     def collected(self) -> Frames | None:
-        """Return the snapshots, if any were asked for."""
+        """Return the snapshots; None if no interval was given."""
         if self._interval is None:
             return None
         count = int(self.ledger.frames)

@@ -1,5 +1,5 @@
 r"""
-The loops of the adaptive engine: Dormand and Prince's order 8 with contacts by the step itself.
+Loops of the adaptive engine: the order-8 method of Dormand and Prince, with contacts on the step.
 
 The state is one array, :math:`(x_1, y_1 \dots y_{n-1}, v_1 \dots v_n)`. The coordinate y of a bond
 is its strain or, for bonds that shrink without bound, the logarithm of its length:
@@ -7,8 +7,8 @@ is its strain or, for bonds that shrink without bound, the logarithm of its leng
 .. math:: \dot x_1 = v_1, \qquad \dot y_i = \frac{v_{i+1} - v_i}{dr/dy}, \qquad
           \dot v_i = F(y_{i-1}) - F(y_i).
 
-A contact is located on the step: the step from the state before it to the moment of contact is
-taken with the same method, so that no interpolation limits it.
+The same method that takes the step also takes the partial step to the moment of contact, so no
+interpolation limits the accuracy of contacts.
 """
 
 from collections.abc import Callable
@@ -22,66 +22,68 @@ from chaincor.workflows.engines.contact_search import PathPoint, build_contact_s
 from chaincor.workflows.engines.reference import bookkeeping
 from chaincor.workflows.engines.reference.stages import Parameters
 
-# Why `advance` came back.
+# Reasons why `advance` returned.
 ARGUE, FULL, STUCK, OUTSIDE, LATE, PAUSE = range(6)
 
-# Step-size control: aim below the error allowed, change by no more than this in one step.
+# Step-size control: aim below the allowed error, and change the step by no more than these factors.
 SAFETY = 0.9
 SHRINK, GROW = 0.2, 8.0
 ORDER = 8
-# Steps refused one after the other before the method is stuck: 0.2^60 spans 42 orders.
+# Number of rejected steps in a row after which the method is stuck: 0.2^60 spans 42 orders.
 MOST_REFUSALS = 80
 
-# Strains are coordinates y here.
+# The fields for strains hold coordinates y here.
 LEDGER: Any = np.dtype(
     (
         np.record,
         [
             *bookkeeping.LEDGER.descr,
             ("time", "f8"),
-            ("step", "f8"),  # to be tried next
+            ("step", "f8"),  # size of the next step to try
             ("longest", "f8"),  # time at which the run stops
             ("next_frame", "f8"),
             ("frame_interval", "f8"),
             ("frames", "i8"),
-            ("pause", "i8"),  # steps after which it comes back
+            ("pause", "i8"),  # number of steps after which `advance` returns
         ],
     )
 )
 
 
 class Tableau(NamedTuple):
-    """An embedded method of Runge and Kutta."""
+    """Embedded Runge-Kutta method."""
 
-    a: Array  #: What each stage takes of the slopes before it; of shape (stages, stages).
-    b: Array  #: What the step takes of them; of shape (stages,).
-    #: The same of the errors of the embedded orders 3 and 5; of shape (stages + 1,).
+    a: Array  #: Weights of the earlier slopes in each stage; of shape (stages, stages).
+    b: Array  #: Weights of the slopes in the step; of shape (stages,).
+    #: Weights of the slopes in the error of the embedded order 3; of shape (stages + 1,).
     third: Array
-    fifth: Array  #: See ``third``.
+    #: Weights of the slopes in the error of the embedded order 5; of shape (stages + 1,).
+    fifth: Array
 
 
 class Arrays(NamedTuple):
-    """What the loops work on."""
+    """Arrays that the loops change in place."""
 
-    #: The chain now and right after its last contact; of shape (2n,).
+    #: Current state of the chain; of shape (2n,).
     state: Array
-    last: Array  #: See ``state``.
-    #: Times, incoming speeds, and the momentum given to the chain; of shape (3, capacity).
+    last: Array  #: State right after the last contact; of shape (2n,).
+    #: Times, incoming speeds and impulses on the chain; of shape (3, capacity).
     contacts: Array
     frames: Array  #: Snapshots; of shape (capacity, 2n).
-    scale: Array  #: The local error allowed; of shape (2n,).
-    #: Scratch: the state before a step, and what a partial step leads to; of shape (2n,).
+    scale: Array  #: Allowed local error; of shape (2n,).
+    #: Scratch: state before a step; of shape (2n,).
     kept: Array
-    #: Rates of change within the step, and within a partial one; of shape (stages + 1, 2n).
+    #: Scratch: rates of change within the step; of shape (stages + 1, 2n).
     slopes: Array
-    trial: Array  #: See ``kept``.
-    trial_slopes: Array  #: See ``slopes``.
-    part: Array  #: Scratch: one slope, weighted; of shape (2n,).
-    errors: Array  #: Scratch: those of both embedded orders; of shape (2, 2n).
+    trial: Array  #: Scratch: state after a partial step; of shape (2n,).
+    #: Scratch: rates of change within a partial step; of shape (stages + 1, 2n).
+    trial_slopes: Array
+    part: Array  #: Scratch: one weighted slope; of shape (2n,).
+    errors: Array  #: Scratch: errors of both embedded orders; of shape (2, 2n).
 
 
 class Path(NamedTuple):
-    """What a contact is searched on: one step of any size from the state that is kept."""
+    """Path on which a contact is searched: one step of any size from the state before the step."""
 
     arrays: Arrays
     method: Tableau
@@ -89,7 +91,7 @@ class Path(NamedTuple):
 
 
 def strain_bond(kernel: Callable) -> Callable:
-    """Return the force, and 1/(dr/dy), of a bond whose coordinate is its strain."""
+    """Return a function of a strain that gives the force and 1/(dr/dy) = 1."""
 
     def bond(strain: float, parameters: Parameters) -> tuple[float, float]:
         return kernel(strain, parameters), 1.0
@@ -101,7 +103,7 @@ def looped_rates(bond: Callable) -> Callable:
     """
     Return the equations of motion ``rates(state, out, parameters)`` as a loop, for a compiler.
 
-    ``bond(y, parameters)`` is the force and 1/(dr/dy).
+    ``bond(y, parameters)`` returns the force and 1/(dr/dy).
     """
 
     def rates(state: Array, out: Array, parameters: Parameters) -> None:
@@ -120,7 +122,7 @@ def looped_rates(bond: Callable) -> Callable:
 
 
 def array_rates(force: Callable) -> Callable:
-    """Return the same in NumPy, for a force of an array of strains that cannot be compiled."""
+    """Return the equations of motion in NumPy, for a force on arrays that cannot be compiled."""
 
     def rates(state: Array, out: Array, _parameters: Parameters) -> None:
         particles = state.shape[0] // 2
@@ -139,8 +141,8 @@ def build_flight(rates: Callable, register: Callable) -> Callable:
     """
     Return the loop of the adaptive engine.
 
-    ``advance(ledger, arrays, method, parameters)`` moves the chain until something needs the
-    caller; `arrays` as in `Arrays`, `method` a `Tableau`.
+    ``advance(ledger, arrays, method, parameters)`` moves the chain until an event needs the caller,
+    and returns the reason. `arrays` are `Arrays`, `method` is a `Tableau`.
     """
     record_contact, note_parting = map(
         register, (bookkeeping.record_contact, bookkeeping.note_parting)
@@ -156,7 +158,7 @@ def build_flight(rates: Callable, register: Callable) -> Callable:
         step: float,
         path: Path,
     ) -> None:
-        # One step; slopes[0] must hold the rates at the start.
+        # Take one step; slopes[0] must hold the rates at its start.
         a, b, part, parameters = path.method.a, path.method.b, path.arrays.part, path.parameters
         stages = b.shape[0]
         for s in range(1, stages):
@@ -186,7 +188,7 @@ def build_flight(rates: Callable, register: Callable) -> Callable:
 
     @register
     def estimate(step: float, path: Path) -> float:
-        # Hairer's combination of the embedded orders 5 and 3, largest over the components.
+        # This is Hairer's combination of the embedded orders 5 and 3, largest over the components.
         low = largest(path.method.third, path.arrays.errors[0], path)
         high = largest(path.method.fifth, path.arrays.errors[1], path)
         if high == 0.0:

@@ -1,12 +1,12 @@
 """
-Looking ahead: cheap motion that shows that no further contact comes.
+Look-ahead runs: coarse steps that show that no further contact comes.
 
-The result of a collision is the state right after its last contact. What follows only has to show
-that it was the last, and particle 1 keeps so clear of the wall then that coarse Verlet steps show
-it as well as exact ones, as long as no bond comes near to breaking. Where one does, or where the
-coarse motion comes near the wall, nothing has been said: the engine goes on exactly from where it
-was, and does not look ahead again before that moment. Chains that broke are followed exactly until
-sound has had the time to cross them and come back, and coarsely from then on.
+The result of a collision is the state right after its last contact. The motion after that state
+only has to show that no contact follows. Particle 1 is then so far from the wall that coarse Verlet
+steps show this as well as exact ones, as long as no bond comes near to breaking. If a bond does, or
+if the coarse motion comes near the wall, the look-ahead run decides nothing: the engine continues
+the exact run, and looks ahead again only after the time that the look-ahead run reached. A chain
+that broke is followed exactly for one sound round trip, and coarsely from then on.
 """
 
 import math
@@ -21,21 +21,22 @@ from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.engines.reference.moving import Motion, Stepper
 from chaincor.workflows.engines.time_limit import steps_at_once
 
-# Verlet steps in units of the stiffest bond's 1/frequency. While particle 1 is still near the wall
-# they move it by less than v0/1e3; later, when their phase errors have grown, it is far away.
+# Verlet step in units of 1/frequency of the stiffest bond. While particle 1 is near the wall, the
+# error of its position is below v0/1e3. Later the phase errors are larger, but the particle is far
+# away.
 COARSE_STEP = 0.1
-# Particle 1 must stay off even a wall that has come half its distance nearer.
+# Particle 1 must also keep clear of a wall that is closer by half its distance.
 CLEARANCE = 0.5
-# That must be worth this much of v0/sqrt(U''), by which bonds swing.
+# Least clearance in units of v0/sqrt(U''), the amplitude of the bonds.
 LEAST_CLEARANCE = 0.1
 
 
 class CoarseRun:
     """
-    A copy of bodies in motion, `moving`, that flies ahead with coarse steps.
+    Look-ahead run: a copy of the bodies in motion that takes coarse steps.
 
-    It starts at the `time` since the first contact, with Verlet steps of a size, and may not let
-    the gap get smaller than the clearance, nor bonds stretch beyond the ceiling.
+    The run starts at `time` since the first contact, with Verlet steps of size `step`. It stops if
+    the gap gets smaller than `clearance` or if a bond stretches beyond `ceiling`.
     """
 
     def __init__(
@@ -49,15 +50,16 @@ class CoarseRun:
         self.moving, self.time = moving.copy(), time
         ledger = self.moving.ledger
         ledger["strain_ceiling"] = ceiling
-        # What has stretched before is looked at again.
+        # Only the strains from now on count.
         ledger["strain_max"] = longest_strain(moving)
         self._step, self._clearance = step, clearance
 
     def fly(self, duration: float) -> bool:
         """
-        Fly on for at least a duration.
+        Advance by at least a duration, and return whether the run kept its limits.
 
-        False where the gap gets smaller than allowed, or a bond longer: the bodies are there then.
+        If the gap gets smaller or a bond longer than allowed, the run stops there and returns
+        False.
         """
         steps = max(1, math.ceil(duration / self._step))
         done, most = 0, steps_at_once(len(self.moving.strain))
@@ -75,22 +77,22 @@ class CoarseRun:
 
 
 def highest_frequency(bond: Potential, shortest: float, lightest: float = 1.0) -> float:
-    """Return sqrt(U''/m) of the stiffest bond, at the smallest strain, and the least mass."""
+    """Return sqrt(U''/m) with U'' at the smallest strain and the least mass m."""
     stiffest = max(float(bond.curvature(shortest)), bond.stiffness)
     return math.sqrt(stiffest / lightest)
 
 
 def coarse_step(bond: Potential, shortest: float, lightest: float = 1.0) -> float:
-    """Return the Verlet step for looking ahead, with the smallest strain so far."""
+    """Return the Verlet step of look-ahead runs; `shortest` is the smallest strain so far."""
     return COARSE_STEP / highest_frequency(bond, shortest, lightest)
 
 
 def required_clearance(scene: Scene, distance: float) -> float | None:
     """
-    Return how far from the wall the coarse motion must stay to count.
+    Return the least distance from the wall that a coarse motion must keep.
 
-    That is half the distance between the bodies as it is looked ahead from; None where that is too
-    short to tell a coarse motion from a contact.
+    It is half the current gap. Return None if this is too short to distinguish a coarse motion from
+    a contact.
     """
     clearance = CLEARANCE * distance
     least = LEAST_CLEARANCE * scene.impact_velocity / math.sqrt(scene.slow_stiffness)
@@ -98,7 +100,7 @@ def required_clearance(scene: Scene, distance: float) -> float | None:
 
 
 def longest_strain(moving: Motion) -> float:
-    """Return the largest strain of all bonds, the gap left out."""
+    """Return the largest strain of all bonds, without the gap."""
     strain = moving.strain
     if not moving.at_wall:
         strain = np.delete(strain, moving.line.gap)
@@ -106,16 +108,16 @@ def longest_strain(moving: Motion) -> float:
 
 
 def coarse_ceiling(bond: Potential) -> float:
-    """Strain below which coarse steps tell what exact ones do: no bond comes near to breaking."""
+    """Return the strain below which coarse steps are reliable, because no bond is near breaking."""
     return bond.convex_strain if math.isfinite(bond.dissociation) else bond.barrier_strain
 
 
 def find_end(scene: Scene, ahead: CoarseRun, last_contact: float) -> Ending | None:
     """
-    Fly ahead, which moves the run, until the end is proved or argued.
+    Advance a look-ahead run until the end of the collision is proved or argued.
 
-    None where the motion came near the wall, or to a bond's breaking. `last_contact` is the time of
-    the last one so far.
+    `last_contact` is the time of the last contact so far. Return None if the motion came near the
+    wall or a bond came near to breaking.
     """
     particles, stiffness = scene.longest_body, scene.slow_stiffness
     watch = EndWatch(particles, scene.bond, stiffness)
@@ -131,10 +133,11 @@ def find_end(scene: Scene, ahead: CoarseRun, last_contact: float) -> Ending | No
 
 def bonds_in_flight(scene: Scene, outcome: Outcome, duration: float) -> tuple[float, float]:
     """
-    Return how short and long bonds get in free flight for a time after the last contact.
+    Return the shortest and longest bond in free flight for `duration` after the last contact.
 
-    The `outcome` has the state right after that; there are two particles at least. Good to some
-    parts in 1e3 of their strains; flight ends early where a bond is as no bond may be.
+    `outcome` holds the state right after the last contact; the line has at least two particles. The
+    strains are accurate to some parts in 1e3. The flight ends early if a bond leaves its allowed
+    range.
     """
     line, bond = scene.line, scene.bond
     target = np.zeros(line.first), np.zeros(line.first)

@@ -1,4 +1,4 @@
-"""How a bond's force becomes part of compiled loops, and how these are kept between processes."""
+"""Compilation of loops around the force of a bond, and their reuse between processes."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -12,33 +12,33 @@ from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.workflows.engines.reference.loops.cached_kernels import CachedKernel
 from chaincor.workflows.engines.reference.loops.fingerprint import has_print
 
-# Multiply-add may round once instead of twice; nothing else may be reordered, so that steps stay
-# time-reversible to rounding.
+# A fused multiply-add rounds once instead of twice. No other reordering is allowed, so that steps
+# stay time-reversible to rounding.
 FUSED = frozenset({"contract"})
-# NumPy's division does not raise, which lets loops vectorise. What allocates nothing needs no count
-# of references; what Python does not call, no wrappers.
+# NumPy's division does not raise, so loops can be vectorised. The loops allocate nothing and need
+# no reference counts. Python does not call them directly, so they need no wrappers.
 _OPTIONS: dict[str, Any] = {"error_model": "numpy", "_nrt": False}
 _OPTIONS |= {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 
-# Forces of so many bonds are remembered, and their loops: named ones come back from disk.
+# Number of bonds whose forces and loops stay in memory; loops of named bonds are also on disk.
 KEPT = 64
 
 
 @dataclass(frozen=True)
 class ScalarForce:
-    """A force that can be compiled."""
+    """Force that can be compiled."""
 
-    function: Callable  #: -dU/dr of one strain, ``function(strain, parameters)``.
-    parameters: tuple[float, ...]  #: What to call it with; NamedTuple.
+    function: Callable  #: Force -dU/dr at one strain, ``function(strain, parameters)``.
+    parameters: tuple[float, ...]  #: Parameters to pass to the function; NamedTuple.
     keep: bool  #: Whether loops around it may be kept on disk.
 
 
 @lru_cache(maxsize=KEPT)
 def scalar_force(bond: Potential) -> ScalarForce | None:
     """
-    Return the force of a bond for compiled loops: its `force_kernel`, or its user's function.
+    Return the force of a bond for compiled loops: its `force_kernel`, or the function of its user.
 
-    None where there is no function that compiles and then gives the same numbers.
+    Return None if no function compiles and then gives the same numbers.
     """
     if bond.force_kernel is not None:
         return ScalarForce(bond.force_kernel, bond.parameters, keep=True)
@@ -50,20 +50,20 @@ def scalar_force(bond: Potential) -> ScalarForce | None:
         return users_force(strain)
 
     function.__qualname__ = f"{users_force.__module__}.{users_force.__qualname__}"
-    # What uses things of a user's that may change unseen is compiled each time.
+    # If the function uses objects that may change unseen, it is compiled in each process.
     force = ScalarForce(function, bond.parameters, has_print(users_force))
     compiler = LoopCompiler.for_force(function, force.keep)
     known = compiler.register(function)
 
     def value(strain: float, parameters: tuple[float, ...]) -> float:
-        # Loops need a number: np.where of a number, for one, is an array.
+        # Loops need a number; np.where of a number, for example, returns an array.
         return 1.0 * known(strain, parameters)
 
     single = compiler.compile(value)
     strains = np.linspace(-0.25, 0.25, 11)
     try:
         compiled = [single(strain, bond.parameters) for strain in strains.tolist()]
-    except Exception:  # also whatever the function itself raises
+    except Exception:  # also any error that the function itself raises
         return None
     agrees = np.allclose(compiled, bond.force(strains), rtol=1e-12, atol=1e-15)
     return force if agrees else None
@@ -72,13 +72,14 @@ def scalar_force(bond: Potential) -> ScalarForce | None:
 @dataclass(frozen=True)
 class LoopCompiler:
     """
-    Compiles loops whose inner functions are plain Python functions.
+    Compiler for loops whose inner functions are plain Python functions.
 
-    Numba is imported when a loop must be compiled, and told then what was registered: plain
-    copies, whose qualified names, of which symbols are made, are those of one potential alone.
+    Numba is imported only if a loop must be compiled. It then receives plain copies of the
+    registered functions. The copies have qualified names that belong to one potential alone,
+    because symbols are made from these names.
     """
 
-    #: Ends the qualified names of all functions compiled here; no two forces of ours share one.
+    #: Suffix of the qualified names of all functions compiled here; unique for each force.
     label: str
     keep: bool  #: Whether loops are kept on disk.
     _registered: list[tuple[FunctionType, dict]] = field(default_factory=list, init=False)
@@ -86,29 +87,31 @@ class LoopCompiler:
 
     @classmethod
     def for_force(cls, function: Callable, keep: bool, kind: str = "") -> "LoopCompiler":
-        """Return the compiler for loops, of one of several kinds, around a force."""
+        """Return the compiler for the loops of one kind around a force."""
         return cls(f"{function.__module__}.{function.__qualname__}{kind}", keep)
 
     def register(
         self, function: Callable, fastmath: frozenset[str] = FUSED, inline: bool = True
     ) -> Callable:
         """
-        Make a function known to the compiler; it may close over registered functions.
+        Register a function, which may close over registered functions, with the compiler.
 
-        Returns a plain copy, to be called from compiled functions. LLVM's flags say how roundings
-        may differ from what is written.
+        Return a plain copy, to be called from compiled functions. The flags `fastmath` of LLVM say
+        how rounding may differ from the written order.
         """
-        # A call that hands arrays over costs as much as a short loop. What works for so long that
-        # calls cost nothing would, written out at each, take the compiler twice the time.
+        # A call that passes arrays costs as much as a short loop, so functions are inlined. For
+        # long functions the call costs nothing, but inlining them would double the time of
+        # compilation.
         own = self._own(function)
         self._registered.append((own, {"fastmath": set(fastmath), "forceinline": inline}))
         return own
 
     def register_foreign(self, name: str) -> Callable:
         """
-        Make a function of another library, of that name, known: of addresses, and of no result.
+        Register a function of another library, which takes addresses and returns nothing.
 
-        Returns what stands for it in functions to be compiled; `tell_address` is told where it is.
+        Return the function that represents it in functions to be compiled. Its address is set by
+        `tell_address`.
         """
 
         def foreign(*addresses: int) -> None:
@@ -120,10 +123,10 @@ class LoopCompiler:
 
     def compile(self, function: Callable, fastmath: frozenset[str] = FUSED) -> CachedKernel:
         """
-        Compile a function that Python calls, at its first call, or load it.
+        Return a kernel that compiles or loads a function at its first call from Python.
 
-        It closes over registered functions only; neither it nor these allocate anything. Other
-        threads of Python run meanwhile.
+        The function closes over registered functions only, and neither it nor these allocate
+        memory. It releases Python's global lock.
         """
         own = self._own(function)
 
@@ -131,7 +134,7 @@ class LoopCompiler:
             from numba import njit
 
             self._tell_numba()
-            # As what it calls, which would be compiled once more otherwise.
+            # With other options the functions that it calls would be compiled once more.
             return njit(own, forceinline=True, fastmath=set(fastmath), **_OPTIONS)
 
         return CachedKernel(own, dispatcher, self.keep)
@@ -162,14 +165,17 @@ class LoopCompiler:
         return copy
 
     def _known(self, value: Any) -> Any:
-        """Register what a force calls; what was registered here bears the label."""
+        """
+        Return a registered copy of a plain function; other values, and copies, are returned as they
+        are.
+        """
         if not isinstance(value, FunctionType) or value.__qualname__.endswith(self.label):
             return value
         return self.register(value)
 
 
 def _caller_of(name: str) -> Callable:
-    """Return what tells Numba how a function of another library is called."""
+    """Return the function that declares to Numba the call of a function of another library."""
     from numba import types
 
     def call(*addresses: Any) -> Callable:
@@ -182,7 +188,7 @@ def _caller_of(name: str) -> Callable:
 
 @lru_cache(maxsize=1)
 def _spare_linear_algebra() -> None:
-    """Keep Numba from loading SciPy's linear algebra, 0.15 s, only to see that it is there."""
+    """Prevent Numba from importing SciPy's linear algebra, which takes 0.15 s."""
     import numba.np.linalg as algebra
 
     look = getattr(algebra, "ensure_blas", None)

@@ -1,11 +1,12 @@
 r"""
-What a contact is to the loops, and what ends a substep: that the gap of a line passes zero.
+Contact events of the stepping loops: a substep ends when the gap of a line passes zero.
 
-Hard bodies exchange the momentum :math:`2 \mu w` where their gap closes with the speed w; at a
-rigid wall that reverses particle 1. Soft ones overlap for a while: a step is cut where they touch
-and where they part, as the force has no derivatives there. Next to such a moment the force grows as
-a power that need not be whole, which no order of a scheme resolves: substeps are at most as long as
-they stay away from it, down to a small part of the step.
+Hard bodies exchange the momentum :math:`2 \mu w` if their gap closes with the speed w; a rigid wall
+reverses particle 1. Soft bodies overlap for a while. A step is shortened where they touch and where
+they part, because the force has no derivatives there. Near such a moment the force grows as a power
+of the time that need not be an integer, and no order of a scheme resolves it. The substeps there
+are therefore at most as long as their distance in time from this moment, down to a small part of
+the step.
 """
 
 from collections.abc import Callable
@@ -22,23 +23,25 @@ from chaincor.workflows.engines.reference.line_traits import (
 from chaincor.workflows.engines.reference.stages import Parameters, State, VerletKernels
 from chaincor.workflows.engines.schemes import StepCoefficients
 
-# Shortest substep next to a moment of touching or parting, in parts of the step. The momentum
-# there is the integral of a power q of the time: what such a substep misses falls as its power
-# q + 1, and substeps as long as they stay away from it miss about as much.
+# Shortest substep next to a moment of touching or parting, in parts of the step. The momentum near
+# this moment is the integral of a power q of the time. The error of one such substep falls as its
+# power q + 1, and substeps as long as their distance from the moment have errors of about this
+# size.
 SHORTEST_SHARE = 2.0**-8
 GRADING = 1.0
 
 
 class Contact(NamedTuple):
     """
-    What a loop asks of a contact; all are known to the compiler.
+    Functions of a contact, all known to the compiler.
 
-    Each is told the state and the parameters of the line, the first two also where it begins.
+    Each function takes the state and the parameters of the line; the first two also take the
+    position of the first particle.
     """
 
-    gap_derivatives: Callable  #: The gap, its rate, and the rate of that.
-    close: Callable  #: Sets the gap to zero; returns where the first particle is then.
-    bounce: Callable  #: Lets hard bodies that meet exchange the momentum that it is told last.
+    gap_derivatives: Callable  #: Returns the gap and its first and second derivatives in time.
+    close: Callable  #: Sets the gap to zero and returns the position of the first particle.
+    bounce: Callable  #: Exchanges a momentum, the second argument, between hard bodies in contact.
 
 
 def build_contact(source: KernelSpec) -> Contact:
@@ -102,46 +105,48 @@ def _of_two(source: KernelSpec) -> Contact:
 
 
 class Event(NamedTuple):
-    """The event of a line, as the loop over its steps knows it; all are known to the compiler."""
+    """Event of a line as the loop over steps uses it; all functions are known to the compiler."""
 
-    #: ``direction(ledger)``: 1 where bodies meet next, so that the gap falls, -1 where they part.
+    #: ``direction(ledger)``: 1 if the next event is a contact, so that the gap falls, and -1 if it
+    #: is a parting.
     direction: Callable
-    #: ``condition(position, state, direction, parameters)``: the gap, its rate and the rate of
-    #: that, times the direction: positive until the event. `position` is the first particle's.
+    #: ``condition(position, state, direction, parameters)``: the gap and its first and second
+    #: derivatives, times the direction. The first value is positive until the event. `position`
+    #: belongs to the first particle.
     condition: Callable
-    #: ``reach(ledger, contacts, now, left, step)``: how long the next substep is, of what is left
-    #: of a step, and how far ahead the event is searched.
+    #: ``reach(ledger, contacts, now, left, step)``: length of the next substep, out of the time
+    #: `left` in the step, and the time ahead in which the event is searched.
     reach: Callable
-    #: ``probe(time, path)``: the condition after a substep of any size, along a `Path`.
+    #: ``state_after(time, path)``: the condition after a substep of any size along a `Path`.
     state_after: Callable
-    #: ``find(far, start, end, ledger, path)``: when the condition first is zero, -1 for never, see
-    #: ``contact_search``.
+    #: ``find(far, start, end, ledger, path)``: time of the first zero of the condition, or -1 if
+    #: there is none, see ``contact_search``.
     find: Callable
-    #: ``cut(ledger, time, ahead, step)``: how long the substep is that leads towards a zero at
-    #: `time`, and whether it reaches it.
+    #: ``shorten_substep(ledger, time, ahead, step)``: length of the substep towards a zero at
+    #: `time`, and whether the substep reaches the zero.
     shorten_substep: Callable
-    #: ``happen(ledger, arrays, moment, bonds, parameters)``: what the event does to the bodies;
-    #: `arrays` are the state, that after the last contact, the contacts and the masses.
+    #: ``apply_event(ledger, arrays, moment, bonds, parameters)``: applies the event to the bodies.
+    #: `arrays` are the state, the state after the last contact, the contacts and the masses.
     apply_event: Callable
 
 
 class Path(NamedTuple):
-    """What an event is searched on: the particles near the contact, in one substep of any size."""
+    """Path on which an event is searched: particles near the contact in one substep."""
 
-    position: float  #: Of the first particle, before the substep.
-    direction: float  #: Of the event.
-    #: Between these particles, and those that act on the gap.
+    position: float  #: Position of the first particle before the substep.
+    direction: float  #: Direction of the event.
+    #: Number of bonds between these particles.
     bonds: int
-    wanted: int  #: See ``bonds``.
-    #: Before the substep, after it, and scratch.
+    wanted: int  #: Number of bonds whose state after the substep is needed.
+    #: State before the substep.
     kept: State
-    near: State  #: See ``kept``.
-    trial: State  #: See ``kept``.
-    rule: StepCoefficients  #: Of the scheme, with the parameters of these particles.
+    near: State  #: State after the substep.
+    trial: State  #: Scratch.
+    rule: StepCoefficients  #: Coefficients of the scheme, with the parameters of these particles.
 
 
 def build_event(source: KernelSpec, stages: VerletKernels, take_step: Callable) -> Event:
-    """Return the event of a kind of line, of whose stages `take_step` is made."""
+    """Return the event of a kind of line; `take_step` is its step."""
     register, wall = source.register, source.kind.at_wall
     copy, extremes = stages.copy, stages.extremes
     gap_derivatives, close, bounce = build_contact(source)
@@ -161,7 +166,7 @@ def build_event(source: KernelSpec, stages: VerletKernels, take_step: Callable) 
 
     @register
     def state_after(time: float, path: Path) -> PathPoint:
-        # Of the bonds only those next to the gap matter.
+        # Only the bonds next to the gap matter.
         position, sign, bonds, wanted, kept, near, trial, rule = path
         position = take_step(position, kept, near, trial, bonds, wanted, time, rule)
         return condition(position, near, sign, rule.parameters)
@@ -179,7 +184,7 @@ def build_event(source: KernelSpec, stages: VerletKernels, take_step: Callable) 
                 before = contacts[0, ledger.contacts - 1]
             away = now - before
             ahead = min(left, max(ledger.shortest_share * step, ledger.grading * away))
-        # A substep must not end just before bodies part, either.
+        # A substep must also not end just before the bodies part.
         if ledger.touching:
             return ahead, ahead / (ledger.grading / (1.0 + ledger.grading))
         return ahead, ahead

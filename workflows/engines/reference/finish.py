@@ -1,4 +1,4 @@
-"""From the state after the last contact to an outcome, shared by the in-house engines."""
+"""Construction of an outcome from the state after the last contact, for all reference engines."""
 
 import math
 from dataclasses import dataclass
@@ -21,45 +21,45 @@ from chaincor.workflows.errors import (
     UnfinishedCollisionError,
 )
 
-# A run that is compared with another goes on for so long after the other's last contact, in units
-# of the time that sound takes over a bond: longer than contacts follow one another, and than times
-# differ by.
+# Time that a compared run continues after the last contact of the other run, in units of the time
+# of sound over a bond. It is longer than the time between contacts and than the difference of
+# contact times between the runs.
 KNOWN_MARGIN = 5.0
 
-# A bond that fails this near the end of its data has left them within a step.
+# A bond that fails at this share of its data range has left the data within one step.
 _NEAR_END = 0.95
 
 
 @dataclass(frozen=True)
 class LastContact:
-    """The bodies right after their last contact, where they meet, and all contacts so far."""
+    """State of the bodies right after their last contact, and the record of all contacts."""
 
-    #: Bond lengths less one along x, and between two bodies the gap; a hard wall is no particle; of
-    #: shape (N - 1,).
+    #: Bond lengths less one along x, with the gap between two bodies; a hard wall is no particle;
+    #: of shape (N - 1,).
     strains: Array
-    velocities: Array  #: Along x: positive away from the wall; of shape (N,).
-    #: Times since the first contact and closing speeds; of shape (contacts,).
+    velocities: Array  #: Velocities along x, positive away from the wall; of shape (N,).
+    #: Contact times since the first contact; of shape (contacts,).
     contact_times: Array
-    contact_speeds: Array  #: See ``contact_times``.
-    #: Momentum given to the chain; None for what a wall gives a particle of mass 1; of shape
+    contact_speeds: Array  #: Closing speeds; of shape (contacts,).
+    #: Impulses on the chain; None for the impulses of a wall on a particle of mass 1; of shape
     #: (contacts,).
     impulses: Array | None = None
     position: float = 0.0  #: Displacement of the first particle along x.
     lasted: float = 0.0  #: Time from the initial state to the end of the last contact.
-    bond_range: tuple[float, float] = (1.0, 1.0)  #: The shortest and the longest bond so far.
-    energy: float | None = None  #: All energy, where strains do not hold it to all digits.
+    bond_range: tuple[float, float] = (1.0, 1.0)  #: Shortest and longest bond so far.
+    energy: float | None = None  #: Total energy; needed if the strains do not give all its digits.
 
 
 class End(NamedTuple):
-    """How a collision ended."""
+    """End of a collision."""
 
-    ending: Ending  #: What tells that no further contact comes.
-    time: float  #: When that was seen, since the first contact.
-    evaluations: int  #: Of all bond forces until then.
+    ending: Ending  #: Evidence that no further contact comes.
+    time: float  #: Time since the first contact at which the end was found.
+    evaluations: int  #: Evaluations of all bond forces until then.
 
 
 def displacements_from(position: float, strains: Array) -> Array:
-    """Return u_i = x_i - (i - 1), of shape (..., n), of u_1 and the strains of n - 1 bonds."""
+    """Return u_i = x_i - (i - 1), of shape (..., n), from u_1 and the strains of n - 1 bonds."""
     first = np.full((*strains.shape[:-1], 1), position)
     return np.cumsum(np.concatenate((first, strains), axis=-1), axis=-1)
 
@@ -75,10 +75,10 @@ def finish(
     frames: Frames | None = None,
 ) -> Outcome:
     """
-    Put the outcome of a scene together from the state that counts.
+    Return the outcome of a scene from the state after its last contact.
 
-    `scheme` and the others are those of `Outcome`. Raises TimestepError if the chain has gained
-    energy as only unstable steps can.
+    The keyword arguments are fields of `Outcome`. Raises TimestepError if the energy has grown as
+    only unstable steps can make it grow.
     """
     bond, line = scene.bond, scene.line
     energy_start, energy_end = _energies(scene, last)
@@ -123,7 +123,7 @@ def finish(
 
 
 def _energies(scene: Scene, last: LastContact) -> tuple[float, float]:
-    """Return all energy at the start, and after the last contact."""
+    """Return the total energy at the start and after the last contact."""
     line, bond = scene.line, scene.bond
     with np.errstate(over="ignore", invalid="ignore"):
         if line.is_standard:
@@ -137,8 +137,8 @@ def _energies(scene: Scene, last: LastContact) -> tuple[float, float]:
 
 
 def kinetic_energy(velocities: Array) -> float:
-    """Return that of unit masses, to the last bit alike wherever an array lies."""
-    # So not by `@`.
+    """Return the kinetic energy of unit masses, independent of memory alignment to the last bit."""
+    # The operator `@` would round differently for different memory addresses.
     return 0.5 * float(np.sum(np.square(velocities)))
 
 
@@ -146,9 +146,9 @@ def run_single_particle(
     scene: Scene, scheme: str, timestep: float | None, frame_interval: float | None
 ) -> Outcome:
     """
-    Return the outcome for one particle, which bounces once and keeps its speed.
+    Return the outcome of one particle, which bounces once and keeps its speed.
 
-    With a `frame_interval` it has one snapshot: the collision is over at t = 0.
+    With a `frame_interval` the outcome has one snapshot, because the collision is over at t = 0.
     """
     velocities = np.array([scene.impact_velocity])
     frames = None
@@ -170,22 +170,24 @@ def run_single_particle(
 
 def allowed_strains(bond: Potential) -> tuple[float, float]:
     """
-    Return the strains at which a run must stop: the floor, and the ceiling.
+    Return the strains at which a run must stop: the floor and the ceiling.
 
-    The floor is where particles meet (those of harmonic bonds may pass through each other) or the
-    bond's own data end; the ceiling its barrier or that end.
+    At the floor two particles coincide (particles with harmonic bonds may pass through each other)
+    or the data of the bond end. The ceiling is the energy barrier of the bond or the end of its
+    data.
     """
     return bond.crossing_strain, min(bond.barrier_strain, bond.strain_max)
 
 
 def strain_error(scene: Scene, low: float, high: float, time: float, remedy: str) -> RunError:
     """
-    Name what is wrong with the strains of a chain.
+    Return the error that describes invalid strains of a chain.
 
-    `low` and `high` are the smallest and largest met, `time` is counted from the first contact,
-    `remedy` says what to do where the numerics are at fault. `BarrierError` if a bond is beyond its
-    energy barrier, `CrossingError` if a bond that can be shorter than nothing is, `BondRangeError`
-    if one has left its own data, `TimestepError` if it cannot be there, or is not a number.
+    `low` and `high` are the smallest and largest strain so far, `time` counts from the first
+    contact, and `remedy` is the advice if the numerics are at fault. The error is BarrierError if a
+    bond is beyond its energy barrier, CrossingError if a bond has a negative length that its
+    potential permits, BondRangeError if a bond has left its own data, and otherwise TimestepError,
+    also for strains that are not numbers.
     """
     bond = scene.bond
     barrier = bond.barrier_strain
@@ -202,7 +204,8 @@ def strain_error(scene: Scene, low: float, high: float, time: float, remedy: str
             f"two particles meet at time {time:.6g}: a {scene.label} bond cannot keep them apart "
             f"at velocity {scene.impact_velocity:.6g}; lower the speed or stiffen the bond"
         )
-    # Beyond its data a bond has no force: strains are no numbers then; the last are from before.
+    # Beyond its data a bond has no force and the strains are not numbers, so `low` and `high` come
+    # from earlier steps.
     first, last = _NEAR_END * bond.strain_min, _NEAR_END * bond.strain_max
     if (bond.strain_min > -1.0 and low <= first) or high >= last:
         return BondRangeError(
@@ -217,7 +220,7 @@ def strain_error(scene: Scene, low: float, high: float, time: float, remedy: str
 
 
 def unfinished_error(scene: Scene, longest: float) -> UnfinishedCollisionError:
-    """Name a collision that does not end, of which so long a time was followed."""
+    """Return the error of a collision that did not end within the time `longest`."""
     return UnfinishedCollisionError(
         f"a time of {longest:.6g} after the first contact the {scene.particles} particles still "
         "approach the wall; expected a wall that turns them round in the time that sound needs to "

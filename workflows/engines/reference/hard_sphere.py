@@ -1,19 +1,19 @@
 r"""
-The limit of high speed: bonds that act like hard spheres.
+Limit of high speed, in which bonds act like hard spheres.
 
-Where the impact is so fast that the cohesion of the bonds does not matter, two neighbours that
-meet exchange velocities. All particles then carry one of the two velocities -v0 and v0, and each
-exchange hands on the one for the other, as if the particles passed through each other: after
-n(n - 1)/2 exchanges and n contacts with the wall every particle leaves with v0 and at its natural
-place, so that the restitution is exactly 1.
+If the impact is so fast that the cohesion of the bonds does not matter, two neighbours that collide
+exchange velocities. Every particle then has one of the two velocities -v0 and v0, and each exchange
+passes them on as if the particles passed through each other. After n(n - 1)/2 exchanges and n
+contacts with the wall every particle leaves with v0 at its natural place, so the restitution is
+exactly 1.
 
-The spheres' diameter d is the length at which a bond stops two particles that meet with velocities
-v0 and -v0, whose energy of relative motion is v0^2: :math:`U(d) = v_0^2`. It decides the times of
-the contacts, k (1 - d)/v0, and nothing else.
+The diameter d of the spheres is the length at which a bond stops two particles that collide with
+velocities v0 and -v0. Their energy of relative motion is v0^2, so :math:`U(d) = v_0^2`. The
+diameter only decides the times of the contacts, k (1 - d)/v0.
 
-How far the restitution of the bonds themselves is from 1 is decided where three particles are in
-touch at once. It falls with a power of the speed that depends on the bond: measured for n = 20, 3.1
-at 8 v* and 4.5 at 64 v* for lj, 3.0 and 3.5 for toda, 9 to 11 for log; see `deviation`.
+The difference between the restitution of the bonds and 1 comes from encounters of three particles
+at once. It falls with a power of the speed that depends on the bond. The measured powers for n = 20
+are 3.1 at 8 v* and 4.5 at 64 v* for lj, 3.0 and 3.5 for toda, and 9 to 11 for log; see `deviation`.
 """
 
 import math
@@ -35,15 +35,15 @@ from chaincor.workflows.measured import measured
 
 SCHEME = "hard-sphere"
 
-# Accuracy of the triple's velocities, and the floor that it leaves to the energy of its vibration.
+# Accuracy of the velocities of a triple, and the resulting floor of its vibration energy.
 _TRIPLE_ACCURACY = 1e-12
 _LEAST_LOSS = 1e-22
-# In units of v*. Beyond it the loss is below that floor, and the slow vibration of a triple that
-# has flown apart is rounding, after which no step follows.
+# Highest speed of a triple in units of v*. Beyond it the loss is below the floor, and the slow
+# vibration of a triple that has flown apart consists of rounding errors, which no step can follow.
 _FASTEST_TRIPLE = 1e6
-# From there twenty reach v*, where a triple of any bond with a v* is soft.
+# Twenty halvings from the highest speed reach v*, where a triple of any bond with a v* is soft.
 _MOST_HALVINGS = 40
-# The loss falls with at least this power of the speed, for all bonds that were measured.
+# The loss falls with at least this power of the speed for all measured bonds.
 _LEAST_POWER: float = measured("sphere_power")
 
 
@@ -73,21 +73,21 @@ def run(scene: Scene) -> Outcome:
 
 def deviation(scene: Scene) -> float:
     """
-    Estimate how far the restitution of the bonds is from that of hard spheres, a bound of 1 - eta.
+    Return an estimated bound on 1 - eta for the bonds of a scene.
 
-    A pair keeps its energy exactly and a triple is the smallest chain that does not. A chain of n
-    has (n - 1)(n - 2)/2 encounters of three, and so many times the loss of a triple at the same
-    speed was an upper bound wherever it was compared with the adaptive engine (n = 4 to 50, lj,
-    toda, log, at 3 to 100 v*), by a factor of 1 to 10, and more in longer chains. It is a measured
-    rule, not a theorem.
+    A pair keeps its energy exactly, and a triple is the smallest chain that does not. A chain of n
+    particles has (n - 1)(n - 2)/2 encounters of three. The bound is this number times the loss of a
+    triple at the same speed. In all comparisons with the adaptive engine (n = 4 to 50, lj, toda,
+    log, at 3 to 100 v*) it exceeded the true loss, by a factor of 1 to 10 and by more in longer
+    chains. It is a measured rule, not a theorem.
 
-    The rule holds where the loss falls with the speed as it does for those bonds. So the loss is
-    measured at the speed asked for and at half of it, and inf is returned where it falls less: a
-    bond that stiffens like a power of the strain keeps its loss at any speed. The loss is taken
-    from the energy of the triple's vibration, which is far below the rounding of eta itself. Only
-    for bonds that are known to become hard is it extrapolated, by the slowest fall that was
-    measured, to speeds at which the triple cannot be followed; others have inf there. Raises
-    TimestepError if a triple of bonds that become hard cannot be followed at any speed.
+    The rule holds if the loss falls with the speed as for those bonds. The loss is therefore also
+    measured at half the speed, and inf is returned if it falls more slowly: a bond that stiffens
+    like a power of the strain keeps its loss at any speed. The loss is taken from the vibration
+    energy of the triple, which is far below the rounding of eta. At speeds at which no triple can
+    be followed, the loss is extrapolated with the slowest measured fall for bonds that are known to
+    become hard; for other bonds inf is returned. Raises TimestepError if bonds become hard but no
+    triple can be followed at any speed.
     """
     particles, bond = scene.particles, scene.bond
     if particles < 3:
@@ -121,9 +121,9 @@ def deviation(scene: Scene) -> float:
 
 def vibration(scene: Scene) -> float | None:
     """
-    Return the energy of the vibration of three particles after their collision over all before.
+    Return the vibration energy of three particles after their collision, as a part of all energy.
 
-    None where the bonds are too short to be stepped.
+    Return None if the bonds are too short to be stepped.
     """
     from chaincor.workflows.engines.reference import adaptive
 
@@ -138,9 +138,10 @@ def vibration(scene: Scene) -> float | None:
 
 def stopping_length(bond: Potential, speed: float) -> float:
     """
-    Return the length d at which a bond stops two particles that meet with +-v0: U(d) = v0^2.
+    Return the length d at which a bond stops two particles with velocities +-v0: U(d) = v0^2.
 
-    Zero where it is below the rounding of a strain. Raises CrossingError if U(0) is too low.
+    The length is zero if it is below the rounding of a strain. Raises CrossingError if U(0) is too
+    low.
     """
     from scipy.optimize import brentq
 

@@ -1,4 +1,4 @@
-"""The loops of the stepping engine for one potential and kind of line, compiled where it can be."""
+"""Loops of the stepping engine for one potential and kind of line, compiled if possible."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -22,13 +22,13 @@ from chaincor.workflows.engines.schemes import StepScheme
 
 @dataclass(frozen=True)
 class Kernels:
-    """The loops for one potential and kind of line."""
+    """Loops for one potential and kind of line."""
 
-    advance: Callable  #: Carries a line over many steps; see ``motion``.
-    take_coarse_steps: Callable  #: Carries it over coarse steps; see ``motion``.
-    parameters: tuple[float, ...]  #: Of the potential's kernel; NamedTuple.
-    #: ``loop(build, *of)``: another, which ``build(source, stages, *of)`` returns uncompiled; None
-    #: where the bond's force cannot be compiled and NumPy steps the chain.
+    advance: Callable  #: Loop over many steps of a line, see ``motion``.
+    take_coarse_steps: Callable  #: Loop over coarse steps of a line, see ``motion``.
+    parameters: tuple[float, ...]  #: Parameters of the kernel of the potential; NamedTuple.
+    #: ``loop(build, *of)`` compiles the function that ``build(source, stages, *of)`` returns. It is
+    #: None if the force of the bond cannot be compiled; NumPy then steps the chain.
     loop: Callable[..., Callable] | None = None
     #: Set once `advance` and `take_coarse_steps` have been called in this process.
     loaded: Event = field(default_factory=Event, compare=False)
@@ -43,9 +43,9 @@ def kernels_for(bond: Potential, scheme: StepScheme, kind: LineTraits = PLAIN) -
     """
     Return the loops for a bond potential, compiled once per process and cached on disk.
 
-    Where the bond has a `force_kernel`, that is compiled into the loops. Where it has not, its own
-    function is tried, and if that cannot be compiled NumPy steps the chain. Steps are of the
-    scheme's kind; of what the kind of line does not have, its loops know nothing.
+    The `force_kernel` of the bond is compiled into the loops. If the bond has none, its own
+    function is tried, and if this cannot be compiled NumPy steps the chain. The loops contain only
+    the features of the given kind of line.
     """
     return _kernels_for(bond, scheme.build_step, kind)
 
@@ -69,8 +69,9 @@ def _kernels_for(bond: Potential, build_step: Callable, kind: LineTraits) -> Ker
 def _compile(
     function: Callable, keep: bool, kind: LineTraits, build: Callable, *of: Any
 ) -> Callable:
-    # Per function, not per bond: toda bonds of any steepness share their loops.
-    # All of a kind is in the name: two of one name would write over each other's loops on disk.
+    # Loops are cached per function, not per bond, so that toda bonds of any steepness share them.
+    # The name contains all traits, because two loops of one name would overwrite each other on
+    # disk.
     name = "" if kind == PLAIN else "".join(f".{trait}" for trait in kind)
     compiler = LoopCompiler.for_force(function, keep, name)
     force = compiler.register(function)

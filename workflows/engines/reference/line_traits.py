@@ -1,4 +1,4 @@
-"""What is known of a line when its loops are compiled, and what these are told of it."""
+"""Traits of a line that its loops are compiled for, and parameters that the loops receive."""
 
 from collections.abc import Callable
 from typing import Any, NamedTuple
@@ -13,16 +13,17 @@ WALL = "wall"
 
 
 class LineTraits(NamedTuple):
-    """What is known of a line when its loops are compiled: what it does not name costs nothing."""
+    """Traits of a line that its loops are compiled for; unused features are compiled out."""
 
-    #: ``wall``: hard and rigid, and no particle; the gap is the position of particle 1. Else the
-    #: contact law of two bodies, of which one may be a soft wall; the gap is a strain.
+    #: ``wall`` is a hard, rigid wall, which is no particle; the gap is then the position of
+    #: particle 1. Any other value is the contact law of two bodies, one of which may be a soft
+    #: wall; the gap is then a strain.
     contact: str
-    unit: bool  #: Whether all masses are 1, of a chain before a hard wall.
+    unit: bool  #: Whether a chain before a hard wall has masses 1 only.
 
     @classmethod
     def of(cls, line: Line) -> "LineTraits":
-        """Return that of a line."""
+        """Return the traits of a line."""
         if line.at_wall:
             return cls(WALL, line.unit)
         return cls(line.contact.name, False)
@@ -34,7 +35,7 @@ class LineTraits(NamedTuple):
 
     @property
     def law(self) -> type[ContactLaw]:
-        """The contact law."""
+        """Contact law of the line."""
         return Hard if self.at_wall else CONTACT_LAWS[self.contact]
 
 
@@ -42,17 +43,17 @@ PLAIN = LineTraits(WALL, True)
 
 
 class LineParameters(NamedTuple):
-    """What forces and their effect depend on, where masses differ or bodies are two."""
+    """Parameters of forces and masses of a line with unequal masses or two bodies."""
 
-    bond: Any  #: Of the potential's kernel; tuple of float.
-    #: 1/m along x; 0 for a rigid wall that is a particle; of shape (N,).
+    bond: Any  #: Parameters of the kernel of the potential; tuple of float.
+    #: Inverse masses along x; 0 for a rigid wall that is a particle; of shape (N,).
     inverse: Array
-    gap: int  #: Where among the strains the gap is; -1 before a hard wall.
-    contact: Any  #: Of the contact law's kernel; tuple of float.
+    gap: int  #: Index of the gap among the strains; -1 before a hard wall.
+    contact: Any  #: Parameters of the kernel of the contact law; tuple of float.
 
     @classmethod
     def of(cls, line: Line, bond: tuple[float, ...]) -> "LineParameters":
-        """Return those of a line, with the parameters of its bonds' kernel."""
+        """Return the parameters of a line; `bond` are the parameters of the kernel of its bonds."""
         inverse, gap = line.inverse_masses, line.gap
         if line.at_wall:
             inverse, gap = inverse[1:], -1
@@ -60,34 +61,32 @@ class LineParameters(NamedTuple):
 
 
 def as_it_is(function: Callable, **_options: Any) -> Callable:
-    """Take the place of `LoopCompiler.register` where Python itself runs the loops."""
+    """Return a function unchanged; replaces `LoopCompiler.register` if Python runs the loops."""
     return function
 
 
 class KernelSpec(NamedTuple):
-    """What loops are made from, whether they are compiled or run by Python."""
+    """Source from which loops are made, whether they are compiled or run by Python."""
 
-    #: -dU/dr of one strain, ``force(strain, parameters)`` with those of the potential; known to the
-    #: compiler.
+    #: Force -dU/dr at one strain, ``force(strain, parameters)`` with the parameters of the
+    #: potential; known to the compiler.
     force: Callable
-    register: Callable  #: Makes a function known to the compiler, or leaves it as it is.
-    kind: LineTraits = PLAIN  #: Of the line.
+    register: Callable  #: Registers a function with the compiler, or returns it unchanged.
+    kind: LineTraits = PLAIN  #: Traits of the line.
 
 
 class Reading(NamedTuple):
-    """How loops read what they are told of a line: `LineParameters`; of unit masses, the bond's."""
+    """Functions that read `LineParameters`, or for unit masses the parameters of the bond."""
 
-    slice_parameters: (
-        Callable  #: ``around(parameters, begin, end)``: those of some particles alone.
-    )
+    #: ``slice_parameters(parameters, begin, end)``: parameters of some particles alone.
+    slice_parameters: Callable
     force: Callable  #: ``force(strain, parameters)``: -dU/dr.
-    over_mass: (
-        Callable  #: ``weighed(number, i, parameters)``: a number over the mass of particle i.
-    )
+    #: ``over_mass(number, i, parameters)``: a number divided by the mass of particle i.
+    over_mass: Callable
 
 
 def read_parameters(source: KernelSpec) -> Reading:
-    """Return how loops of a kind of line read its parameters."""
+    """Return the functions with which the loops of a kind of line read its parameters."""
     of_bond, register = source.force, source.register
     if source.kind.unit:
 

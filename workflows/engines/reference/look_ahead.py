@@ -1,4 +1,4 @@
-"""What comes next: the end of a collision found ahead of the exact run, or another contact."""
+"""Search for the end of a collision, or for the next contact, ahead of the exact run."""
 
 import math
 from collections.abc import Callable
@@ -25,36 +25,37 @@ from chaincor.workflows.engines.reference.finish import End, strain_error, unfin
 from chaincor.workflows.engines.reference.moving import Motion, Stepper
 from chaincor.workflows.errors import RunError
 
-# Steps of order 8 in units of the stiffest bond's 1/frequency: good to some parts in 1e7.
+# Step of order 8 in units of 1/frequency of the stiffest bond: accurate to some parts in 1e7.
 STEP = 0.3
 
-# A chain that broke is followed again and again, with so many times the step of the run; more often
-# where these motions come to different ends; a long one, which costs the square of its length,
-# once, and from its last contact on: it is not known then what it hinges on, and two motions of one
-# that forgets its roundings have not the same contacts before.
+# Factors on the step of the run for repeated motions of a chain that broke. More motions follow if
+# these come to different ends. A chain longer than `_MOST_SAMPLED` costs the square of its length.
+# It is followed once and only from its last contact on, because two motions of a chain that forgets
+# its roundings differ in their earlier contacts.
 _SAMPLES = (0.97, 0.91, 0.83, 0.77)
 _MORE_SAMPLES = (0.95, 0.88, 0.8, 0.74)
 _MOST_SAMPLED = 400
-# A contact that one of a few motions comes to may be harder by this factor in the true one. Like
-# the numbers of motions a choice, whose bars `benchmarks.judge.plain` counts.
+# A contact in one of a few motions may be harder by this factor in the true motion. Like the
+# numbers of motions, this is a choice; `benchmarks.judge.plain` counts how the error bars hold.
 _HARDER = 1.5
-# Motions have come to the same end where the first pieces are alike to this part of v0, and of
-# their energy.
+# Two motions have the same end if their first fragments agree to this part of v0 and of their
+# energy.
 _ALIKE = 0.01
 
 
 class LookAhead:
     """
-    Finds out, ahead of an exact run, that no further contact comes.
+    Search, ahead of an exact run, for evidence that no further contact comes.
 
     A hot chain that broke forgets its initial state within some hundred units of time. Several
-    motions from the start, with errors as the run has them, then tell whether these decide on a
-    late contact: whether some have one, or come to ends that differ, of which one could bring it.
+    motions from the start, with errors of the size of the run's errors, then show whether such
+    errors decide on a late contact: some motions may have one, or their ends may differ in whether
+    one can come.
 
-    The bodies, `moving`, are not changed but for their count of force evaluations; where coarse
-    steps are no cheaper than theirs, they are not taken. `first` returns them as they were at step
-    zero, by default those of the scene as they come; that was at `start` since the first contact,
-    where it was before.
+    The bodies, `moving`, stay unchanged except for their count of force evaluations. Coarse steps
+    are taken only if they are cheaper than the steps of the run. `first` returns the bodies at step
+    zero, by default the initial state of the scene. `start` is the time of step zero since the
+    first contact, if a contact came before it.
     """
 
     def __init__(
@@ -70,13 +71,13 @@ class LookAhead:
         self._long = scene.longest_body > _MOST_SAMPLED
         self._quiet = sound_round_trip(scene.longest_body, scene.slow_stiffness)
         self._not_before = 0.0
-        # Largest momentum of contacts that some motions have and others have not, or may have.
+        # Largest impulse of contacts that occur, or may occur, in some motions only.
         self.doubt = 0.0
-        # Contacts so far, and the momentum of the next that all other motions came to.
+        # Number of contacts so far, and impulse of the next contact of the other motions.
         self._awaited = (0, 0.0)
 
     def times(self) -> tuple[float, float]:
-        """Return the time, and when the last contact ended, 0 while none has, since the first."""
+        """Return the time and the end of the last contact (0 if none), since the first contact."""
         ledger = self._moving.ledger
         begun = self._start - float(ledger["first_contact"])
         now = begun + float(ledger["steps"] * self._stepper.step)
@@ -87,7 +88,7 @@ class LookAhead:
         return coarse_step(self._bond, shortest, self._scene.line.lightest)
 
     def unresolved(self) -> RunError:
-        """Name what is wrong with the strains of the bodies."""
+        """Return the error that describes the invalid strains of the bodies."""
         ledger, step = self._moving.ledger, self._stepper.step
         low, high = float(ledger["strain_min"]), float(ledger["strain_max"])
         remedy = f"take a smaller timestep than {step:g}, or a lower speed"
@@ -95,9 +96,10 @@ class LookAhead:
 
     def look(self, watch: EndWatch, follow: bool = True) -> End | None:
         """
-        Look for the end, as the bodies are now and ahead; None where another contact may come.
+        Return the end of the collision, or None if another contact may come.
 
-        Where an end that is not proved need not be followed, silence for long enough is one.
+        If `follow` is False, an end that is not proved is argued after one sound round trip without
+        a contact.
         """
         (now, last), moving = self.times(), self._moving
         ending = watch.look_at(now, last, moving.bodies())
@@ -113,25 +115,25 @@ class LookAhead:
         return End(self._doubt_about(ending), ahead.time, evaluations)
 
     def _doubt_about(self, ending: Ending) -> Ending:
-        """Return the end of the run as what other motions did leaves it."""
+        """Return the end of the run, with the doubt that other motions leave."""
         contacts, momentum = self._awaited
         missed = contacts == self._moving.ledger["contacts"]
         return ending.doubted(max(self.doubt, momentum if missed else 0.0))
 
     def settle(self) -> tuple[CoarseRun, Ending] | None:
         """
-        Look ahead from where the chain is.
+        Look ahead from the current state.
 
-        Returns the coarse motion at the end of the collision, and that end; None where another
-        contact may come, or a bond may break.
+        Return the look-ahead run and the end of the collision; None if another contact may come or
+        a bond may break.
         """
         ledger, scene = self._moving.ledger, self._scene
         now, last = self.times()
         if now < self._not_before:
             return None
-        # What has fallen apart and flown for so long hardly depends on how it is followed.
+        # After a sound round trip the end of a broken chain hardly depends on how it is followed.
         if now - last > self._quiet:
-            # A longer one takes its own steps on all cores, coarse ones on one.
+            # A long chain takes exact steps on all cores, but coarse steps on one core.
             longest = scene.longest_body > LEAST_ACTIVE
             return None if longest else self._sample(now, last)
         clearance = required_clearance(scene, self._moving.gap)
@@ -151,10 +153,10 @@ class LookAhead:
 
     def keeps_off(self, until: float) -> tuple[bool, float, int]:
         """
-        Say whether the chain keeps off the wall until a time from which on that is certain.
+        Return whether the chain stays off the wall until a time after which no contact can come.
 
-        Returns whether; when that was seen, or until when nothing more is known; and the force
-        evaluations so far. For the time see ``whole_end``.
+        The result is a flag, the time at which this was seen or up to which the motion is known,
+        and the number of force evaluations so far. ``whole_end`` gives the time `until`.
         """
         ledger, scene = self._moving.ledger, self._scene
         now, _ = self.times()
@@ -169,7 +171,9 @@ class LookAhead:
         return ahead.fly(until - now), ahead.time, int(ahead.moving.ledger["evaluations"])
 
     def _sample(self, now: float, last: float) -> tuple[CoarseRun, Ending] | None:
-        """Follow the chain to its end, first with steps as those of the run, then coarsely."""
+        """
+        Follow several motions to their ends, first with about the step of the run, then coarsely.
+        """
         shares = _SAMPLES[:1] if self._long else _SAMPLES
         ends = [self._follow_again(share, now, last) for share in shares]
         settled = [end for end in ends if isinstance(end, tuple)]
@@ -181,7 +185,7 @@ class LookAhead:
             settled = [end for end in ends if isinstance(end, tuple)]
         met = [_HARDER * end for end in ends if not isinstance(end, tuple)]
         if settled and (met or differ):
-            # Where they do not agree, the run itself is one motion among many.
+            # If the motions disagree, the run itself is one motion among many.
             self._doubt(met + [ending.momentum_at_stake for _, ending in settled])
         if met:
             self._awaited = int(self._moving.ledger["contacts"]), max(met)
@@ -191,10 +195,10 @@ class LookAhead:
 
     def _doubt(self, momenta: list[float]) -> None:
         """
-        Take what contacts may bring that some motions have, or may have, and others have not.
+        Update the doubt with the impulses of contacts that occur in some motions only.
 
-        Which of them have it is chance, and how hard: so what the bodies can throw out as they are
-        now, before the motions part, counts as well.
+        Chance decides which motions have the contact and how hard it is. The impulse that the
+        bodies can still give in their present state, before the motions separate, counts as well.
         """
         if max(momenta) > 0.0:
             parted = [body.pieces(self._bond) for body in self._moving.bodies()]
@@ -202,7 +206,7 @@ class LookAhead:
             self.doubt = max(self.doubt, at_stake, *momenta)
 
     def _alike(self, runs: list[CoarseRun]) -> bool:
-        """Return whether motions have come to the same end, by their first pieces."""
+        """Return whether the first fragments of all motions agree."""
         bond, v0 = self._scene.bond, self._scene.impact_velocity
 
         def agree(bodies: tuple[Body, ...]) -> bool:
@@ -221,7 +225,7 @@ class LookAhead:
     def _follow_again(
         self, share: float, now: float, last: float
     ) -> tuple[CoarseRun, Ending] | float:
-        """Return the end of one more motion, or the momentum of the contact that it comes to."""
+        """Return the end of one more motion, or the impulse of its next contact."""
         whole = self._moving
         since = whole.ledger["steps"] * self._stepper.step
         if self._long and whole.ledger["last_contact"] > 0.0:
@@ -243,11 +247,13 @@ class LookAhead:
 
 @dataclass(frozen=True)
 class Flight:
-    """What comes next."""
+    """Next event of bodies in flight."""
 
-    time: float  #: Of the next contact, or at which the end is seen; since the first contact.
-    ending: Ending | None  #: None where a contact comes.
-    doubt: float = 0.0  #: Momentum of contacts that hardly different motions have or have not.
+    #: Time of the next contact, or at which the end was found; since the first contact.
+    time: float
+    ending: Ending | None  #: End of the collision; None if a contact comes.
+    #: Impulse of contacts that occur only in some of several nearly equal motions.
+    doubt: float = 0.0
 
 
 def follow(
@@ -262,9 +268,10 @@ def follow(
     """
     Follow bodies in flight to their next contact, or to the end of their collision.
 
-    Strains, with the gap, and velocities are those along x, at the time `now`; the last contact
-    ended at `last_contact`, both since the first. There is one bond at least; with the shortest so
-    far the steps shrink. Raises RunError as the stepping engine.
+    `strains`, including the gap, and `velocities` are along x at the time `now`. The last contact
+    ended at `last_contact`; both times count from the first contact. The bodies have at least one
+    bond. The step shrinks with the shortest bond so far, `shortest`. Raises RunError as the
+    stepping engine does.
     """
     line, bond = scene.line, scene.bond
     step = STEP / highest_frequency(bond, shortest - 1.0, line.lightest)
@@ -285,7 +292,8 @@ def follow(
         time, _ = look_ahead.times()
         if time > watch.followed_until(last_contact):
             raise unfinished_error(scene, time)
-        # At least one step: right after a contact, looks would be no time apart.
+        # Take at least one step, because right after a contact the interval between two looks would
+        # be zero.
         until = max(watch.next_look(time, last_contact), time + step) - now
         status = moving.advance(math.ceil(until / step))
         if ledger["contacts"] > 0:

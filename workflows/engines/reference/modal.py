@@ -1,17 +1,17 @@
 r"""
-Exact collisions of harmonic bodies with any masses, which meet as hard particles.
+Exact collisions of harmonic bodies with any masses and hard contacts.
 
 Between contacts the gap is a linear term and a sum of sines,
 
 .. math:: g(t) = D + V t + \sum_j c_j \frac{e_j \cos\omega_j t + p_j \sin\omega_j t}{\omega_j},
 
-over the modes of both bodies (a rigid wall has none), with the distance D of the mean displacements
-and the relative velocity V of the centres of mass. A contact of reduced mass :math:`\mu` that
-closes at w gives every mode :math:`2 \mu w c_j`.
+over the modes of both bodies (a rigid wall has no modes), with the distance D of the mean
+displacements and the relative velocity V of the centres of mass. A contact of reduced mass
+:math:`\mu` with closing speed w adds :math:`2 \mu w c_j` to the velocity of each mode.
 
-The end is proved: after a contact with V > 0 the gap is above
-:math:`D + V t - \sum_j |c_j| r_j/\omega_j`, where :math:`r_j^2 = e_j^2 + p_j^2`, and no contact
-comes once that is positive. With V < 0 one always comes.
+The end is proved. After a contact with V > 0 the gap is above :math:`D + V t - \sum_j |c_j|
+r_j/\omega_j`, where :math:`r_j^2 = e_j^2 + p_j^2`, and no contact comes once this bound is
+positive. With V < 0 a contact always comes.
 """
 
 import math
@@ -37,28 +37,30 @@ from chaincor.workflows.engines.reference.mode_loops import LEDGER, MORE, TERMS,
 from chaincor.workflows.engines.time_limit import WORK_AT_ONCE, check_time
 from chaincor.workflows.errors import UnfinishedCollisionError
 
-# Bonds are sampled so often, in units of 1/frequency of what energy they have, and in units of
-# sqrt(mean mass/U''(1)): of a chain of equal masses (omega <= 2) each is then seen within 3 % of
-# its extreme strain. So many samples at once; a long flight is sampled so often at most.
+# Intervals between samples of the bonds: the first in units of 1/frequency of the mean mode by
+# energy, the second in units of sqrt(mean mass/U''(1)). A bond of a chain of equal masses (omega <=
+# 2) is then seen within 3 % of its extreme strain. The next two constants are the number of samples
+# computed at once and the largest number for one flight.
 _SAMPLING = 0.5
 SAMPLE_INTERVAL = 0.25
 _SAMPLES_AT_ONCE = 32
 _MOST_SAMPLES = 40_000
-# A particle that parts from rest is let do so for such a part of the window.
+# Part of the Taylor window that a particle at rest on the target moves before contacts are
+# searched.
 _FIRST_MOVE = 1e-3
-# What is no more than this of its terms is zero.
+# A sum below this part of its terms counts as zero.
 _ROUNDINGS = 1e-14
-# A flight of so many windows, times modes, is given up: it takes minutes.
+# A flight without contact stops after this much work, in windows times modes: it takes minutes.
 _MOST_WORK = 2e9
 _WORK_AT_ONCE = WORK_AT_ONCE / 60  # in bond forces
-# By which masses are multiplied: no powers of 4, whose roots would round nothing.
+# Factors on all masses: not powers of 4, whose roots would cause no rounding.
 _FACTORS = (0.61, 1.7, 2.3)
-# Contacts are carried out at once until their modes are so many numbers.
+# Largest count of mode amplitudes that one call of the loop records.
 _RECORDED = 200_000
 
 
 def supports(scene: Scene) -> bool:
-    """Return whether a scene is propagated by its modes, see :func:`run`."""
+    """Return whether :func:`run` can propagate a scene by its modes."""
     line = scene.line
     if not scene.bond.is_harmonic:
         return False
@@ -69,15 +71,15 @@ def supports(scene: Scene) -> bool:
 
 def run(scene: Scene, frame_interval: float | None = None) -> Outcome:
     """
-    Carry two harmonic bodies through their collision, exactly.
+    Run the collision of two harmonic bodies exactly.
 
-    That takes harmonic bonds and hard contacts, and bodies of unequal masses no longer than
-    `MOST_UNEQUAL`. Displacements are counted from the place where the contact was before the target
-    moved; time, and snapshots at multiples of an interval, from the first contact.
+    The bodies need harmonic bonds and hard contacts, and bodies of unequal masses have at most
+    `MOST_UNEQUAL` particles. Displacements count from the place of the contact before the target
+    moved. Times, and snapshots at multiples of an interval, count from the first contact.
 
-    Raises SceneError for another scene, or if the particles that meet are at rest against each
-    other and are pressed together; UnfinishedCollisionError if the bodies neither meet nor part in
-    any time that can be followed.
+    Raises SceneError for other scenes, or if the particles at the contact are at relative rest and
+    are pressed together. Raises UnfinishedCollisionError if the bodies neither meet nor part in any
+    time that can be followed.
     """
     if not scene.bond.is_harmonic:
         raise SceneError(f"potential is '{scene.label}'; modal propagation expects springs")
@@ -116,10 +118,9 @@ def run(scene: Scene, frame_interval: float | None = None) -> Outcome:
 
 def rounding_sensitivity(scene: Scene) -> float:
     """
-    Return how much eta changes, at most, when all roundings change; scenes are those of
-    :func:`run`.
+    Return the largest change of eta when all roundings change, for scenes of :func:`run`.
 
-    A common factor of all masses is a unit of time, on which eta does not depend.
+    A common factor on all masses is a unit of time, on which eta does not depend.
     """
     line, etas = scene.line, []
     for factor in (1.0, *_FACTORS):
@@ -135,7 +136,7 @@ def rounding_sensitivity(scene: Scene) -> float:
 
 @dataclass(frozen=True)
 class _State:
-    """Both bodies at a moment, along x; the strain at the gap is the gap."""
+    """State of both bodies along x at one time; the strain at the gap is the gap."""
 
     strains: Array
     velocities: Array
@@ -143,7 +144,7 @@ class _State:
 
 
 class _Collision:
-    """One collision in progress: contacts, samples of the bonds, snapshots."""
+    """Collision in progress: its contacts, samples of the bonds and snapshots."""
 
     def __init__(self, scene: Scene, line: Line, frame_interval: float | None) -> None:
         self._scene, self._line = scene, line
@@ -162,12 +163,12 @@ class _Collision:
         self._note(gap.strain_modes)
 
     def run(self) -> Ending:
-        """Fly until the end and return it."""
+        """Integrate until the collision ends and return its end."""
         self._start()
         gap, ledger = self._gap, np.zeros(1, LEDGER)[0]
         ledger.wall_distance, ledger.flown = gap.wall_distance, self.time
-        # Twice the reduced mass of the contact, but for the last digits of the shapes: so no
-        # contact makes or takes energy, of which many would add up.
+        # This is twice the reduced mass of the contact up to the last digits of the shapes. With
+        # these digits no contact changes the energy, so no error adds up over many contacts.
         exchange = 2.0 / math.fsum(gap.shape**2)
         modes, worked, bounce = len(gap.omega), 0.0, mode_loops().bounce
         most = max(_RECORDED // modes, 1)
@@ -197,13 +198,13 @@ class _Collision:
     def _note_contacts(
         self, speeds: Array, flights: Array, strains: Array, velocities: Array
     ) -> None:
-        """Take down what the loop did."""
+        """Record the contacts that the loop found."""
         for k in range(len(speeds)):
             self._sample_flight(float(flights[k]))
             if self.contact_times:
                 now = self.contact_times[-1] + float(flights[k])
                 self._take_snapshots(now)
-            else:  # the clock starts now
+            else:  # time counts from the first contact
                 now, self._flown_before = 0.0, float(flights[k])
             self.contact_times.append(now)
             self.contact_speeds.append(float(speeds[k]))
@@ -214,7 +215,7 @@ class _Collision:
         self._note(strains)
 
     def _start(self) -> None:
-        """Let bodies that touch collide or part."""
+        """Let bodies collide or part if they touch at the start."""
         line, gap = self._line, self._gap
         closing = float(line.velocities[line.gap] - line.velocities[line.first])
         if gap.wall_distance > 0.0 or closing != 0.0:
@@ -224,7 +225,7 @@ class _Collision:
                 "initial has particle 1 at rest on the target while the rest of the chain presses "
                 "it there, which is no collision of hard particles; expected it to come, or a gap"
             )
-        # Roundings must not tell which way it goes.
+        # Rounding must not decide the direction.
         self.time = _FIRST_MOVE * mode_loops().taylor_window(gap.modes, 0.0)
         self._gap = gap.drifted(self.time)
 
@@ -242,7 +243,7 @@ class _Collision:
         return False
 
     def _missed(self) -> float:
-        """Return the largest momentum that contacts could still give, with all energy there is."""
+        """Return the largest impulse that later contacts could give with all energy there is."""
         mass, gap_derivatives = self._line.reduced_mass, self._gap.gap_derivatives
         vibrating = self._gap.strain_modes[1:] ** 2 + self._gap.velocity_modes[1:] ** 2
         return mass * gap_derivatives + math.sqrt(
@@ -280,13 +281,15 @@ class _Collision:
         if bodies.target is not None:
             masses = line.target_masses
             whole = float(np.sum(masses))
-            # All momentum that the chain gained is the target's, and so are the displacements.
+            # The target has lost all momentum that the chain gained, and likewise for
+            # displacements.
             share = line.reduced_mass / whole
             drift = -share * (gap.gap_derivatives - self._approach)
             drifted = self._approach * (moment + self._flown_before)
             mean = -share * (gap.mean_distance - self._first_distance - drifted)
             outward = np.cumsum(np.concatenate(([0.0], target_strains)))
-            # The contact was at 0 at first, wherever that left the centre of mass.
+            # Displacements count from the initial place of the contact, not from the centre of
+            # mass.
             at_first = np.cumsum(np.concatenate(([0.0], line.strains[: line.gap][::-1])))
             mean -= float(masses @ at_first) / whole
             place = mean + float(masses @ outward) / whole - float(outward[-1])
@@ -306,7 +309,7 @@ class _Collision:
             self._snapshots.append(self.state(self.departure.drifted(flown), moment))
 
     def frames(self) -> Frames | None:
-        """Return the snapshots, if any were asked for."""
+        """Return the snapshots; None if no interval was given."""
         if self._interval is None:
             return None
         times = [k * self._interval for k in range(len(self._snapshots))]
