@@ -171,9 +171,7 @@ class LookAhead:
         return ahead.fly(until - now), ahead.time, int(ahead.moving.ledger["evaluations"])
 
     def _sample(self, now: float, last: float) -> tuple[CoarseRun, Ending] | None:
-        """
-        Follow several motions to their ends, first with about the step of the run, then coarsely.
-        """
+        """Follow several motions to their ends, first with steps like the run's, then coarsely."""
         shares = _SAMPLES[:1] if self._long else _SAMPLES
         ends = [self._follow_again(share, now, last) for share in shares]
         settled = [end for end in ends if isinstance(end, tuple)]

@@ -1,16 +1,16 @@
 r"""
-Two harmonic bodies in their modes, and the gap between them as a sum over these.
+Two harmonic bodies in their modes, and the gap between them as a sum over the modes.
 
-A mode is kept as the velocity :math:`p_j` and the strain-like amplitude
-:math:`e_j = \omega_j q_j`, with :math:`q_j = \sum_i a_{ij} \sqrt{m_i} u_i`, so that its motion is a
-rotation and a long wave of large amplitude takes no digits from a short one. Everything is counted
-from the contact outward, so that a target is its own mirror image, and a rigid wall is a body
-without modes. With :math:`c_j` what each mode has of it, the gap follows
+A mode is stored as its velocity :math:`p_j` and its strain-like amplitude :math:`e_j = \omega_j
+q_j`, with :math:`q_j = \sum_i a_{ij} \sqrt{m_i} u_i`. The motion of a mode is then a rotation, and
+a long wave of large amplitude takes no digits from a short one. All coordinates count outward from
+the contact, so a target is its own mirror image, and a rigid wall is a body without modes. With the
+share :math:`c_j` of each mode in the gap, the gap follows
 
 .. math:: \dot g = \sum_j c_j p_j, \quad \ddot g = -\sum_j c_j \omega_j e_j, \quad
           g^{(m + 2)} = \sum_j c_j (-\omega_j^2) \dots
 
-and its Taylor series is exact over a window that its rest decides, see ``mode_loops``.
+Its Taylor series is exact to rounding over a window that its remainder decides, see ``mode_loops``.
 """
 
 import math
@@ -25,17 +25,18 @@ from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.line import Line
 from chaincor.workflows.engines.reference.mode_loops import Modes, mode_loops
 
-# Shapes of unequal masses are matrices, and finding them takes n^3: 0.7 s for 300, 12 s for 1000.
+# The shapes of modes of unequal masses are matrices, which take a time of n^3: 0.7 s for 300, 12 s
+# for 1000.
 MOST_UNEQUAL = 600
 
 
 class BodyModes:
     r"""
-    Modes j = 1..n-1 of a free body; equal masses by cosine and sine transforms.
+    Modes j = 1..n-1 of a free body; bodies of equal masses use cosine and sine transforms.
 
-    Masses go from the contact outward. `omega` are the frequencies, `contact` is
-    :math:`c_j = a_{1j}/\sqrt{m_1}`: the displacement of the particle that meets the other body is
-    that of the centre of mass and :math:`\sum_j c_j q_j`. Both are of shape (n - 1,).
+    `masses` count from the contact outward. `omega` are the frequencies and `contact` is :math:`c_j
+    = a_{1j}/\sqrt{m_1}`. The displacement of the particle at the contact is the displacement of the
+    centre of mass plus :math:`\sum_j c_j q_j`. Both arrays are of shape (n - 1,).
     """
 
     def __init__(self, masses: Array, stiffness: float) -> None:
@@ -50,21 +51,23 @@ class BodyModes:
             return
         self._modes = free_modes(masses, stiffness)
         self.omega = self._modes.frequencies
-        # Of one thing in two ways, that which loses fewer digits: m_1 du_1/dt is the first tension.
+        # There are two formulas for this amplitude; take the one that loses fewer digits. The other
+        # formula follows from m_1 du_1/dt being the first tension.
         by_strain = -self._root * self._modes.strains[0] / (first * self.omega)
         by_particle = self._modes.particles[0] / first**0.5
         sharper = self.omega * first**0.5 > self._root
         self.contact = np.where(sharper, by_strain, by_particle)
 
     def strain_amplitudes(self, strains: Array) -> Array:
-        """Return e_j of strains, both of shape (n - 1,)."""
+        """Return the amplitudes e_j of strains, both of shape (n - 1,)."""
         if self._modes is None:
             return -self._root * _sine_transform(strains)
         return self._root * (strains @ self._modes.strains)
 
     def velocity_amplitudes(self, velocities: Array) -> Array:
-        """Return p_j, of shape (n - 1,), of velocities of shape (n,)."""
-        # The translation is in no mode: without it, a body at rest in itself is exactly so.
+        """Return the amplitudes p_j, of shape (n - 1,), of velocities of shape (n,)."""
+        # No mode contains the translation. Without it, a body at rest in itself has amplitudes of
+        # exactly zero.
         about = velocities - velocities[0]
         if self._modes is None:
             from scipy.fft import dct
@@ -73,13 +76,13 @@ class BodyModes:
         return (np.sqrt(self.masses) * about) @ self._modes.particles
 
     def strains(self, amplitudes: Array) -> Array:
-        """Return strains of e_j, both of shape (..., n - 1)."""
+        """Return the strains of amplitudes e_j, both of shape (..., n - 1)."""
         if self._modes is None:
             return -_sine_transform(amplitudes) / self._root
         return (amplitudes @ self._modes.strains.T) / self._root
 
     def velocities(self, amplitudes: Array) -> Array:
-        """Return the velocities about the centre of mass, of shape (n,), of p_j."""
+        """Return the velocities about the centre of mass, of shape (n,), of amplitudes p_j."""
         if self._modes is None:
             from scipy.fft import idct
 
@@ -89,7 +92,7 @@ class BodyModes:
 
 
 def body_modes(masses: Array, stiffness: float) -> BodyModes:
-    """Return the modes of a body, not to be changed; those of the last few are kept."""
+    """Return the modes of a body, which must not be changed; the last few are cached."""
     return _kept(masses.tobytes(), stiffness)
 
 
@@ -101,47 +104,47 @@ def _kept(masses: bytes, stiffness: float) -> BodyModes:
 def _sine_transform(values: Array) -> Array:
     from scipy.fft import dst
 
-    # A transform of nothing is none.
+    # SciPy refuses to transform an empty array.
     return dst(values, type=1, norm="ortho") if values.shape[-1] else values
 
 
 @dataclass
 class ModalGap:
-    """The gap between two bodies in their modes, of which the first is the translation."""
+    """Gap between two bodies in their modes; the first mode is the translation."""
 
-    strain_modes: Array  #: e_j = omega_j q_j; of shape (n,).
-    velocity_modes: Array  #: p_j; of shape (n,).
+    strain_modes: Array  #: Amplitudes e_j = omega_j q_j; of shape (n,).
+    velocity_modes: Array  #: Amplitudes p_j; of shape (n,).
     omega: Array  #: Frequencies; of shape (n,).
-    shape: Array  #: What each mode has of the gap; of shape (n,).
-    wall_distance: float = 0.0  #: The gap; before a wall the x of particle 1.
+    shape: Array  #: Share c_j of each mode in the gap; of shape (n,).
+    wall_distance: float = 0.0  #: Gap; before a wall the x of particle 1.
 
     @property
     def modes(self) -> Modes:
-        """The modes as loops take them, to be changed in place."""
+        """Arrays of the modes for the loops, which change them in place."""
         return self.strain_modes, self.velocity_modes, self.omega, self.shape
 
     @property
     def gap_derivatives(self) -> float:
-        """V, with which the centres of mass move apart."""
+        """Velocity V with which the centres of mass move apart."""
         return float(self.shape[0] * self.velocity_modes[0])
 
     @property
     def mean_distance(self) -> float:
-        """D, the distance of the mean displacements."""
+        """Distance D of the mean displacements."""
         vibration = self.shape[1:] @ (self.strain_modes[1:] / self.omega[1:])
         return self.wall_distance - float(vibration)
 
     def copy(self) -> Self:
-        """Return a motion in the same state that goes on independently."""
+        """Return an independent copy of the state."""
         return replace(
             self, strain_modes=self.strain_modes.copy(), velocity_modes=self.velocity_modes.copy()
         )
 
     def drifted(self, duration: float) -> Self:
-        """Return a copy in the state after a free flight; contacts are not looked for."""
+        """Return a copy after a free flight of a duration, without a search for contacts."""
         later = self.copy()
         mode_loops().rotate(later.modes, duration)
-        # x moves by the integral of its velocity; 1 - cos is taken without cancellation.
+        # The gap changes by the integral of its velocity; 1 - cos is computed without cancellation.
         vibrating, omega = slice(1, None), self.omega[1:]
         swing = self.velocity_modes[vibrating] * np.sin(omega * duration)
         swing -= 2.0 * self.strain_modes[vibrating] * np.sin(0.5 * omega * duration) ** 2
@@ -151,7 +154,7 @@ class ModalGap:
 
 
 class ModalBodies:
-    """Both bodies in their modes: the chain's come first, after the translation."""
+    """Modes of both bodies: first the translation, then the chain, then the target."""
 
     def __init__(self, line: Line, stiffness: float) -> None:
         self.line = line
@@ -159,7 +162,7 @@ class ModalBodies:
         self.target: BodyModes | None = None
         if not line.rigid:
             self.target = body_modes(line.target_masses, stiffness)
-        self._split = len(line.chain_masses)  # where the target's modes begin
+        self._split = len(line.chain_masses)  # index of the first mode of the target
 
     def at_start(self) -> ModalGap:
         """Return the gap at the start."""
@@ -167,10 +170,10 @@ class ModalBodies:
         strains = [chain.strain_amplitudes(line.strains[line.first :])]
         speeds = [chain.velocity_amplitudes(line.velocities[line.first :])]
         if self.target is not None:
-            # From the contact outward it goes towards -x: seen in a mirror, it is a chain.
+            # The target extends from the contact towards -x. Its mirror image is a chain.
             strains.append(self.target.strain_amplitudes(line.strains[: line.gap][::-1]))
             speeds.append(self.target.velocity_amplitudes(-line.velocities[: line.first][::-1]))
-        # Of the relative motion of the centres of mass the mass is the reduced one.
+        # The relative motion of the centres of mass has the reduced mass.
         translation = 1.0 / math.sqrt(line.reduced_mass)
         approach = line.separation(line.velocities)
         bodies = [chain] + ([self.target] if self.target else [])
@@ -184,14 +187,14 @@ class ModalBodies:
         )
 
     def strains(self, amplitudes: Array) -> tuple[Array, Array]:
-        """Return the strains of the chain and of a target, of e_j (..., modes)."""
+        """Return the strains of the chain and of the target for amplitudes e_j (..., modes)."""
         chain = self.chain.strains(amplitudes[..., 1 : self._split])
         if self.target is None:
             return chain, np.empty(0)
         return chain, self.target.strains(amplitudes[..., self._split :])
 
     def velocities(self, amplitudes: Array) -> tuple[Array, Array]:
-        """Return the same of velocities about the centres of mass, each outward, of p_j."""
+        """Return the velocities of both bodies about their centres of mass, outward, for p_j."""
         chain = self.chain.velocities(amplitudes[1 : self._split])
         if self.target is None:
             return chain, np.zeros(1)

@@ -1,4 +1,4 @@
-"""The loops over the modes of harmonic bodies."""
+"""Compiled loops over the modes of harmonic bodies."""
 
 import math
 from collections.abc import Callable
@@ -11,44 +11,45 @@ from chaincor.lammps_inputs.arrays import Array
 from chaincor.workflows.engines.contact_search import first_root
 from chaincor.workflows.engines.reference.compile import LoopCompiler
 
-# Terms of the Taylor series, see ``mode_flight``.
+# Number of terms of the Taylor series, see ``mode_flight``.
 TERMS = 26
-# Why `bounce` came back: no contact can come, or it has done its share of work.
+# Reasons why `bounce` returned: no contact can come, or its share of work is done.
 PROVED, MORE = range(2)
 
-# What the Taylor series of the gap leaves out, relative to the speeds of all modes together.
+# Remainder of the Taylor series of the gap, relative to the sum of the speeds of all modes.
 _REST = 1e-19
 _FACTORIAL = float(math.factorial(TERMS))
-# More than roundings of the sum over all modes.
+# Margin above the rounding of the sum over all modes.
 _PROOF_MARGIN = 1.0 + 1e-9
-# A contact is as much work as so many windows.
+# Work of a contact in units of the work of a window.
 _CONTACT_WORK = 2.0
 
-# How roundings may differ from what is written: not at all; sums in any order, which have vectors.
+# Allowed changes of rounding: none, or sums in any order, which can be vectorised.
 _EXACT: frozenset[str] = frozenset()
 _SUMS = frozenset({"contract", "reassoc"})
 
-# e_j and p_j, frequencies, and what each mode has of the gap, each of shape (n,); the first is the
-# translation.
+# Amplitudes e_j and p_j, frequencies, and share of each mode in the gap, each of shape (n,); the
+# first mode is the translation.
 Modes = tuple[Array, Array, Array, Array]
 
-# The gap, the time since the last contact, and how many contacts are in the record.
+# Gap, time since the last contact, and number of contacts in the record.
 LEDGER: Any = np.dtype(
     (np.record, [("wall_distance", "f8"), ("flown", "f8"), ("contacts", "i8")]),
 )
 
 
 class ModeLoops(NamedTuple):
-    """The loops, compiled."""
+    """Compiled loops."""
 
-    bounce: Callable  #: See `build_bounce`.
-    rotate: Callable  #: ``rotate(modes, time)``: lets all modes move freely, in place.
-    taylor_window: Callable  #: ``taylor_window(modes, wall_distance)``: how long a series holds.
+    bounce: Callable  #: Loop from contact to contact, see `build_bounce`.
+    rotate: Callable  #: ``rotate(modes, time)`` moves all modes freely, in place.
+    #: ``taylor_window(modes, wall_distance)``: time over which the series holds.
+    taylor_window: Callable
 
 
 @lru_cache(maxsize=1)
 def mode_loops() -> ModeLoops:
-    """Return the loops, each compiled or loaded."""
+    """Return the loops, compiled or loaded."""
     compiler = LoopCompiler("modes", keep=True)
     bounce = compiler.compile(build_bounce(partial(compiler.register, inline=False)), _EXACT)
     window = compiler.compile(taylor_window, _EXACT)
@@ -62,7 +63,7 @@ def mode_loops() -> ModeLoops:
 
 
 def expand_path(modes: Modes, wall_distance: float, path: Array, moving: Array) -> None:
-    """Write the Taylor coefficients of the gap; `moving` is scratch of shape (2, n)."""
+    """Write the Taylor coefficients of the gap to `path`; `moving` is scratch of shape (2, n)."""
     strain_modes, velocity_modes, omega, shape = modes
     path[0] = wall_distance
     for j in range(omega.shape[0]):
@@ -80,7 +81,7 @@ def expand_path(modes: Modes, wall_distance: float, path: Array, moving: Array) 
 
 
 def rotate(modes: Modes, time: float) -> None:
-    """Let all modes move freely, in place."""
+    """Move all modes freely, in place."""
     strain_modes, velocity_modes, omega, _ = modes
     for j in range(omega.shape[0]):
         cosine = np.cos(omega[j] * time)
@@ -92,10 +93,10 @@ def rotate(modes: Modes, time: float) -> None:
 
 def taylor_window(modes: Modes, wall_distance: float) -> float:
     r"""
-    Return how long a Taylor series of the gap holds.
+    Return the time over which a Taylor series of the gap holds.
 
-    Its rest is below :math:`\sum_j |c_j| r_j (\omega_j t)^{m - 1} t/m!`, m terms being kept, where
-    fast modes count as little as they move the gap.
+    With m terms the remainder is below :math:`\sum_j |c_j| r_j (\omega_j t)^{m - 1} t/m!`. A fast
+    mode counts in it only as much as it moves the gap.
     """
     strain_modes, velocity_modes, omega, shape = modes
     fastest, total, share = 0.0, 0.0, 0.0
@@ -108,13 +109,13 @@ def taylor_window(modes: Modes, wall_distance: float) -> float:
             share += speed * (omega[j] / fastest) ** (TERMS - 1)
     if share > 0.0:
         return (_REST * _FACTORIAL * (total / share)) ** (1.0 / (TERMS - 1)) / fastest
-    # Bodies that do not vibrate meet once, at a time that is plain.
+    # Bodies that do not vibrate have at most one contact, at a known time.
     gap_derivatives = shape[0] * velocity_modes[0]
     return 2.0 * wall_distance / -gap_derivatives if gap_derivatives < 0.0 < wall_distance else 1.0
 
 
 def proof_time(modes: Modes, wall_distance: float) -> float:
-    """Return the time from when on no contact can come; inf where the bodies do not part."""
+    """Return the time after which no contact can come; inf if the bodies do not part."""
     strain_modes, velocity_modes, omega, shape = modes
     gap_derivatives = shape[0] * velocity_modes[0]
     if not gap_derivatives > 0.0:
@@ -128,13 +129,13 @@ def proof_time(modes: Modes, wall_distance: float) -> float:
 
 def build_bounce(register: Callable) -> Callable:
     """
-    Return the loop that flies from contact to contact.
+    Return the loop that moves from contact to contact.
 
-    ``bounce(ledger, modes, exchange, work, record, scratch)`` exchanges a momentum per speed of
-    approach. It stops after so much work, in windows times modes, or where the record is full: of
-    how fast each contact closes and the time since the one before, both of shape (most,), and of
-    e_j and p_j right after each, of shape (most, n). The scratch is that of `expand_path`. Returns
-    ``PROVED`` or ``MORE``.
+    ``bounce(ledger, modes, exchange, work, record, scratch)`` applies at each contact the momentum
+    `exchange` times the closing speed. It stops after `work`, in windows times modes, or when the
+    record is full. The record holds the closing speed of each contact and the time since the
+    contact before, both of shape (most,), and e_j and p_j right after each contact, of shape (most,
+    n). The scratch arrays are described in `expand_path`. Returns ``PROVED`` or ``MORE``.
     """
     exact = partial(register, fastmath=_EXACT)
     expand, turn = register(expand_path, fastmath=_SUMS), register(rotate)
@@ -144,8 +145,9 @@ def build_bounce(register: Callable) -> Callable:
     def fly(
         ledger: Any, modes: Modes, window: float, longest: float, scratch: tuple[Array, Array]
     ) -> tuple[float, float]:
-        # To the next contact, without what that does to the modes, or for whole windows until
-        # `longest`: the time, and the velocity with which the gap opens, positive without contact.
+        # Fly to the next contact, without its effect on the modes, or for whole windows until
+        # `longest`. Return the time and the opening velocity of the gap, which is positive if there
+        # was no contact.
         path, moving = scratch
         flown = 0.0
         while flown < longest:

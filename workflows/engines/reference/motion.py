@@ -1,4 +1,4 @@
-"""The loops over the steps of a line: from event to event, and coarse ones between contacts."""
+"""Loops over the steps of a line: from event to event, and coarse steps between contacts."""
 
 from collections.abc import Callable
 from typing import Any, NamedTuple
@@ -21,48 +21,47 @@ from chaincor.workflows.engines.reference.line_traits import KernelSpec, read_pa
 from chaincor.workflows.engines.reference.stages import Parameters, State, VerletKernels
 from chaincor.workflows.engines.schemes import StepCoefficients
 
-# Room in a log for the substeps of one step; graded steps beside soft contacts are many.
+# Room in a log for the substeps of one step; soft contacts need many graded substeps.
 SPARE_SUBSTEPS, SPARE_GRADED_SUBSTEPS = 8, 256
 
-# A bond so far ahead of the front is out of reach within one step: over k bonds a disturbance
-# falls by about H^(2k)/(2k)!, which is 4e-36 at H = 1. So no digit tells whether all bonds are
-# moved or only these.
+# A bond this far ahead of the front cannot be reached within one step. Over k bonds a disturbance
+# falls by about H^(2k)/(2k)!, which is 4e-36 at H = 1. Moving only the bonds behind the front
+# therefore changes no digit.
 FRONT_MARGIN = 16
-# A strain below this times the impact velocity has not begun to move. What is left out, summed
-# over all steps of a run, stays orders of magnitude below rounding.
+# A bond counts as at rest if its strain is below this times the impact velocity. The sum of all
+# neglected strains over a run stays orders of magnitude below rounding.
 FRONT_THRESHOLD = 1e-24
-# The front takes up as many bonds at once as a vector holds: rests are done one by one.
+# The front advances by as many bonds as fill a vector, because a remainder loop is scalar.
 FRONT_BLOCK = 8
 
 
 class Arrays(NamedTuple):
-    """What the loops change in place."""
+    """Arrays that the loops change in place."""
 
-    now: State  #: The line, with the ledger's position of its first particle.
-    last: State  #: The same right after the last contact.
-    #: Scratch: before a step, of the particles near the contact while one is searched, and of what
-    #: a step tries.
+    now: State  #: Current state; the ledger holds the position of the first particle.
+    last: State  #: State right after the last contact.
+    #: Scratch: state before a step.
     kept: State
-    near: State  #: See ``kept``.
-    trial: State  #: See ``kept``.
-    #: Times and closing speeds, and the momentum given to the chain; of shape (3, capacity).
+    near: State  #: Scratch: state of the particles near the contact during a search.
+    trial: State  #: Scratch: state within a step.
+    #: Times, closing speeds and impulses on the chain; of shape (3, capacity).
     contacts: Array
-    #: Of the chain's particles; 0 for those of a target; of shape (N,).
+    #: Masses of the particles of the chain; 0 for particles of a target; of shape (N,).
     masses: Array
-    #: First and last but one of the particles near the contact; of shape (2,).
+    #: First index and index past the end of the particles near the contact; of shape (2,).
     window: NDArray[np.int64]
-    #: Of each substep, a step or a part of one, its duration, and whether a contact ends it. Mostly
-    #: without room, and not kept; of shape (2, capacity).
+    #: Duration of each substep, and whether a contact ends it; of shape (2, capacity). The capacity
+    #: is mostly 0, and no log is kept then.
     log: Array
 
 
 def build_motion(source: KernelSpec, stages: VerletKernels, build_step: Callable) -> Callable:
     """
-    Return the loop of the stepping engine; `build_step` is that of a scheme, see ``schemes``.
+    Return the loop of the stepping engine; `build_step` belongs to a scheme, see ``schemes``.
 
-    ``advance(ledger, arrays, goal, step, rule)`` takes steps until `goal` of them are done or
-    something needs the caller. With a log it also comes back, with `DONE`, when there may be no
-    room for the substeps of another step.
+    ``advance(ledger, arrays, goal, step, rule)`` takes steps until `goal` steps are done or an
+    event needs the caller, and returns the reason. If there is a log, it also returns `DONE` as
+    soon as the log may lack room for the substeps of another step.
     """
     register, wall = source.register, source.kind.at_wall
     slice_parameters = read_parameters(source).slice_parameters
@@ -93,8 +92,8 @@ def build_motion(source: KernelSpec, stages: VerletKernels, build_step: Callable
                 return FULL
             if 0 < log.shape[1] < ledger.substeps + spare:
                 return DONE
-            # After this the step is done, contacts within it included; the grid of steps is kept,
-            # which keeps the motion reversible in time.
+            # The contacts within a step split it but do not move the grid of steps, so the motion
+            # stays reversible in time.
             since = ledger.steps * step
             bonds = ledger.active
             near_bonds = wanted = end - begin - 1
@@ -109,8 +108,8 @@ def build_motion(source: KernelSpec, stages: VerletKernels, build_step: Callable
                 copy(now.strain, now.velocity, kept, bonds)
                 start = condition(begun, now, sign, parameters)
                 path = Path(begun, sign, near_bonds, wanted, kept_near, near, trial, near_rule)
-                # Where a contact is likely, the few particles that act on the gap are moved first:
-                # it costs less than to move all and to take that back.
+                # If a contact is likely, the few particles that act on the gap are moved first.
+                # This costs less than to move all particles and to undo it.
                 likely = is_likely(ledger, start, far)
                 if likely:
                     reached = state_after(far, path)
@@ -144,12 +143,13 @@ def build_motion(source: KernelSpec, stages: VerletKernels, build_step: Callable
 
 def build_coarse_steps(source: KernelSpec, stages: VerletKernels) -> Callable:
     """
-    Return the loop over coarse steps of bodies that stay apart, which looks ahead.
+    Return the loop over coarse steps of bodies that stay apart, for look-ahead runs.
 
-    ``take_coarse_steps(ledger, state, asked, parameters)`` takes Verlet steps and returns how many,
-    fewer where the gap gets too small or a strain is not allowed; the state is half a step off
-    then. Asked are how many, their size, how small the gap may get, and whether it is the first
-    and the last part of a flight: the state is half a step off between parts.
+    ``take_coarse_steps(ledger, state, asked, parameters)`` takes Verlet steps and returns how many
+    it took. `asked` holds the number of steps, their size, the least allowed gap, and two flags for
+    the first and the last part of a flight. The loop takes fewer steps if the gap gets too small or
+    a strain is not allowed. The state is half a step off after such a return, and between the parts
+    of a flight.
     """
     stage, drift, are_allowed = stages.stage, stages.drift, stages.are_allowed
     wall = source.kind.at_wall
@@ -183,9 +183,9 @@ def build_look_ahead(source: KernelSpec, stages: VerletKernels) -> Callable:
     """
     Return the loop over coarse steps of many chains before a hard wall.
 
-    ``look_ahead(ledgers, strains, velocities, counts, steps, clearances, done, parameters)`` lets
-    each chain, a row of the arrays, take so many while it keeps so clear of the wall; `done` is how
-    many it took.
+    ``look_ahead(ledgers, strains, velocities, counts, steps, clearances, done, parameters)`` moves
+    each chain, a row of the arrays, by `counts` steps while its distance from the wall exceeds the
+    clearance. It writes the number of steps taken to `done`.
     """
     take_coarse_steps = source.register(build_coarse_steps(source, stages))
 

@@ -1,4 +1,4 @@
-"""The bodies of a line in motion, as the loops of the stepping engine need them."""
+"""Bodies of a line in motion, in the form that the loops of the stepping engine need."""
 
 import math
 from dataclasses import dataclass, replace
@@ -24,23 +24,23 @@ from chaincor.workflows.engines.time_limit import check_time, steps_at_once
 
 @dataclass(frozen=True)
 class Stepper:
-    """Steps of one kind and size for one line."""
+    """Steps of one scheme and size for one line."""
 
-    line: Line  #: The bodies.
-    bond: Potential  #: Of all bonds.
-    kernels: Kernels  #: The loops.
-    #: What they are told of the scheme and the bonds, of masses and contact where these are not
-    #: plain.
+    line: Line  #: Bodies.
+    bond: Potential  #: Potential of all bonds.
+    kernels: Kernels  #: Loops.
+    #: Coefficients of the scheme and parameters of the bonds, with masses and contact unless these
+    #: are standard.
     rule: StepCoefficients
-    scheme: StepScheme  #: What a step is made of.
-    step: float  #: The whole step H.
+    scheme: StepScheme  #: Scheme of a step.
+    step: float  #: Whole step H.
 
     @classmethod
     def of(cls, line: Line, bond: Potential, scheme: str, step: float) -> "Stepper":
         """
-        Return the steps of a scheme, H in size, for a line.
+        Return the steps of a scheme, of size H, for a line.
 
-        The loops of its bond are compiled, or loaded, where they have not been yet.
+        The loops for its bond are compiled or loaded if this process does not have them yet.
         """
         kind, made_of = LineTraits.of(line), STEP_SCHEMES[scheme]
         kernels = kernels_for(bond, made_of, kind)
@@ -52,77 +52,77 @@ class Stepper:
         )
 
     def of_size(self, step: float) -> "Stepper":
-        """Return steps of the same kind."""
+        """Return a stepper of the same scheme with steps of another size."""
         return replace(self, step=step)
 
     def advance(self, ledger: np.record, arrays: motion.Arrays, goal: int) -> int:
-        """Let the loop over the whole line take steps, see ``motion``."""
+        """Take steps with the loop over the whole line, see ``motion``."""
         return int(self.kernels.advance(ledger, arrays, goal, self.step, self.rule))
 
 
 @dataclass
 class Motion:
-    """The bodies of a line in motion, with what their loops need to work on."""
+    """Bodies of a line in motion, with all arrays of their loops."""
 
-    stepper: Stepper  #: What it is moved by.
-    ledger: np.record  #: The scalars, see ``bookkeeping``.
-    #: The line now and right after its last contact, the contacts, and scratch.
+    stepper: Stepper  #: Steps that move the bodies.
+    ledger: np.record  #: Scalar variables of the run, see ``bookkeeping``.
+    #: Current state, state right after the last contact, contacts, and scratch.
     arrays: motion.Arrays
 
     @property
     def line(self) -> Line:
-        """The bodies."""
+        """Bodies of the line."""
         return self.stepper.line
 
     @property
     def strain(self) -> Array:
-        """Bond lengths less one, and between two bodies the gap; to be changed in place."""
+        """Bond lengths less one, with the gap between two bodies; may be changed in place."""
         return self.arrays.now.strain
 
     @property
     def velocity(self) -> Array:
-        """Velocities along x of all particles; a hard wall is none. To be changed in place."""
+        """Velocities along x of all particles without a hard wall; may be changed in place."""
         return self.arrays.now.velocity
 
     @property
     def at_wall(self) -> bool:
-        """Whether the gap is the position of the first particle, and the wall no particle."""
+        """Whether the target is a hard wall; the gap is then the first particle's position."""
         return self.line.at_wall
 
     @property
     def gap(self) -> float:
-        """How far the bodies are apart."""
+        """Gap between the bodies."""
         return float(self.ledger["position"] if self.at_wall else self.strain[self.line.gap])
 
     @property
     def closing(self) -> float:
-        """How fast the gap closes."""
+        """Closing speed of the gap."""
         if self.at_wall:
             return -float(self.velocity[0])
         return float(self.velocity[self.line.gap] - self.velocity[self.line.first])
 
     @property
     def contact_times(self) -> Array:
-        """When the bodies met, since the start."""
+        """Times of the contacts since the start."""
         return self.arrays.contacts[0, : self.ledger["contacts"]]
 
     @property
     def contact_speeds(self) -> Array:
-        """How fast the gap closed."""
+        """Closing speeds of the contacts."""
         return self.arrays.contacts[1, : self.ledger["contacts"]]
 
     @property
     def impulses(self) -> Array:
-        """Momentum given to the chain at each contact."""
+        """Impulses on the chain, one for each contact."""
         return self.arrays.contacts[2, : self.ledger["contacts"]]
 
     @classmethod
     def at_start(cls, scene: Scene, stepper: Stepper) -> "Motion":
         """
-        Return the bodies of a scene as they come, at t = 0; if they touch and approach, they met.
+        Return the bodies of a scene at t = 0; if they touch and approach, with their first contact.
 
-        There is one bond at least. Of a cold chain at a hard wall only the bonds near that are in
-        motion.
+        The line has at least one bond. In a cold chain at a hard wall only the bonds near the wall
+        move.
         """
         line = scene.line
         moving = cls.in_state(stepper, line.strains, line.velocities, scene.impact_velocity)
@@ -137,12 +137,12 @@ class Motion:
         """
         Return the bodies in any state, at t = 0, before any contact; all bonds move.
 
-        Strains, with the gap, and velocities are those along x, as a line has them; `speed` is v0,
-        which tells where a contact is likely and where the front of a cold chain is.
+        `strains`, including the gap, and `velocities` are along x as in a `Line`. `speed` is v0,
+        which decides if a contact is likely and how far the front of a cold chain has come.
         """
         line, bond, scheme = stepper.line, stepper.bond, stepper.scheme
         at_wall = line.at_wall
-        # The target's first particle is at its place.
+        # The particle of the target at the contact starts at its natural place.
         position = float(strains[0]) if at_wall else -float(np.sum(strains[: line.gap]))
         ledger = np.zeros(1, bookkeeping.LEDGER)[0]
         ledger["momentum"] = line.reduced_mass * line.separation(velocities)
@@ -185,20 +185,21 @@ class Motion:
         return cls(stepper, ledger, arrays)
 
     def start_front(self) -> None:
-        """Let only the bonds near a hard wall move of a chain that comes cold."""
+        """Restrict the motion of a cold chain to the bonds near a hard wall."""
         if self.at_wall and self.line.cold:
             reach = len(self.arrays.near.strain)
             blocks = math.ceil(max(reach, motion.FRONT_MARGIN + 1) / motion.FRONT_BLOCK)
             self.ledger["active"] = min(len(self.strain), blocks * motion.FRONT_BLOCK)
 
     def _meet(self) -> None:
-        """Let bodies that touch and approach have their contact."""
+        """Apply the first contact if the bodies touch and approach each other."""
         line, ledger, velocity = self.line, self.ledger, self.velocity
         closing = self.closing
         if self.gap != 0.0 or closing <= 0.0:
             return
         given = 2.0 * line.contact_mass * closing
-        # Not by what loops note it with: Python takes a tenth of a short collision for that.
+        # This repeats `bookkeeping.record_contact`, which as Python code would take a tenth of a
+        # short collision.
         self.arrays.contacts[:, 0] = 0.0, closing, given
         ledger["contacts"] = 1
         if line.soft:
@@ -217,25 +218,25 @@ class Motion:
         np.copyto(self.arrays.last.velocity, velocity)
 
     def along_x(self) -> tuple[Array, Array]:
-        """Return strains, with the gap, and velocities, as a line has them."""
+        """Return the strains, including the gap, and the velocities along x as in a `Line`."""
         if not self.at_wall:
             return self.strain, self.velocity
         return np.append(self.gap, self.strain), np.append(0.0, self.velocity)
 
     def bodies(self) -> list[Body]:
-        """Return the bodies as the end of a collision looks at them."""
+        """Return the bodies in the form of the end criteria."""
         line = self.line
         if not self.at_wall:
             return bodies_of(line, self.stepper.bond, self.strain, self.velocity)
-        # The same, at an eighth of the time, which every look at a short chain takes.
+        # This is equivalent and eight times as fast, which matters for short chains.
         masses = None if line.unit else line.chain_masses
         return [Body(self.gap, self.strain, self.velocity, masses)]
 
     def copy(self, room: int = 2 * bookkeeping.SPARE_CONTACTS) -> "Motion":
         """
-        Return a copy that can be moved without moving this one, with room for so many contacts.
+        Return an independent copy with room for `room` contacts.
 
-        It has the same state, as after its first contact; scratch arrays are shared.
+        It keeps at most the first contact in its count; scratch arrays are shared.
         """
         ledger = self.ledger.copy()
         ledger["contacts"] = min(int(ledger["contacts"]), 1)
@@ -247,7 +248,7 @@ class Motion:
         return Motion(self.stepper, ledger, own)
 
     def after_last_contact(self) -> "Motion":
-        """Return a copy as it was right after its last contact, at t = 0 then."""
+        """Return a copy in the state right after the last contact, at t = 0."""
         moving, last = self.copy(), self.arrays.last
         moving.strain[:], moving.velocity[:] = last.strain, last.velocity
         ledger = moving.ledger
@@ -263,7 +264,7 @@ class Motion:
         self.arrays = self.arrays._replace(contacts=more)
 
     def advance(self, goal: int) -> int:
-        """Take steps until `goal` are done since the start; return why, see ``bookkeeping``."""
+        """Take steps until `goal` are done; return the reason, see ``bookkeeping``."""
         stepper, ledger, arrays = self.stepper, self.ledger, self.arrays
         long = self.at_wall and len(self.strain) >= running.LEAST_ACTIVE
         count = cores() if long else 1

@@ -12,9 +12,10 @@ from chaincor.workflows.engines.reference.moving import Motion
 
 class Recorder:
     """
-    Takes snapshots with copies of the motion, so that asking for them changes no result.
+    Recorder of snapshots, which moves copies of the bodies so that no result changes.
 
-    It looks at the motion after every part of that; with an interval of None it takes none.
+    The caller alternates between steps and :meth:`record`. With an interval of None no snapshots
+    are taken.
     """
 
     def __init__(self, moving: Motion, interval: float | None) -> None:
@@ -24,14 +25,14 @@ class Recorder:
         self._states: list[tuple[Array, Array]] = []
 
     def _next_time(self) -> float:
-        """Return when the next snapshot is due, since the start of the motion."""
+        """Return the time of the next snapshot since the start of the motion."""
         ledger = self._moving.ledger
         if self._interval is None or ledger["contacts"] == 0:
             return math.inf
         return float(ledger["first_contact"]) + len(self._times) * self._interval
 
     def next_step(self) -> float:
-        """Return how many steps to take at most before :meth:`record` is called."""
+        """Return the number of steps to reach before :meth:`record` is called."""
         if self._interval is None:
             return math.inf
         steps = int(self._moving.ledger["steps"])
@@ -41,7 +42,7 @@ class Recorder:
         return max(steps, self._next_time() // self._step)
 
     def record(self) -> None:
-        """Take all snapshots in the step about to be done, or in the one with the first contact."""
+        """Take all snapshots within the next step, or within the step of the first contact."""
         begun = int(self._moving.ledger["steps"])
         while self._next_time() // self._step <= begun:
             now = self._next_time()
@@ -52,7 +53,7 @@ class Recorder:
 
     def _take(self, source: Motion, now: float) -> None:
         copy = source.copy()
-        # One step of the size that is missing, contacts included.
+        # Take one step over the missing time, with its contacts.
         missing = now - float(copy.ledger["steps"] * self._step)
         copy.stepper = copy.stepper.of_size(max(missing, 0.0))
         copy.advance(int(copy.ledger["steps"]) + 1)
@@ -61,7 +62,7 @@ class Recorder:
         self._states.append((displacements, copy.velocity))
 
     def record_until(self, end: float) -> None:
-        """Take all snapshots up to a time since the first contact; no other comes before it."""
+        """Take all snapshots up to a time since the first contact; no contact comes before."""
         ledger = self._moving.ledger
         ledger["argue_after"] = math.inf
         until = float(ledger["first_contact"]) + end
@@ -70,7 +71,7 @@ class Recorder:
             self.record()
 
     def collected(self, until: float) -> Frames | None:
-        """Return the snapshots up to a time since the first contact, if any were asked for."""
+        """Return the snapshots up to a time since the first contact, or None if off."""
         if self._interval is None:
             return None
         begin = float(self._moving.ledger["first_contact"])

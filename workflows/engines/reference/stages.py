@@ -1,15 +1,15 @@
 r"""
-One Verlet step of a line, as loops for the compiler and as NumPy expressions.
+Stages of one Verlet step of a line, as loops for the compiler and as NumPy expressions.
 
-State is the distance of particle 1 from the wall, the bond strains :math:`s_i = u_{i+1} - u_i` and
-the velocities :math:`v_i`: a slow chain then loses no digits to its absolute coordinates. The step
-is the position form, drift - kick - drift:
+The state consists of the distance of particle 1 from the wall, the bond strains :math:`s_i =
+u_{i+1} - u_i` and the velocities :math:`v_i`. A slow chain then loses no digits to absolute
+coordinates. The step is the position form, drift - kick - drift:
 
 .. math:: s_i \to s_i + d\,(v_{i+1} - v_i), \qquad v_i \to v_i + (k/m_i)\,(F(s_{i-1}) - F(s_i)),
 
-where two bodies, and a soft wall, have the gap among their strains, with the force
-of the contact law where the bodies overlap and none elsewhere. The drifts of neighbouring steps
-merge, so that one stage of a composition is one drift and one kick, done in a single pass.
+Two bodies, and a soft wall, have the gap among their strains, with the force of the contact law
+while the bodies overlap and no force otherwise. The drifts of neighbouring steps merge, so one
+stage of a composition is one drift and one kick in a single pass.
 """
 
 from collections.abc import Callable
@@ -27,17 +27,17 @@ from chaincor.workflows.engines.reference.line_traits import (
     read_parameters,
 )
 
-# What loops are told of a line: `LineParameters`, or of unit masses what the force kernel is told,
-# a NamedTuple, one kind for each potential.
+# Parameters of a line: `LineParameters`, or for unit masses the parameters of the force kernel, a
+# NamedTuple type for each potential.
 Parameters = Any
 
-# Bytes that processors move between memory and caches at once.
+# Bytes in a cache line.
 LINE = 64
 _ON_A_LINE = LINE // 8
 
 
 class State(NamedTuple):
-    """Bonds and particles of a chain; where particle 1 is, is told beside it."""
+    """State of bonds and particles; the position of particle 1 is stored separately."""
 
     strain: Array  #: Bond lengths less one; of shape (n - 1,).
     velocity: Array  #: Velocities, positive away from the wall; of shape (n,).
@@ -45,10 +45,10 @@ class State(NamedTuple):
     @classmethod
     def room(cls, bonds: int) -> "State":
         """
-        Return a state for so many bonds, whose numbers are still to come.
+        Return a state for a number of bonds, with arrays that are not filled.
 
-        Its arrays begin with a line of the processor's memory: what vectors write across two lines,
-        the next stage waits for, and an extrapolated step takes half as long again.
+        The arrays begin on a cache line. If vector stores cross cache lines, the next stage has to
+        wait for them, and an extrapolated step takes half as long again.
         """
         after = bonds + -bonds % _ON_A_LINE
         numbers = np.empty(after + bonds + _ON_A_LINE)
@@ -56,7 +56,7 @@ class State(NamedTuple):
         return cls(numbers[first : first + bonds], numbers[first + after :][: bonds + 1])
 
     def copied(self) -> "State":
-        """Return a copy, as well placed."""
+        """Return a copy with the same alignment in memory."""
         copy = State.room(len(self.strain))
         copy.strain[:] = self.strain
         copy.velocity[:] = self.velocity
@@ -65,30 +65,30 @@ class State(NamedTuple):
 
 class VerletKernels(NamedTuple):
     """
-    What steps are made of; all work on the first `bonds`, and one velocity more.
+    Parts of a step; all of them work on the first `bonds` bonds and on one velocity more.
 
-    What is done at every stage takes arrays: to take a `State` apart counts references to them,
+    The functions of each stage take arrays. Unpacking a `State` counts references to its arrays,
     which costs as much as ten bonds.
     """
 
     #: ``start(old, strain, velocity, bonds, drift, kick, parameters)``: a drift and a kick from an
     #: old `State` into arrays.
     start: Callable
-    #: ``stage(strain, velocity, bonds, drift, kick, parameters)``: the same in place.
+    #: ``stage(strain, velocity, bonds, drift, kick, parameters)``: a drift and a kick in place.
     stage: Callable
     drift: Callable  #: ``drift(strain, velocity, bonds, time)``: free motion, in place.
-    copy: Callable  #: ``copy(strain, velocity, new, bonds)``: into the `State` `new`.
-    #: ``mix(state, old, mixture, bonds, drift, weight)``: adds to the mixture, weighted, how the
-    #: state differs from an old one after a drift.
+    copy: Callable  #: ``copy(strain, velocity, new, bonds)``: copies into the `State` `new`.
+    #: ``mix(state, old, mixture, bonds, drift, weight)``: adds to the mixture, with a weight, the
+    #: difference between the state after a drift and an old state.
     mix: Callable
-    #: ``count_outside(strain, bonds, low, high, parameters)``: strains outside a range, the gap
-    #: left out; what is not a number is outside.
+    #: ``count_outside(strain, bonds, low, high, parameters)``: number of strains outside a range,
+    #: without the gap; a NaN is outside.
     count_outside: Callable
-    #: ``extremes(strain, bonds, parameters)``: smallest and largest strain, the gap left out; no
-    #: number where one is none.
+    #: ``extremes(strain, bonds, parameters)``: smallest and largest strain without the gap; NaN if
+    #: a strain is NaN.
     extremes: Callable
-    #: ``are_allowed(ledger, strain, bonds, parameters)``: whether no strain is beyond those
-    #: allowed; the ledger is told of the smallest and the largest.
+    #: ``are_allowed(ledger, strain, bonds, parameters)``: whether all strains are allowed; updates
+    #: the smallest and largest strain of the ledger.
     are_allowed: Callable
 
 
@@ -99,9 +99,10 @@ def looped_stages(source: KernelSpec) -> VerletKernels:
     slice_parameters, force, over_mass = read.slice_parameters, read.force, read.over_mass
 
     def passing(in_place: bool) -> Callable:
-        # The force of the bond behind is carried along: reading ahead and writing behind is a
-        # pattern that LLVM vectorises, and one pass costs less memory traffic than two. In place by
-        # itself: where old and new only turn out to be the same arrays, there are no vectors.
+        # The force of the bond behind is kept for the next bond: LLVM can vectorise a loop that
+        # reads ahead and writes behind, and one pass costs less memory traffic than two. The
+        # version in place is a function of its own, because LLVM does not vectorise if old and new
+        # arrays may be the same.
         @register
         def pass_bonds(
             bonds: int,
@@ -122,8 +123,8 @@ def looped_stages(source: KernelSpec) -> VerletKernels:
                 behind = ahead
             return behind
 
-        # Bonds before the gap, the gap, bonds behind it: a question at every bond would cost more
-        # than its force.
+        # Bonds before the gap, the gap, and bonds behind it are separate: a branch at every bond
+        # would cost more than its force.
         @register
         def start(
             old: State,
@@ -144,7 +145,8 @@ def looped_stages(source: KernelSpec) -> VerletKernels:
                 ahead = push(opened, parameters.contact)
                 given = over_mass(kick, gap, parameters) * (behind - ahead)
                 velocity[gap] = old_velocity[gap] + given
-                # Loops that begin at 0 have vectors: others may have indices from the end.
+                # Only loops that begin at 0 are vectorised, because other indices may count from
+                # the end.
                 begin = gap + 1
                 rest = bonds - begin
                 old_rest = old_strain[begin:], old_velocity[begin:]
@@ -208,7 +210,7 @@ def looped_stages(source: KernelSpec) -> VerletKernels:
 
 
 def array_stages(bond: Potential, kind: LineTraits = PLAIN) -> VerletKernels:
-    """Return the stages in NumPy, for forces that cannot be compiled and are told arrays."""
+    """Return the stages in NumPy, for forces on arrays that cannot be compiled."""
 
     def start(
         old: State,
@@ -279,7 +281,7 @@ def array_stages(bond: Potential, kind: LineTraits = PLAIN) -> VerletKernels:
 
 
 def _looks(count: Callable, spread: Callable, kind: LineTraits, register: Callable) -> tuple:
-    """Return how strains are looked over, the gap left out, by what looks at all of them."""
+    """Return the functions that scan strains without the gap, from functions for all strains."""
     wall, widen = kind.at_wall, register(bookkeeping.widen)
 
     @register
@@ -289,7 +291,7 @@ def _looks(count: Callable, spread: Callable, kind: LineTraits, register: Callab
         place = parameters.gap
         low, high = spread(strain[:place], place)
         lower, higher = spread(strain[place + 1 :], bonds - place - 1)
-        # What is not a number stays.
+        # A NaN stays.
         low = low if low <= lower or low != low else lower
         high = high if high >= higher or high != high else higher
         return low, high

@@ -1,4 +1,4 @@
-"""The stepping engine: steps of one size by any scheme, with contacts located to rounding."""
+"""Stepping engine: steps of one size by any scheme, with contacts located to rounding."""
 
 import math
 import time
@@ -24,7 +24,7 @@ from chaincor.workflows.engines.reference.moving import Motion, Stepper
 from chaincor.workflows.engines.reference.recorder import Recorder
 from chaincor.workflows.engines.whole_end import certain_at, next_look
 
-# Soft bodies may overlap for so many times what two free particles would.
+# Longest overlap of soft bodies, in units of the contact duration of two free particles.
 LONGEST_TOUCHES = 100.0
 
 
@@ -36,36 +36,37 @@ def run(
     follow: bool = True,
 ) -> Outcome:
     """
-    Carry the bodies of a scene through their collision, with the scheme and step of some numerics.
+    Run the collision of a scene with the scheme and step of `numerics`.
 
-    That a contact was the last is mostly seen by looking ahead with coarse steps (``look_ahead``);
-    chains that break are followed with the steps of the run.
+    Look-ahead runs with coarse steps mostly show that a contact was the last (``look_ahead``).
+    Chains that break are followed with the steps of the run.
 
     Parameters
     ----------
     frame_interval : float, optional
-        Time between snapshots. Each is reached by a copy of the chain, so that asking for
-        frames changes no result.
+        Time between snapshots. A copy of the chain is moved to each snapshot, so that
+        snapshots change no result.
     known : Outcome, optional
-        The same collision at another step, whose end was seen: this run is compared with it, and
-        goes only a little beyond its last contact.
+        The same collision at another step, whose end is known. This run is compared with it
+        and continues only a little beyond its last contact.
     follow : bool
-        Whether an end that is not proved is followed on. Without, silence for as long as sound
-        needs to cross the chain and come back ends the run: for runs that are only compared.
+        Whether to follow a run to an end that is not proved. If False, the run ends after one
+        sound round trip without a contact; this suffices for runs that are only compared.
 
     Raises
     ------
     UnfinishedCollisionError
         If the chain still approaches the wall after the longest time that is followed.
     BarrierError, CrossingError, BondRangeError, TimestepError
-        As ``finish.strain_error`` tells them apart.
+        If strains are invalid; ``finish.strain_error`` tells the cases apart.
     """
     if scene.particles == 1 and scene.line.targets == 0 and not scene.line.soft:
         return run_single_particle(scene, numerics.scheme, numerics.timestep, frame_interval)
     moving = _at_start(scene, numerics)
     loaded = moving.stepper.kernels.loaded
     if not loaded.is_set():
-        # Without a step to take, this only loads or compiles the loops, which is not integration.
+        # Advancing by no step only loads or compiles the loops, so this does not count as
+        # integration.
         with compile_in_background(_warm_up_coarse_steps, scene, numerics):
             moving.advance(0)
         _warm_up_coarse_steps(scene, numerics)
@@ -99,11 +100,11 @@ def run(
 
 def follow_on(scene: Scene, moving: Motion) -> End:
     """
-    Go on with bodies that were left where their end may be argued, as :func:`run` does.
+    Continue the collision of bodies whose end may be argued, as :func:`run` does.
 
-    They came back from their last steps with `bookkeeping.ARGUE`, their end not looked for before,
-    and are changed in place; they may get new room for contacts. Returns how the collision ends,
-    when that was seen, and the force evaluations so far; raises RunError as :func:`run`.
+    The steps of the bodies returned `bookkeeping.ARGUE`, and their end has not been sought yet. The
+    bodies are changed in place and may get new room for contacts. Return the end of the collision;
+    raises RunError as :func:`run` does.
     """
     return _Collision(scene, moving, None).run(None, True, bookkeeping.ARGUE)
 
@@ -119,7 +120,7 @@ def _at_start(scene: Scene, numerics: Numerics) -> Motion:
 
 
 class _Collision:
-    """A collision in progress: the bodies, and who looks at them on the way."""
+    """Collision in progress: its bodies, look-ahead runs, snapshots and end criteria."""
 
     def __init__(self, scene: Scene, moving: Motion, frame_interval: float | None) -> None:
         self.scene, self.moving = scene, moving
@@ -129,9 +130,9 @@ class _Collision:
 
     def run(self, known: Outcome | None, follow: bool, left: int | None = None) -> End:
         """
-        Step until the end; return it, when that is, and the force evaluations it took.
+        Step until the end of the collision and return it.
 
-        `left` is why the bodies came back from steps that were taken elsewhere.
+        `left` is the reason why earlier steps, taken elsewhere, returned.
         """
         scene, ledger = self.scene, self.moving.ledger
         if known is not None:
@@ -160,11 +161,11 @@ class _Collision:
                 self.frames.record()
 
     def _goal(self, known: Outcome | None) -> tuple[int, float]:
-        """Return how many steps to take, and how many of them are past what is waited for."""
+        """Return the number of steps to reach, and the last step before the run is late."""
         scene, ledger, step = self.scene, self.moving.ledger, self.moving.stepper.step
         steps, interval = int(ledger["steps"]), 1.0 / scene.slow_stiffness**0.5
         if ledger["contacts"] == 0:
-            # The mean comes nearer: a contact comes, soon or late.
+            # The mean displacement approaches the wall, so a contact comes sooner or later.
             goal = steps + math.ceil(interval / step)
             return int(min(goal, self.frames.next_step())), math.inf
         if known is None:
@@ -177,7 +178,7 @@ class _Collision:
         return int(min(last_step + 1, self.frames.next_step())), last_step
 
     def _patience(self) -> float:
-        """Return until when the bodies are followed, since the first contact."""
+        """Return the time since the first contact until which the bodies are followed."""
         _, last = self.look_ahead.times()
         patience = self.watch.followed_until(last)
         ledger = self.moving.ledger
@@ -187,14 +188,14 @@ class _Collision:
         return patience
 
     def _look(self, status: int, follow: bool) -> End | None:
-        """Look for the end; return it as `run` does, or None where the bodies are followed on."""
+        """Return the end of the collision; None if the bodies must be followed further."""
         moving, ledger, line = self.moving, self.moving.ledger, self.scene.line
         now, last = self.look_ahead.times()
         certain = math.inf
         if status == bookkeeping.ARGUE and line.at_wall and line.cold:
             speed, momentum = float(ledger["impact_velocity"]), float(ledger["momentum"])
             if not abs(momentum) <= MOST_ENERGY_GROWTH * line.chain_masses.sum() * speed:
-                # Too long a step throws it back faster than it came.
+                # A step that is too long makes the chain leave faster than it came.
                 raise self.look_ahead.unresolved()
             masses = None if line.unit else line.chain_masses
             state = moving.gap, moving.strain

@@ -1,1 +1,1 @@
-"""Many chains before a hard wall, carried out in one compiled loop: a batch."""
+"""Batches: many chains before a hard wall in one compiled loop."""

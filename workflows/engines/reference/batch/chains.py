@@ -1,4 +1,4 @@
-"""The collisions of a batch: where they begin, the chains in motion, and what came of them."""
+"""Collisions of a batch: initial states, chains in motion, and results."""
 
 import math
 from dataclasses import dataclass, fields
@@ -30,20 +30,20 @@ class Rows:
     """Arrays with a row for each of many collisions."""
 
     def chosen(self, which: NDArray) -> Self:
-        """Return some of them."""
+        """Return the chosen rows."""
         return type(self)(*(getattr(self, f.name)[which] for f in fields(self)))
 
 
 @dataclass(frozen=True)
 class StartStates(Rows):
-    """Where collisions of one chain begin."""
+    """Initial states of collisions of one chain."""
 
-    strains: Array  #: The gap to the wall, and of the bonds; of shape (samples, n).
+    strains: Array  #: Gap to the wall, then strains of the bonds; of shape (samples, n).
     velocities: Array  #: Positive away from the wall; of shape (samples, n).
 
     @classmethod
     def of(cls, lines: list[Line]) -> "StartStates":
-        """Return those of lines with a rigid wall."""
+        """Return the initial states of lines with a rigid wall."""
         return cls(
             np.array([line.strains for line in lines]),
             np.array([line.velocities[1:] for line in lines]),
@@ -51,7 +51,7 @@ class StartStates(Rows):
 
     @classmethod
     def cold(cls, speeds: Array, particles: int) -> "StartStates":
-        """Return chains at the wall that come with these speeds."""
+        """Return chains at the wall that approach it with the given speeds."""
         strains = np.zeros((len(speeds), particles))
         return cls(strains, np.repeat(-speeds[:, None], particles, axis=1))
 
@@ -61,55 +61,55 @@ class StartStates(Rows):
 
 @dataclass(frozen=True)
 class ManyRuns(Rows):
-    """What came of many runs."""
+    """Results of many runs."""
 
-    #: Whether a run was carried to an end; nothing else counts where it was not; of shape (runs,).
+    #: Whether the run reached an end; the other fields count only then; of shape (runs,).
     settled: NDArray[np.bool_]
-    #: Whether no end was found for as long as collisions are followed: none is by other steps; of
-    #: shape (runs,).
+    #: Whether no end was found for as long as collisions are followed, so that other steps find
+    #: none either; of shape (runs,).
     endless: NDArray[np.bool_]
-    endings: NDArray[np.object_]  #: How it ended, where that was looked for; of shape (runs,).
+    endings: NDArray[np.object_]  #: Ends that were looked for; of shape (runs,).
     durations: Array  #: Simulated time from the first contact to the end; of shape (runs,).
-    evaluations: NDArray[np.int64]  #: Of all bond forces; of shape (runs,).
-    #: Right after the last contact; of shape (runs, n - 1) and (runs, n).
+    evaluations: NDArray[np.int64]  #: Evaluations of all bond forces; of shape (runs,).
+    #: Strains right after the last contact; of shape (runs, n - 1).
     strains: Array
-    velocities: Array  #: See ``strains``.
-    speeds: Array  #: Centre-of-mass velocity then; of shape (runs,).
+    velocities: Array  #: Velocities right after the last contact; of shape (runs, n).
+    speeds: Array  #: Centre-of-mass velocity right after the last contact; of shape (runs,).
     #: Times since the first contact and incoming speeds; of shape (runs, 2, capacity).
     contacts: Array
-    counts: NDArray[np.int64]  #: How many contacts there were; of shape (runs,).
+    counts: NDArray[np.int64]  #: Number of contacts; of shape (runs,).
     lasted: Array  #: Time from the initial state to the end of the last contact; of shape (runs,).
-    #: Shortest and longest bond up to the last contact; of shape (runs,).
+    #: Shortest bond up to the last contact; of shape (runs,).
     bond_min: Array
-    bond_max: Array  #: See ``bond_min``.
-    energies: Array  #: Of the bonds right after the last contact, in rows; of shape (runs,).
-    #: Wall-clock time of the integration of each: that of all, in equal parts; of shape (runs,).
+    bond_max: Array  #: Longest bond up to the last contact; of shape (runs,).
+    energies: Array  #: Energy of the bonds right after the last contact; of shape (runs,).
+    #: Wall-clock time of the integration, in equal parts for all runs; of shape (runs,).
     seconds: Array
 
     @property
     def displacements(self) -> Array:
-        """The same as ``strains``, u_i = x_i - (i - 1), of shape (runs, n)."""
+        """Displacements u_i = x_i - (i - 1) after the last contact, of shape (runs, n)."""
         return displacements_from(0.0, self.strains)
 
     @property
     def listed(self) -> NDArray[np.bool_]:
-        """Which places of `contacts` hold one, of shape (runs, capacity)."""
+        """Whether a place of `contacts` holds a contact, of shape (runs, capacity)."""
         return np.arange(self.contacts.shape[2]) < self.counts[:, None]
 
     @property
     def last_contact_times(self) -> Array:
-        """When particle 1 left the wall."""
+        """Times of the last contacts."""
         return self.contacts[np.arange(len(self.counts)), 0, self.counts - 1]
 
     @property
     def longest_silences(self) -> Array:
-        """The longest time between two contacts of each; 0 where there is but one."""
+        """Longest time between two contacts of each run; 0 if there is only one contact."""
         gaps = np.diff(self.contacts[:, 0], axis=1)
         return np.asarray(np.max(gaps, axis=1, where=self.listed[:, 1:], initial=0.0))
 
     @property
     def proved(self) -> NDArray[np.bool_]:
-        """Whether an end is proved; argued otherwise."""
+        """Whether the end is proved; otherwise it is argued."""
         kinds = [ending is not None and ending.kind == "proved" for ending in self.endings]
         return np.array(kinds, bool)
 
@@ -121,17 +121,21 @@ def chain_energies(line: Line, bond: Potential, starts: StartStates) -> Array:
 
 
 def each_sum(terms: Array) -> Array:
-    """Return the sum of each row; a matrix product may round a row as the number of rows is."""
+    """
+    Return the sum of each row.
+
+    A matrix product may round a row differently for different numbers of rows.
+    """
     return np.asarray(np.sum(terms, axis=1))
 
 
 class Chains:
     """
-    Chains in motion: as ``Motion``, with a row for each.
+    Chains in motion: like ``Motion``, with a row for each chain.
 
-    Made of steps, for what all share, and of the start and the step H of each; `speeds`, how fast
-    each approaches the wall, are those of the centres of mass by default. What the compiled loop
-    changes in place is in `rows`.
+    `stepper` holds what all chains share; `starts` and `steps` give the initial state and the step
+    H of each chain. `speeds` are the speeds of approach to the wall, by default of the centres of
+    mass. The compiled loop changes `rows` in place.
     """
 
     def __init__(
@@ -158,7 +162,7 @@ class Chains:
         for name in ("min", "max"):
             ledgers[f"contact_{name}"] = ledgers[f"strain_{name}"]
         contacts = np.zeros((count, *first.arrays.contacts.shape))
-        # Chains that touch the wall and approach it have met it.
+        # Chains that touch the wall and approach it have their first contact.
         met = (starts.strains[:, 0] == 0.0) & (velocity[:, 0] < 0.0)
         closing = np.where(met, -velocity[:, 0], 0.0)
         velocity[met, 0] = closing[met]
@@ -168,7 +172,7 @@ class Chains:
         ledgers["momentum"] += given
         ledgers["argue_after"] = np.where(met, ledgers["argue_first"], np.inf)
         inverse = 1.0 / masses
-        # Each group has SIMD lanes of its own, as several threads carry groups of one batch.
+        # Each group has its own SIMD lanes, because several threads compute groups of one batch.
         self.lanes = Lanes.of(inverse)
         self.near = Lanes.of(inverse[: stepper.scheme.reach + 1])
         self.rows = ChainRows(
@@ -184,34 +188,34 @@ class Chains:
             statuses=np.full(count, MOVING),
         )
         self.durations = np.zeros(count)  # simulated time from the first contact to the end
-        self.endings = np.full(count, None)  # how each ended, where that was looked for
+        self.endings = np.full(count, None)  # ends that were looked for
 
     def times(self) -> Array:
-        """Return how long each has moved, since its start."""
+        """Return the time of each chain since its start."""
         return np.asarray(self.rows.ledgers["steps"] * self.rows.steps)
 
     def arrival(self) -> Array:
-        """Return when the mean displacements would be at the wall."""
+        """Return the times at which the mean displacements would reach the wall."""
         ledgers, strains = self.rows.ledgers, self.rows.strains
         along = displacements_from(0.0, strains)
         distance = ledgers["position"] + each_sum(along * self._shares)
         return np.asarray(np.maximum(distance, 0.0) / ledgers["impact_velocity"])
 
     def follow_until(self, times: Array) -> None:
-        """Move all until times since their starts."""
+        """Set the goals of all chains to times since their starts."""
         self.rows.goals[:] = np.ceil(times / self.rows.steps)
 
     def follow_on(self, s: int, until: float) -> None:
-        """Move one of them on, by a step at least."""
+        """Set the goal of one chain to a time, at least one step ahead."""
         done, goal = int(self.rows.ledgers["steps"][s]), math.ceil(until / self.rows.steps[s])
         self.rows.goals[s], self.rows.statuses[s] = max(done + 1, goal), MOVING
 
     def end(self, s: int, ending: Ending, time: float) -> None:
-        """Note how one of them ended, and when that was seen, since its first contact."""
+        """Record the end of one chain and the time since its first contact when it was found."""
         self.endings[s], self.durations[s], self.rows.statuses[s] = ending, time, ENDED
 
     def make_room(self) -> None:
-        """Double the room for contacts where it does not suffice."""
+        """Double the room for contacts if a chain needs it."""
         full = self.rows.statuses == bookkeeping.FULL
         if np.any(full):
             contacts = self.rows.contacts
@@ -220,7 +224,7 @@ class Chains:
             self.rows.statuses[full] = MOVING
 
     def chain(self, s: int) -> Motion:
-        """Return one of them, to be changed in place."""
+        """Return one chain, to be changed in place."""
         rows = self.rows
         arrays = self._first.arrays._replace(
             now=State(rows.strains[s], rows.velocities[s]),
@@ -230,7 +234,7 @@ class Chains:
         return Motion(self._stepper.of_size(float(rows.steps[s])), rows.ledgers[s], arrays)
 
     def outcomes(self, seconds: float, done: NDArray[np.bool_] | None = None) -> ManyRuns:
-        """Return what came of them, where ends were seen or runs are `done`."""
+        """Return the results of runs whose ends were found or that are `done`."""
         ledgers, contacts = self.rows.ledgers, self.rows.contacts
         strains, velocities = self.rows.last_strains, self.rows.last_velocities
         if done is None:

@@ -1,10 +1,10 @@
 r"""
-The chains of a batch, and their steps side by side, extrapolated or split, each of its own size.
+Lanes of a batch: steps of many chains side by side, each with a step size of its own.
 
-A chain of twenty is too short for the vector units of a processor: its loops begin and end more
-than they run. Here each chain has a SIMD lane: number i of lane k lies at :math:`i L + k`, and
-loops run over all lanes. What is done to each number is what ``stages`` and ``schemes``
-do, in the same order, so that a chain moves as it does alone, to the last bit.
+A chain of twenty is too short for the vector units of a processor: its loops spend most time at
+their beginnings and ends. Here each chain has a SIMD lane. Number i of lane k lies at :math:`i L +
+k`, and loops run over all lanes. The arithmetic of each number follows ``stages`` and ``schemes``
+in the same order, so a chain moves as it does alone, to the last bit.
 """
 
 from collections.abc import Callable
@@ -17,59 +17,60 @@ from chaincor.lammps_inputs.arrays import Array
 from chaincor.workflows.engines.reference.line_traits import KernelSpec, read_parameters
 from chaincor.workflows.engines.schemes import StepCoefficients
 
-# L: a multiple of the width of every SIMD unit, so that there is no scalar remainder loop.
+# Number L of lanes: a multiple of the width of every SIMD unit, so that there is no scalar
+# remainder loop.
 LANES = 16
 
-# Not left yet; otherwise why it was, see ``bookkeeping``. Beyond that: its end was proved by the
-# loop, none is found, one was.
+# Status of a chain that moves. Other statuses are reasons why it stopped, see ``bookkeeping``, or:
+# the loop proved its end, no end was found, an end was found.
 MOVING = -1
 PROVED, ENDLESS, ENDED = 5, 6, 7
 
-# What is known of a chain's next move: nothing; that a contact ends it, or none; and that none
-# does, which the same move had to show.
+# Knowledge of the next move of a chain: none; a contact ends the move; no contact ends it; no
+# contact ends it, and the move itself had to be repeated to show this.
 OPEN, MEETS, FREE, REPEATED = range(4)
 
 Counts = NDArray[np.int64]
 
 
 class LaneState(NamedTuple):
-    """Chains side by side."""
+    """State of chains side by side."""
 
     strain: Array  #: Bond lengths less one; of shape ((n - 1) L,).
     velocity: Array  #: Velocities, positive away from the wall; of shape (n L,).
-    distance: Array  #: Of particle 1 from the wall; of shape (L,).
+    distance: Array  #: Distance of particle 1 from the wall; of shape (L,).
 
     @classmethod
     def of(cls, particles: int) -> "LaneState":
-        """Return chains at rest."""
+        """Return the state of chains at rest."""
         bonds = (particles - 1) * LANES
         return cls(np.zeros(bonds), np.zeros(bonds + LANES), np.zeros(LANES))
 
 
 class Room(NamedTuple):
-    """Room for the steps of chains side by side."""
+    """Scratch arrays for the steps of chains side by side."""
 
-    trial: LaneState  #: What a step tries.
-    #: The step H of each lane, and a part of it; of shape (L,).
+    trial: LaneState  #: State within a step.
+    #: Step H of each lane; of shape (L,).
     steps: Array
-    share: Array  #: See ``steps``.
-    parts: Array  #: That part repeated along the chain; of shape (n L,).
-    forces: Array  #: Of the bonds, between zeros; of shape ((n + 1) L,).
-    #: Inverse masses; 1 where all masses are, which nobody reads then; of shape (n L,).
+    share: Array  #: Part of the step H of each lane; of shape (L,).
+    parts: Array  #: Part of the step, repeated along the chain; of shape (n L,).
+    forces: Array  #: Forces of the bonds, between zeros; of shape ((n + 1) L,).
+    #: Inverse masses; not read if all masses are 1; of shape (n L,).
     weights: Array
 
 
 class Lanes(NamedTuple):
-    """Chains side by side, and what they are moved with."""
+    """Chains side by side, with the arrays of their steps."""
 
-    #: Before and after a step.
+    #: State before a step.
     old: LaneState
-    new: LaneState  #: See ``old``.
-    room: Room  #: For a step.
+    new: LaneState  #: State after a step.
+    room: Room  #: Scratch arrays of a step.
 
     @classmethod
     def of(cls, inverse: Array) -> "Lanes":
-        """Return lanes for chains of these inverse masses, of shape (n,)."""
+        """Return lanes for chains of the given inverse masses, of shape (n,)."""
         particles = len(inverse)
         old, new, trial = (LaneState.of(particles) for _ in range(3))
         numbers = particles * LANES
@@ -88,59 +89,59 @@ class Lanes(NamedTuple):
 
 
 class ChainRows(NamedTuple):
-    """The chains of a batch, a row for each."""
+    """Chains of a batch, a row for each."""
 
-    ledgers: np.recarray  #: See ``bookkeeping``; of shape (chains,).
-    #: Now; of shape (chains, n - 1) and (chains, n).
+    ledgers: np.recarray  #: Scalar variables, see ``bookkeeping``; of shape (chains,).
+    #: Current strains; of shape (chains, n - 1).
     strains: Array
-    velocities: Array  #: See ``strains``.
-    #: The same right after the last contact.
+    velocities: Array  #: Current velocities; of shape (chains, n).
+    #: Strains right after the last contact; of shape (chains, n - 1).
     last_strains: Array
-    last_velocities: Array  #: See ``last_strains``.
-    #: Times, closing speeds, and the momentum given to the chain; of shape (chains, 3, capacity).
+    last_velocities: Array  #: Velocities right after the last contact; of shape (chains, n).
+    #: Times, closing speeds and impulses on the chain; of shape (chains, 3, capacity).
     contacts: Array
-    energies: Array  #: Of each chain; of shape (chains,).
-    steps: Array  #: H of each; of shape (chains,).
-    goals: Counts  #: How many steps shall be done of each; of shape (chains,).
-    statuses: Counts  #: Whether it moves, or why it does not; of shape (chains,).
+    energies: Array  #: Initial energy of each chain; of shape (chains,).
+    steps: Array  #: Step H of each chain; of shape (chains,).
+    goals: Counts  #: Number of steps to reach; of shape (chains,).
+    statuses: Counts  #: Whether the chain moves, or the reason why not; of shape (chains,).
 
 
 class Queue(NamedTuple):
-    """Some chains; the last to come is the first to go."""
+    """Stack of chains: last in, first out."""
 
-    chains: Counts  #: Which, and room for all; of shape (chains,).
-    held: Counts  #: How many; of shape (1,).
+    chains: Counts  #: Indices of the chains, with room for all; of shape (chains,).
+    held: Counts  #: Number of chains on the stack; of shape (1,).
 
     @classmethod
     def of(cls, chains: int) -> "Queue":
-        """Return an empty one with room for all."""
+        """Return an empty stack with room for all chains."""
         return cls(np.zeros(chains, np.int64), np.zeros(1, np.int64))
 
 
 class Places(NamedTuple):
-    """Which chains are where in a batch."""
+    """Places of the chains of a batch."""
 
-    waiting: Queue  #: Those whose contacts have to be searched.
-    found: Queue  #: Those of which these are found.
-    whose: Counts  #: Which chain is in a lane; -1 for none; of shape (L,).
-    #: Its smallest and largest strain now; of shape (L,).
+    waiting: Queue  #: Chains whose contacts have to be searched.
+    found: Queue  #: Chains whose contacts have been found or excluded.
+    whose: Counts  #: Chain in each lane; -1 for none; of shape (L,).
+    #: Smallest strain of this chain now; of shape (L,).
     low: Array
-    high: Array  #: See ``low``.
-    searched: Counts  #: Which chain's contact is searched in a lane; -1 for none; of shape (L,).
+    high: Array  #: Largest strain of this chain now; of shape (L,).
+    searched: Counts  #: Chain whose contact is searched in each lane; -1 for none; of shape (L,).
 
     @classmethod
     def of(cls, chains: int) -> "Places":
-        """Return those of so many chains, none of which has begun."""
+        """Return the places of chains that have not begun."""
         nobody, low, high = np.full(LANES, -1), np.zeros(LANES), np.zeros(LANES)
         return cls(Queue.of(chains), Queue.of(chains), nobody, low, high, nobody.copy())
 
 
 def build_lane_step(source: KernelSpec, split: bool) -> Callable:
     """
-    Return one step of all lanes, which is split or else extrapolated.
+    Return the function for one step of all lanes, split or extrapolated.
 
-    ``step(lanes, wanted, rule)`` leads from old states to new ones, see `Lanes`; of the bonds the
-    first `wanted` are needed.
+    ``step(lanes, wanted, rule)`` leads from the old states to the new ones, see `Lanes`; the state
+    of the first `wanted` bonds is needed after the step.
     """
     force, register = read_parameters(source).force, source.register
     if source.kind.unit:
@@ -159,7 +160,7 @@ def build_lane_step(source: KernelSpec, split: bool) -> Callable:
     def stage(
         state: LaneState, room: Room, drift: float, kick: float, bonds: int, parameters: Any
     ) -> None:
-        # What the last particle is given is wrong where more bonds follow: then nobody needs it.
+        # The impulse on the last particle is wrong if more bonds follow, but it is not used then.
         strain, velocity, distance = state
         _, _, _, parts, forces, weights = room
         for k in range(LANES):

@@ -1,13 +1,14 @@
 """
-The loop that carries many chains before a hard wall side by side, without Python in between.
+Loop over many chains before a hard wall side by side, without Python in between.
 
-Each pass moves all SIMD lanes (``lanes``), each by a step of its own. A chain that meets the wall
-in a step, or may, waits outside until the time of that is found; then it takes a lane that is free,
-up to the contact. A search is a row of steps of the particles near the wall, the size of each told
-by those before: one chain's are too few numbers for the vector units of a processor, so that a
-search takes as long as several steps of a whole chain of twenty. So searches wait until lanes are
-filled, and go side by side as well. Everything that decides is what ``motion`` does, in the same
-order: what comes of a chain is what comes of it alone, to the last bit.
+Each pass moves all SIMD lanes (``lanes``), each by its own step. If a chain reaches the wall in a
+step, or may reach it, it waits outside the lanes until the time of the contact is found. It then
+takes a free lane up to the contact. A search is a sequence of steps of the particles near the wall,
+and each step size depends on the steps before. The particles of one chain are too few for the
+vector units of a processor, so that one search takes as long as several steps of a whole chain of
+twenty. Searches therefore wait until they fill the lanes, and then run side by side as well. All
+decisions follow ``motion`` in the same order, so the result of a chain is the result that it has
+alone, to the last bit.
 """
 
 from collections.abc import Callable
@@ -36,19 +37,19 @@ from chaincor.workflows.engines.reference.stages import Parameters, VerletKernel
 from chaincor.workflows.engines.schemes import StepCoefficients
 from chaincor.workflows.engines.whole_end import EndBounds, is_over
 
-# Looks for the end cost less than a step: so much later, in units of the time that sound takes over
-# a bond, and of the time since the last contact.
+# Interval between checks of the end, in units of the time of sound over a bond and of the time
+# since the last contact. A check costs less than a step.
 _FIRST_LOOK, _LATER_LOOKS = 2.0, 0.1
 
 
 def build_carry(source: KernelSpec, _stages: VerletKernels, split: bool) -> Callable:
     """
-    Return the loop over chains, with steps that are split or else extrapolated.
+    Return the loop over chains, with steps that are split or extrapolated.
 
-    ``carry(rows, lanes, near, rule, bounds, places, most)`` takes steps of each chain that moves
-    until its goal is reached, its end is proved or something needs the caller, which is its status
-    then, or until about `most` steps were taken in all. `lanes` are `Lanes` of the chains, `near`
-    of the particles near the wall that contacts are searched with.
+    ``carry(rows, lanes, near, rule, bounds, places, most)`` takes steps of each moving chain until
+    its goal is reached, its end is proved or an event needs the caller, which its status then says,
+    or until about `most` steps were taken in all. `lanes` are `Lanes` of the chains, `near` are
+    `Lanes` of the particles near the wall, for the search for contacts.
     """
     register, gap_derivatives = source.register, build_contact(source).gap_derivatives
     take_step = register(build_lane_step(source, split), inline=False)
@@ -77,7 +78,7 @@ def build_carry(source: KernelSpec, _stages: VerletKernels, split: bool) -> Call
 
     @register
     def load(s: int, k: int, rows: ChainRows, lane: LaneState) -> None:
-        # As many particles as lanes have room for.
+        # Load as many particles as the lanes have room for.
         for i in range(lane[0].shape[0] // LANES):
             lane[0][i * LANES + k] = rows.strains[s, i]
         for i in range(lane[1].shape[0] // LANES):
@@ -98,7 +99,7 @@ def build_carry(source: KernelSpec, _stages: VerletKernels, split: bool) -> Call
 
     @register
     def park(k: int, lane: LaneState, steps: Array) -> None:
-        # At rest, where it costs what any lane does and nothing happens.
+        # A parked lane is at rest: it costs as much as any lane, and nothing happens in it.
         for i in range(lane[0].shape[0] // LANES):
             lane[0][i * LANES + k] = 0.0
         for i in range(lane[1].shape[0] // LANES):
@@ -113,7 +114,7 @@ def build_carry(source: KernelSpec, _stages: VerletKernels, split: bool) -> Call
 
     @register
     def wait_if_likely(s: int, start: PathPoint, rows: ChainRows, places: Places) -> bool:
-        # Where a contact is likely, it is searched first, as ``motion`` does.
+        # A likely contact is searched first, as in ``motion``.
         ledger = rows.ledgers[s]
         ledger.move, ledger.known = ledger.left, OPEN
         likely = is_likely(ledger, start, ledger.left)
@@ -125,7 +126,7 @@ def build_carry(source: KernelSpec, _stages: VerletKernels, split: bool) -> Call
     def next_in(
         last: int, more: bool, rows: ChainRows, places: Places, parameters: Parameters
     ) -> tuple[int, int]:
-        # The chain that takes the next lane, -1 for none, and the last of those begun.
+        # Return the chain that takes the next lane (-1 for none) and the last chain begun.
         if places.found.held[0] > 0:
             return pop(places.found), last
         while more and last + 1 < rows.statuses.shape[0]:
@@ -143,7 +144,8 @@ def build_carry(source: KernelSpec, _stages: VerletKernels, split: bool) -> Call
     def search(
         searching: int, near: Lanes, rows: ChainRows, places: Places, rule: StepCoefficients
     ) -> int:
-        # One point of the path of each chain whose contact is searched; returns how many these are.
+        # Compute one point of the path of each chain whose contact is searched; return their
+        # number.
         searched, ledgers = places.searched, rows.ledgers
         kept, moved, room = near
         for k in range(LANES):
@@ -174,7 +176,7 @@ def build_carry(source: KernelSpec, _stages: VerletKernels, split: bool) -> Call
 
     @register
     def touch(s: int, k: int, rows: ChainRows, new: LaneState, places: Places) -> None:
-        # At the wall: as ``motion`` reverses particle 1.
+        # Reverse particle 1 at the wall, as ``motion`` does.
         ledger, contacts = rows.ledgers[s], rows.contacts[s]
         speed = abs(new[1][k])
         new[1][k] = speed
@@ -196,7 +198,7 @@ def build_carry(source: KernelSpec, _stages: VerletKernels, split: bool) -> Call
 
     @register
     def look(s: int, rows: ChainRows, bounds: EndBounds) -> int:
-        # Whether the end is proved; if not, when to look again.
+        # Check whether the end is proved; if not, set the time of the next check.
         ledger, state = rows.ledgers[s], (rows.strains[s], rows.velocities[s])
         if over(ledger.position, state[0], state[1], rows.energies[s], bounds):
             return PROVED
@@ -206,7 +208,7 @@ def build_carry(source: KernelSpec, _stages: VerletKernels, split: bool) -> Call
 
     @register
     def after_step(s: int, k: int, rows: ChainRows, places: Places) -> int:
-        # Why the chain is left, or that it moves on; as at the end of a step of ``motion``.
+        # Return the status of a chain after a step, as at the end of a step of ``motion``.
         ledger, low, high = rows.ledgers[s], places.low[k], places.high[k]
         ledger.steps += 1
         within = ledger.strain_min <= low and high <= ledger.strain_max
@@ -226,7 +228,7 @@ def build_carry(source: KernelSpec, _stages: VerletKernels, split: bool) -> Call
         places: Places,
         more: bool,
     ) -> bool:
-        # What a move of all lanes made of the chain in one of them; whether that moves on there.
+        # Process the move of one lane; return whether its chain stays in the lane.
         (old, new, room), s = lanes, places.whose[k]
         ledger = rows.ledgers[s]
         if ledger.known != REPEATED:
@@ -285,7 +287,7 @@ def build_carry(source: KernelSpec, _stages: VerletKernels, split: bool) -> Call
         moving = searching = done = 0
         last = -1
         while True:
-            # The new state is that from which lanes go on.
+            # Lanes continue from the new state.
             for k in range(LANES):
                 if whose[k] >= 0:
                     continue

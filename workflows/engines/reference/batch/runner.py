@@ -1,4 +1,4 @@
-"""Carries out a batch: many collisions of one chain with a hard wall, each with its own step."""
+"""Runner of a batch: many collisions of one chain with a hard wall, each with its own step."""
 
 import math
 import time
@@ -32,14 +32,14 @@ from chaincor.workflows.engines.time_limit import WORK_AT_ONCE, steps_at_once
 from chaincor.workflows.engines.whole_end import EndBounds, certain_at, next_look
 from chaincor.workflows.errors import RunError
 
-# Longer chains fill the vector units by themselves: decides costs only.
+# Longer chains fill the vector units by themselves. This affects only the cost.
 LONGEST_IN_LANES = 128
-# Collisions of n particles take about so many crossings.
+# Usual duration of a collision of n particles, in sound crossings.
 _USUAL_CROSSINGS = 5.0
 
 
 def supports(line: Line, bond: Potential) -> bool:
-    """Return whether collisions are of a kind that is carried here: a hard, rigid wall."""
+    """Return whether a batch supports the line and the bond: it needs a hard, rigid wall."""
     compiled = scalar_force(bond) is not None and len(line.chain_masses) > 1
     return line.at_wall and line.first == 1 and bond.smooth and compiled
 
@@ -48,8 +48,8 @@ class Batch:
     """
     Collisions of one chain with a hard wall, which differ in initial state and step.
 
-    One of their lines, which :func:`supports` takes, tells what all share: masses, and whether they
-    come cold. `scheme` is one of ``schemes``.
+    `line`, which :func:`supports` accepts, gives what all collisions share: the masses, and whether
+    the chains are cold. `scheme` is one of ``schemes``.
     """
 
     def __init__(self, line: Line, bond: Potential, scheme: str) -> None:
@@ -61,7 +61,7 @@ class Batch:
         n = self.particles = len(line.chain_masses)
         self._stiffness = bond.stiffness / line.mean_mass
         self._most = steps_at_once(self._scheme.evaluations * n)
-        # Only in lanes are ends proved within the loop, of any chain but a plain one.
+        # Ends are proved within the loop only in lanes, for all chains but standard ones.
         self._in_lanes = n <= LONGEST_IN_LANES or not line.is_standard
         if self._in_lanes:
             self._carry_lanes = loop(build_carry, not self._scheme.extrapolated)
@@ -70,29 +70,29 @@ class Batch:
         self.stopped = False  # set by another thread to leave the loop
 
     def share(self, step: float) -> int:
-        """Return how many collisions to carry at once, so that progress is seen."""
+        """Return the number of collisions to compute at once, so that progress is visible."""
         n = self.particles
         duration = _USUAL_CROSSINGS * 2.0 * (n + 10.0) / self._stiffness**0.5
         work = duration / step * self._scheme.evaluations * n
-        # Towards the end lanes are empty: not too few.
+        # The number is large enough that few lanes are empty towards the end.
         return int(min(max(WORK_AT_ONCE / work, 4 * LANES), 1024))
 
     def follow(self, starts: StartStates, steps: Array) -> ManyRuns:
         """
-        Carry collisions to their ends, as far as energy proves these, or pieces that part.
+        Run collisions to their ends, as far as energy or parting fragments prove the ends.
 
-        `steps` are the H of each. What comes of one does not depend on the others. Raises RunError
-        if it was stopped.
+        `steps` are the H of the collisions. The result of a collision does not depend on the
+        others. Raises RunError if the batch was stopped.
         """
         group = Chains(self._stepper, starts, steps)
         started = time.perf_counter()
         n, bond, interval = self.particles, self._bond, 1.0 / self._stiffness**0.5
         bounds = self._bounds_of(float(np.max(group.rows.energies)))
-        # Before the contact, which comes as the mean comes nearer, nothing is looked for.
+        # The mean displacement approaches the wall, so a contact comes; no end is sought before it.
         approach = 1.5 * group.arrival() + 2.0 * interval
         group.follow_until(approach)
         watches: dict[int, EndWatch] = {}
-        # Where bonds may break, energy proves little, and pieces have to be looked at.
+        # If bonds may break, energy proves little, and the fragments have to be examined.
         may_break = group.rows.energies >= breaking_energy(bond)
         while np.any(group.rows.statuses == MOVING):
             self._carry(group, bounds)
@@ -111,7 +111,7 @@ class Batch:
                 longest = watch.followed_until(last)
                 group.rows.statuses[s] = ENDLESS
                 if not may_break[s]:
-                    # Energy alone will prove the end, or there is none.
+                    # Energy alone will prove the end, or there is no end.
                     if now < longest:
                         group.follow_on(s, longest + 2.0 * interval)
                     continue
@@ -127,7 +127,7 @@ class Batch:
         return group.outcomes(time.perf_counter() - started)
 
     def follow_cold(self, scenes: Sequence[Scene], steps: Array) -> ManyRuns:
-        """Carry collisions of plain chains to the ends that they have alone."""
+        """Run collisions of standard chains to the same ends as single runs."""
         speeds = np.array([scene.impact_velocity for scene in scenes])
         starts = StartStates.cold(speeds, self.particles)
         group = Chains(self._stepper, starts, steps, speeds)
@@ -157,7 +157,7 @@ class Batch:
     def compare(
         self, starts: StartStates, steps: Array, lasts: Array, speeds: Array | None = None
     ) -> ManyRuns:
-        """Carry collisions a little beyond their last contacts, known since the first ones."""
+        """Run collisions a little beyond their last contacts, at `lasts` after the first."""
         group = Chains(self._stepper, starts, steps, speeds)
         started = time.perf_counter()
         ledgers, margin = group.rows.ledgers, KNOWN_MARGIN / self._stiffness**0.5
@@ -167,7 +167,7 @@ class Batch:
             untils = np.where(met, ledgers["first_contact"] + lasts, group.times()) + margin
             group.rows.goals[:] = np.ceil(untils / group.rows.steps) + 1
             self._carry(group, EndBounds.none())
-            # Their time is told from the first contact on.
+            # Times of a collision count from its first contact, so it continues until it has one.
             group.rows.statuses[(group.rows.statuses == bookkeeping.DONE) & ~met] = MOVING
         group.durations[:] = group.times() - ledgers["first_contact"]
         return group.outcomes(
@@ -175,26 +175,26 @@ class Batch:
         )
 
     def _bounds_of(self, largest_energy: float) -> EndBounds:
-        """Return what proves ends of chains of this energy at most."""
+        """Return the bounds that prove ends of chains of at most this energy."""
         top = EndBounds.rung_above(self._bond, largest_energy)
         if top not in self._bounds:
             self._bounds[top] = EndBounds.of(self._line, self._bond, top)
         return self._bounds[top]
 
     def _follow_alone(self, scene: Scene, group: Chains, s: int) -> Ending | None:
-        """Follow a chain that may break to its end; None where it has to be carried out alone."""
+        """Follow a chain that may break to its end; None if it needs a single run."""
         chain = group.chain(s)
         chain.ledger["active"] = self.particles - 1  # as lanes move all bonds
         try:
             ending, group.durations[s], evaluations = follow_on(scene, chain)
         except RunError:
-            return None  # it gets its name there
+            return None  # the single run reports the error
         chain.ledger["evaluations"] = evaluations
-        # Otherwise it has more contacts than a row has room for.
+        # Otherwise the chain has more contacts than a row has room for.
         return ending if chain.arrays.contacts.base is group.rows.contacts else None
 
     def _carry(self, group: Chains, bounds: EndBounds) -> None:
-        """Take steps until something needs the caller, or Python has waited for long enough."""
+        """Take steps until a chain needs the caller, or until Python must regain control."""
         if self.stopped:
             raise RunError("the collisions were stopped")
         if self._in_lanes:
@@ -210,10 +210,10 @@ class Batch:
         self, scenes: Sequence[Scene], group: Chains, argued: Sequence[int]
     ) -> dict[int, tuple[bool, float]]:
         """
-        Look ahead, as ``LookAhead.keeps_off`` does for one.
+        Look ahead for many chains, as ``LookAhead.keeps_off`` does for one.
 
-        Returns whether chains keep off the wall, and when that was seen, or until when nothing is;
-        none of those which may break.
+        Return for each chain that cannot break whether it stays off the wall, and the time at which
+        this was seen or up to which its motion is known.
         """
         bond, rows, times = self._bond, group.rows, group.times()
         seen: dict[int, tuple[bool, float]] = {}

@@ -1,1 +1,1 @@
-"""Long chains on several cores: blocks that overlap, and meet once in many substeps."""
+"""Long chains on several cores: overlapping blocks, synchronised once in many substeps."""

@@ -1,4 +1,4 @@
-"""The loop that carries one block of a chain through many substeps."""
+"""Loop that moves one block of a chain through many substeps."""
 
 from collections.abc import Callable
 
@@ -8,26 +8,27 @@ from chaincor.workflows.engines.reference.motion import FRONT_BLOCK, FRONT_MARGI
 from chaincor.workflows.engines.reference.stages import State, VerletKernels
 from chaincor.workflows.engines.schemes import StepCoefficients
 
-# What `move` tells: strains met, the same up to the last contact, the bonds in motion at the end,
-# and whether a strain was not allowed.
+# Results of `move`: smallest and largest strain, the same up to the last contact, the bonds in
+# motion at the end, and whether a strain was not allowed.
 LOW, HIGH, CONTACT_LOW, CONTACT_HIGH, ACTIVE, OUTSIDE = range(6)
 
 
 def build_move(source: KernelSpec, stages: VerletKernels, build_step: Callable) -> Callable:
     """
-    Return the loop; the chain is before a hard wall, `build_step` is of a scheme, see ``schemes``.
+    Return the loop over the substeps of one block of a chain before a hard wall.
 
-    A block is computed with a margin on either side. Where the margin ends the bond beyond is
-    missing, and what that spoils moves inward by the reach of a scheme at each substep: with a
-    margin of as many reaches as there are substeps, the block itself is what the whole chain makes
-    of it.
+    `build_step` belongs to a scheme, see ``schemes``. A block is computed with a margin on either
+    side. The bond beyond the margin is missing, and the resulting error moves inward by the reach
+    of the scheme in each substep. If the margin has as many reaches as there are substeps, the
+    block itself agrees with the motion of the whole chain.
 
-    ``move(states, scratch, block, log, limits, rule, found)`` carries bonds
-    `first` to `end` of the first of three states through the substeps of a log into the second, and
-    as they were at the last contact into the third. `scratch` is three states.
-    The `block` has these, the bonds `begin` to `stop` that it is computed with, and whether it ends
-    with the bonds in motion; `limits` has the strains met so far, those allowed, and the strain
-    from which a bond has begun to move. What it tells goes into `found`.
+    ``move(states, scratch, block, log, limits, rule, found)`` moves bonds `first` to `end` of the
+    first of three states through the substeps of a log. It writes their new state to the second
+    state and their state after the last contact to the third. `scratch` is three states. `block` is
+    (first, end, begin, stop, is_front): the block is computed with the bonds `begin` to `stop`, and
+    `is_front` says that it ends with the bonds in motion. `limits` holds the smallest and largest
+    strain so far, the allowed range, and the strain from which a bond counts as moving. The results
+    go to `found`.
     """
     take_step = source.register(build_step(stages))
     copy, count_outside, extremes = stages.copy, stages.count_outside, stages.extremes
@@ -81,7 +82,7 @@ def build_move(source: KernelSpec, stages: VerletKernels, build_step: Callable) 
                 if not (smallest > floor and largest < ceiling):
                     found[OUTSIDE] = 1.0
                     return
-            # As in the loop over the whole chain; the bonds ahead are as they were.
+            # The front advances as in the loop over the whole chain; the bonds ahead are unchanged.
             while is_front and bonds < total and abs(strain[bonds - FRONT_MARGIN]) > threshold:
                 more = min(total, bonds + FRONT_BLOCK)
                 for i in range(bonds, more):

@@ -1,13 +1,13 @@
 """
-A long chain on several cores.
+Run of a long chain on several cores.
 
-What the wall does to a chain travels by the reach of a scheme in each substep: a step, or what a
-contact leaves of it. The head of the chain is therefore carried through some substeps ahead of all
-others, by the loop of whole chains, which finds the contacts and thereby how long each substep is.
-Then blocks of the chain go through these substeps side by side, each with a margin on either side
-that makes up for what it does not know of its neighbours: cores meet once in many substeps. All
-particles go through the arithmetic of the loop over the whole chain, so that no bit depends on the
-number of cores or of blocks.
+The effect of the wall travels by the reach of a scheme in each substep, which is a step or the part
+of a step up to a contact. The head of the chain is therefore moved through some substeps first, by
+the loop over whole chains. This finds the contacts and thereby the length of each substep. Blocks
+of the chain then go through these substeps side by side, each with a margin on either side that
+replaces the unknown state of its neighbours, so that cores synchronise once in many substeps. The
+arithmetic of all particles is the arithmetic of the loop over the whole chain, so no bit depends on
+the number of cores or blocks.
 """
 
 import math
@@ -27,29 +27,30 @@ from chaincor.workflows.engines.time_limit import steps_at_once
 if TYPE_CHECKING:
     from chaincor.workflows.engines.reference.moving import Stepper
 
-# Substeps after which cores meet.
+# Number of substeps between synchronisations of the cores.
 SUBSTEPS = 16
-# Blocks begin at multiples of so many bonds: more than a vector loop does at once, so that bonds
-# which it leaves over, to be done one by one, are those that it leaves over in the whole chain.
+# Blocks begin at multiples of this number of bonds. It is a multiple of the width of a vector loop,
+# so the scalar remainder contains the same bonds as in the whole chain.
 ALIGNED = 64
-# A block has so many times its margin: less, and what is computed twice costs too much.
+# Least size of a block in units of its margin; in a smaller block too many bonds are computed
+# twice.
 LEAST_MARGINS = 8
-# Bonds in motion from which a second core pays.
+# Least number of moving bonds for which a second core pays.
 LEAST_ACTIVE = 6000
 
 
-# See ``blocks.loop``.
+# Arguments of the loop, see ``blocks.loop``.
 _Block = tuple[int, int, int, int, bool]
 _Scratch = tuple[State, State, State]
 
 
 def pays(active: int, steps: int) -> bool:
-    """Return whether several cores pay for so many bonds in motion, and steps to take."""
+    """Return whether several cores pay for this number of moving bonds and of steps."""
     return active >= LEAST_ACTIVE and steps >= SUBSTEPS
 
 
 def load(stepper: "Stepper") -> Callable:
-    """Return the loop over a block, loaded or compiled, which is not integration."""
+    """Return the loop over a block, loaded or compiled outside the timed integration."""
     assert stepper.kernels.loop is not None
     move = stepper.kernels.loop(loop.build_move, stepper.scheme.build_step)
     state, nothing = State(np.zeros(1), np.zeros(2)), np.zeros((2, 0))
@@ -70,14 +71,14 @@ def advance(
     cores: int,
 ) -> int:
     """
-    Take steps of a chain of which at least `LEAST_ACTIVE` bonds are in motion, on some cores.
+    Take steps on several cores for a chain with at least `LEAST_ACTIVE` moving bonds.
 
-    Ledger and arrays are changed in place as by the loop over the whole chain, to the last bit.
-    `move` comes from :func:`load`; `goal` is how many steps shall be done, from the first contact
-    on. Returns why it came back, see ``bookkeeping``.
+    `ledger` and `arrays` change in place as in the loop over the whole chain, to the last bit.
+    `move` comes from :func:`load`; `goal` is the number of steps to reach, after the first contact.
+    Return the reason for the return, see ``bookkeeping``.
     """
     state = arrays.now
-    # Blocks read the margins of each other from the state before: they write another one.
+    # Blocks read their margins from the old state, so they write to another one.
     states = [state, State(state.strain.copy(), state.velocity.copy())]
     head = _Head(ledger, arrays, stepper)
     blocks = _Blocks(ledger, arrays.last, stepper, move, cores)
@@ -89,7 +90,7 @@ def advance(
             if known and substeps.shape[1] > 0:
                 known = blocks.move(states[0], states[1], substeps, helpers)
             if not known:
-                # Seldom, and then the loop over the whole chain tells it by name.
+                # This is rare; the loop over the whole chain then reports the error.
                 whole = arrays._replace(now=states[0])
                 until = min(goal, int(ledger["steps"]) + SUBSTEPS)
                 status = stepper.advance(ledger, whole, until)
@@ -103,7 +104,7 @@ def advance(
     return int(status)
 
 
-# What the head of a chain knows of the whole.
+# Variables of the whole chain that its head determines.
 _OF_HEAD = (
     *("position", "momentum", "first_contact", "last_contact", "argue_after"),
     *("steps", "contacts", "evaluations"),
@@ -111,12 +112,12 @@ _OF_HEAD = (
 
 
 class _Head:
-    """The particles near the wall, which go ahead."""
+    """Particles near the wall, which move ahead of the rest."""
 
     def __init__(self, ledger: np.record, arrays: motion.Arrays, stepper: "Stepper") -> None:
         self._stepper, self._of_chain = stepper, ledger
         self._log = np.empty((2, SUBSTEPS + motion.SPARE_SUBSTEPS))
-        # The last substep still knows all that the search for a contact in it does.
+        # Even the last substep covers all bonds that the search for its contact needs.
         self._bonds = (self._log.shape[1] + 1) * stepper.scheme.reach
         own = [State(np.empty(self._bonds), np.empty(self._bonds + 1)) for _ in range(4)]
         now, last, kept, trial = own
@@ -125,12 +126,12 @@ class _Head:
         self._ledger = ledger.copy()
 
     def go_ahead(self, state: State, goal: int) -> tuple[int, Array]:
-        """Return why it came back, and the substeps until then."""
+        """Move the head ahead; return the reason for the return, and the substeps until then."""
         ledger = self._ledger
         for name in _OF_HEAD:
             ledger[name] = self._of_chain[name]
         ledger["active"], ledger["substeps"] = self._bonds, 0
-        # Where it is cut off, strains mean nothing.
+        # Strains at the cut are meaningless, so they are not limited.
         ledger["strain_min"] = ledger["strain_floor"] = -math.inf
         ledger["strain_max"] = ledger["strain_ceiling"] = math.inf
         self._now.strain[:] = state.strain[: self._bonds]
@@ -139,13 +140,13 @@ class _Head:
         return status, self._log[:, : int(ledger["substeps"])]
 
     def commit(self, ledger: np.record) -> None:
-        """Let the chain know what its head does."""
+        """Copy the variables of the head to the ledger of the chain."""
         for name in _OF_HEAD:
             ledger[name] = self._ledger[name]
 
 
 class _Blocks:
-    """The chain in blocks."""
+    """Blocks of the chain."""
 
     def __init__(
         self, ledger: np.record, last: State, stepper: "Stepper", move: Callable, cores: int
@@ -162,7 +163,7 @@ class _Blocks:
         substeps: Array,
         helpers: ThreadPoolExecutor,
     ) -> bool:
-        """Carry all blocks through substeps; return False where a strain is not allowed."""
+        """Move all blocks through substeps; return False if a strain is not allowed."""
         ledger, stepper = self._ledger, self._stepper
         limits = (
             float(ledger["strain_min"]),
@@ -178,7 +179,8 @@ class _Blocks:
         todo = iter(range(len(blocks)))
 
         def work(todo: Iterator[int]) -> None:
-            # All threads draw from one iterator: that of a range is never in two of them at once.
+            # All threads share one iterator; the iterator of a range is never in two threads at
+            # once.
             for k in todo:
                 self._move(
                     states,
@@ -197,7 +199,7 @@ class _Blocks:
         return not self._found[:, loop.OUTSIDE].any()
 
     def commit(self, ledger: np.record, substeps: Array) -> None:
-        """Let the chain know what its blocks met; smallest and largest know no order."""
+        """Copy the extreme strains of the blocks to the ledger, in any order of blocks."""
         found = self._found
         ledger["strain_min"] = np.min(found[:, loop.LOW])
         ledger["strain_max"] = np.max(found[:, loop.HIGH])
@@ -211,10 +213,10 @@ class _Blocks:
         active = int(self._ledger.active)
         margin = ALIGNED * math.ceil(substeps * self._stepper.scheme.reach / ALIGNED)
         cores = max(1, min(self._cores, active // (LEAST_MARGINS * margin)))
-        # Python, which hears Ctrl-C, runs between blocks.
+        # Python can react to Ctrl-C only between blocks.
         most = steps_at_once(int(self._ledger.step_evaluations) * substeps)
         count = cores * math.ceil(active / (cores * most))
-        # The last one ends with the bonds in motion, and takes up what the front reaches.
+        # The last block ends with the moving bonds and grows with the front.
         ends = [ALIGNED * round(active * k / count / ALIGNED) for k in range(count)] + [active]
         return [
             (first, end, max(0, first - margin), min(active, end + margin), end == active)
@@ -222,7 +224,7 @@ class _Blocks:
         ]
 
     def _make_room(self, blocks: list[_Block], substeps: int) -> None:
-        """See to it that each block has room for its bonds, and for those the front reaches."""
+        """Allocate room for the bonds of each block and for bonds that the front reaches."""
         needed = (
             max(stop - begin for _, _, begin, stop, _ in blocks) + substeps * motion.FRONT_BLOCK
         )

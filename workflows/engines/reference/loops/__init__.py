@@ -1,1 +1,1 @@
-"""How compiled loops are kept between processes, and what these have to do with each other."""
+"""Compiled loops: their reuse between processes, and the coordination of these processes."""

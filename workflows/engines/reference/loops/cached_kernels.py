@@ -1,9 +1,9 @@
 """
-Compiled loops that are kept on disk as object code, and run without Numba.
+Compiled loops that are cached on disk as object code and run without Numba.
 
-To import Numba and to have it load a loop from its own cache takes longer than most collisions. So
-what it made of a loop is kept as LLVM translates it, in one file, and called by its address. The
-code is the same when it was just compiled and when it was loaded, and so are its numbers.
+Importing Numba and loading a loop from its own cache takes longer than most collisions. The object
+code that LLVM makes from Numba's output is therefore kept in one file and called by its address.
+Code that was just compiled is the same as loaded code, and so are its numbers.
 """
 
 import ctypes
@@ -30,43 +30,45 @@ from chaincor.workflows.engines.reference.loops.processes import a_loop_is_compi
 _LAYOUT = 0x0001 | 0x0100 | 0x0400
 _CTYPES = {"integer": ctypes.c_int64, "real": ctypes.c_double, "flag": ctypes.c_uint8}
 _RETURNED: dict[str, Any] = {"int64": ctypes.c_int64, "float64": ctypes.c_double, "none": None}
-# How functions compiled by Numba say that they returned a value, or None.
+# Status of functions compiled by Numba that return a value, or None.
 _RETURNED_ONE, _RETURNED_NONE = 0, -2
-# Of these, only Numba itself knows where they are.
+# Prefixes of symbols whose addresses only Numba knows.
 _NUMBAS_OWN = ("NRT_", "numba_", "Py", "_Py")
 
 _LOCK = threading.RLock()
 
 
 class ObjectCode(NamedTuple):
-    """A compiled loop."""
+    """Compiled loop as object code."""
 
-    code: bytes  #: An object file.
-    symbol: str  #: Its function.
-    returns: str  #: What that returns: ``int64``, ``float64`` or ``none``.
-    #: Functions that it calls: of the mathematical library, and those of `tell_address`.
+    code: bytes  #: Object file.
+    symbol: str  #: Symbol of the function.
+    returns: str  #: Type of the result: ``int64``, ``float64`` or ``none``.
+    #: External functions that the loop calls: from the mathematical library, or from
+    #: `tell_address`.
     needs: list[str]
 
 
 class CachedKernel:
     """
-    A loop that is compiled at its first call, or loaded where it has been compiled before.
+    Loop that is compiled at its first call, or loaded if it was compiled before.
 
-    The function is plain Python that allocates nothing; what it calls is known to the compiler. The
-    dispatcher returns the loop as Numba knows it, and is called only where it must be compiled.
+    `function` is plain Python that allocates nothing and calls only functions known to the
+    compiler. `dispatcher` returns the loop as Numba's dispatcher; it is called only if the loop
+    must be compiled.
     """
 
     def __init__(self, function: FunctionType, dispatcher: Callable[[], Any], keep: bool) -> None:
         self._function, self._dispatcher, self._keep = function, dispatcher, keep
         self._binds: dict[tuple, Callable] = {}
-        self.compiled = 0  # how often in this process, for arguments of how many kinds
+        self.compiled = 0  # number of compilations in this process, one for each kind of arguments
 
     def __call__(self, *arguments: Any) -> Any:
-        """Run it; arguments are numbers, arrays, records and tuples of those."""
+        """Run the loop; arguments are numbers, arrays, records, or tuples of these."""
         return self.bound(*arguments)()
 
     def bound(self, *arguments: Any) -> Callable[[], Any]:
-        """Return what runs it with these arguments, as they are then."""
+        """Return a function without arguments that runs the loop with these arguments."""
         kinds: list[Any] = []
         values: list[Any] = []
         _take_apart(arguments, kinds, values)
@@ -82,7 +84,7 @@ class CachedKernel:
                 return _loaded(self._compile(arguments), kinds)
             name = self._function.__qualname__.replace("<locals>", "").replace("..", ".")
             name = name.replace("<lambda>", "lambda")
-            # Of one place, so that what has become stale is written over.
+            # The file name does not depend on the code, so a new version overwrites a stale one.
             place = _digest(repr(kinds), _machine_print(), *self._called())
             path = folder_of_loops() / f"{name}-{place[:16]}.loop"
             key = _digest(place, fingerprint(self._function))
@@ -96,7 +98,7 @@ class CachedKernel:
             return _loaded(found, kinds)
 
     def _called(self) -> list[str]:
-        """Return the names of what it calls: of one loop there are several, see ``schemes``."""
+        """Return the names of the called functions, which distinguish loops of one name."""
         used = (cell.cell_contents for cell in self._function.__closure__ or ())
         return sorted(each.__qualname__ for each in used if isinstance(each, FunctionType))
 
@@ -122,7 +124,7 @@ class CachedKernel:
         needs = []
         for value in (*module.functions, *module.global_variables):
             if not value.is_declaration:
-                # Seen from outside, loops of one name would share what has one name in them.
+                # Exported symbols of the same name would be shared between loops.
                 value.linkage = "internal" if value.name != entry.name else "external"
             elif value.name.startswith(_NUMBAS_OWN):
                 raise TypeError(f"{self._function.__qualname__} needs {value.name} of Numba")
@@ -143,11 +145,12 @@ def _digest(*parts: str) -> str:
 
 
 def _take_apart(arguments: tuple, kinds: list, values: list) -> None:
-    """Append what each argument is, and what compiled code is handed for it."""
+    """Append the kind of each argument, and the values that compiled code receives for it."""
     for argument in arguments:
         if isinstance(argument, np.ndarray):
             kinds.append((argument.dtype.str, argument.ndim, argument.flags.num & _LAYOUT))
-            # Numba's form of an array; its owner, who counts references, is not told.
+            # This is Numba's form of an array; the two zeros leave out the owner and its reference
+            # count.
             values += (0, 0, argument.size, argument.itemsize, _address(argument))
             values += argument.shape
             values += argument.strides
@@ -171,7 +174,7 @@ def _take_apart(arguments: tuple, kinds: list, values: list) -> None:
 
 
 def _address(array: Any) -> int:
-    """Return where an array lies; a quarter of the time of asking the array."""
+    """Return the address of an array, four times as fast as ``array.ctypes.data``."""
     try:
         return ctypes.addressof(ctypes.c_char.from_buffer(array))
     except (TypeError, ValueError, BufferError):  # empty, read-only or with gaps
@@ -179,7 +182,7 @@ def _address(array: Any) -> int:
 
 
 def _argument_types(kinds: tuple) -> list:
-    """Return the C types of what `_take_apart` hands over."""
+    """Return the C types of the values from `_take_apart`."""
     types: list[Any] = []
     for kind in kinds:
         if isinstance(kind, str):
@@ -193,14 +196,14 @@ def _argument_types(kinds: tuple) -> list:
 
 
 def _loaded(made: ObjectCode, kinds: tuple) -> Callable:
-    """Return what binds the function of some object code to what `_take_apart` makes."""
+    """Return a function that binds compiled code to the values from `_take_apart`."""
     import llvmlite.binding as llvm
 
     engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), _target_machine())
     engine.add_object_file(llvm.ObjectFileRef.from_data(made.code))
     engine.finalize_object()
     address = engine.get_function_address(made.symbol)
-    # Where the result goes, and where an exception: nothing that is compiled here raises one.
+    # The first two arguments point to the result and to an exception, which no loop raises.
     prototype = ctypes.CFUNCTYPE(
         ctypes.c_int32, ctypes.c_void_p, ctypes.c_void_p, *_argument_types(kinds)
     )
@@ -210,7 +213,7 @@ def _loaded(made: ObjectCode, kinds: tuple) -> Callable:
         result, exception = (returned or ctypes.c_int64)(), ctypes.c_void_p()
         whole = (ctypes.addressof(result), ctypes.addressof(exception), *values)
 
-        # What it works with, and on, lives as long as it does.
+        # The default argument keeps code and arrays alive as long as the function.
         def run(_kept: Any = (engine, exception, arguments)) -> Any:
             status = function(*whole)
             if status not in (_RETURNED_ONE, _RETURNED_NONE):
@@ -231,7 +234,7 @@ def _start_llvm() -> None:
 
 
 def _target_machine(**options: Any) -> Any:
-    """Return LLVM's code generator, set as Numba sets it."""
+    """Return LLVM's code generator with the settings of Numba."""
     import llvmlite.binding as llvm
 
     _start_llvm()
@@ -242,7 +245,7 @@ def _target_machine(**options: Any) -> Any:
 
 @lru_cache(maxsize=1)
 def _machine_print() -> str:
-    """Return all that compiled code depends on besides what was compiled."""
+    """Return all settings on which compiled code depends besides its source."""
     import llvmlite.binding as llvm
 
     _start_llvm()
@@ -257,7 +260,7 @@ def _machine_print() -> str:
 
 
 def folder_of_loops() -> Path:
-    """Return where loops are kept: as Numba keeps them, beside their source where that can be."""
+    """Return the folder of cached loops: beside their source if possible, as Numba chooses it."""
     given = os.environ.get("NUMBA_CACHE_DIR")
     if given:
         return Path(given)
@@ -270,7 +273,7 @@ def folder_of_loops() -> Path:
 
 
 def _read(path: Path, key: str) -> ObjectCode | None:
-    """Return the compiled loop that a file keeps; None if the file is damaged or stale."""
+    """Return the compiled loop in a file; None if the file is damaged or stale."""
     try:
         digest, content = path.read_bytes().split(b"\n", 1)
         if digest != sha256(content).hexdigest().encode():
@@ -284,19 +287,19 @@ def _read(path: Path, key: str) -> ObjectCode | None:
 
 
 def tell_address(name: str, function: Any) -> None:
-    """Say where a function of another library is, before a loop that calls it is compiled."""
+    """Set the address of a function of another library, before a loop that calls it is compiled."""
     import llvmlite.binding as llvm
 
     llvm.add_symbol(name, ctypes.cast(function, ctypes.c_void_p).value)
 
 
 def _is_known(name: str) -> bool:
-    """Tell LLVM where a function of the mathematical library is, as Numba would."""
+    """Return whether LLVM knows, or can be given, the address of a mathematical function."""
     import llvmlite.binding as llvm
 
     if llvm.address_of_symbol(name) is not None:
         return True
-    # Python's own module has that library with it, or the program has where it is part of that.
+    # The `math` module links this library, or the program itself does if `math` is built in.
     function = getattr(ctypes.CDLL(getattr(math, "__file__", None)), name, None)
     if function is not None:
         tell_address(name, function)
@@ -304,15 +307,15 @@ def _is_known(name: str) -> bool:
 
 
 def _write(path: Path, key: str, made: ObjectCode) -> None:
-    """Keep a loop for other processes; those that read meanwhile find the old one, or the new."""
+    """Write a loop for other processes, which read either the old file or the new one."""
     facts = {"key": key, "symbol": made.symbol, "returns": made.returns, "needs": made.needs}
     content = json.dumps(facts).encode() + b"\n" + made.code
     part = path.with_suffix(f".{os.getpid()}")
-    # A full or read-only disk costs the next process its time, no more.
+    # A full or read-only disk only costs the next process time.
     with suppress(OSError):
         path.parent.mkdir(parents=True, exist_ok=True)
         try:
-            # The first line is the checksum of all that follows: a damaged symbol would crash.
+            # The first line is the checksum of the rest: a damaged symbol would crash the process.
             part.write_bytes(sha256(content).hexdigest().encode() + b"\n" + content)
             part.replace(path)
         finally:

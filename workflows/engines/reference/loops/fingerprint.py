@@ -1,4 +1,4 @@
-"""What a function computes, as a fingerprint that changes with it and with what it uses."""
+"""Fingerprint of a function, which changes with its code and with everything that it uses."""
 
 from collections.abc import Callable
 from hashlib import sha256
@@ -10,11 +10,11 @@ import numpy as np
 
 def fingerprint(function: Callable) -> str:
     """
-    Return a fingerprint of a plain function, alike for those that compute alike wherever they
-    stand.
+    Return the fingerprint of a plain function.
 
-    It may use modules, numbers, classes, functions of NumPy and plain ones. Raises TypeError if it
-    uses something else, whose changes would not be seen.
+    Functions that compute the same have the same fingerprint, wherever they are defined. A function
+    may use modules, numbers, classes, NumPy functions and plain functions. Raises TypeError if it
+    uses another object, whose changes would not be noticed.
     """
     parts: list[str] = []
     _describe(function, parts, set())
@@ -22,20 +22,20 @@ def fingerprint(function: Callable) -> str:
 
 
 def has_print(function: FunctionType) -> bool:
-    """Return whether a function of a user's uses only what `fingerprint` sees the changes of."""
+    """Return whether `fingerprint` notices all changes of a user's function."""
     try:
         fingerprint(function)
-    except (TypeError, ValueError):  # the latter of names that are not bound yet
+    except (TypeError, ValueError):  # ValueError: names that are not bound yet
         return False
     return True
 
 
-# What names in other modules stand for may change, and is looked at.
+# Modules whose contents do not change; names of other modules are followed.
 _LASTING = {"math", "numpy"}
 
 
 def _describe(value: Any, parts: list[str], seen: set[Any]) -> None:
-    """Append what a value is, and all that it uses."""
+    """Append a description of a value and of everything that it uses."""
     if isinstance(value, FunctionType):
         if id(value) in seen:
             return
@@ -73,7 +73,7 @@ def _describe_code(code: CodeType, names: dict, parts: list[str], seen: set[Any]
 
 def _describe_names(used: tuple[str, ...], known: dict, parts: list[str], seen: set[Any]) -> None:
     for name in used:
-        # Names of attributes are among these; that some are names of globals, too, is no harm.
+        # The names include names of attributes; if some are also global names, this does no harm.
         if name not in known:
             continue
         parts.append(name)

@@ -1,9 +1,9 @@
 """
-What processes have to do with each other: which cores are whose, and who compiles a loop.
+Coordination of processes: which cores each may use, and which process compiles a loop.
 
-What one process compiles, others that need it wait for, and then load. Numba compiles one loop at a
-time in a process, and a first collision needs two: the one that takes longer is compiled here, and
-the other meanwhile by a process that keeps it on disk and ends.
+If one process compiles a loop, others that need it wait and then load it. Numba compiles one loop
+at a time in a process, and a first collision needs two. This process compiles the loop that takes
+longer. A helper process compiles the other at the same time, keeps it on disk and ends.
 """
 
 import os
@@ -22,29 +22,30 @@ from typing import Any
 
 from chaincor.workflows.versions import cores_allowed
 
-# What the other process runs. It finds modules where this one does, and nowhere else.
+# Program of the helper process, with the module search path of this process.
 _PROGRAM = """
 import pickle, sys
 sys.path[:] = pickle.load(sys.stdin.buffer)
 function, arguments = pickle.load(sys.stdin.buffer)
 function(*arguments)
 """
-# It started first and has less to do: if it is late by so many seconds, something holds it up.
+# Seconds to wait for the helper. It started first and has less to do, so if it is later than this,
+# something delays it.
 _HELPER_TIMEOUT = 10.0
 
-# Set while a loop is compiled: what shows how long a run takes says so.
+# Set while a loop is compiled; displays of the running time then say so.
 COMPILING = threading.Event()
 
 _START: ContextVar[Callable[[], None] | None] = ContextVar("_START", default=None)
 
-# Seconds after which the other process that compiles a loop is taken to be stopped: three times the
+# Seconds after which the process that holds the lock is taken to be stopped: three times the
 # slowest loop on a machine with four processes on a core.
 _LOCK_TIMEOUT = 120.0
 _LOCK_INTERVAL = 0.05
 
 
 def cores() -> int:
-    """Return how many cores one collision may use: its own, ``OMP_NUM_THREADS`` at most."""
+    """Return the number of cores for one collision: its own, at most ``OMP_NUM_THREADS``."""
     found = own_cores()
     wanted = os.environ.get("OMP_NUM_THREADS", "")
     return max(1, min(found, int(wanted))) if wanted.isdecimal() else found
@@ -52,10 +53,10 @@ def cores() -> int:
 
 def own_cores() -> int:
     """
-    Return how many cores are this process's own.
+    Return the number of cores that belong to this process.
 
-    One in worker processes, and in threads that somebody else started: there, collisions are
-    carried out side by side. Elsewhere all that it may use.
+    It is one in worker processes and in threads other than the main one, because collisions run
+    side by side there. Otherwise it is the number of cores that the process may use.
     """
     if parent_process() is not None or threading.current_thread() is not threading.main_thread():
         return 1
@@ -65,18 +66,18 @@ def own_cores() -> int:
 @contextmanager
 def one_process(folder: Path, name: str) -> Iterator[None]:
     """
-    Let one process at a time into the block, of those that keep loops in one folder.
+    Allow one process at a time into the block, for each name in a folder of loops.
 
-    Several that start together, as workers do, would each compile the same loops. Other names do
-    not wait. Nothing but time depends on it: where the system has no locks, or the other takes too
-    long, nobody waits.
+    Several workers that start together would otherwise each compile the same loops. Other names do
+    not wait. Only time depends on the lock: if the system has no locks, or if the other process
+    takes too long, nobody waits.
     """
     file = None
     with suppress(ImportError, OSError):
         import fcntl  # not on Windows
 
         folder.mkdir(parents=True, exist_ok=True)
-        # A byte of one file for each name; processes that end, however they do, give theirs back.
+        # Each name locks one byte of the file; the system releases the locks of processes that end.
         file = (folder / "compiling.lock").open("ab")
         _wait(fcntl, file, int(sha256(name.encode()).hexdigest()[:8], 16))
     try:
@@ -100,11 +101,11 @@ def _wait(fcntl: Any, file: Any, place: int) -> None:
 @contextmanager
 def compile_in_background(function: Callable, *arguments: Any) -> Iterator[None]:
     """
-    Have another process call a function if a loop is compiled within the block.
+    Call a function in another process if a loop is compiled within the block.
 
-    Nothing depends on whether it succeeds, or is tried at all: not on a single core, nor in worker
-    processes, which are as many as there are cores. The function, of a module, loads or compiles
-    loops, so that they are kept on disk after the block; its arguments are pickled.
+    No result depends on whether this succeeds or is tried. It is not tried on a single core, or in
+    worker processes, which are as many as there are cores. The function, defined in a module, loads
+    or compiles loops, which are on disk after the block. Its arguments are pickled.
     """
     helpers: list[subprocess.Popen] = []
 
@@ -128,7 +129,7 @@ def compile_in_background(function: Callable, *arguments: Any) -> Iterator[None]
 
 @contextmanager
 def a_loop_is_compiled() -> Iterator[None]:
-    """Start what is to be done meanwhile, if anything is, and say that a loop is compiled."""
+    """Start the helper process, if there is one, and mark that a loop is compiled."""
     start = _START.get()
     if start is not None:
         start()
@@ -140,7 +141,7 @@ def a_loop_is_compiled() -> Iterator[None]:
 
 
 def _started(function: Callable, arguments: tuple) -> list[subprocess.Popen]:
-    """Return the process that calls a function; none where that is not possible."""
+    """Return the process that calls a function; an empty list if it cannot be started."""
     try:
         task = pickle.dumps(sys.path) + pickle.dumps((function, arguments))
         helper = subprocess.Popen(
