@@ -1,1 +1,1 @@
-"""Many collisions: what is to be done, by which workers, and who takes the results."""
+"""Execution of many collisions: tasks, workers, and the place of their results."""

@@ -1,4 +1,4 @@
-"""Carrying out many collisions: tasks to workers, what comes of them to whoever takes it."""
+"""Execution of many collisions: tasks go to workers, and results go to a callback."""
 
 import itertools
 import math
@@ -13,28 +13,28 @@ from chaincor.workflows.campaign.pool import ProcessPool
 from chaincor.workflows.campaign.progress import Advance
 from chaincor.workflows.errors import SchedulerError, WorkerDiedError
 
-# A full disk or no memory costs the collision that met it, not the others.
+# A full disk or lack of memory is the failure of one collision, not of the others.
 MACHINE_FAILURES = (OSError, MemoryError)
-# Tasks handed out for each worker: one to run, and one to begin without waiting for the results.
+# Submitted tasks per worker: one that runs, and one that begins without waiting.
 TASKS_PER_WORKER = 2
-# Seconds in which new processes are hardly up.
+# Seconds that new processes need to start.
 SOONER_HERE = 3.0
 
 
 class Asked(NamedTuple):
-    """One collision that is asked for."""
+    """One requested collision."""
 
-    place: int  #: Where it stands among all that are.
-    scene: Scene  #: What collides.
-    cost: float  #: Seconds that it is expected to take.
+    place: int  #: Index among all requested collisions.
+    scene: Scene  #: Scene of the collision.
+    cost: float  #: Expected seconds.
 
 
-# What one worker carries out.
+# Collisions that one worker computes as one task.
 Task = list[Asked]
-# Is given scenes and returns what came of each: a result, the error that it failed with, or None
-# where it has to be carried out alone.
+# Function from scenes to one item per scene: a result, the error of a failure, or None if the scene
+# must be computed alone.
 Work = Callable[[list[Scene]], Sequence[Any]]
-# What came of some collisions.
+# Results of some collisions.
 Done = list[tuple[Asked, Any]]
 
 
@@ -49,17 +49,17 @@ def carry_out(
     advance: Advance = lambda _: None,
 ) -> None:
     """
-    Carry out collisions, those that go together first, then the longest.
+    Carry out collisions, batches first, then the longest.
 
-    `in_flight` tasks are handed out at a time, to an executor that an error shuts down at once.
-    `take` gets results as they come, and at an interrupt what was finished; what it raises ends
-    everything. `is_wanted` says of each scene of a task, just before it is handed out, whether it
-    is still wanted. `advance` is told the expected seconds of each collision that is done.
-    Collisions that their task did not settle are carried out next, each by itself.
+    The executor has `in_flight` tasks at a time; an error shuts it down at once. `take` gets
+    results as they come, and the finished ones after an interrupt. An error of `take` ends
+    everything. `is_wanted` says whether a scene is still wanted just before its task is submitted.
+    `advance` gets the expected seconds of each finished collision. Collisions that their task did
+    not settle are carried out next, one by one.
 
-    Raises whatever is no named failure of a collision: an error of the program, of a user's own
-    bond, of `take`; and SchedulerError, MissingLibraryError or WorkerStartError if no collision can
-    be carried out any more.
+    Raises every error that is no named failure of a collision: errors of the program, of a user's
+    own bond, of `take`. Raises SchedulerError, MissingLibraryError or WorkerStartError if no
+    further collision can be carried out.
     """
     queue = deque(sorted(tasks, key=_turn))
     pending: dict[Future, Task] = {}
@@ -79,7 +79,7 @@ def carry_out(
             for future in over:
                 ended, unsettled = _ended(future, pending[future])
                 done += ended
-                queue.extendleft(unsettled)  # what takes long is not left for the end
+                queue.extendleft(unsettled)  # long collisions should not come last
             take(done)
             for future in over:
                 del pending[future]
@@ -94,13 +94,13 @@ def carry_out(
 
 
 def _turn(task: Task) -> tuple[bool, int]:
-    """Order by cost, which is not known better than to a factor of two."""
+    """Return a random sort key of the cost, which is known to a factor of two only."""
     alone = len(task) == 1
     return alone, -round(math.log2(max(task[0].cost, 1e-9))) if alone else 0
 
 
 def _ended(future: Future, task: Task) -> tuple[Done, list[Task]]:
-    """Return what came of a task, and which of its collisions it did not settle."""
+    """Return the results of a task, and its unsettled collisions."""
     try:
         found = future.result()
     except CancelledError:
@@ -109,7 +109,7 @@ def _ended(future: Future, task: Task) -> tuple[Done, list[Task]]:
             "store: run the same command again"
         ) from None
     except (WorkerDiedError, *MACHINE_FAILURES) as error:
-        # Of several, the one that it is about will tell.
+        # If the task has several collisions, the failing one reports the error when it runs alone.
         found = [error if len(task) == 1 else None] * len(task)
     pairs = list(zip(task, found, strict=True))
     unsettled = [[asked] for asked, each in pairs if each is None]
@@ -117,10 +117,10 @@ def _ended(future: Future, task: Task) -> tuple[Done, list[Task]]:
 
 
 class SerialExecutor(Executor):
-    """An executor that carries out each task in this thread, as it is handed over."""
+    """Executor that runs each task in the calling thread when it is submitted."""
 
     def submit(self, function: Callable, /, *args: Any, **kwargs: Any) -> Future:
-        """Call the function and return a future that is done."""
+        """Call the function and return a finished future."""
         future: Future = Future()
         try:
             future.set_result(function(*args, **kwargs))
@@ -131,7 +131,7 @@ class SerialExecutor(Executor):
 
 @contextmanager
 def workers_for(tasks: Sequence[Task], workers: int) -> Iterator[tuple[Executor, int]]:
-    """Yield who carries out some tasks, and how many at a time: processes if they are worth it."""
+    """Yield an executor and its number of tasks at a time; processes if they save time."""
     if workers < 2 or sum(asked.cost for task in tasks for asked in task) < SOONER_HERE:
         yield SerialExecutor(), 1
         return

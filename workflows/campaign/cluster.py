@@ -1,4 +1,4 @@
-"""A Dask cluster as an executor: the same tasks, carried out on other machines."""
+"""Dask cluster as an executor, which runs tasks on other machines."""
 
 import importlib.metadata
 import logging
@@ -15,11 +15,11 @@ from chaincor.workflows.errors import SchedulerError, WorkerDiedError
 from chaincor.workflows.versions import version_of
 
 _CONNECT_SECONDS = 10.0
-# A scheduler that is gone for longer than this is lost.
+# A scheduler that does not answer for longer than this is lost.
 _PATIENCE_SECONDS = 5.0
 # The scheduler drops the tasks of a client that is gone, so nothing has to be waited for.
 _LEAVE_SECONDS = 1.0
-# Between two lines about a scheduler without workers.
+# Seconds between two lines about a scheduler without workers.
 _REPORT_SECONDS = 60.0
 # One task that a worker runs, and one that it begins without waiting. More would be taken from
 # another sweep that shares the store.
@@ -79,7 +79,7 @@ class DaskCluster(Executor):
         self._watch.start()
 
     def _wait_for_workers(self, address: str) -> None:
-        """Return when the scheduler has a worker."""
+        """Wait until the scheduler has a worker."""
         reported = time.monotonic() - _REPORT_SECONDS + _PATIENCE_SECONDS
         while not self._client.ncores():
             if self._client.status != "running":
@@ -112,11 +112,11 @@ class DaskCluster(Executor):
 
     @property
     def in_flight(self) -> int:
-        """Number of tasks that are handed out at a time."""
+        """Number of tasks that are submitted at a time."""
         return _TASKS_PER_CORE * max(1, sum(self._client.ncores().values()))
 
     def submit(self, function: Callable, /, *args: Any, **kwargs: Any) -> Future:
-        """Run a function on a worker; WorkerDiedError or SchedulerError if one is lost over it."""
+        """Run a function on a worker; the future fails if worker or scheduler is lost."""
         result: Future = Future()
         result.set_running_or_notify_cancel()
         # Not pure: equal calls of different sweeps are not the same task.
@@ -144,7 +144,11 @@ class DaskCluster(Executor):
             _settle(result, value, error)
 
     def _watch_scheduler(self) -> None:
-        """Fail what is pending when the scheduler stays away: Dask itself would wait for ever."""
+        """
+        Fail pending tasks when the scheduler is lost.
+
+        Dask itself would wait for ever.
+        """
         while not self._stop.wait(0.2):
             if self._client.status == "running":
                 continue

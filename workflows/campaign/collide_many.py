@@ -1,4 +1,4 @@
-"""Many collisions and their distribution: warm chains of many seeds, or any list of scenes."""
+"""Distribution of many collisions: warm chains of many seeds, or any list of scenes."""
 
 import math
 import time
@@ -44,36 +44,34 @@ def collide_many(
     Parameters
     ----------
     scenes : Scene or sequence of Scene
-        A warm scene, of which so many seeds are drawn as there are `samples`: its own and those
-        that follow it. Or the scenes themselves, which may differ in anything. With the in-house
-        engine a tolerance down to 1e-8 and a hard, rigid wall, warm chains that differ in seed and
-        speed alone are carried out together, in compiled loops; all others as
-        :func:`~chaincor.workflows.collision.collide` does, in worker processes where they take
-        longer than a few seconds: a script that asks for those needs the usual
-        ``if __name__ == "__main__":``.
+        A warm scene, computed for `samples` seeds from its own seed on, or a list of any scenes.
+        With the reference engine, a tolerance down to 1e-8 and a hard, rigid wall, warm chains that
+        differ only in seed and speed are computed in batches, in compiled loops. All others are
+        computed as :func:`~chaincor.workflows.collision.collide` does, in worker processes if they
+        take longer than a few seconds. A script with worker processes needs the usual ``if __name__
+        == "__main__":``.
     samples : int, optional
-        Only with one scene.
+        Number of seeds; only with one scene.
     velocities : array_like of shape (samples,), optional
-        Impact velocity of each sample in place of the scene's; only with one scene.
+        Impact velocity of each sample, instead of the scene's; only with one scene.
     workers : int, optional
-        Threads, or processes; as many as there are cores by default.
+        Number of threads or processes; by default the number of cores.
     progress : bool
-        Whether to show a progress bar, where there is a terminal.
+        Whether to show a progress bar if there is a terminal.
     most_seconds : float
-        How long all may be expected to take.
+        Largest expected time of all collisions, in seconds.
 
     Returns
     -------
     Ensemble
-        The numbers, which do not depend on `workers`. Collisions without one are samples that say
-        why.
+        The samples, which do not depend on `workers`. A sample without a number says why.
 
     Raises
     ------
     InputError
         If there is nothing to draw, or each sample would write to the same file.
     CostError
-        If it is expected to take longer than `most_seconds`; nothing was begun.
+        If the expected time exceeds `most_seconds`; no collision was started.
     MissingLibraryError, WorkerStartError
         If no collision at all can be run.
 
@@ -127,9 +125,9 @@ def collide_many(
 
 
 def _met_together(group: Group, workers: int) -> Iterator[Sample | None]:
-    """Carry out a group in compiled loops; yields each sample, None for what has to go alone."""
+    """Compute a group in compiled loops; yields each sample, or None if it must run alone."""
     warm_solver = WarmSolver(group.scene)
-    # Compiling, and what is worked out once, is not for threads at once.
+    # Compilation and shared values are finished before threads start.
     warm_solver.solve(group[:1].starts(), group.velocities[:1])
     share = min(warm_solver.share(float(np.median(group.velocities))), -(-len(group) // workers))
     parts = (group[k : k + share] for k in range(0, len(group), share))
@@ -146,7 +144,7 @@ def _samples(warm_solver: WarmSolver, group: Group) -> list[Sample | None]:
     try:
         met = warm_solver.solve(group.starts(), group.velocities)
     except MACHINE_FAILURES as error:
-        # Of several, the one that it is about will tell.
+        # If the task has several collisions, the failing one reports the error when it runs alone.
         return [Sample.of(group[0], error) if len(group) == 1 else None] * len(group)
     bars = met.step_error + met.rounding
     samples: list[Sample | None] = [None] * len(group)

@@ -1,4 +1,4 @@
-"""The frozen result of many collisions: every sample, their distribution, both for people."""
+"""Result of many collisions: samples, their distribution, and their text."""
 
 import math
 from collections import Counter
@@ -27,24 +27,24 @@ DEFAULT_PRECISION = 0.01
 class Sample:
     """One collision of many."""
 
-    seed: int | None  #: Of what its scene draws; None of a cold chain.
+    seed: int | None  #: Seed of the scene; None for a cold chain.
     velocity: float  #: Impact speed v0.
-    #: eta and its numerical error bar; None where there is no number, or no bar.
+    #: eta; None without a number.
     restitution: float | None = None
-    restitution_error: float | None = None  #: See ``restitution``.
-    kinematic_restitution: float | None = None  #: e, the root of eta.
-    contacts: int | None = None  #: How often particle 1 hit the wall.
-    last_contact_time: float | None = None  #: From the first contact.
+    restitution_error: float | None = None  #: Error bar of eta; None without a bar.
+    kinematic_restitution: float | None = None  #: Square root of eta.
+    contacts: int | None = None  #: Number of hits of particle 1 on the wall.
+    last_contact_time: float | None = None  #: Time since the first contact.
     ending: str | None = None  #: ``proved``, ``argued`` or ``open``.
-    scheme: str | None = None  #: How it was integrated.
-    timestep: float | None = None  #: H, where there is one.
+    scheme: str | None = None  #: Integration scheme.
+    timestep: float | None = None  #: Step H, if the scheme has one.
     #: Whether the error bar is within the tolerance; None with explicit numerics.
     tolerance_met: bool | None = None
-    reason: str | None = None  #: Why it is not, or why there is no number.
+    reason: str | None = None  #: Why the tolerance is missed or there is no number.
 
     @classmethod
     def of(cls, scene: Scene, found: Collision | Exception) -> Self:
-        """Return the sample of one collision, or of the error that it failed with."""
+        """Return the sample of one collision, from its result or its error."""
         seed = None if scene.temperature is None else seed_of(scene)
         if isinstance(found, Exception):
             return cls(seed, scene.impact_velocity, reason=one_line(found))
@@ -57,18 +57,18 @@ class Ensemble:
     r"""
     Result of many collisions.
 
-    Those without a number, whose samples say why, are left out of all means.
+    Samples without a number say why and are left out of all means.
 
     Attributes
     ----------
     samples : tuple of Sample
-        In the order of the scenes, or of the seeds.
+        Samples in the order of the scenes or of the seeds.
     scene : dict
-        What all scenes say, as a scene file does.
+        Fields that all scenes share, as in a scene file.
     tolerance : float or None
-        Error asked of each eta; None with explicit numerics.
+        Requested error of each eta; None with explicit numerics.
     workers : int
-        How many collisions were carried out at a time; no number depends on it.
+        Number of collisions at a time; no result depends on it.
     seconds_total : float
         Wall-clock time of everything.
     versions : dict
@@ -105,17 +105,17 @@ class Ensemble:
 
     @property
     def restitution(self) -> Array:
-        """Eta of the samples that have one."""
+        """Eta of all samples with a number."""
         return np.array([sample.restitution for sample in self._sound], dtype=float)
 
     @property
     def restitution_error(self) -> Array:
-        """Numerical error bars; nan where there is none."""
+        """Numerical error bars of eta; nan if there is no bar."""
         return np.array([sample.restitution_error for sample in self._sound], dtype=float)
 
     @property
     def kinematic_restitution(self) -> Array:
-        """E, the root of eta."""
+        """Kinematic restitution e, the square root of eta."""
         return np.sqrt(self.restitution)
 
     @property
@@ -126,7 +126,7 @@ class Ensemble:
 
     @property
     def contacts(self) -> NDArray[np.int64]:
-        """Of the samples that have a number."""
+        """Number of contacts of all samples with a number."""
         return np.array([sample.contacts for sample in self._sound], dtype=np.int64)
 
     @cached_property
@@ -143,7 +143,7 @@ class Ensemble:
 
     @cached_property
     def above_one(self) -> Share:
-        """How likely a collision gives more translational energy than there was."""
+        """Probability of e > 1, with its confidence interval."""
         self._refuse_nothing()
         return share_above(self.restitution, self.restitution_error, 1.0)
 
@@ -153,7 +153,7 @@ class Ensemble:
             raise RunError(f"none of {len(self.samples)} collisions has a number: {reason}")
 
     def to_dict(self) -> dict[str, Any]:
-        """Return everything, ready for JSON; numbers that are not finite become None."""
+        """Return all fields as plain values for JSON; numbers that are not finite become None."""
         plain = {
             "scene": self.scene,
             "count": len(self.samples),
@@ -199,7 +199,7 @@ class Ensemble:
 
 
 def describe_ensemble(result: Ensemble, scene: Scene, precision: float) -> str:
-    """Describe the samples of a warm scene; `precision` is wanted of the mean of eta."""
+    """Describe the samples of a warm scene; `precision` is the wanted error of the mean eta."""
     eta, e, above = result.eta, result.e, result.above_one
     seeds = [sample.seed for sample in result.samples]
     assert scene.temperature is not None
@@ -239,7 +239,7 @@ def describe_ensemble(result: Ensemble, scene: Scene, precision: float) -> str:
 
 
 def _rows(eta: Distribution, e: Distribution) -> list[tuple[str, str, str]]:
-    """Return what is told of both ratios, line by line: its name, that of eta, that of e."""
+    """Return the rows of the table of both ratios: name, value of eta, value of e."""
     rows = [
         ("mean", _mean(eta), _mean(e)),
         ("numerical error", _bar(eta), _bar(e)),

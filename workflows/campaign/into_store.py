@@ -1,4 +1,4 @@
-"""Many collisions into a store: only what is missing, whole rows only."""
+"""Computation of the collisions that a store lacks."""
 
 import random
 import time
@@ -20,30 +20,29 @@ from chaincor.workflows.store.row import Row
 
 @dataclass
 class Tally:
-    """What came of a sweep so far."""
+    """Counts of a sweep so far."""
 
-    #: Collisions carried out now, with a result and without one.
+    #: Collisions that were computed with a result.
     computed: int = 0
-    failed: int = 0  #: See ``computed``.
-    inexact: int = 0  #: Of those computed now: how many do not meet their tolerance.
-    found: int = 0  #: Answered by the store as it was, or by another sweep meanwhile.
-    #: Not tried again: they failed by themselves before and would fail again.
+    failed: int = 0  #: Collisions that failed.
+    inexact: int = 0  #: Computed collisions that miss their tolerance.
+    found: int = 0  #: Results found in the store, also from another sweep meanwhile.
+    #: Earlier failures that were not repeated, because the scene itself is the reason.
     known_failures: int = 0
     seconds: float = 0.0  #: Wall-clock time.
-    #: Over the collisions computed now: time of the integrations that gave the numbers, and of
-    #: everything else they needed.
+    #: Time of the integrations that gave the numbers of the computed collisions.
     integration_seconds: float = 0.0
-    busy_seconds: float = 0.0  #: See ``integration_seconds``.
+    busy_seconds: float = 0.0  #: Whole time of the computed collisions.
 
 
 class IntoStore:
     """
-    What a store leaves to be done of many collisions, and how it gets there.
+    Collisions that a store lacks, and their computation into the store.
 
-    Of scenes that differ only in their tolerance the tightest counts. With `arrays` contacts, mode
-    energies and final states are wanted: what is there without them, or is to be recomputed, is
-    asked for as exactly as before, or more. `recompute` and `retry_failed` say whether to do also
-    what is there, and what would fail again.
+    If scenes differ only in their tolerance, the tightest counts. With `arrays`, contacts, mode
+    energies and final states are stored too. Results without arrays, or to be recomputed, are
+    requested at least as exactly as before. `recompute` repeats stored results, and `retry_failed`
+    repeats failures.
     """
 
     def __init__(
@@ -57,7 +56,7 @@ class IntoStore:
     ) -> None:
         self._store, self._arrays, self._recompute = store, arrays, recompute
         self.todo: list[Scene] = []  #: Collisions to compute, each once.
-        self.tally = Tally()  #: What came of them so far.
+        self.tally = Tally()  #: Counts so far.
         wanted = tightest(scenes)
         for scene, standing in zip(wanted, store.standings(wanted), strict=True):
             if standing is not None and not recompute:
@@ -71,17 +70,17 @@ class IntoStore:
 
     def run(self, executor: Executor, *, in_flight: int, progress: bool = False) -> Tally:
         """
-        Compute what is to be done, and write each result as soon as it is there.
+        Compute the missing collisions, and write each result as soon as it is finished.
 
         Raises what :func:`~chaincor.workflows.campaign.carry_out.carry_out` does, and
-        StoreWriteError. What is finished is in the store.
+        StoreWriteError. Finished results are in the store.
         """
         started = time.perf_counter()
         self._store.check_writable()
         tasks = tasks_of(self.todo, in_flight)
-        # Two sweeps that share a store come to different ones first.
+        # Two sweeps that share a store begin with different collisions.
         random.shuffle(tasks)
-        # Workers begin with different bonds, whose loops each compiles for all.
+        # Workers begin with different bonds, because each worker compiles loops for all workers.
         firsts = {task[0].scene.label: task for task in tasks if len(task) > 1}
         tasks.sort(key=lambda task: firsts.get(task[0].scene.label) is not task)
         seconds = sum(asked.cost for task in tasks for asked in task)
@@ -99,13 +98,13 @@ class IntoStore:
         return self.tally
 
     def run_by_processes(self, workers: int, progress: bool) -> Tally:
-        """Do the same in new processes of this machine: one a collision, but `workers` at most."""
+        """Compute the missing collisions in at most `workers` new processes of this machine."""
         workers = min(workers, len(self.todo))
         with ProcessPool(workers) as pool:
             return self.run(pool, in_flight=TASKS_PER_WORKER * workers, progress=progress)
 
     def _is_wanted(self, scenes: Sequence[Scene]) -> Sequence[bool]:
-        """Leave out what another sweep has computed meanwhile."""
+        """Return whether no other sweep has computed a collision meanwhile."""
         wanted = [
             standing is None or not standing.answers(scene, arrays=self._arrays)
             for scene, standing in zip(scenes, self._store.standings(scenes), strict=True)
@@ -114,7 +113,7 @@ class IntoStore:
         return wanted
 
     def _take(self, done: Done) -> None:
-        """Write what has come, and count it."""
+        """Write finished results, and count them."""
         found = [
             (asked.scene, each if isinstance(each, Row) else Row.of(each)) for asked, each in done
         ]
@@ -153,9 +152,9 @@ def collide_into_store(
 
 def _as_exactly(scene: Scene, standing: Row) -> Scene:
     """
-    Return a scene, asked for at least as exactly as the result that is there.
+    Return a scene with a tolerance at least as tight as the stored result.
 
-    A looser run could not take its place, neither for missing arrays nor to recompute it.
+    A looser run could not replace the stored result.
     """
     asked, known = scene.asked_tolerance, standing.columns["tolerance"]
     if asked is None or known is None or not standing.has_result or asked <= known:
@@ -164,7 +163,7 @@ def _as_exactly(scene: Scene, standing: Row) -> Scene:
 
 
 def tightest(scenes: Iterable[Scene]) -> list[Scene]:
-    """Return each collision once, as exactly as it is asked for anywhere."""
+    """Return each collision once, with its tightest tolerance."""
     chosen: dict[str, Scene] = {}
     for scene in scenes:
         other = chosen.get(scene.collision_sha256)

@@ -1,4 +1,4 @@
-"""The points of a sweep: numbered, made one by one when they are asked for, and dealt out."""
+"""Points of a sweep: numbered, made on request, and divided into shards."""
 
 import itertools
 import math
@@ -27,11 +27,11 @@ Axis = Sequence[Mapping[str, Any]]
 
 class SweepPoints(Sequence[Scene]):
     """
-    The crossed axes of a sweep, as scenes that are made when they are asked for.
+    Crossed axes of a sweep, as scenes that are made on request.
 
-    Each of the `groups` is an axis, or axes that move together: what each of its values sets of the
-    `base` scene's fields. No two set one field; the last varies fastest. Relative paths start at
-    `folder`, that of the sweep file.
+    Each of the `groups` is an axis, or axes that move together: a list with the fields of the
+    `base` scene that each value sets. No two groups set one field; the last varies fastest.
+    Relative paths start at `folder`, the folder of the sweep file.
     """
 
     def __init__(
@@ -69,7 +69,7 @@ class SweepPoints(Sequence[Scene]):
 
 
 def _fold_parameters(fields: dict[str, Any]) -> None:
-    """Put ``parameters.a`` into ``parameters``; what is no table there the scene refuses."""
+    """Move ``parameters.a`` into the table ``parameters``; the scene refuses other values."""
     single = {key: fields.pop(key) for key in list(fields) if str(key).startswith(PARAMETER_AXIS)}
     base = fields.get("parameters", {})
     if single and isinstance(base, dict):
@@ -84,17 +84,17 @@ def merged(*parts: dict[str, Any]) -> dict[str, Any]:
 
 def shard(points: SweepPoints, number: int, count: int) -> tuple[Scene, ...]:
     """
-    Return part `number`, from 1, of `count` disjoint ones of a sweep, for the tasks of a job array.
+    Return part `number`, from 1, of `count` disjoint parts of a sweep, for job arrays.
 
-    Only its points are made. It is the same on every machine; parts have equally many points of
-    every chain length, scattered over the other axes, so that they take about equally long. Raises
-    SweepError if there is no such part.
+    Only the points of the part are made. A part is the same on every machine. Parts have equally
+    many points of every chain length, scattered over the other axes, so they take about equally
+    long. Raises SweepError if there is no such part.
     """
     if not 1 <= number <= count:
         raise SweepError(
             f"shard {number}/{count} does not exist; expected 1/{count} to {count}/{count}"
         )
-    # Points that differ only in their tolerance share a row, and so must share a part.
+    # Points that differ only in their tolerance share a row, and therefore a part.
     cells: dict[str, list[int]] = {}
     lengths: dict[str, str] = {}
     for place in range(len(points)):
@@ -102,7 +102,7 @@ def shard(points: SweepPoints, number: int, count: int) -> tuple[Scene, ...]:
         fields.pop("tolerance", None)
         cells.setdefault(key := repr(sorted(fields.items())), []).append(place)
         lengths[key] = repr(fields.get("particles"))
-    # Scattered in the same way by every Python.
+    # The order is the same in every version of Python.
     chance = random.Random(0)
     order = sorted(cells, key=lambda key: (lengths[key], chance.random()))
     return tuple(
@@ -112,9 +112,9 @@ def shard(points: SweepPoints, number: int, count: int) -> tuple[Scene, ...]:
 
 def refuse_shared_fields(axes: Mapping[str, Axis], together: Sequence[Sequence[str]] = ()) -> None:
     """
-    Refuse axes of which two set one field at one point; SweepError names them, and the field.
+    Raise SweepError, which names axes and field, if two axes set one field at one point.
 
-    Axes that move `together` are equally long, and of their values only those at one place meet.
+    Axes that move `together` are equally long, and only values at equal positions combine.
     """
     fields = {name: _fields(axis) for name, axis in axes.items()}
     for one, other in itertools.combinations(axes, 2):
@@ -130,7 +130,7 @@ def refuse_shared_fields(axes: Mapping[str, Axis], together: Sequence[Sequence[s
 
 
 def value_of(scene: Scene, axis: str) -> Any:
-    """Return the value that a scene has on an axis; None where it has none."""
+    """Return the value of a scene on an axis; None if it has none."""
     if axis.startswith(PARAMETER_AXIS):
         return (scene.parameters or {}).get(axis.removeprefix(PARAMETER_AXIS))
     return getattr(scene, axis, None)
@@ -142,7 +142,7 @@ def fields_set(axes: Mapping[str, Axis]) -> list[str]:
 
 
 def _fields(axis: Axis) -> set[str]:
-    """Return what an axis sets, the parameters of a formula one by one as well."""
+    """Return the fields that an axis sets, with each parameter of a formula by its own name."""
     found: set[str] = set()
     for entry in axis:
         found |= entry.keys()

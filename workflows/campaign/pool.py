@@ -1,4 +1,4 @@
-"""A pool of processes in which the death of a worker costs one task, not the pool."""
+"""Pool of processes in which the death of a worker costs one task only."""
 
 import contextlib
 import multiprocessing
@@ -22,27 +22,31 @@ _spawn = multiprocessing.get_context("spawn")
 
 class ProcessPool(Executor):
     """
-    An executor whose every worker is a process of its own, spawned afresh.
+    Executor whose workers are newly spawned processes.
 
-    The executors of the standard library give up altogether when one process dies. Here each
-    process belongs to a thread that talks to it alone: a death is the failure of the one task it
-    had, with the signal or exit status as the reason, and a new process takes its place.
+    The executors of the standard library fail completely when one process dies. Here each process
+    has its own thread. If a process dies, its one task fails with the signal or exit status as the
+    reason, and a new process takes its place.
     """
 
     def __init__(self, workers: int) -> None:
         self._threads = ThreadPoolExecutor(workers, thread_name_prefix="chaincor-worker")
         self._lock = threading.Lock()
-        self._workers: dict[int, _Worker] = {}  # by the thread that talks to it
+        self._workers: dict[int, _Worker] = {}  # keys are threads
         self._closed = False
-        # What killed workers leave behind is swept up with this folder.
+        # Files of killed workers are removed with this folder.
         self._folder = tempfile.mkdtemp(prefix="chaincor-sweep-")
 
     def submit(self, function: Callable, /, *args: Any, **kwargs: Any) -> Future:
-        """Run a function, importable by name, in a worker; WorkerDiedError if it dies over it."""
+        """Run an importable function in a worker; the future has WorkerDiedError if it dies."""
         return self._threads.submit(self._call, function, args, kwargs)
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        """End the workers: `wait` lets running tasks finish, otherwise they are killed."""
+        """
+        End the workers.
+
+        With `wait`, running tasks finish first; otherwise they are killed.
+        """
         if not wait:
             with self._lock:
                 self._closed = True
@@ -57,7 +61,7 @@ class ProcessPool(Executor):
         shutil.rmtree(self._folder, ignore_errors=True)
 
     def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
-        """End the workers; where an error or an interrupt leaves the block, at once."""
+        """End the workers, at once after an error or interrupt."""
         self.shutdown(wait=kind is None)
 
     def _call(self, function: Callable, args: tuple[Any, ...], kwargs: dict[str, Any]) -> Any:
@@ -75,7 +79,7 @@ class ProcessPool(Executor):
 
 
 class _Worker:
-    """One process and the pipe to it."""
+    """Process and the pipe to it."""
 
     def __init__(self, folder: str) -> None:
         self._pipe, theirs = _spawn.Pipe()
@@ -113,10 +117,10 @@ class _Worker:
 
     def _receive(self) -> tuple[Any, BaseException | None]:
         try:
-            # Whoever inherited the other end could keep it open after the worker's death.
+            # Another process that inherited this end could keep it open after the worker's death.
             if self._pipe in wait([self._pipe, self._process.sentinel]):
                 return self._pipe.recv()
-        except (EOFError, OSError):  # an answer that breaks off is an OSError
+        except (EOFError, OSError):  # an incomplete answer is an OSError
             pass
         raise WorkerDiedError(self._obituary())
 
@@ -139,8 +143,8 @@ class _Worker:
 
 
 def _serve(pipe: Connection, folder: str) -> None:
-    """Run what comes through the pipe until it is closed."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the main process's to handle
+    """Run tasks from the pipe until it is closed."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the main process handles Ctrl-C
     threading.Thread(target=_leave_with_parent, args=(folder,), daemon=True).start()
     tempfile.tempdir = folder
     pipe.send((None, None))  # up
@@ -148,7 +152,7 @@ def _serve(pipe: Connection, folder: str) -> None:
         try:
             function, args, kwargs = pipe.recv()
         except EOFError:
-            # The main process closed the pipe, or was killed just now.
+            # The main process closed the pipe or was killed.
             _leave_with_parent(folder, patience=0.1)
             return
         with contextlib.suppress(BrokenPipeError):
@@ -156,9 +160,9 @@ def _serve(pipe: Connection, folder: str) -> None:
 
 
 def _answer(function: Callable, args: tuple[Any, ...], kwargs: dict[str, Any]) -> bytes:
-    """Return the pickled pair of value and error, of which one is None."""
+    """Return the pickled pair of value and error, one of them None."""
     try:
-        # Pickled here, so that a value that cannot be is an error like others.
+        # Pickled here, so that a value that cannot be pickled is an ordinary error.
         return pickle.dumps((function(*args, **kwargs), None))
     except Exception as error:
         # A traceback is not pickled; a note is, and is printed below it.
@@ -173,7 +177,7 @@ def _answer(function: Callable, args: tuple[Any, ...], kwargs: dict[str, Any]) -
 
 
 def _leave_with_parent(folder: str, patience: float | None = None) -> None:
-    """End this process at once when the main process is gone, even in the middle of a task."""
+    """End this process when the main process ends, even in the middle of a task."""
     parent = multiprocessing.parent_process()
     assert parent is not None
     if not wait([parent.sentinel], timeout=patience):
@@ -184,7 +188,7 @@ def _leave_with_parent(folder: str, patience: float | None = None) -> None:
 
 @contextlib.contextmanager
 def sent(what: str, to: str, error: type[ChaincorError]) -> Iterator[None]:
-    """Raise `error`, which says what cannot be sent to whom, where pickling fails inside."""
+    """Raise `error` if pickling fails inside the block."""
     try:
         yield
     except (pickle.PicklingError, AttributeError, TypeError) as reason:

@@ -1,4 +1,4 @@
-"""How far work is: a bar on a terminal and in a notebook, a line a minute elsewhere."""
+"""Progress of work: a bar on a terminal and in a notebook, a line per minute elsewhere."""
 
 import contextlib
 import sys
@@ -12,24 +12,24 @@ from chaincor.analysis.showing.notebook import in_notebook, session_bar
 from chaincor.workflows.durations import format_duration
 from chaincor.workflows.engines.reference.loops.processes import COMPILING
 
-# Called after every collision with what it was expected to cost.
+# Called after every collision with its expected cost.
 Advance = Callable[[float], None]
-# What is over sooner needs no word.
+# Shorter work shows no progress.
 _QUIET_SECONDS = 2.0
 _REFRESH_SECONDS = 0.25
-# Between two lines in the log of a batch job.
+# Seconds between two lines in a log.
 _LINE_SECONDS = 60.0
 
 
 class LineAMinute:
-    """Lines on standard error, the first after a minute: for logs, where a bar is no use."""
+    """Progress lines on standard error, one per minute, for logs."""
 
     def __init__(self, seconds: float = _LINE_SECONDS) -> None:
         self._seconds = seconds
         self._started = self._last = time.monotonic()
 
     def tell(self, text: str) -> None:
-        """Write a line with the time that has passed, unless the last one is too young."""
+        """Write a line with the elapsed time if the last line is old enough."""
         now = time.monotonic()
         if now - self._last < self._seconds:
             return
@@ -46,10 +46,10 @@ def _bar_or_line(
     auto_refresh: bool = True,
 ) -> Iterator[Callable[..., None]]:
     """
-    Show a bar on a terminal, the line where none can be written over: in a file, or in IPython.
+    Show a bar on a terminal, and lines in a file or in IPython.
 
-    Yields what to tell the fraction done, the text of the bar, that of the line and the columns'
-    fields. `columns` are made of ``rich.progress``, which most runs are over too early to need.
+    Yields a function of the fraction done, the texts of bar and line, and the fields of columns.
+    `columns` makes columns from ``rich.progress``, which short runs never import.
     """
     from rich import progress
     from rich.console import Console
@@ -71,7 +71,7 @@ def _bar_or_line(
 
 @contextlib.contextmanager
 def study_progress() -> Iterator[Callable[[str, float], None]]:
-    """Show how far a study is; yields what to tell a part's name and the fraction done."""
+    """Show the progress of a study; yields a function of a part's name and the fraction done."""
     with _bar_or_line(
         LineAMinute(),
         lambda rich: (
@@ -85,7 +85,7 @@ def study_progress() -> Iterator[Callable[[str, float], None]]:
 
 @contextlib.contextmanager
 def reading_progress(file: Path) -> Iterator[Callable[[int], None] | None]:
-    """Show how much of a file has been read; yields what to tell the place in it."""
+    """Show the progress of reading a file; yields a function of the position in it."""
     size = file.stat().st_size if file.exists() else 0
     if size == 0:
         yield None
@@ -109,10 +109,10 @@ def reading_progress(file: Path) -> Iterator[Callable[[int], None] | None]:
 @contextlib.contextmanager
 def progress_bar(wanted: bool, points: int, seconds: float) -> Iterator[Advance]:
     """
-    Show how far many collisions are; yields what to tell the expected cost of each collision done.
+    Show the progress of many collisions; yields a function of the expected cost of each one.
 
-    The bar measures expected seconds: the longest come first, and a bar of counts would promise too
-    late an end.
+    The bar measures expected seconds, because the longest collisions come first and a bar of counts
+    would predict too late an end.
     """
     if not wanted or points == 0:
         yield lambda _cost: None
@@ -133,7 +133,7 @@ def progress_bar(wanted: bool, points: int, seconds: float) -> Iterator[Advance]
             if share > 0.0 and number < points:
                 left = f", about {format_duration(elapsed * (1.0 - share) / share)} left"
             words = f"{number} of {points} collisions in {format_duration(elapsed)}{left}"
-            # All the work may be done before the last collision is.
+            # The fraction may reach 1 before the last collision ends.
             stays(points if number == points else min(points * share, 0.999 * points), words)
 
         yield advance
@@ -164,9 +164,9 @@ def show_elapsed(expected: float, *, at_least: bool = False) -> Iterator[None]:
     """
     Show the time that has passed, and the time expected, while a collision runs.
 
-    Nothing is shown for the first two seconds, and where standard error is no terminal a line a
-    minute. One that is interrupted leaves no number: that is said, with the seconds `expected`,
-    `at_least` so many where it may take several times as long.
+    Nothing is shown for the first two seconds. Without a terminal, a line is shown each minute. An
+    interrupt is reported with the `expected` seconds, since the collision then has no result.
+    `at_least` says that it may take several times as long.
     """
     done, started = threading.Event(), time.monotonic()
     known = format_duration(expected)
@@ -197,7 +197,7 @@ def _show_elapsed(expected: float, known: str, done: threading.Event) -> None:
         return
     with _bar_or_line(
         line,
-        # The bar is short, so that the words beside it stay whole on 80 columns.
+        # The bar is short, so that the text beside it fits into 80 columns.
         lambda rich: (
             rich.SpinnerColumn(),
             rich.BarColumn(10),
@@ -224,6 +224,6 @@ def _told(elapsed: float, expected: float, known: str, begin: str) -> str:
     if elapsed <= expected:
         return f"{begin}, {known} expected"
     if expected < _QUIET_SECONDS:
-        # What takes long is to begin.
+        # The start-up, not the collision, takes long.
         return f"{begin}, of which the collision itself needs about {format_duration(expected)}"
     return f"{begin}, {format_duration(expected)} were expected; how much longer is not known"

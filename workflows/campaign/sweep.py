@@ -1,4 +1,4 @@
-"""A sweep from Python: axes over fields of a scene, results as a data frame."""
+"""Sweeps from Python: axes over fields of a scene, results as a data frame."""
 
 import tempfile
 from collections.abc import Iterable
@@ -38,12 +38,12 @@ def sweep(
     Parameters
     ----------
     scene : Scene
-        What all have in common.
+        Base scene of all points.
     store : Store or path, optional
-        Where results are kept and found again, as ``chaincor sweep`` does; by default nowhere.
+        Store of the results, as for ``chaincor sweep``; by default none.
     workers : int, optional
-        Processes; as many as there are cores by default. A script that calls this needs the usual
-        ``if __name__ == "__main__":``, because each worker is a fresh process.
+        Number of processes; by default the number of cores. A script that calls this needs the
+        usual ``if __name__ == "__main__":``, because each worker is a fresh process.
     progress : bool
         Whether to show a progress bar, on a terminal or in a notebook.
     **axes
@@ -52,15 +52,15 @@ def sweep(
     Returns
     -------
     pandas.DataFrame
-        A row for each point, in their order: what the axes set, then the columns of a store. Where
-        a collision has no result, ``failure`` says why.
+        A row for each point, in their order: the fields of the axes, then the columns of a store.
+        If a collision has no result, ``failure`` says why.
 
     Raises
     ------
     SweepError
         If an axis is no field of a scene, or has no values.
     SceneError
-        If a point is no scene; nothing was begun.
+        If a point is no scene; no collision was started.
     StoreError
         If the store cannot be used.
 
@@ -93,7 +93,7 @@ def sweep(
 
 
 def _listed(name: str, axis: Any) -> list[Any]:
-    """Return the values of an axis: of a list, an array, a range."""
+    """Return the values of an axis from a list, an array or a range."""
     if hasattr(axis, "tolist"):
         axis = axis.tolist()
     if isinstance(axis, str | bytes | dict) or not isinstance(axis, Iterable):

@@ -1,4 +1,4 @@
-"""A sweep file: a base scene, axes over any of its fields, crossed or moving together."""
+"""Sweep files: a base scene, and axes over its fields, crossed or moving together."""
 
 import math
 import sys
@@ -38,12 +38,12 @@ class Sweep:
 
     scenes: SweepPoints  #: The points.
     axes: dict[str, int]  #: Names of the axes and how many values each has.
-    store: Path  #: Where results go.
+    store: Path  #: File of the results.
     arrays: bool  #: Whether to keep contacts, mode energies and final states.
 
 
 def is_sweep(path: Path) -> bool:
-    """Return whether a file that holds a scene or a sweep holds a sweep."""
+    """Return whether a file of a scene or a sweep holds a sweep."""
     return not {"scene", "axes"}.isdisjoint(read_scene_fields(path))
 
 
@@ -55,11 +55,11 @@ def read_sweep(path: Path | str) -> Sweep:
     points | step, spacing = "linear" | "log"}`` of a scene's field (of ``masses``: a list of lists;
     of ``seed``: ``{from, to}``), or a list of tables that set several fields at once; an axis
     ``parameters.a`` is one parameter of a formula. ``zip = [["particles", "speed"]]`` makes axes
-    move together; ``store`` and ``arrays`` say what is kept and where. Relative paths are taken
-    from the file's folder.
+    move together; ``store`` is the file of the results, and ``arrays`` keeps arrays. Relative paths
+    start at the file's folder.
 
     Raises SweepError if an axis makes no sense, SceneError if the file cannot be read. A point that
-    is no scene raises SceneError when it is asked for.
+    is no scene raises SceneError when it is made.
     """
     path = Path(path)
     fields = read_scene_fields(path)
@@ -108,10 +108,10 @@ def read_axes(
     listed: Callable[[str, Any], Any] = lambda _name, axis: axis,
 ) -> dict[str, list[dict[str, Any]]]:
     """
-    Return what each value of each axis, first `listed`, sets; SweepError if it is no axis.
+    Return the fields that each value of each axis sets; SweepError for an invalid axis.
 
-    Keys that name files are refused, `instead` of which there is something to do: all points would
-    write to one.
+    Keys that name files are refused, because all points would write to one file; `instead` is the
+    remedy in the message.
     """
     _refuse_outputs({**base, **axes}, instead)
     values = {name: _axis_values(name, listed(name, axis)) for name, axis in axes.items()}
@@ -129,7 +129,7 @@ def _refuse_outputs(given: Mapping[str, Any], instead: str) -> None:
 
 def _axis_values(name: str, axis: Any) -> list[dict[str, Any]]:
     if isinstance(axis, list) and axis and all(isinstance(value, dict) for value in axis):
-        # Of this field alone a value is a table itself.
+        # Only this field has values that are tables.
         return [{name: value} for value in axis] if name == "parameters" else axis
     if name not in Scene.model_fields and not name.startswith(PARAMETER_AXIS):
         raise SweepError(
@@ -144,7 +144,8 @@ def _axis_values(name: str, axis: Any) -> list[dict[str, Any]]:
             "{from, to, step}"
         )
     if name in MASSES_READ and any(isinstance(value, int | float) for value in axis):
-        # One value of such a key is a list itself: was one chain meant, or one mass a chain?
+        # One value of such a key is a list itself. A plain list could mean one chain, or one mass
+        # per chain.
         raise SweepError(
             f"axis '{name}' is {axis!r}; expected a list of lists, as [[1, 2], [1, 3]]: one value "
             "for all points goes under [scene]"
@@ -157,7 +158,7 @@ def _range_values(name: str, axis: dict[str, Any]) -> list[float] | list[int]:
         return SweepError(f"the range of axis '{name}' is {axis!r}; expected {expected}")
 
     if name == "seed":
-        # Every seed from the first to the last: whole numbers, which may be no floats.
+        # Seeds are whole numbers, which a float cannot always hold.
         ends = [axis[key] for key in ("from", "to") if key in axis]
         whole = all(isinstance(end, int) and not isinstance(end, bool) for end in ends)
         if not (len(ends) == len(axis) == 2 and whole and 0 <= ends[1] - ends[0] < _MOST_POINTS):
@@ -191,7 +192,7 @@ def _range_values(name: str, axis: dict[str, Any]) -> list[float] | list[int]:
 
 
 def _is_finite(value: Any) -> bool:
-    """Tell whether a value is a number that a float can hold."""
+    """Return whether a value is a finite number that a float can hold."""
     number = isinstance(value, int | float) and not isinstance(value, bool)
     return number and abs(value) <= sys.float_info.max
 

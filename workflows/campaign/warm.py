@@ -1,4 +1,4 @@
-"""Warm scenes that can be carried out side by side: they differ in seed and speed alone."""
+"""Groups of warm scenes that differ only in seed and speed and run in one batch."""
 
 import json
 from collections.abc import Sequence
@@ -28,13 +28,13 @@ _VARYING = ("seed", "velocity", "speed")
 
 @dataclass(frozen=True)
 class Group(Sequence[Scene]):
-    """Scenes that differ in seed and impact velocity alone, each made when it is asked for."""
+    """Scenes that differ only in seed and impact velocity, made on request."""
 
-    scene: Scene  #: The first.
-    seeds: Sequence[int | None]  #: Of each.
-    velocities: Array  #: Impact velocity of each; of shape (scenes,).
-    places: Sequence[int]  #: Where they stand among all that are asked for.
-    given: Sequence[Scene] | None = None  #: The scenes, where they need not be made.
+    scene: Scene  #: First scene.
+    seeds: Sequence[int | None]  #: Seed of each scene.
+    velocities: Array  #: Impact velocity of each scene; of shape (scenes,).
+    places: Sequence[int]  #: Indices among all requested scenes.
+    given: Sequence[Scene] | None = None  #: Scenes, if they exist already.
 
     def __len__(self) -> int:
         return len(self.seeds)
@@ -53,11 +53,11 @@ class Group(Sequence[Scene]):
 
     @cached_property
     def expected(self) -> float:
-        """Seconds that one takes, about."""
+        """Expected seconds of one scene."""
         return plan(self.scene).seconds
 
     def starts(self) -> StartStates:
-        """Return where they begin; what is drawn is the same as of each by itself."""
+        """Return the initial states, with the same random numbers as for single scenes."""
         scene, line = self.scene, self.scene.line
         assert scene.temperature is not None
         seeds = [seed for seed in self.seeds if seed is not None]
@@ -72,9 +72,9 @@ def group_scenes(
     scenes: Scene | Sequence[Scene], samples: int | None, velocities: ArrayLike | None
 ) -> list[Group]:
     """
-    Return what is asked for in groups whose samples can go side by side.
+    Return the requested scenes in groups that can run in one batch.
 
-    Raises InputError for scenes that cannot, or if nothing is asked for.
+    Raises InputError for other scenes, and if there is no scene.
     """
     if isinstance(scenes, Scene):
         return [_drawn_group(scenes, samples, velocities)]
@@ -122,7 +122,7 @@ def _drawn_group(scene: Scene, samples: int | None, velocities: ArrayLike | None
                 f"velocities has the shape {each.shape}, or numbers that are no speeds; expected "
                 f"{samples} numbers above 0"
             )
-        # The slowest may be too slow, the fastest too fast, for any scene.
+        # The slowest or fastest velocity may be invalid for every scene.
         for velocity in {float(np.min(each)), float(np.max(each))}:
             scene.without("speed").replace(velocity=velocity)
     return Group(scene, seeds, each, range(samples))
@@ -138,7 +138,7 @@ def _refuse_outputs(scene: Scene) -> None:
 
 
 def _key(scene: Scene) -> Any:
-    """Return what scenes must share to be of one group; an object of a user's own is itself."""
+    """Return the key that all scenes of a group share; a user's own object is its own key."""
     fields = {k: v for k, v in plain_fields(scene).items() if k not in _VARYING}
     potential = fields.pop("potential", None)
     same = id(potential) if isinstance(potential, Potential) else potential
@@ -146,7 +146,7 @@ def _key(scene: Scene) -> Any:
 
 
 def shared_fields(groups: Sequence[Group]) -> dict[str, Any]:
-    """Return what all scenes say."""
+    """Return the fields that all scenes share."""
     first, *others = (plain_fields(group.scene) for group in groups)
     shared = {k: v for k, v in first.items() if all(other.get(k) == v for other in others)}
     if groups[0].given is not None:

@@ -1,4 +1,4 @@
-"""Work: collisions from scenes to results, how they are shared out, and what they will take."""
+"""Work on collisions: from scenes to results, division into tasks, and expected cost."""
 
 import math
 import threading
@@ -32,11 +32,11 @@ from chaincor.workflows.result_of import result_of
 from chaincor.workflows.store.row import Row
 from chaincor.workflows.versions import cores_allowed
 
-# What is predicted to take longer than a day is refused, unless it is asked for.
+# A collision that is expected to take longer than a day is refused by default.
 MOST_SECONDS = 86400.0
-# From the command to the first collision: imports, processes, compiled code that is loaded.
+# Seconds from the command to the first collision: imports, processes, compiled code.
 _START_SECONDS = 2.5
-# A row with its key in the index, and what an array in NumPy's format adds to its numbers.
+# Bytes of a row with its key in the index, and of the header of an array in NumPy's format.
 _ROW_BYTES = 2500
 _ARRAY_BYTES = 5 * 230
 # A Dask worker may have several threads; LAMMPS is not made for several at once in one process.
@@ -64,7 +64,7 @@ def collide_one(scene: Scene, most_seconds: float) -> Collision:
 
 
 def collide_together(scenes: Sequence[Scene]) -> list[Collision | None]:
-    """Return what :func:`collide_one` would, found at once; None where that has to be asked."""
+    """Return results of a batch as :func:`collide_one` gives them; None if it must compute them."""
     started = time.perf_counter()
     answers = solve_batch(scenes)
     whole = time.perf_counter() - started
@@ -80,7 +80,7 @@ def _run_as_given(planned: Plan) -> BoundedRun:
     scene, numerics = planned.scene, planned.numerics
     assert numerics is not None
     details: dict[str, Any] = {}
-    # The in-house engine sees its bonds.
+    # The reference engine sees its bonds.
     if planned.solver is LAMMPS and (pilot := usual_pilot_run(scene)) is not None:
         numerics = replace(numerics, bond_range=pilot.table_range(scene))
         details["scouting"] = pilot.to_dict()
@@ -94,7 +94,7 @@ def _run_as_given(planned: Plan) -> BoundedRun:
     if others:
         share = PROOF_SHARE[numerics.wall]
         step = share * largest_difference(scene, outcome, others)
-        # Arrays err by as much more than they differ as eta does.
+        # Errors of arrays exceed differences of arrays by the same factor as for eta.
         spreads = [spread_of(scene, outcome, run) for run in others]
         details["spread"] = {name: share * max(s[name] for s in spreads) for name in spreads[0]}
     return BoundedRun(outcome, error_bar(outcome, scene, step), details=details)
@@ -102,11 +102,11 @@ def _run_as_given(planned: Plan) -> BoundedRun:
 
 def collide_scenes(scenes: Sequence[Scene]) -> list[Collision | Exception | None]:
     """
-    Carry out one collision, or several of a kind at once; this runs wherever a worker is.
+    Carry out one collision, or a batch, inside a worker.
 
-    Named failures are returned, and those of the machine: no memory, no room for files. Where
-    several fail, each has to be carried out alone, and gets its own error. Any other error is one
-    of the program or of the user's own bond, and stops whatever asked.
+    Named failures are returned, and so are failures of the machine: no memory, no room for files.
+    If a batch fails, each collision must be computed alone and gets its own error. Other errors are
+    errors of the program or of the user's own bond; they are raised.
 
     Raises MissingLibraryError if no collision at all can be run here.
     """
@@ -114,7 +114,7 @@ def collide_scenes(scenes: Sequence[Scene]) -> list[Collision | Exception | None
         with _one_at_a_time:
             if len(scenes) > 1:
                 return [*collide_together(scenes)]
-            # What many collisions take is forecast for all; none is refused on the way.
+            # The cost of many collisions is checked once for all; no single one is refused.
             return [collide_one(scenes[0], math.inf)]
     except MissingLibraryError:
         raise
@@ -123,16 +123,16 @@ def collide_scenes(scenes: Sequence[Scene]) -> list[Collision | Exception | None
 
 
 def collide_to_rows(scenes: Sequence[Scene]) -> list[Row | None]:
-    """Do the same for a store: what takes long is not left to where all rows come together."""
+    """Carry out collisions as :func:`collide_scenes`, and make rows for a store in the worker."""
     return [None if each is None else Row.of(each) for each in collide_scenes(scenes)]
 
 
 def tasks_of(scenes: Sequence[Scene], parts: int) -> list[Task]:
     """
-    Share collisions out: those to be carried out together, and each of the others by itself.
+    Divide collisions into tasks: batches, and single collisions.
 
-    Those of a kind are divided into `parts` at least, if they are enough. What comes of a
-    collision does not depend on it.
+    Collisions of one kind are divided into at least `parts` batches, if there are enough. Results
+    do not depend on the division.
     """
     tasks = []
     for places in batches(scenes, parts):
@@ -145,21 +145,21 @@ def tasks_of(scenes: Sequence[Scene], parts: int) -> list[Task]:
 @dataclass(frozen=True)
 class Forecast:
     """
-    What collisions are expected to take, on a machine that does nothing else.
+    Expected time and disk space of collisions, on an idle machine.
 
-    Right within a factor of two for nearly every collision that computes, of four for chains that
-    fall to pieces, better for many.
+    Times are right within a factor of two for nearly every collision, within four for chains that
+    break, and better for sums of many.
     """
 
     points: int  #: Collisions to compute.
-    #: Sum of their times on one core, and the time of the longest.
+    #: Sum of the times on one core.
     seconds: float
-    longest: float  #: See ``seconds``.
+    longest: float  #: Time of the longest collision.
     disk_bytes: int  #: Growth of the store.
 
     @classmethod
     def of(cls, scenes: Sequence[Scene], *, arrays: bool = False) -> "Forecast":
-        """Forecast collisions, with or without their arrays."""
+        """Return the forecast of collisions, with or without their arrays."""
         costs = [asked.cost for task in tasks_of(scenes, 1) for asked in task]
         # Contacts hardly exceed particles; two arrays of contacts, three of particles.
         sizes = [_ARRAY_BYTES + 5 * 8 * scene.particles for scene in scenes if arrays]
@@ -167,7 +167,7 @@ class Forecast:
         return cls(len(scenes), sum(costs), max(costs, default=0.0), room)
 
     def wall_seconds(self, workers: int) -> float:
-        """Return the time on several workers, each of which has its share of the cores allowed."""
+        """Return the wall-clock time on several workers that share the allowed cores."""
         if self.points == 0:
             return 0.0
         together = min(workers, cores_allowed())

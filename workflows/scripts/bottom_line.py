@@ -14,7 +14,7 @@ from chaincor.workflows.scripts.step_settings import where_to_set
 if TYPE_CHECKING:
     from chaincor.workflows.scripts.study import ScriptStudy
 
-# Number of runs per rung, and ratio to a finer end, in proposed commands.
+# Most runs per rung, ratio to a finer end, and number of rungs in proposed commands.
 _MOST_PHASES, _FINER, _RUNGS = 100, 8.0, 6
 # Extrapolations by the order aim at this part of the tolerance.
 _AIM = 0.5
@@ -28,7 +28,7 @@ class Choice:
 
     value: float
     runs: int  #: Number of runs to average.
-    decides: NumberLadder  #: The number that needs it most.
+    decides: NumberLadder  #: Number that needs the finest value.
 
 
 def bottom_line(study: "ScriptStudy") -> str:

@@ -69,8 +69,8 @@ class CrashedRun:
 
     name: str  #: The variable of the ladder.
     value: float  #: Its value.
-    timestep: float | None  #: Time step of that run; None where it is not known.
-    step: int | None  #: Step at which it stopped, or the last one sampled; None: not known.
+    timestep: float | None  #: Time step of the run; None if unknown.
+    step: int | None  #: Step at which the run stopped, or the last sampled step; None if unknown.
     said: str  #: Description of the crash, as a clause.
     message: str  #: LAMMPS's error.
 

@@ -32,9 +32,7 @@ class Cause(NamedTuple):
     """A likely cause of a drift."""
 
     text: str
-    remedy: str = (
-        ""  #: A command before each run that removes the cause; empty where there is none.
-    )
+    remedy: str = ""  #: Command before each run that removes the cause; empty if there is none.
 
 
 @dataclass(frozen=True)
@@ -42,7 +40,7 @@ class EnergyChange:
     """A drift that stays at small steps."""
 
     name: str  #: The quantity.
-    drift: float  #: In the limit of small steps, over the run.
+    drift: float  #: Drift over the run in the limit of small steps.
     error: float  #: Its error.
     causes: tuple[Cause, ...]  #: The likeliest first.
     tested: Cause | None = None  #: The cause that was removed in one more run.

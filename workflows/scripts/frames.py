@@ -13,9 +13,9 @@ from chaincor.lammps_inputs.errors import InputError
 class Frames:
     """Positions of a run, and its initial velocities, in the order of particle ids."""
 
-    times: Array  #: Of shape (S,).
+    times: Array  #: Times of the frames, of shape (S,).
     positions: Array  #: Unwrapped, of shape (S, N, 3); nan beyond the particles of a frame.
-    velocities: Array  #: Of the first frame with particles, of shape (M, 3).
+    velocities: Array  #: Velocities in the first frame with particles, of shape (M, 3).
     #: Mean distance of neighbours, as on a simple cubic lattice of equal density.
     spacing: float
     #: Edges of the box in the first frame, of shape (3,); inf if a direction is not periodic or the

@@ -40,8 +40,8 @@ class NumberLadder:
     standard_error: float | None
     independent: float | None  #: Number of independent samples of one run's mean.
     verdict: LadderVerdict  #: The kind of its error.
-    tolerance: float | None  #: The error that the advice keeps; None where none is known.
-    tolerance_reason: str  #: Why that tolerance; empty where it was asked for.
+    tolerance: float | None  #: Error that the advice keeps; None if unknown.
+    tolerance_reason: str  #: Reason of the default tolerance; empty if the user gave one.
     advice: ScriptAdvice | None  #: Advice, if the ladder allows one.
     repeats: bool  #: Whether a mean of several runs is advice as well.
 

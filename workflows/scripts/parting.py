@@ -30,7 +30,7 @@ PARTED = 0.01
 _AT_ONCE, _EARLY = 1e-6, 0.1
 # Displacement by a last digit, over the length of the box.
 _SHAKEN = 1e-15
-# Range of distances in which the growth is fitted.
+# Growth is fitted from this multiple of the smallest rounding on.
 _GROWN_FROM = 1e3
 _SURE = 3.0
 # Largest relative difference of numbers that roundings make over a run.

@@ -93,7 +93,7 @@ class Runner:
     script: Path  #: The script.
     files: list[Path]  #: Files of its folder that are copied.
     asked: Asked  #: Requested numbers.
-    lmp: str  #: The command; of several words where a launcher stands before it.
+    lmp: str  #: Command of LAMMPS, with a launcher before it if needed.
     scratch: Path  #: An absolute folder, for the copies.
     timeout: float  #: Seconds of the wall clock that a run may take.
 
