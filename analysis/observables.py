@@ -1,8 +1,9 @@
-"""The observables of a collision: one list, from which everything that shows them is made.
+"""
+List of all observables of a collision, which generates every display of them.
 
-A field of :class:`Observed` declares an observable of a run: the attribute of the result, the JSON
-key, the store column, the line of text, the word that ``chaincor explain`` knows and the row of the
-reference page. The files of ``analysis/observed`` hold the declarations.
+A field of :class:`Observed` declares one observable of a run. The attribute of the result, the JSON
+key, the store column, the line of text, the entry of ``chaincor explain`` and the row of the
+reference page follow from the field. The files in ``analysis/observed`` hold the declarations.
 """
 
 from collections.abc import Iterable
@@ -18,7 +19,7 @@ from chaincor.analysis.observed.outcome import MeasuredOutcome
 
 @dataclass(frozen=True, repr=False, kw_only=True)
 class Observed(Making, MeasuredOutcome, Bodies):
-    """The observables of a run, as attributes."""
+    """Observables of a run, as attributes."""
 
 
 def _declared() -> dict[str, Observable]:
@@ -30,14 +31,14 @@ def _declared() -> dict[str, Observable]:
     return of_runs | {name: replace(each, name=name) for name, each in OF_DUMPS_ALONE.items()}
 
 
-#: All observables by name, in the order in which they are shown.
+#: All observables by name, in the order of display.
 OBSERVABLES: dict[str, Observable] = _declared()
 OF_RUNS = tuple(each for each in OBSERVABLES.values() if each.run is not None)
 OF_DUMPS = tuple(each for each in OBSERVABLES.values() if each.dump is not None)
 
 
 def attributes_section(observables: Iterable[Observable]) -> str:
-    """Return the section of a docstring that describes observables as attributes."""
+    """Return the section "Attributes" of a docstring for some observables."""
     found = ["    Attributes", "    ----------"]
     for each in observables:
         kind = f"{each.dtype}, of shape {each.shape}" if each.shape else each.dtype
@@ -47,7 +48,7 @@ def attributes_section(observables: Iterable[Observable]) -> str:
 
 
 def rows_of(result: Any, *, dump: bool = False, closing: bool = False) -> list[tuple[str, str]]:
-    """Return the lines of text about a result, or the analysis of a dump: label and text."""
+    """Return the labels and texts of a result or, with `dump`, of the analysis of a dump."""
     return [
         (row.label, text)
         for each in (OF_DUMPS if dump else OF_RUNS)
@@ -59,7 +60,7 @@ def rows_of(result: Any, *, dump: bool = False, closing: bool = False) -> list[t
 
 
 def _definition(row: Row, of: Observable) -> str:
-    """Return the meaning of a line: of all observables that it shows."""
+    """Return the meaning of a line: the meanings of all observables that it shows."""
     if row.definition is not None:
         return row.definition
     shown = [OBSERVABLES[name].meaning for name in row.also]
@@ -70,10 +71,10 @@ def _terms(observables: Iterable[Observable]) -> dict[str, str]:
     return {row.label: _definition(row, each) for each in observables for row in each.rows}
 
 
-#: What ``chaincor explain`` says of each line of text, by its label.
+#: Explanations of the lines of text in ``chaincor explain``, by label.
 TERMS = _terms(OF_RUNS)
 TERMS_OF_DUMPS = _terms(OF_DUMPS_ALONE.values())
-#: Other words by which the lines are looked up, with their labels.
+#: Labels of lines, by other words that ``chaincor explain`` accepts for them.
 OTHER_WORDS = {
     word: row.label for each in OBSERVABLES.values() for row in each.rows for word in row.words
 }
@@ -83,7 +84,8 @@ def json_keys(command: str) -> list[tuple[Observable, bool]]:
     """
     Return the observables in the JSON of ``run`` or ``analyze``, with their meaning there.
 
-    Beside each stands whether the key may be absent. Arrays of runs go to a file of their own.
+    The second item of each pair says whether the key may be absent. Arrays of runs are not in the
+    JSON, because they go to a separate file.
     """
     if command == "run":
         return [(each, each.rare) for each in OF_RUNS if not each.is_array]

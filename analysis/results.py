@@ -1,4 +1,4 @@
-"""What the analysis of a collision returns."""
+"""Results of the analysis of a dump."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -16,31 +16,31 @@ from chaincor.lammps_inputs.bonds.potential import Potential
 if TYPE_CHECKING:
     from chaincor.analysis.job_folder import Job
 
-# Sums of energies of many particles; nothing for a bound of 1 itself, which is exact.
+# Relative rounding error of sums of energies of many particles.
 _ROUNDINGS = 1e-13
 
 
 @dataclass(frozen=True)
 class History:
     """
-    The collision in time, thinned evenly where the dump has very many frames.
+    Motion and energies of a body in time, thinned evenly if the dump has very many frames.
 
     Times are counted from the first contact.
 
     Attributes
     ----------
     times : ndarray of shape (frames,)
-        Of the whole states.
+        Times of the displacements and velocities.
     displacements, velocities : ndarray of shape (frames, n)
-        Whole states.
+        States of all particles.
     series_times : ndarray of shape (rows,)
-        Of the quantities below.
+        Times of the quantities below.
     momentum : ndarray of shape (rows,)
         Sum of masses times velocities.
     translation, vibration : ndarray of shape (rows,)
-        Energies; where the bond is not known, vibration is its kinetic part only.
+        Energies. If the bond is unknown, vibration is only its kinetic part.
     bond_min, bond_max : ndarray of shape (rows,)
-        Shortest and longest bond in the frame.
+        Shortest and longest bond at each time.
     """
 
     times: Array
@@ -55,12 +55,16 @@ class History:
 
     @property
     def mirrored(self) -> "History":
-        """The same in a mirror: a target's along x, which is told from the contact outward."""
+        """Mirrored history: the history of a target along x, which counts from the contact."""
         turned = ("displacements", "velocities", "momentum")
         return replace(self, **{name: -getattr(self, name) for name in turned})
 
     def along_the_line(self, target: "History | None") -> tuple[Array, Array]:
-        """Return displacements and velocities of a target, itself along x, and of this chain."""
+        """
+        Return displacements and velocities of a target and this chain, of shape (frames, all).
+
+        The history of the target must already be mirrored, so that it is along x.
+        """
         if target is None:
             return self.displacements, self.velocities
         return (
@@ -72,22 +76,22 @@ class History:
 @dataclass(frozen=True, repr=False, kw_only=True)
 class BodyAnalysis:
     """
-    One body of a collision: the chain or, seen in a mirror in which it is a chain, a free target.
+    Analysis of one body of a collision: the chain, or a free target, which is seen in a mirror.
 
     Attributes
     ----------
     masses : ndarray of shape (n,)
         Particle masses, from the contact outward.
     velocity_after : float
-        Of its centre of mass in the last frame, along x.
+        Velocity of the centre of mass in the last frame, along x.
     mode_frequencies, mode_energies : ndarray of shape (n,)
-        omega_j, and E_j in the last frame.
+        Frequencies omega_j of the modes, and their energies E_j in the last frame.
     mode_energies_start : ndarray of shape (n,)
-        E_j in the first frame.
+        Energies E_j in the first frame.
     energy_start, energy_end : EnergySplit or None
-        First and last frame; None where the bond is not known.
+        Energies in the first and last frame; None if the bond is unknown.
     history : History
-        Its motion in time; that of a target counts away from the contact.
+        Motion in time; the history of a target is positive away from the contact.
     """
 
     masses: Array
@@ -103,9 +107,9 @@ class BodyAnalysis:
 @dataclass(frozen=True, repr=False, kw_only=True)
 class CollisionAnalysis(BodyAnalysis):
     """
-    What the frames of a collision say: of the chain as a body, and of what it met.
+    Analysis of the frames of a collision: of the chain, the contacts, and a free target.
 
-    Units: bond length and stiffness 1, masses as given.
+    Bond length and stiffness are 1, and masses are as given.
 
     Attributes
     ----------
@@ -118,54 +122,54 @@ class CollisionAnalysis(BodyAnalysis):
     restitution : float
         eta = (V/v0)^2, the ratio of energies; V is the velocity of the centre of mass.
     restitution_bound : float or None
-        Largest eta that the energy in the first frame allows: 1, or more of a chain that came
-        vibrating; None for one whose bond is not known.
+        Largest eta that the energy in the first frame allows. It is 1 for a cold chain and larger
+        for a chain that arrives vibrating; None for a vibrating chain with an unknown bond.
     kinematic_restitution : float
         e = V/v0, the ratio of speeds.
     restitution_error : float or None
-        Error of the whole number, from a second run at another step: see
-        :func:`~chaincor.analysis.step_error.estimate_error`. None where that cannot be told.
+        Total error of eta, from a second run at another step: see
+        :func:`~chaincor.analysis.step_error.estimate_error`. None if it cannot be estimated.
     data_error : float
-        What the format of the dump and reading it may have changed: how far eta can be from that
-        of the run as LAMMPS held it. The error of the run itself is not in it.
+        Largest error of eta from the number format of the dump. It does not include the error of
+        the run itself.
     contact_times, contact_speeds : ndarray of shape (f,)
-        Times from the first contact, and incoming speeds.
+        Times of the f contacts, from the first contact, and incoming speeds.
     contact_statistics : ContactStatistics
-        The same in a few numbers.
+        Statistics of the contacts.
     contacts : int or None
-        f; None where the frames are too far apart to count.
+        Number f of contacts; None if the frames are too far apart to count.
     detection : DetectedContacts
         How the contacts were found.
     anharmonic_remainder : float or None
-        Bond energy in the last frame that the modes leave out.
+        Anharmonic bond energy in the last frame, which the modes do not contain.
     energy_drift : float or None
         (E_end - E_start)/E_start.
     momentum_residual : float
-        Momentum in the last frame less what the contacts gave, in units of M v0.
+        Momentum in the last frame, less the impulse of the contacts, in units of M v0.
     bond_min, bond_max : float
         Shortest and longest bond in any frame.
     frames : int
         Number of frames read.
     timestep : float or None
-        Simulated time per step that was used; None where the dump carries the time.
+        Simulated time per step that was used; None if the dump contains the time.
     time_start, time_end : float
-        First and last frame, from the first contact.
+        Times of the first and last frame, from the first contact.
     ending : str or None
-        ``proved`` where energy and momentum rule out a contact after the last frame, ``argued``
-        where one is unlikely; None where neither can be said.
+        ``proved`` if energy and momentum rule out a contact after the last frame, ``argued`` if a
+        contact is unlikely; None without such an argument.
     finished : bool
-        Whether, as far as can be told, no contact follows the last frame.
+        Whether no contact is expected after the last frame.
     notes : tuple of str
-        What limits the numbers above, one sentence each.
+        Limitations of the numbers above, one sentence each.
     soft : bool
-        Whether the bodies overlap when they meet: contacts are not told then.
+        Whether the bodies overlap while they touch. Contacts are then not reported.
     job : Job or None
-        Files that it was read from, as :func:`~chaincor.analysis.job_folder.find_job` finds them;
-        None where frames alone were analysed.
+        Files of the job, as :func:`~chaincor.analysis.job_folder.find_job` finds them; None if
+        frames alone were analysed.
     target : BodyAnalysis or None
-        The free target, if it is not a wall that the chain hits. `velocity`, `restitution` and
-        contacts are then those of the relative motion, `energy_drift` that of both bodies, and
-        `momentum_residual` the change of their momentum.
+        Free target; None for a wall. With a target, `velocity`, `restitution` and contacts refer to
+        the relative motion, `energy_drift` to the energy of both bodies, and `momentum_residual`
+        to the change of their total momentum.
     """
 
     particles: int
@@ -204,15 +208,15 @@ class CollisionAnalysis(BodyAnalysis):
 
     @property
     def bodies(self) -> dict[str, BodyAnalysis]:
-        """The chain and a free target, by what stands before their names: nothing, ``target_``."""
+        """Chain and free target, by the prefix of their names: empty, or ``target_``."""
         return {"": self} if self.target is None else {"": self, "target_": self.target}
 
     @cached_property
     def contradictions(self) -> tuple[str, ...]:
         """
-        What no chain and no wall can have done, such as eta above 1.
+        Violations of physics in the dump, such as eta above 1, one sentence each.
 
-        While there is any, no number is to be trusted.
+        If there are any, no number of the analysis can be trusted.
         """
         found, bound, detection = [], self.restitution_bound, self.detection
         error = self.data_error if self.restitution_error is None else self.restitution_error
@@ -247,12 +251,12 @@ class CollisionAnalysis(BodyAnalysis):
 
     @property
     def caveats(self) -> tuple[str, ...]:
-        """What limits the numbers, one sentence each: the contradictions, then the notes."""
+        """Limitations of the numbers, one sentence each: contradictions, then notes."""
         return self.contradictions + self.notes
 
     @property
     def energy_at_impact(self) -> float:
-        """Translational energy before, and of a chain that came vibrating all energy."""
+        """Translational energy before the collision; all energy if the chain arrived vibrating."""
         reduced = float(np.sum(self.masses))
         if self.target is not None:
             reduced /= 1.0 + reduced / float(np.sum(self.target.masses))
@@ -260,14 +264,14 @@ class CollisionAnalysis(BodyAnalysis):
 
     @property
     def against(self) -> str:
-        """What the chain hits, in words after its own; nothing for a hard wall."""
+        """Text that names the target after the chain; empty for a hard wall."""
         if self.target is not None:
             return f" and a free target of {self.target_particles}"
         return " and a soft wall" if self.soft else ""
 
     @property
     def heading(self) -> str:
-        """What collided, how fast, and how many frames show it, in one line."""
+        """Chain, target, bonds, speed and number of frames, in one line."""
         speed = impact_speed(self.velocity, None if self.bond is None else self.bond.natural_speed)
         name = "unknown" if self.bond is None else self.bond.name
         who = f"{self.particles} particles{self.against}"

@@ -1,4 +1,4 @@
-"""The frozen result of one collision: what is printed, stored and plotted."""
+"""Result of one collision, which is printed, stored and plotted."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -28,10 +28,10 @@ class Collision(Motion):
     Result of one collision.
 
     Lengths, masses and stiffnesses are in units of the natural bond length, the particle mass and
-    the bond stiffness; times count from the first contact; velocities are positive away from the
-    wall, those of a target that is knocked away negative. The final state, and energies of bodies,
-    are those right after the last contact. Rare attributes, which most results leave at None, are
-    left out of the JSON then. A notebook shows a table, and pictures are drawn by ``result.plot``.
+    the bond stiffness. Times count from the first contact. Velocities are positive away from the
+    wall, so a target that is knocked away has a negative velocity. The final state and the energies
+    of bodies are taken right after the last contact. Rare attributes are None in most results, and
+    the JSON then omits them. A notebook shows a table, and ``result.plot`` draws pictures.
 
     Examples
     --------
@@ -49,15 +49,15 @@ class Collision(Motion):
 
     @property
     def plot(self) -> Plots:
-        """Pictures: ``world_lines()``, ``spectrum()``, ``energy()``, ``contacts()`` and so on."""
+        """Pictures, such as ``world_lines()``, ``spectrum()``, ``energy()`` and ``contacts()``."""
         return Plots(self)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return all but the arrays, ready for JSON; numbers that are not finite become None."""
+        """Return all fields except arrays for JSON; numbers that are not finite become None."""
         return finite(self.plain())
 
     def plain(self) -> dict[str, Any]:
-        """Return the same with all numbers as they are."""
+        """Return all fields except arrays, with numbers that are not finite unchanged."""
         values = vars(self)
         plain = {name: values[name] for name in _USUAL}
         plain |= {name: values[name] for name in _RARE if values[name] is not None}
@@ -65,12 +65,12 @@ class Collision(Motion):
         return plain
 
     def arrays(self) -> dict[str, NDArray[np.float64]]:
-        """Return the arrays by field name, those of a free target among them."""
+        """Return the arrays by field name, including the arrays of a free target."""
         names = ARRAY_FIELDS if self.target_particles is None else (*ARRAY_FIELDS, *TARGET_ARRAYS)
         return {name: getattr(self, name) for name in names}
 
     def save_arrays(self, path: Path) -> None:
-        """Write the arrays to an NPZ file, aside first: an older one is not lost half-way."""
+        """Write the arrays to an NPZ file, which replaces an older one only when it is complete."""
         with written_aside(Path(path), "arrays") as aside:
             write_arrays(aside, self.arrays())
 

@@ -1,4 +1,4 @@
-"""What a contact law is: force, stiffness and energy of an overlap, and what LAMMPS runs for it."""
+"""Base class of contact laws: force, stiffness and energy of an overlap, and LAMMPS's formula."""
 
 import math
 from abc import ABC, abstractmethod
@@ -11,33 +11,32 @@ from chaincor.lammps_inputs.arrays import Array
 
 
 class NoParameters(NamedTuple):
-    """Parameters of a law that has none."""
+    """Empty parameters."""
 
 
 class ContactLaw(ABC):
     r"""
-    A repulsion of two bodies that overlap by :math:`d = -g`, where g < 0 is their gap.
+    Repulsion of two bodies that overlap by :math:`d = -g`, with the gap g < 0.
 
-    The force is positive where it drives the bodies apart, and zero for g > 0. Units are those of
-    the chain.
+    The force is zero for g > 0. It is positive if it drives the bodies apart. All units are units
+    of the chain.
     """
 
-    name: ClassVar[str]  #: The name in scenes.
+    name: ClassVar[str]  #: Name in scenes.
     soft: ClassVar[bool] = True  #: Whether bodies overlap while they touch.
-    #: Keys in scenes, and the names of these parameters in the class.
+    #: Keys of the parameters in scenes, and their names in the class.
     keys: ClassVar[dict[str, str]] = {}
-    #: The key that scales the force; a smaller value makes a softer contact.
+    #: Key of the factor of the force. A smaller value makes a softer contact.
     strength_key: ClassVar[str] = ""
-    #: ``f(gap, parameters)`` for compiled loops: the force, and its stiffness, which is -dF/dg.
-    force_kernel: ClassVar[Callable]
-    curvature_kernel: ClassVar[Callable]  #: See ``force_kernel``.
-    #: The power of the overlap with which the force sets in, where no polynomial fits the force
-    #: there; None where every derivative exists while bodies touch.
+    force_kernel: ClassVar[Callable]  #: Force ``f(gap, parameters)`` for compiled loops.
+    curvature_kernel: ClassVar[Callable]  #: Stiffness -dF/dg as ``f(gap, parameters)``.
+    #: Fractional power of the overlap with which the force begins, or None if the force has all
+    #: derivatives while the bodies touch.
     onset: float | None = None
 
     @property
     def parameters(self) -> tuple[Any, ...]:
-        """A NamedTuple for the kernels."""
+        """Parameters of the kernels, as a NamedTuple."""
         return NoParameters()
 
     @property
@@ -51,16 +50,16 @@ class ContactLaw(ABC):
 
     @property
     def identity(self) -> Any:
-        """What tells the law from others in a scene's hash; JSON-ready."""
+        """Name and parameters of the law for the hash of a scene, as JSON."""
         return [self.name, *self.as_keys().values()]
 
     @property
     def strength(self) -> float:
-        """The factor of the force, which ``strength_key`` gives."""
+        """Factor of the force: the value of ``strength_key``."""
         return float(self.as_keys()[self.strength_key])
 
     def force_per_strength(self, gaps: Array) -> Array:
-        """Return the forces at gaps, divided by the strength: the derivative by the strength."""
+        """Return the derivative of the forces at gaps with respect to the strength."""
         found = np.zeros(gaps.shape)
         found[gaps < 0.0] = [self.force(gap) / self.strength for gap in gaps[gaps < 0.0].tolist()]
         return found
@@ -79,10 +78,10 @@ class ContactLaw(ABC):
 
     @abstractmethod
     def overlap(self, energy: float) -> float:
-        """Return the overlap that holds an energy."""
+        """Return the overlap d >= 0 that has an energy."""
 
     def rate(self, energy: float, mass: float) -> float:
-        """Return the stiffness over a mass where the overlap holds an energy: a frequency^2."""
+        """Return stiffness/mass at the overlap that has an energy: a squared frequency."""
         return self.curvature(-self.overlap(energy)) / mass
 
     @abstractmethod
@@ -90,25 +89,25 @@ class ContactLaw(ABC):
         """
         Return the force as a formula of LAMMPS.
 
-        While bodies overlap, stages of a step may lie a little before or after. Where the law is
-        smooth, its formula goes on there, and steps keep their order.
+        Stages of a step may lie slightly outside the contact, where the overlap is negative. The
+        formula of a smooth law continues there, so that steps keep their order.
 
         Parameters
         ----------
         overlap : str
             Formula of the overlap, which may be negative, in parentheses.
         force, length : float
-            The chain's units in those of the script.
+            The chain's units of force and length, in units of the script.
 
         Returns
         -------
         str
-            A formula that can be multiplied.
+            A formula that can be a factor of a product.
         """
 
     @property
     def description(self) -> str:
-        """One line for people."""
+        """Description of the law in one line."""
         given = ", ".join(f"{name} {getattr(self, name):.6g}" for name in self.keys.values())
         return f"{self.name} contact" + (f": {given}" if given else "")
 
@@ -119,5 +118,5 @@ def lammps_number(value: float) -> str:
 
 
 def is_whole(power: float) -> bool:
-    """Return whether a power is a whole number, so that it is a polynomial."""
+    """Return whether a power is a whole number."""
     return math.isfinite(power) and float(power).is_integer()

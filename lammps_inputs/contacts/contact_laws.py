@@ -1,4 +1,4 @@
-"""The contact laws that scenes can name, and the keys of a scene that belong to them."""
+"""Contact laws that scenes can name, and their keys in scenes."""
 
 from collections.abc import Mapping
 from typing import Annotated, Any, Literal
@@ -15,7 +15,7 @@ CONTACT_LAWS: dict[str, type[ContactLaw]] = {law.name: law for law in (Hard, Pow
 
 
 class ContactKeys(BaseModel):
-    """What a scene says of the contact between its bodies."""
+    """Fields of a scene for the contact between its bodies."""
 
     contact: ContactName | None = Field(
         default=None,
@@ -39,7 +39,7 @@ def laws_with(key: str) -> tuple[str, ...]:
 
 
 def contact_of(name: str | None, given: Mapping[str, Any]) -> ContactLaw:
-    """Return the law of a name, hard for None, with its keys in scenes."""
+    """Return the law with a name, hard for None, with parameters from the keys of a scene."""
     law = CONTACT_LAWS[name or Hard.name]
     known = {law.keys[key]: given[key] for key in law.keys if given.get(key) is not None}
     return law(**known)

@@ -1,4 +1,4 @@
-"""Hard contact: bodies that touch exchange momentum at one moment."""
+"""Hard contact: touching bodies exchange momentum at one moment."""
 
 from dataclasses import dataclass
 
@@ -12,7 +12,7 @@ def no_force(_gap: float, _parameters: NoParameters) -> float:
 
 @dataclass(frozen=True)
 class Hard(ContactLaw):
-    """Two bodies that never overlap: their velocities jump where the gap closes."""
+    """Contact without overlap: velocities jump when the gap closes."""
 
     name = "hard"
     soft = False

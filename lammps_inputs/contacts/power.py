@@ -1,4 +1,4 @@
-"""Power contact: bodies that overlap by d repel each other with K d^q; Hertz's law has q = 3/2."""
+"""Power contact: bodies that overlap by d repel each other with the force K d^q."""
 
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -7,25 +7,25 @@ from chaincor.lammps_inputs.contacts.contact_law import ContactLaw, is_whole, la
 
 
 class PowerParameters(NamedTuple):
-    """K and q."""
+    """Parameters K and q of the force K d^q."""
 
     stiffness: float
     exponent: float
 
 
 def power_force(gap: float, law: PowerParameters) -> float:
-    """Return K d^q, which drives the bodies apart where they overlap by d = -gap."""
+    """Return the force K d^q of the overlap d = -gap; 0 without overlap."""
     return law.stiffness * (-gap) ** law.exponent if gap < 0.0 else 0.0
 
 
 def power_curvature(gap: float, law: PowerParameters) -> float:
-    """Return the stiffness K q d^(q - 1)."""
+    """Return the stiffness K q d^(q - 1) of the overlap d = -gap; 0 without overlap."""
     return law.stiffness * law.exponent * (-gap) ** (law.exponent - 1.0) if gap < 0.0 else 0.0
 
 
 @dataclass(frozen=True)
 class Power(ContactLaw):
-    """Bodies that repel each other with the force K d^q of their overlap d."""
+    """Contact with the force K d^q of the overlap d; Hertz's law has q = 3/2."""
 
     stiffness: float = 1.0  #: K.
     exponent: float = 1.5  #: q.
@@ -38,17 +38,17 @@ class Power(ContactLaw):
 
     @property
     def parameters(self) -> PowerParameters:
-        """Of the kernels."""
+        """Parameters of the kernels."""
         return PowerParameters(self.stiffness, self.exponent)
 
     @property
     def onset(self) -> float | None:  # type: ignore[override]
-        """Return q where it is no whole number."""
+        """Return q if it is not a whole number, else None."""
         return None if is_whole(self.exponent) else self.exponent
 
     @property
     def identity(self) -> Any:
-        """Return K and q alone, as every store has them."""
+        """Return K and q without the name, because existing stores have this hash."""
         return [self.stiffness, self.exponent]
 
     def energy(self, overlap: float) -> float:
@@ -62,7 +62,7 @@ class Power(ContactLaw):
         return float((power * energy / self.stiffness) ** (1.0 / power))
 
     def lammps_force(self, overlap: str, force: float = 1.0, length: float = 1.0) -> str:
-        """Return K d^q; of a whole q also the same power of a negative overlap."""
+        """Return K d^q; a whole power continues for a negative overlap, others are 0 there."""
         power = f"{overlap}^{lammps_number(self.exponent)}"
         if not is_whole(self.exponent):
             power = f"({overlap}>0.0)*abs{power}"
@@ -70,7 +70,7 @@ class Power(ContactLaw):
 
     @property
     def description(self) -> str:
-        """Return the law with its numbers."""
+        """Description of the law in one line."""
         return (
             f"soft contact: force K d^q of the overlap d, K = {self.stiffness:.6g}, "
             f"q = {self.exponent:.6g}"

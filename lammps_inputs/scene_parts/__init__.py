@@ -1,1 +1,1 @@
-"""What a scene is made of: its fields, their rules, its bodies, and what makes two alike."""
+"""Parts of a scene: fields, rules, bodies, and the canonical form that identifies a scene."""

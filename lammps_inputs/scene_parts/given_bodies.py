@@ -1,4 +1,4 @@
-"""What collides, beyond a cold chain of unit masses and a hard wall: from a scene to a line."""
+"""Bodies of a scene: masses, target, contact and initial state, as a `Line` of particles."""
 
 import hashlib
 import math
@@ -28,15 +28,15 @@ BODY_KEYS = (
     "seed",
 )
 _MASSES = "numbers with commas between them, such as 1,2, or a file of numbers"
-# Lists of masses longer than this are known by their hash.
+# Longer periods of masses are identified by a hash.
 _LONGEST_LIST = 64
 
 
 def read_masses(value: Any) -> Any:
     """
-    Return masses as a list: from one, from a text such as ``1,2``, or from a file of numbers.
+    Return masses as a list, from a number, a text such as ``1,2``, or a file of numbers.
 
-    ValueError, one line, where a text is neither.
+    Raises ValueError, with one line, if a text is neither a list nor a readable file.
     """
     parts = value if isinstance(value, list | tuple) else [value]
     if any(isinstance(part, bool) for part in parts):
@@ -67,7 +67,7 @@ def read_masses(value: Any) -> Any:
 
 
 def masses_in(text: str) -> list[float] | None:
-    """Return the masses in a text such as ``1,2``; None where it is none of them."""
+    """Return the masses in a text such as ``1,2``; None for other texts."""
     try:
         return [float(part) for part in text.split(",")]
     except ValueError:
@@ -83,7 +83,7 @@ def chain_masses(scene: "Scene") -> Array:
 
 
 def line_of(scene: "Scene") -> Line:
-    """Return both bodies of a scene, and the state in which they come."""
+    """Return both bodies of a scene in their initial state."""
     masses, target = chain_masses(scene), np.array([math.inf])
     if scene.target_particles is not None:
         target = np.resize(np.array(scene.target_masses or (1.0,)), scene.target_particles)[::-1]
@@ -112,18 +112,18 @@ def line_of(scene: "Scene") -> Line:
 
 
 def seed_of(scene: "Scene") -> int:
-    """Return the seed of what a warm scene draws."""
+    """Return the seed of the random initial state of a warm scene."""
     return DEFAULT_SEED if scene.seed is None else scene.seed
 
 
 def given_bodies(scene: "Scene") -> dict[str, Any]:
-    """Return what a scene says of its bodies, as it was given, with paths as text."""
+    """Return the given fields of the bodies, with paths as text."""
     given = {key: getattr(scene, key) for key in BODY_KEYS}
     return {k: str(v) if isinstance(v, Path) else v for k, v in given.items() if v is not None}
 
 
 def body_fields(scene: "Scene") -> dict[str, Any]:
-    """Return what a scene says of its bodies in one way of many to write it (JSON-ready)."""
+    """Return the canonical fields of the bodies, as JSON; equal bodies have equal fields."""
     line = scene.line
     if line.is_standard:
         return {}
@@ -133,7 +133,8 @@ def body_fields(scene: "Scene") -> dict[str, Any]:
     if line.soft:
         fields["contact"] = line.contact.identity
     if scene.initial is not None:
-        # Not of the file, which may have been written otherwise, or over, since it was read.
+        # Hash the state, not the file: equal states can be written differently, and the file may
+        # have changed after it was read.
         state = np.concatenate((line.strains[line.gap :], line.velocities[line.first :]))
         fields["initial"] = _digest(state)
     elif scene.compression:
@@ -144,7 +145,7 @@ def body_fields(scene: "Scene") -> dict[str, Any]:
 
 
 def _period(masses: Array) -> list[float] | str:
-    """Return the shortest list that the masses repeat, or a hash of a long one."""
+    """Return the shortest list that repeats to the masses, or their hash if it is long."""
     for period in range(1, min(len(masses), _LONGEST_LIST) + 1):
         if np.array_equal(masses[period:], masses[:-period]):
             return [float(mass) for mass in masses[:period]]

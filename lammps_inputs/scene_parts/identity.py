@@ -1,4 +1,4 @@
-"""What makes two scenes the same: one way to write their fields, and a hash of it."""
+"""Identity of scenes: the canonical form of their fields, and its hash."""
 
 import hashlib
 import json
@@ -15,19 +15,18 @@ if TYPE_CHECKING:
 
 DEFAULT_TOLERANCE = 1e-6
 FILE_KEYS = ("dump", "dump_frames", "save", "arrays")
-# Masses of a scene, where it is shown in a line.
+# Largest number of masses that a line shows in full.
 _MOST_SHOWN = 8
 OUTPUT_KEYS = (*FILE_KEYS, "error")
-# JSON of fields, one way to write them. To make an encoder anew takes as long as to use it.
+# Canonical JSON of fields. All calls share an encoder: to create one takes as long as to use it.
 canonical_json = json.JSONEncoder(sort_keys=True, allow_nan=False).encode
 
 
 def canonical_fields(scene: "Scene") -> dict[str, Any]:
     """
-    Return everything that decides the result, in one way of many to write it.
+    Return all fields that decide the result, in canonical form for JSON.
 
-    Ready for JSON. Where outputs are written is left out, and what is the default is written as if
-    it were given.
+    Paths of outputs are left out. Defaults are written as if they were given.
     """
     defaults = {"potential": scene.label, "particles": scene.particles, "engine": scene.engine}
     otherwise = (*OUTPUT_KEYS, *BODY_KEYS, "speed")
@@ -41,12 +40,12 @@ def canonical_fields(scene: "Scene") -> dict[str, Any]:
     if not scene.explicit and scene.tolerance is None:
         fields["tolerance"] = DEFAULT_TOLERANCE
     if scene.explicit and not scene.error:
-        fields["error"] = False  # such a result lacks what others have
+        fields["error"] = False  # such results have no error bar and need their own rows
     return fields
 
 
 def plain_fields(scene: "Scene") -> dict[str, Any]:
-    """Return the fields that were set, as TOML and JSON know them, with paths as text."""
+    """Return the given fields in types of TOML and JSON, with paths as text."""
     given = scene.model_fields_set
     return {
         key: _plain(value)
@@ -57,9 +56,9 @@ def plain_fields(scene: "Scene") -> dict[str, Any]:
 
 def shown_fields(scene: "Scene") -> dict[str, Any]:
     """
-    Return what was set, and what decides the collision with the defaults written out.
+    Return the given fields and the defaults that decide the collision.
 
-    Typed as keywords they make the same scene, but for masses too many to be shown.
+    As keywords they make the same scene, except if there are too many masses to show.
     """
     given = plain_fields(scene)
     fields: dict[str, Any] = {"potential": scene.potential, "particles": scene.particles}
@@ -92,10 +91,10 @@ def hash_of(text: str) -> str:
 
 
 def _force_digest(bond: Potential) -> str:
-    """Hash the force of a potential that has no name, at strains that every bond allows."""
+    """Return a hash of the force of a user's potential, at strains that the bond allows."""
     strains = np.linspace(max(-0.5, 0.9 * bond.strain_min), min(0.5, 0.9 * bond.strain_max), 101)
     forces = np.array(bond.force(strains), dtype=float)
     forces[np.abs(forces) < 1e-12 * bond.stiffness] = 0.0
-    # Ten digits: the last ones of 17 depend on the processor, as does what remains of a zero.
+    # Ten digits, because the last of 17 digits and the rounding of zeros depend on the processor.
     text = " ".join(f"{force:.9e}" for force in forces)
     return hashlib.sha256(text.encode()).hexdigest()[:16]

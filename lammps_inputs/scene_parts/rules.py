@@ -1,4 +1,4 @@
-"""What the fields of a scene must fulfil together."""
+"""Rules that the fields of a scene must satisfy together."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
@@ -19,23 +19,24 @@ if TYPE_CHECKING:
     from chaincor.lammps_inputs.scene import Scene
 
 NUMERICS_KEYS = ("wall", "scheme", "timestep", "table", "table_points")
-# Relative to the fastest chain mode (omega = 2 sqrt(U''(1))) Verlet is unstable from omega dt = 2.
+# Verlet is unstable from omega dt = 2, with the fastest chain mode omega = 2 sqrt(U''(1)).
 VERLET_STABILITY_LIMIT = 2.0
 
 LARGEST_MASS_RATIO = 1e12
-# Energies, too, are to be numbers.
+# Energies of larger masses can overflow.
 LARGEST_MASS = 1e30
 
-# Impact velocity over sqrt(T) of the slowest warm bodies: they start tens of bond lengths apart.
+# Smallest impact velocity of warm bodies, in units of sqrt(T). Warm bodies start tens of bond
+# lengths apart, and slower ones would take too long to touch.
 SLOWEST_APPROACH = 1e-4
 
-# Times that follow from larger or smaller ones are no numbers.
+# Contacts must have a stiffness between 1/LARGEST_STIFFNESS and this. Others make times overflow.
 LARGEST_STIFFNESS = 1e100
-# Shorter steps would take days to the end of the smallest collision, and drown in rounding.
+# With shorter steps the smallest collision would take days, and rounding would dominate.
 SHORTEST_TIMESTEP = 1e-9
 
 
-# What makes a file one that another command takes.
+# Keys that show that a file belongs to another command.
 _SWEEP_FILE = "this is the file of a sweep; expected a scene, or `chaincor sweep FILE`"
 _OTHER_FILES = {
     "scene": _SWEEP_FILE,
@@ -43,7 +44,7 @@ _OTHER_FILES = {
     "units": "units are those of jobs; expected a scene without, or `chaincor inputs FILE`",
 }
 
-# The first mistakes of a scene are enough to correct it, or to see that it is none.
+# Largest number of mistakes in a message. The first ones are enough to correct a scene.
 _MOST_MISTAKES = 20
 
 
@@ -53,7 +54,7 @@ def told(error: "ValidationError", known: Iterable[str]) -> SceneError:
     for problem in error.errors():
         if len(lines) == _MOST_MISTAKES:
             break
-        # Of a field that may be of two kinds, one of them is enough.
+        # A field of two possible types gives two problems, and the first is enough.
         key = problem["loc"][0] if problem["loc"] else problem["msg"]
         lines.setdefault(key, _one_line(problem, tuple(known)))
     return SceneError.of(list(lines.values()))
@@ -72,7 +73,7 @@ def _one_line(problem: Any, known: Sequence[str]) -> str:
     if not problem["loc"]:
         return message
     given = problem.get("input")
-    if isinstance(given, Path):  # of which the end tells most
+    if isinstance(given, Path):  # its end is the most informative part
         given = str(given) if len(str(given)) <= 58 else f"...{str(given)[-55:]}"
     shown = repr(given) if len(repr(given)) <= 60 else repr(given)[:57] + "..."
     return f"{problem['loc'][0]} is {shown}: {message[0].lower() + message[1:]}"
@@ -80,9 +81,9 @@ def _one_line(problem: Any, known: Sequence[str]) -> str:
 
 def check_together(scene: "Scene") -> None:
     """
-    Refuse fields, each valid by itself, that do not go together.
+    Refuse combinations of fields that are valid separately but not together.
 
-    Raises SceneError, with a line for each mistake.
+    Raises SceneError with one line for each mistake.
     """
     mistakes: dict[str, None] = {}
     checks = (_check_parameters, _check_bodies, _check_speed, _check_warmth, _check_numerics)
@@ -93,7 +94,7 @@ def check_together(scene: "Scene") -> None:
         except (ChaincorError, ValueError, TypeError, LookupError):
             if not mistakes:
                 raise
-            # What cannot even be asked after a mistake is no mistake of its own.
+            # After an earlier mistake, a failing check is only its consequence.
     if mistakes:
         raise SceneError.of(list(mistakes))
 
@@ -171,7 +172,7 @@ def _check_masses(scene: "Scene") -> Iterator[str]:
     given = [scene.masses, scene.target_masses, None if state is None else state.masses]
     if all(masses is None for masses in given):
         return
-    # Of what is not given, 1.
+    # Masses that are not given are 1.
     if given[0] is None and given[2] is None:
         given.append((1.0,))
     if given[1] is None and scene.target_particles is not None:

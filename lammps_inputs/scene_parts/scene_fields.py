@@ -1,4 +1,4 @@
-"""The fields of a scene: keys of its file, and with dashes options, each with what it is for."""
+"""Fields of a scene with their descriptions: keys of its file and, with dashes, options."""
 
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -31,7 +31,7 @@ def _without_null_characters(value: Path) -> Path:
 
 
 Tolerance = Annotated[float, Field(gt=0, le=1, allow_inf_nan=False), IsNumber]
-# Roots and quotients of smaller temperatures are no numbers any more.
+# Roots and quotients of smaller temperatures underflow or overflow.
 Temperature = Annotated[PositiveNumber, at_least(1e-290)]
 Compression = Annotated[float, Field(gt=-1, lt=1), IsNumber]
 ParticleCount = Annotated[int, Field(ge=1, le=10_000_000), IsCount]
@@ -48,7 +48,7 @@ FilePath = Annotated[Path, AfterValidator(_without_null_characters)]
 
 
 class BodyKeys(BondKeys):
-    """What a scene says of its bodies and their bonds."""
+    """Fields of a scene for its bodies and their bonds."""
 
     bond_file: FilePath | None = Field(
         default=None, description="LAMMPS bond table of your own, for potential table"
@@ -77,7 +77,7 @@ class BodyKeys(BondKeys):
 
 
 class SceneFields(ContactKeys, BodyKeys):
-    """What a scene says, each field valid by itself."""
+    """All fields of a scene, each validated separately."""
 
     model_config = ConfigDict(
         frozen=True, extra="forbid", arbitrary_types_allowed=True, allow_inf_nan=False

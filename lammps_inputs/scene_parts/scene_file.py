@@ -1,4 +1,4 @@
-"""Scene files: TOML to fields, not yet validated."""
+"""Read the fields of scene files in TOML, without validation."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,18 +11,19 @@ from chaincor.lammps_inputs.toml_text import parse_toml
 if TYPE_CHECKING:
     from chaincor.lammps_inputs.scene import Scene
 
-# Keys that name files to be read, and those that may: numbers with commas between them are none.
+# Keys whose values are files to read, and keys whose values are such files or lists of numbers.
 FILES_READ = ("bond_file", "initial")
 MASSES_READ = ("masses", "target_masses")
-# Bytes of a scene file: longer lists than that are files of their own.
+# Largest size of a scene file in bytes. Longer lists belong in separate files.
 _LARGEST = 100_000_000
 
 
 def read_scene_fields(path: Path | str) -> dict[str, Any]:
     """
-    Read the fields of a TOML scene file, not yet validated.
+    Read the fields of a TOML scene file, without validation.
 
-    Relative paths of files that it names (`FILES_READ`) are taken from the file's folder.
+    Relative paths in `FILES_READ` and `MASSES_READ` start from the folder of the scene file. Raises
+    SceneError if the file cannot be read.
     """
     path = Path(path)
     try:
@@ -36,7 +37,7 @@ def read_scene_fields(path: Path | str) -> dict[str, Any]:
 
 
 def from_folder(fields: dict[str, Any], folder: Path) -> dict[str, Any]:
-    """Return fields in which relative paths of files to be read start from a folder."""
+    """Return fields with relative paths of files to read resolved from a folder."""
     found = dict(fields)
     for key, value in fields.items():
         if not isinstance(value, str):
@@ -47,6 +48,6 @@ def from_folder(fields: dict[str, Any], folder: Path) -> dict[str, Any]:
 
 
 def read_from_anywhere(scene: "Scene") -> "Scene":
-    """Return a scene that names the files it reads by whole paths, to be written anywhere."""
+    """Return a scene with absolute paths of the files it reads, which can be saved anywhere."""
     paths = {key: path.resolve() for key in FILES_READ if (path := getattr(scene, key)) is not None}
     return scene.replace(**paths)
