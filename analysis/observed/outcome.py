@@ -23,7 +23,10 @@ class MeasuredOutcome:
         Row(
             "restitution (energy)",
             lambda o: lines.restitution_text(
-                o.restitution, o.restitution_error, relative=o.target_particles is not None
+                o.restitution,
+                o.restitution_error,
+                relative=o.target_particles is not None,
+                statistical=o.wall == "reflect",
             ),
             lambda a: lines.restitution_of_dump(a.restitution, a.restitution_error, a.data_error),
             also=("restitution_error",),
@@ -41,16 +44,6 @@ class MeasuredOutcome:
         dump=lambda a: a.restitution_error,
         in_dumps="error bar of eta; null where neither the run's log nor a second run tells it",
         axis=r"error bar of $\eta$",
-    )
-    reference_restitution: float | None = observable(
-        "eta by the reference engine, for a run by LAMMPS with a tolerance",
-        rare=True,
-        run=lambda r: r.details.get("choice", {}).get("in_house_restitution"),
-    )
-    reference_error: float | None = observable(
-        "error bar of eta by the reference engine",
-        rare=True,
-        run=lambda r: r.details.get("choice", {}).get("in_house_error"),
     )
     kinematic_restitution: float = observable(
         "sqrt(eta), final over initial speed of the centre of mass; most other texts mean this one",
@@ -240,6 +233,25 @@ class MeasuredOutcome:
             ),
         ),
         run=lambda r: r.outcome.crossed,
+    )
+    reference_restitution: float | None = observable(
+        "eta by the reference engine, for a run by LAMMPS with a tolerance",
+        Row(
+            "reference engine",
+            lambda o: lines.restitution_text(
+                o.reference_restitution,
+                o.reference_error,
+                relative=o.target_particles is not None,
+            ),
+            also=("reference_error",),
+        ),
+        rare=True,
+        run=lambda r: r.details.get("choice", {}).get("in_house_restitution"),
+    )
+    reference_error: float | None = observable(
+        "error bar of eta by the reference engine",
+        rare=True,
+        run=lambda r: r.details.get("choice", {}).get("in_house_error"),
     )
     contact_times: FloatArray = observable(
         "times of the contacts",

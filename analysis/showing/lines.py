@@ -16,9 +16,12 @@ ENDINGS = {
 _MOST_MASSES = 6
 
 
-def restitution_text(value: float, error: float | None, *, relative: bool) -> str:
-    """Return eta with its error bar."""
-    return f"eta = {with_error(value, error)}{_of(relative)}"
+def restitution_text(
+    value: float, error: float | None, *, relative: bool, statistical: bool = False
+) -> str:
+    """Return eta with its error bar, which is `statistical` for the stock wall."""
+    level = ", statistical bar, 99.5 %" if statistical and error is not None else ""
+    return f"eta = {with_error(value, error)}{_of(relative)}{level}"
 
 
 def restitution_of_dump(value: float, error: float | None, data_error: float) -> str:

@@ -137,3 +137,19 @@ def test_an_end_is_proved_for_the_run_alone_where_the_tolerance_is_missed(result
     assert dict(rows_of(missed))["end"].startswith("proved for this run: ")
     met = dataclasses.replace(missed, tolerance_met=True)
     assert dict(rows_of(met))["end"].startswith("proved: ")
+
+
+def test_the_row_before_the_closing_lines_is_the_number_of_the_reference_engine(result):
+    assert "reference engine" not in dict(rows_of(result))
+    both = dataclasses.replace(result, reference_restitution=0.58046093, reference_error=1.6e-7)
+    label, text = rows_of(both)[-1]
+    assert label == "reference engine"
+    assert text.startswith("eta = 0.58046093 +- 1.6e-07")
+
+
+def test_the_bar_of_the_stock_wall_is_called_statistical(result):
+    stock = dataclasses.replace(result, wall="reflect", restitution_error=1e-3)
+    assert dict(rows_of(stock))["restitution (energy)"].endswith(", statistical bar, 99.5 %")
+    # Without a bar there is nothing to qualify; the event wall's bar is no statistical one.
+    for other in ({"restitution_error": None}, {"wall": "event"}):
+        assert "statistical" not in rows_of(dataclasses.replace(stock, **other))[0][1]

@@ -97,8 +97,8 @@ def analyze(
     Where DIR holds, in folders of their own, jobs of the same collision at different steps, the
     finest is analysed and the others tell its error.
 
-    A free target is analysed as the chain is. Of soft bodies contacts are not told: they have none
-    at a time of its own.
+    A free target is analysed as the chain is. Contacts are not reported for soft bodies, which
+    touch for a while.
 
     The exit status is 1 where the numbers contradict physics: restitution above what the energy of
     the first frame allows, which is 1 for a cold chain, or momentum that no wall explains. A note
