@@ -123,15 +123,15 @@ class CollisionAnalysis(BodyAnalysis):
         eta = (V/v0)^2, the ratio of energies; V is the velocity of the centre of mass.
     restitution_bound : float or None
         Largest eta that the energy in the first frame allows. It is 1 for a cold chain and larger
-        for a chain that arrives vibrating; None for a vibrating chain with an unknown bond.
+        for a chain that arrives vibrating. It is None for such a chain if the bond is unknown.
     kinematic_restitution : float
         e = V/v0, the ratio of speeds.
     restitution_error : float or None
         Total error of eta, from a second run at another step: see
-        :func:`~chaincor.analysis.step_error.estimate_error`. None if it cannot be estimated.
+        :func:`~chaincor.analysis.step_error.estimate_error`. It is None if there is no estimate.
     data_error : float
-        Largest error of eta from the number format of the dump. It does not include the error of
-        the run itself.
+        Largest error of eta from the number format of the dump and from reading the dump. It does
+        not include the error of the run itself.
     contact_times, contact_speeds : ndarray of shape (f,)
         Times of the f contacts, from the first contact, and incoming speeds.
     contact_statistics : ContactStatistics
