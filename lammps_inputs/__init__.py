@@ -1,1 +1,1 @@
-"""A scene, and the files that LAMMPS reads to run it."""
+"""Scenes, and the files that LAMMPS reads to run them."""

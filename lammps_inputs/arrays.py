@@ -1,4 +1,4 @@
-"""What numbers are held in."""
+"""Array type of the package."""
 
 import numpy as np
 from numpy.typing import NDArray

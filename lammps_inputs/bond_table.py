@@ -1,4 +1,4 @@
-"""Bond tables for LAMMPS bond_style table: how far and how fine a potential is sampled."""
+"""Bond tables for LAMMPS bond_style table: range and spacing of a sampled potential."""
 
 import math
 from dataclasses import dataclass, replace
@@ -17,49 +17,49 @@ from chaincor.lammps_inputs.units.unit_system import CHAIN_UNITS, UnitSystem
 # Sections of the table file, one for each bond type.
 KEYWORDS = ("CHAIN", "FAR")
 
-# A chain that breaks stretches some bonds far beyond all others. A second table takes over there,
-# so that the first, whose end at short lengths is steep, stays narrow. A bond changes over where
-# both tables hold it, out at one length and back at a shorter one.
+# A chain that breaks stretches some bonds far beyond all others. A second table covers these
+# lengths, so that the first table, which is steep at short lengths, stays narrow. A bond switches
+# tables where they overlap: to the far table at FAR_OUT, and back at the shorter FAR_BACK.
 FAR_OUT = 2.1
 FAR_BACK = 1.9
 NEAR_END = FAR_OUT + 0.25
 FAR_START = FAR_BACK - 0.25
 
-# LAMMPS reads past the end of a spline table within one bin of it; stay three bins inside.
+# Within one bin of its end, LAMMPS reads past a spline table. Bonds stay three bins inside.
 MARGIN_BINS = 3
-# A scouting run sees bonds at the ends of its steps: at H = 0.4 and a frequency of 2 it misses up
-# to 1 - cos(0.4) = 8 % of an extreme. A job run by `lmp` alone cannot widen its table.
+# A pilot run samples bonds only at the ends of steps. At H = 0.4 and a frequency of 2 it misses up
+# to 1 - cos(0.4) = 8 % of an extreme. A job of `lmp` alone cannot widen its table later.
 MARGIN_FRACTION = 0.1
 
-# A row takes LAMMPS about 1 us to read, so rows cost as much as integration from here on.
+# LAMMPS reads a row in about 1 us, so that more rows would cost as much as the integration.
 MOST_ROWS = 200_000
 FEWEST_ROWS = 201
-# Force error a table is given rows for, relative to the largest force in its range. Rounding in
-# LAMMPS's own interpolation stops at about 2e-13.
+# Target error of the tabulated force, relative to the largest force in its range. Rounding in
+# LAMMPS's interpolation limits the error to about 2e-13.
 FORCE_TARGET = {"spline": 3e-13, "linear": 1e-9}
 _ERROR_ORDER = {"spline": 4, "linear": 2}
 _PROBE_ROWS = 2001
-# How much finer than asked rows may get so that they lie on all kinks.
+# Smallest fraction of the bins between two kinks that the search for rows on all kinks tries.
 _FINER = 0.8
 
 
 @dataclass(frozen=True)
 class BondTable:
-    """A bond potential sampled uniformly in length."""
+    """Bond potential sampled uniformly in length."""
 
-    #: r, U(r) and -dU/dr; of shape (rows,).
+    #: Bond lengths r of the rows, of shape (rows,).
     lengths: Array
-    energies: Array  #: See ``lengths``.
-    forces: Array  #: See ``lengths``.
-    #: d(force)/dr at the first and the last row: what LAMMPS calls FP.
+    energies: Array  #: Energies U(r), of shape (rows,).
+    forces: Array  #: Forces -dU/dr, of shape (rows,).
+    #: Slopes d(force)/dr at the first and the last row, which LAMMPS calls FP.
     edge_slopes: tuple[float, float]
-    style: TableStyle  #: ``linear`` or ``spline``.
-    #: A second table of as many rows, which takes over for very long bonds.
+    style: TableStyle  #: Interpolation: ``linear`` or ``spline``.
+    #: Second table with an equal number of rows, for very long bonds.
     far: "BondTable | None" = None
 
     @property
     def longest(self) -> float:
-        """Longest bond that can be held."""
+        """Longest bond in the range of the tables."""
         return float((self.far or self).lengths[-1])
 
     @property
@@ -73,7 +73,7 @@ class BondTable:
         return float((self.lengths[-1] - self.lengths[0]) / (self.rows - 1))
 
     def to_text(self, units: UnitSystem = CHAIN_UNITS) -> str:
-        """Format the table as LAMMPS reads it: 17 significant digits, a section a bond type."""
+        """Format the table for LAMMPS: 17 significant digits, one section for each bond type."""
         text = self._section(KEYWORDS[0], units)
         return text if self.far is None else text + "\n" + self.far._section(KEYWORDS[1], units)
 
@@ -97,11 +97,11 @@ def tabulate(
     force_error: float | None = None,
 ) -> BondTable:
     """
-    Sample a potential over the bond lengths that will be met, and a margin beyond.
+    Sample a potential over the expected bond lengths, with a margin.
 
-    Without `rows` there are as many as the force needs (`choose_rows`), up to `force_error`.
-    Raises TableError if the range is empty, too few rows leave no margin, or bonds get so short
-    that their force is no number.
+    Without `rows`, `choose_rows` finds the number of rows for `force_error`. Raises TableError if
+    the range is empty, if there are too few rows for a margin, or if bonds get so short that their
+    force is no number.
     """
     shortest, longest = bond_range
     if not (0.0 <= shortest <= longest < math.inf):
@@ -132,16 +132,17 @@ def tabulate_near_and_far(
     force_error: float | None = None,
 ) -> BondTable:
     """
-    Sample a potential in one table, or, without `rows`, in two where some bonds get very long.
+    Sample a potential in one table, or in two if some bonds get very long and `rows` is not given.
 
-    The two overlap around ``FAR_BACK`` to ``FAR_OUT`` and have equally many rows, because LAMMPS
-    interpolates all types on equally many.
+    The two tables overlap around ``FAR_BACK`` to ``FAR_OUT``. They have equal numbers of rows,
+    because LAMMPS uses one number of rows for all types.
     """
     shortest, longest = bond_range
     if rows is not None or longest <= NEAR_END + 1.0:
         return tabulate(bond, bond_range, style, rows, force_error)
     if force_error is None:
-        # What the near table reaches; the far one, with its small forces, need do no better.
+        # This is the force error of the near table. The far table, with its small forces, needs no
+        # smaller error.
         force_error = FORCE_TARGET[style] * abs(float(bond.force(shortest - 1.0)))
     ranges = ((shortest, NEAR_END), (FAR_START, longest))
     rows = max(
@@ -154,9 +155,9 @@ def tabulate_near_and_far(
 
 def with_margin(bond: Potential, bond_range: tuple[float, float], rows: int) -> tuple[float, float]:
     """
-    Return the lengths a table of so many rows goes to, beyond those that will be met.
+    Return the ends of a table with a given number of rows, with a margin beyond the bond lengths.
 
-    Raises TableError where rows are too few, or the force has no number at the shorter end.
+    Raises TableError if there are too few rows, or if the force is no number at the shorter end.
     """
     shortest, longest = bond_range
     bins = rows - 1
@@ -165,13 +166,13 @@ def with_margin(bond: Potential, bond_range: tuple[float, float], rows: int) -> 
             f"table_points is {rows}; expected at least {2 * MARGIN_BINS + 2}, so that the bonds "
             "stay clear of the table's ends"
         )
-    # Each end moves out by a fraction of its own distance from rest: a long tail must not carry
-    # the steep end along. Absolute coordinates are rounded: nothing narrower than 1e-9 is real.
+    # Each end moves out by a fraction of its own distance from rest, so that a long tail does not
+    # move the steep end. Absolute coordinates are rounded, and widths below 1e-9 have no meaning.
     low = shortest - max(MARGIN_FRACTION * abs(1.0 - shortest), 1e-9)
-    # A bond that is never stretched, between two particles, still trembles about its rest.
+    # Rounding moves even a bond that is never stretched about its rest.
     high = longest + max(MARGIN_FRACTION * max(longest - 1.0, 0.2 * (1.0 - shortest)), 1e-9)
-    # And by some bins, whose width grows with the range they widen; one more where the rows are
-    # moved until they lie on kinks.
+    # Each end also moves out by some bins, whose width grows with the range, and by one more bin if
+    # rows are moved onto kinks.
     margin_bins = MARGIN_BINS + bool(bond.kinks)
     margin = margin_bins * (high - low) / max(bins - 2 * margin_bins, 1)
     low, high = low - margin, high + margin
@@ -194,13 +195,13 @@ def with_margin(bond: Potential, bond_range: tuple[float, float], rows: int) -> 
 
 def rows_on_kinks(bond: Potential, span: tuple[float, float], rows: int) -> tuple[float, float]:
     """
-    Move the ends of a table, by a row at most, until rows lie on the kinks of a bond.
+    Move the ends of a table by at most one row, so that rows lie on the kinks of a bond.
 
-    LAMMPS interpolates linearly between uniform rows: with a kink on a row it is kept, and
-    between two rows it is cut off.
+    LAMMPS interpolates linearly between uniform rows. A kink on a row is kept, and a kink between
+    two rows is cut off.
 
-    Kinks outside the span do not matter. One or two lie on rows to rounding; of more, the first and
-    the last do, and the others as nearly as a spacing can be found for.
+    Kinks outside the table do not matter. One or two kinks lie on rows up to rounding. If there are
+    more, the first and the last lie on rows, and the others as nearly as the spacing allows.
     """
     low, high = span
     inside = [1.0 + kink for kink in bond.kinks if low < 1.0 + kink < high]
@@ -211,7 +212,7 @@ def rows_on_kinks(bond: Potential, span: tuple[float, float], rows: int) -> tupl
     first, last = inside[0], inside[-1]
     most = int((last - first) / spacing)
     if most > 0:
-        # Fewer bins between the kinks are wider ones: the table may only get longer.
+        # Fewer bins between the kinks are wider, so that the table can only get longer.
         counts = np.arange(most, max(int(_FINER * most), 1) - 1, -1)
         steps = (last - first) / counts
         offsets = (np.array(inside) - first) / steps[:, None]
@@ -231,16 +232,16 @@ def choose_rows(
     force_error: float | None = None,
 ) -> int:
     """
-    Return how many rows bring the interpolated force to its target error.
+    Return the number of rows at which the interpolated force reaches its target error.
 
-    The error of a probe with few rows is measured between its rows and scaled with the order of
+    The error of a table with few rows is measured between its rows, and scaled with the order of
     the interpolation (4 for the cubic spline, 2 for the straight line).
 
-    `force_error` is the largest wanted; None: ``FORCE_TARGET`` of the largest force in the range.
-    There are at most ``MOST_ROWS``.
+    `force_error` is the target error, by default ``FORCE_TARGET`` times the largest force in the
+    range. The result is at most ``MOST_ROWS``.
     """
     ends = [span[0], *(1.0 + k for k in bond.kinks if span[0] < 1.0 + k < span[1]), span[1]]
-    # Kinks lie on rows: what counts is the force between them.
+    # Kinks lie on rows, so that only the force between kinks counts.
     parts = [_probe(bond, part, style) for part in pairwise(ends)]
     scale = max(size for _, size in parts)
     target = FORCE_TARGET[style] * scale

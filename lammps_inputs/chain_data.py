@@ -1,4 +1,4 @@
-"""The data file of the particles, as LAMMPS read_data reads it."""
+"""Data file of the particles for LAMMPS read_data."""
 
 import numpy as np
 
@@ -6,8 +6,8 @@ from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.line import Line
 from chaincor.lammps_inputs.units.unit_system import CHAIN_UNITS, UnitSystem
 
-# Free space on both sides of the chain, in chain lengths. The box only has to hold the motion of
-# one collision; nothing is periodic and nothing is ever re-sorted.
+# Free space on both sides of the chain, in chain lengths. The box must hold the motion of one
+# collision. It is not periodic, and particles are never sorted again.
 _ROOM = 30.0
 
 
@@ -15,9 +15,9 @@ def format_data(line: Line, bond_types: int = 1, units: UnitSystem = CHAIN_UNITS
     """
     Format the data file of a collision, for ``atom_style bond``, exact to the last bit.
 
-    Ids are those of the chain, from the contact outward, in molecule 1, and then those of a free
-    target, from the contact outward, in molecule 2. Neighbours in each have bonds of type 1, with
-    room for `bond_types`, and there is an atom type for each mass. All is written in `units`.
+    The first ids belong to the chain, molecule 1, and the next ids to a free target, molecule 2.
+    Both are counted from the contact outward. Neighbours in a body have bonds of type 1, and the
+    file declares `bond_types` types. Each mass has its own atom type. All values are in `units`.
     """
     positions, velocities = initial_state(line)
     masses = np.concatenate((line.chain_masses, line.target_masses))
@@ -58,19 +58,19 @@ def format_data(line: Line, bond_types: int = 1, units: UnitSystem = CHAIN_UNITS
 
 
 def _slowness(masses: Array, velocities: Array) -> float:
-    """Return by how much more room bodies need that are slow to part, or fast."""
+    """Return the factor in free space for bodies that separate slowly or move fast."""
     slow = max(1.0, float(np.mean(masses)) ** 0.5)
     return slow * max(1.0, 2.0 * float(np.max(np.abs(velocities))))
 
 
 def initial_state(line: Line) -> tuple[Array, Array]:
     """
-    Return positions and velocities of both bodies at the start, the chain's first.
+    Return positions and velocities of both bodies at the start, for the chain and then the target.
 
-    The target's first particle is at x = 0, its others at -1, -2, ...: the surfaces of both bodies
-    touch where they meet, and particle 1 of the chain is then at the place of the target's first. A
-    chain that comes without inner motion is at its first contact, as in flight there is nothing to
-    compute; others are as far away as the line says.
+    The first particle of the target is at x = 0, and the others at -1, -2, ... Particle 1 of the
+    chain also has x = 0 when the surfaces of both bodies touch. A chain without internal motion
+    starts at its first contact, because its flight needs no computation. Other chains start at the
+    gap of the line.
     """
     lengths = 1.0 + line.strains[line.first :]
     gap = 0.0 if _rests(line) else float(line.strains[line.gap])
@@ -87,7 +87,7 @@ def initial_state(line: Line) -> tuple[Array, Array]:
 
 
 def _rests(line: Line) -> bool:
-    """Return whether nothing happens before the bodies meet."""
+    """Return whether the bodies have no internal motion before their first contact."""
     bonds = np.delete(line.strains, line.gap)
     chain, target = line.velocities[line.first :], line.velocities[: line.first]
     return not (np.any(bonds) or np.ptp(chain) > 0.0 or np.ptp(target) > 0.0)

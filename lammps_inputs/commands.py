@@ -1,14 +1,14 @@
-"""The commands of a LAMMPS script, read as LAMMPS reads them."""
+"""Parser of LAMMPS scripts that splits lines into commands and words as LAMMPS does."""
 
 import re
 from io import StringIO
 
-# What comes before a comment: a # in quotes begins none, nor behind a quote that stands alone.
+# Text before a comment. A # in quotes, or behind an unclosed quote, does not begin a comment.
 _UNCOMMENTED = re.compile(r"""(?>"{3}.*?"{3}|"[^"]*"|'[^']*'|["'].*|[^#])*""", re.DOTALL)
 
 _SPACES = " \t\n\v\f\r"
 _SPACED = re.compile(f"[{_SPACES}]+")
-# A word begins with a quote and ends at the next such, or ends at the next space.
+# A quoted word ends at the next equal quote. Any other word ends at the next space.
 _WORD = re.compile(
     rf"""[{_SPACES}]*(?:"{{3}}(.*?)"{{3}}|"(?!"")([^"]*)"|'([^']*)'|(["'])|([^{_SPACES}]+))""",
     re.DOTALL,
@@ -17,18 +17,19 @@ _WORD = re.compile(
 
 def join_lines(text: str) -> list[tuple[str, str]]:
     """
-    Return each command of a script, as it stands and as LAMMPS reads it.
+    Return each command of a script twice: as it is written, and as LAMMPS reads it.
 
-    The second is without its comment, and with lines joined that ``&`` continues, in a comment as
-    well, or that stand in triple quotes.
+    The text that LAMMPS reads has no comment. Lines are joined if ``&`` continues them, also in a
+    comment, or if they are in triple quotes.
     """
     found: list[tuple[str, str]] = []
     raw: list[str] = []
     command, quoted, seen = "", False, 0
-    for line in StringIO(text):  # which ends at no other character than "\n"
+    for line in StringIO(text):  # lines end only at "\n"
         raw.append(line.removesuffix("\n"))
         command += line.rstrip(_SPACES)
-        # From where no more are: counted anew, quotes that never end would take minutes.
+        # The search continues behind earlier text. Repeated searches for unclosed quotes would take
+        # minutes.
         while (at := command.find('"""', seen)) >= 0:
             quoted, seen = not quoted, at + 3
         seen = max(seen, len(command) - 3)
@@ -50,9 +51,9 @@ def commands_of(text: str) -> list[str]:
 
 def words_of(command: str) -> list[str]:
     """
-    Return the words of a command, without the quotes that hold one together.
+    Return the words of a command, without the quotes around a word.
 
-    Raises ValueError for a quote that begins a word and never ends.
+    Raises ValueError if a quote begins a word and never ends.
     """
     words = []
     for found in _WORD.finditer(command):

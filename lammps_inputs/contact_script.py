@@ -1,4 +1,4 @@
-"""What a script says of both bodies and of the contact between them."""
+"""Formulas and commands of a script for both bodies and the contact between them."""
 
 from typing import Any
 
@@ -14,7 +14,7 @@ def number(value: float) -> str:
 
 
 def displacement(particles: int, alone: bool = True, length: float = 1.0) -> str:
-    """Return the formula of the displacement from the place at rest, of a chain and its target."""
+    """Return the formula of the particles' displacements from rest, for a chain and its target."""
     unit = "" if length == 1.0 else f"{number(length)}*"
     if alone:
         return f"x-{unit}(id-1)"
@@ -25,8 +25,8 @@ def contact_force(line: Line, only: str = "", unit: float = 1.0, length: float =
     """
     Return the commands that define the force between soft bodies that overlap.
 
-    `only` is a factor of the force, such as a condition; `unit` and `length` are the chain's units
-    of force and length in those of the script.
+    `only` is a factor of the force, such as a condition. `unit` and `length` are the chain's units
+    of force and length, expressed in the script's units.
     """
     place = None if line.rigid else len(line.chain_masses) + 1
     overlap = "(0.0-x[1])" if place is None else f"(x[{place}]-x[1])"
@@ -41,13 +41,13 @@ def contact_force(line: Line, only: str = "", unit: float = 1.0, length: float =
 
 
 def contact_force_on(line: Line) -> list[str]:
-    """Return the commands that let soft bodies repel each other, from the next set-up on."""
+    """Return the commands that switch on the force between soft bodies at the next set-up."""
     pull = [] if line.rigid else ["fix             pull met addforce v_pull 0.0 0.0"]
     return ["fix             push struck addforce v_push 0.0 0.0", *pull]
 
 
 def contact_force_off(line: Line) -> list[str]:
-    """Return the commands that end that."""
+    """Return the commands that switch off the force between soft bodies."""
     return ["unfix           push", *([] if line.rigid else ["unfix           pull"])]
 
 
@@ -55,9 +55,10 @@ def contact_values(scene: Scene, units: UnitSystem) -> dict[str, Any]:
     """
     Return the formulas of a script that depend on the bodies, for the template.
 
-    They are `gap`, its rate `opening` and the rate of that, `bend`, of soft bodies with the sign
-    that makes an event of the fall through 0; `parting`, the relative velocity of the bodies; what
-    a contact does; and whether the velocity can be chosen.
+    The formulas include `gap`, its first derivative `opening` and its second derivative `bend`. For
+    soft bodies they have the sign that makes each event a fall through 0. `parting` is the relative
+    velocity of the bodies. The other values describe the effect of a contact, and whether the
+    velocity can be chosen.
     """
     line, n = scene.line, scene.particles
     targets = line.targets
@@ -79,7 +80,7 @@ def contact_values(scene: Scene, units: UnitSystem) -> dict[str, Any]:
         "gap": gap,
         "opening": opening,
         "bend": bend,
-        # Twice the reduced mass of the two that meet.
+        # Twice the reduced mass of the two particles at the contact.
         "doubled_mass": number(2.0 * units.mass)
         if line.is_standard
         else f"2.0*{number(units.mass * line.contact_mass)}",

@@ -1,9 +1,9 @@
-"""Named errors whose messages say what was given, what was expected and what to do."""
+"""Errors of the package, whose messages give the problem and the remedy."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 
-# What people call things elsewhere.
+# Names that other programs use, with the names here.
 _ELSEWHERE = {
     **dict.fromkeys(("lennard-jones", "lennardjones", "lj/cut", "12-6"), "lj"),
     **dict.fromkeys(("spring", "hooke", "linear", "harm"), "harmonic"),
@@ -20,32 +20,32 @@ _ELSEWHERE = {
     **dict.fromkeys(("simulate", "collide", "start"), "run"),
 }
 
-# Longer words resemble no name, and to compare them takes long.
+# Longest word that is compared with names. Longer words resemble no name, and comparing is slow.
 _LONGEST_WORD = 60
 
 
 class ChaincorError(Exception):
-    """Base of every error chaincor raises on purpose; the message is one clear line."""
+    """Base class of all errors that chaincor raises on purpose; the message is one line."""
 
-    #: What the command line returns: 2 for bad input, 1 for a failed run.
+    #: Exit status of the command line: 2 for bad input, 1 for a failed run.
     exit_status = 1
 
 
 class InputError(ChaincorError):
-    """The scene, a file or an option cannot be used as given."""
+    """Error: the scene, a file or an option cannot be used as given."""
 
     exit_status = 2
 
 
 class SceneError(InputError):
-    """A scene holds a value that makes no sense, or values that contradict each other."""
+    """Error: a scene has an invalid value, or values that contradict each other."""
 
-    #: Where there are several, all of them; the message has a line for each.
+    #: All mistakes, if there are several; the message has a line for each.
     mistakes: tuple[str, ...] = ()
 
     @classmethod
     def of(cls, mistakes: Sequence[str], source: str | None = None) -> "SceneError":
-        """Return an error that says all mistakes of a scene, and where several are."""
+        """Return an error with all mistakes of a scene; several mistakes have a common heading."""
         if len(mistakes) == 1:
             return cls(*mistakes)
         where = "" if source is None else f"{source}: "
@@ -56,13 +56,13 @@ class SceneError(InputError):
 
 
 def one_line(error: BaseException) -> str:
-    """Return what an error says without its line ends; nothing where it says nothing."""
+    """Return the message of an error in one line; empty without a message."""
     return " ".join(str(error).split())
 
 
 @contextmanager
 def mistakes_in(source: object) -> Iterator[None]:
-    """Let a SceneError that tells of several mistakes name where they are."""
+    """Add the place of the mistakes to a SceneError that has several."""
     try:
         yield
     except SceneError as error:
@@ -72,15 +72,15 @@ def mistakes_in(source: object) -> Iterator[None]:
 
 
 class PotentialError(InputError):
-    """A bond potential has impossible parameters or no stable natural length."""
+    """Error: a bond potential has impossible parameters or no stable natural length."""
 
 
 class TableError(InputError):
-    """A bond table is malformed, too short, or cannot hold the scene."""
+    """Error: a bond table is malformed, too short, or does not cover the scene."""
 
 
 def meant(word: str, known: Iterable[str]) -> str | None:
-    """Return what was probably meant by a word that is not known; None if nothing is near."""
+    """Return the known word nearest to an unknown word; None if no word is near."""
     if len(word) > _LONGEST_WORD:
         return None
     names = {name.lower().replace("_", "-"): name for name in known}

@@ -1,4 +1,4 @@
-"""The annotated job: every command of an input script with what it does and why it is there."""
+"""Annotated jobs: an explanation for every command of an input script."""
 
 import re
 import textwrap
@@ -9,16 +9,16 @@ from typing import NamedTuple
 
 from chaincor.lammps_inputs.commands import join_lines
 
-# For a slide.
+# Width of a slide.
 _WIDTH = 72
 _SENTENCE_ENDS = re.compile(r"(?<=[.!?])\s")
 
 
 class Explanation(NamedTuple):
-    """What a command is for."""
+    """Explanation of a command."""
 
-    match: str  #: Regular expression that fits the command's text from its start.
-    text: str  #: What it does, why it is here, what goes wrong otherwise.
+    match: str  #: Regular expression that matches the beginning of the command.
+    text: str  #: Effect of the command, its reason, and the consequence of leaving it out.
     page: str  #: Name of the page of the LAMMPS manual.
 
 
@@ -26,8 +26,8 @@ def explain_script(script: str, others_own: bool = False, brief: bool = False) -
     """
     Write an explanation above the first command of each kind.
 
-    A `brief` explanation is a sentence. Where the script has a comment of its own, the page of the
-    manual is added to it.
+    A `brief` explanation is one sentence. If the script has its own comment on the command, the
+    page of the manual is added to this comment.
     Raises KeyError if a command has no explanation, unless some are `others_own`.
     """
     lines: list[str] = [*_comment(_texts()["plain_heading" if brief else "heading"]), ""]
@@ -53,7 +53,7 @@ def explain_script(script: str, others_own: bool = False, brief: bool = False) -
 
 
 def explain_data(data: str) -> str:
-    """Write an explanation below the title of a data file, where LAMMPS skips comments."""
+    """Write an explanation below the title of a data file; LAMMPS skips comments there."""
     title, rest = data.split("\n", 1)
     return "\n".join([f"# {title}", "", *_comment(_texts()["data"]), rest])
 
@@ -64,7 +64,7 @@ def explain_table(table: str) -> str:
 
 
 def explanation_of(command: str) -> Explanation:
-    """Return the first explanation that fits a command; KeyError if there is none."""
+    """Return the first explanation that matches a command; raise KeyError if there is none."""
     for entry in _texts()["command"]:
         if re.match(entry["match"], command):
             return Explanation(**entry)

@@ -1,4 +1,4 @@
-"""Numbers that are handed over: in words, or by callers in Python, refused if senseless."""
+"""Checks of numbers that users give as text or as Python objects."""
 
 import math
 import operator
@@ -8,7 +8,7 @@ from chaincor.lammps_inputs.errors import InputError
 
 
 def whole_number_given(name: str, value: Any, least: int = 1, most: int | None = None) -> int:
-    """Return a whole number of at least and at most so much; InputError for anything else."""
+    """Return a whole number within bounds; raise InputError for anything else."""
     try:
         number = None if isinstance(value, bool) else operator.index(value)
     except TypeError:
@@ -20,7 +20,7 @@ def whole_number_given(name: str, value: Any, least: int = 1, most: int | None =
 
 
 def positive_number_given(name: str, value: Any) -> float:
-    """Return a positive finite number; InputError for anything else."""
+    """Return a positive finite number; raise InputError for anything else."""
     try:
         number = math.nan if isinstance(value, bool | str | bytes) else float(value)
     except (TypeError, ValueError, OverflowError):
@@ -31,7 +31,7 @@ def positive_number_given(name: str, value: Any) -> float:
 
 
 def number_in(word: str) -> float | None:
-    """Return the number that a word is; None where it is none."""
+    """Return the number that a word states; None if the word is no number."""
     try:
         return float(word)
     except ValueError:
@@ -39,15 +39,15 @@ def number_in(word: str) -> float | None:
 
 
 def last_digit(word: str) -> float:
-    """Return one unit of the last digit that a number is written with."""
+    """Return one unit of the last written digit of a number."""
     mantissa, _, exponent = word.lower().partition("e")
     decimals = len(mantissa.partition(".")[2])
     return float(f"1e{int(exponent or 0) - decimals}")
 
 
 def shown(value: Any) -> str:
-    """Return what a value says of itself, in one line of 60 characters, whatever it is."""
+    """Return the representation of any value in one line of at most 60 characters."""
     try:
         return " ".join(repr(value).split())[:60]
-    except Exception:  # some objects cannot say what they are
+    except Exception:  # the representation of an object may raise any error
         return f"an object of type {type(value).__name__}"

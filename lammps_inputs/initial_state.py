@@ -1,4 +1,4 @@
-"""The state a chain comes with, from a CSV file: positions or strains, velocities, masses."""
+"""Initial state of a chain from a CSV file: positions or strains, velocities, masses."""
 
 import csv
 from dataclasses import dataclass
@@ -10,7 +10,7 @@ from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.errors import SceneError, one_line
 from chaincor.lammps_inputs.small_file import read_small_file
 
-# Larger numbers have no squares.
+# Largest number allowed. Squares of larger numbers overflow.
 _LARGEST = 1e100
 _PLACES = ("position", "strain")
 COLUMNS = (*_PLACES, "velocity", "mass")
@@ -18,23 +18,25 @@ COLUMNS = (*_PLACES, "velocity", "mass")
 
 @dataclass(frozen=True, eq=False)
 class InitialState:
-    """What a chain comes with, from the contact outward."""
+    """Initial state of a chain, from the contact outward."""
 
     gap: float  #: Distance of particle 1 from the target.
     strains: Array  #: Bond lengths less one; of shape (n - 1,).
-    #: Positive away from the target; None where the scene's speed is that of all; of shape (n,).
+    #: Velocities, positive away from the target, of shape (n,); None if all particles have the
+    #: scene's speed.
     velocities: Array | None
-    masses: Array | None  #: None where the scene says; of shape (n,).
+    masses: Array | None  #: Masses, of shape (n,); None if the scene gives them.
 
 
 def read_initial_state(path: Path) -> InitialState:
     """
-    Read the state of a chain: CSV with a row for each particle, that nearest the target first.
+    Read the state of a chain from CSV with a row for each particle, from the target outward.
 
-    Columns: ``position``, the distance from the target (the wall at x = 0), or ``strain``, how much
-    farther the particle is from the one before than it is at rest (in the first row: its distance
-    from the target); ``velocity``, positive away from the target, and ``mass``, which may be left
-    out. Raises SceneError, one line that names the file, the row and what is wrong.
+    The first column is ``position``, the distance from the target (the wall at x = 0), or
+    ``strain``, the distance from the particle before less the distance at rest. The first strain is
+    the distance of particle 1 from the target. The columns ``velocity``, positive away from the
+    target, and ``mass`` may be left out. Raises SceneError with one line that names the file, the
+    row and the fault.
     """
     columns = _read_columns(path)
     if "position" in columns:

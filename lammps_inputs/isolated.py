@@ -1,4 +1,4 @@
-"""Work that may crash, hang or fill the memory, done in a process of its own with limits."""
+"""Separate processes with limits, for work that may crash, hang or fill the memory."""
 
 import atexit
 import os
@@ -13,29 +13,29 @@ from typing import IO, Any
 
 from chaincor.lammps_inputs.errors import ChaincorError, one_line
 
-# The process finds modules where this one does.
+# The new process searches modules in the same places as this process.
 _PROGRAM = """
 import pickle, sys
 sys.path[:] = pickle.load(sys.stdin.buffer)
 from chaincor.lammps_inputs.isolated import serve
 serve()
 """
-# Under load a process gets a small share of a core.
+# Ratio of elapsed time to processor time. Under load a process gets a small share of a core.
 _WALL_TIME = 30.0
 _LENGTH_BYTES = 8
 
 
 class IsolatedError(Exception):
-    """The work was stopped by a limit, or crashed; the message is the reason."""
+    """Error: the work was stopped by a limit, or crashed; the message is the reason."""
 
 
 class Isolated:
     """
-    A function that is called in another process, which lives on for further calls.
+    Function that runs in another process, which stays alive for further calls.
 
-    The function is one of a module; what it is given and returns is pickled. Calls raise the
-    ChaincorError that the function raises, and IsolatedError, with the reason, for any other
-    failure: a crash, more than `seconds` of processor time, or more than `megabytes` of memory.
+    The function must belong to a module. Its arguments and its result are pickled. Calls raise the
+    ChaincorError that the function raises. Any other failure raises IsolatedError with the reason:
+    a crash, more than `seconds` of processor time, or more than `megabytes` of memory.
     """
 
     def __init__(self, function: Callable, *, seconds: int, megabytes: int) -> None:
@@ -45,7 +45,7 @@ class Isolated:
         self._lock = threading.Lock()
 
     def __call__(self, *given: Any) -> Any:
-        """Call the function."""
+        """Call the function in the other process."""
         with self._lock:
             process = self._started()
             timer = threading.Timer(_WALL_TIME * self._seconds, process.kill)
@@ -85,7 +85,7 @@ class Isolated:
         return f"it ended with status {status}"
 
     def _started(self) -> subprocess.Popen:
-        """Return the process; that of a parent, whose pipes a fork has copied, is not used."""
+        """Return the process; start a new one after a fork, which copies the parent's pipes."""
         if self._process is not None and self._owner == os.getpid():
             if self._process.poll() is None:
                 return self._process
@@ -127,10 +127,10 @@ def _receive(stream: IO[bytes]) -> Any:
 
 
 def serve() -> None:
-    """Answer the calls of the process that started this one, until it ends."""
+    """Answer the calls of the parent process until the parent ends."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     answers = os.fdopen(os.dup(1), "wb")
-    os.dup2(2, 1)  # no library may print among the answers
+    os.dup2(2, 1)  # output of libraries must not mix with the answers
     while True:
         try:
             function, given, seconds, megabytes = _receive(sys.stdin.buffer)
@@ -151,7 +151,7 @@ def serve() -> None:
 def _limit(seconds: int, megabytes: int) -> None:
     try:
         import resource
-    except ImportError:  # Windows has no such limits; the time alone is bounded there
+    except ImportError:  # Windows has no such limits, and only the time is bounded there
         return
     used = sum(resource.getrusage(resource.RUSAGE_SELF)[:2])
     _, most = resource.getrlimit(resource.RLIMIT_CPU)

@@ -1,10 +1,10 @@
 r"""
-Two bodies on a line: a chain, and the target it hits, which is one line with a contact in it.
+A chain and its target as one line of particles with a contact.
 
-All particles stand along x, from the far end of the target to the far end of the chain, neighbours
-joined by bonds, but for one gap: there lies the contact. The rigid wall is a target of one particle
-with infinite mass, whose inverse, 0, is all that the motion needs. What both bodies come with
-(strains, velocities, the gap) is data.
+All particles are arranged along x, from the far end of the target to the far end of the chain.
+Neighbours have bonds, except at the contact, where there is a gap. A rigid wall is a target of one
+particle with infinite mass. The motion uses only its inverse mass, 0. Initial strains, velocities
+and the gap are data of the line.
 """
 
 from dataclasses import dataclass
@@ -17,33 +17,34 @@ from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.contacts.contact_law import ContactLaw
 from chaincor.lammps_inputs.contacts.hard import HARD
 
-# Masses that differ by no more than this part amplify errors as equal ones do. A choice: by a
-# hundredth would do in the few scenes that were judged, too few to promise it.
+# Masses whose relative difference is below this value amplify errors as equal masses do. The value
+# is a choice: 0.01 sufficed in the few scenes that were judged, too few for a general statement.
 _ALIKE = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
 class Line:
-    r"""All particles of a collision, along x."""
+    r"""Particles of both bodies of a collision, along x."""
 
-    #: Along x: the target from its far end to the contact, then the chain; inf for a rigid wall; of
-    #: shape (N,).
+    #: Masses along x, of shape (N,): the target from its far end to the contact, then the chain. A
+    #: rigid wall has the mass inf.
     masses: Array
-    first: int  #: Where particle 1 of the chain stands: the number of particles of the target.
-    #: At the start: bond lengths less one; at ``first - 1`` the gap, which is not negative; of
-    #: shape (N - 1,).
+    first: int  #: Index of particle 1 of the chain, which is the number of particles of the target.
+    #: Initial bond lengths less one, of shape (N - 1,). The value at ``first - 1`` is the gap. The
+    #: gap is not negative.
     strains: Array
-    velocities: Array  #: At the start, along x: the chain comes with negative ones; of shape (N,).
-    contact: ContactLaw = HARD  #: How the bodies repel each other.
+    #: Initial velocities along x, negative for an approaching chain, of shape (N,).
+    velocities: Array
+    contact: ContactLaw = HARD  #: Contact law of the bodies.
 
     @property
     def soft(self) -> bool:
-        """Whether the bodies overlap when they meet."""
+        """Whether the bodies overlap in a contact."""
         return self.contact.soft
 
     @cached_property
     def cold(self) -> bool:
-        """Whether the chain comes from the contact on at one speed, with no strained bond."""
+        """Whether the chain starts at the contact with one speed and no strained bond."""
         still = not np.any(self.strains) and not np.any(self.velocities[: self.first])
         chain = self.velocities[self.first :]
         return still and bool(np.all(chain == chain[0]))
@@ -55,7 +56,7 @@ class Line:
 
     @cached_property
     def at_wall(self) -> bool:
-        """Whether the chain hits a hard, rigid wall: a place, and no particle."""
+        """Whether the chain hits a hard, rigid wall, which has a place and no particle."""
         return self.rigid and not self.soft
 
     @cached_property
@@ -66,10 +67,10 @@ class Line:
     @cached_property
     def has_equal_masses(self) -> bool:
         """
-        Whether this is a cold chain of masses that are alike, before a hard, rigid wall.
+        Whether this is a cold chain of nearly equal masses before a hard, rigid wall.
 
-        Light particles between heavy ones, two bodies and chains that come vibrating amplify the
-        errors of steps and roundings more.
+        Errors of steps and rounding are amplified more by light particles between heavy ones, by
+        free targets, and by chains that vibrate before the impact.
         """
         masses = self.chain_masses
         alike = bool(np.ptp(masses) <= _ALIKE * np.min(masses))
@@ -82,37 +83,37 @@ class Line:
 
     @property
     def gap(self) -> int:
-        """Where among the strains the gap is."""
+        """Index of the gap among the strains."""
         return self.first - 1
 
     @property
     def targets(self) -> int:
-        """Particles of the target; 0 for the wall."""
+        """Number of particles of the target; 0 for the wall."""
         return 0 if self.rigid else self.first
 
     @cached_property
     def inverse_masses(self) -> Array:
-        """1/m along x."""
+        """Inverse masses along x."""
         return 1.0 / self.masses
 
     @property
     def chain_masses(self) -> Array:
-        """Of the chain, from the contact outward."""
+        """Masses of the chain, from the contact outward."""
         return self.masses[self.first :]
 
     @property
     def target_masses(self) -> Array:
-        """Of the target, from the contact outward; empty for the wall."""
+        """Masses of the target, from the contact outward; empty for the wall."""
         return self.masses[: self.targets][::-1]
 
     @cached_property
     def contact_mass(self) -> float:
-        """Reduced mass of the two particles that meet."""
+        """Reduced mass of the two particles at the contact."""
         return float(1.0 / (self.inverse_masses[self.gap] + self.inverse_masses[self.first]))
 
     @cached_property
     def reduced_mass(self) -> float:
-        """Of the two bodies."""
+        """Reduced mass of the two bodies."""
         chain = float(np.sum(self.chain_masses))
         if self.rigid:
             return chain
@@ -120,18 +121,18 @@ class Line:
 
     @cached_property
     def lightest(self) -> float:
-        """Mass of the lightest particle that has a bond, or meets a soft body."""
+        """Mass of the lightest particle that has a bond or touches a soft body."""
         return float(np.min(self._bonded()))
 
     @cached_property
     def mean_mass(self) -> float:
-        """Mean mass of a particle of the slower body: sound crosses that at sqrt(k/m)."""
+        """Mean particle mass m of the body with the slower sound, of speed sqrt(k/m)."""
         bodies = [self.chain_masses] + ([self.target_masses] if self.targets > 1 else [])
         return max(float(np.mean(masses)) for masses in bodies)
 
     @cached_property
     def heaviest_pair(self) -> float:
-        """The largest reduced mass of two particles with a bond between them; 0 without bonds."""
+        """Largest reduced mass of two bonded particles; 0 without bonds."""
         inverse = self.inverse_masses[1:] + self.inverse_masses[:-1]
         return float(np.max(1.0 / np.delete(inverse, self.gap), initial=0.0))
 
@@ -143,20 +144,20 @@ class Line:
         return masses
 
     def overlap(self, speed: float) -> float:
-        """Return how far the two particles at the contact overlap if they meet at a speed."""
+        """Return the overlap of the two particles at the contact for a relative speed."""
         return self.contact.overlap(0.5 * self.contact_mass * speed**2)
 
     @property
     def contact_rate(self) -> float:
-        """Stiffness over mass of the contact of soft bodies, where two particles meet at 2 v0."""
+        """Stiffness over mass of a contact of soft bodies at the relative speed 2 v0."""
         v0 = float(np.max(np.abs(self.velocities)))
         return self.contact.rate(0.5 * self.contact_mass * (2.0 * v0) ** 2, self.contact_mass)
 
     def energy(self, bond: Potential, strains: Array, velocities: Array) -> float:
         """
-        Return the energy of both bodies along x: of motion, of the bonds, and of the overlap.
+        Return the energy of both bodies: of motion along x, of the bonds, and of the overlap.
 
-        Strains, with the gap, are of shape (N - 1,), velocities of shape (N,).
+        Strains, including the gap, have the shape (N - 1,), and velocities the shape (N,).
         """
         masses = np.where(np.isinf(self.masses), 0.0, self.masses)
         with np.errstate(over="ignore", invalid="ignore"):
@@ -165,9 +166,9 @@ class Line:
         return energy + self.contact.energy(max(-float(strains[self.gap]), 0.0))
 
     def separation(self, velocities: Array) -> float:
-        """Return the velocity of the chain's centre of mass along x less that of the target's."""
+        """Return the velocity of the chain's centre of mass relative to the target's, along x."""
         chain = self.chain_masses
-        # Not by `@`, whose last bit depends on where an array lies.
+        # The last bit of `@` depends on the address of an array.
         speed = float(np.sum(chain * velocities[self.first :]) / np.sum(chain))
         if not self.rigid:
             target = self.masses[: self.first]

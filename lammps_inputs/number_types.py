@@ -1,4 +1,4 @@
-"""What numbers of a scene may be: `True` is none, nor is infinity."""
+"""Types of numbers in a scene, which exclude `True` and infinity."""
 
 from typing import Annotated, Any
 
@@ -6,7 +6,7 @@ from pydantic import AfterValidator, BeforeValidator, Field
 
 
 def not_a_bool(expected: str) -> BeforeValidator:
-    """Return what refuses True and False, which Python takes for 1 and 0."""
+    """Return a validator that refuses True and False, which Python takes for 1 and 0."""
 
     def check(value: Any) -> Any:
         if isinstance(value, bool):
@@ -17,7 +17,7 @@ def not_a_bool(expected: str) -> BeforeValidator:
 
 
 def at_least(least: float) -> AfterValidator:
-    """Return what refuses smaller numbers, with the bound in a readable form."""
+    """Return a validator that refuses smaller numbers and names the bound in readable form."""
 
     def check(value: float) -> float:
         if value < least:

@@ -1,4 +1,4 @@
-"""The numerics of one run: who reflects, how a step is composed, how the bond is tabulated."""
+"""Numerics of one run: wall model, scheme, step and bond table."""
 
 from dataclasses import dataclass
 
@@ -13,23 +13,25 @@ DEFAULT_REFLECT_TIMESTEP = 0.005
 class Numerics:
     """Settings that decide the accuracy and the cost of one run."""
 
-    wall: Wall = "event"  #: ``event`` (impact-located) or ``reflect`` (the stock LAMMPS fix).
-    #: ``verlet``, ``order4``, ``order6`` or ``order8``; with the event wall also ``extrapolated12``
-    #: and so on, in-house ``srkn14``, see ``chaincor.workflows.engines.schemes``.
+    #: Wall model: ``event`` (impact-located) or ``reflect`` (the stock LAMMPS fix).
+    wall: Wall = "event"
+    #: Scheme: ``verlet``, ``order4``, ``order6`` or ``order8``. The event wall also allows
+    #: ``extrapolated12`` and so on, and the reference engine ``srkn14``; see
+    #: ``chaincor.workflows.engines.schemes``.
     scheme: StepSchemeName = "order6"
-    timestep: float = DEFAULT_TIMESTEPS["order6"]  #: The composed step H.
-    table: TableStyle = "spline"  #: ``linear`` or ``spline``.
-    #: Rows of the bond table; None lets the range of the scene decide.
+    timestep: float = DEFAULT_TIMESTEPS["order6"]  #: Composed step H.
+    table: TableStyle = "spline"  #: Interpolation of the bond table: ``linear`` or ``spline``.
+    #: Rows of the bond table; None if the range of the scene decides.
     table_points: int | None = None
-    #: Shortest and longest bond the table must hold; None lets the engine find it.
+    #: Shortest and longest bond in the range of the table; None if the engine finds them.
     bond_range: tuple[float, float] | None = None
-    #: Force error the rows are chosen for, where `table_points` is None; None: as small as a table
-    #: of reasonable length can have.
+    #: Target error of the force that decides the rows if `table_points` is None. By default it is
+    #: the smallest error that a table of reasonable length can have.
     force_error: float | None = None
 
     @classmethod
     def from_scene(cls, scene: Scene) -> "Numerics":
-        """Complete the numerics a scene gives with the defaults of their kind."""
+        """Return the numerics of a scene, completed by default values."""
         wall = scene.wall or "event"
         scheme: Scheme = scene.scheme or ("verlet" if wall == "reflect" else "order6")
         usual = DEFAULT_REFLECT_TIMESTEP if wall == "reflect" else DEFAULT_TIMESTEPS[scheme]
@@ -37,7 +39,7 @@ class Numerics:
             wall=wall,
             scheme=scheme,
             timestep=scene.timestep or usual,
-            # A spline cannot hold a kink.
+            # A spline cannot represent a kink.
             table=scene.table or ("linear" if scene.bond.kinks else "spline"),
             table_points=scene.table_points,
         )

@@ -1,4 +1,4 @@
-"""The shortest script of a collision: what LAMMPS's own commands can do, and no more."""
+"""Shortest script of a collision, with LAMMPS's own commands alone."""
 
 import math
 
@@ -10,18 +10,19 @@ from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.script import TABLE_FILE, rendered, setup_values, values_in_units
 from chaincor.lammps_inputs.script_plan import JobWishes, ScriptPlan
 
-# Velocity Verlet resolves the fastest bond at rest with so many steps in 1/omega.
+# Velocity Verlet step for the fastest bond at rest, in units of 1/omega.
 _TIMESTEP = 0.01
-# After the last contact nothing changes; the stock wall's may come a little later than the true.
+# Factor and time that are added to the last contact. The stock wall may detect a contact slightly
+# late, and eta does not change after the last contact.
 _LONGER, _MARGIN = 1.1, 5.0
 _LINES_OF_THERMO = 20
 
 
 def is_plain(wishes: JobWishes) -> bool:
     """
-    Return whether a plain script is wanted, or a whole one of the user's own in its place.
+    Return whether a user wants a plain script, or a whole script of the user's own in its place.
 
-    Raises InputError where both are, or what no such script does besides.
+    Raises InputError if both are wanted, or if a wanted feature is not part of such scripts.
     """
     whole = wishes.whole
     if whole is None and not wishes.plain:
@@ -46,7 +47,7 @@ def plain_scene(scene: Scene) -> Scene:
     """
     Return a scene with the numerics of a plain script: Verlet steps and LAMMPS's stock wall.
 
-    Raises SceneError for what no such script can do.
+    Raises SceneError if a plain script cannot run the scene.
     """
     line = scene.line
     if line.soft or not line.rigid:
@@ -73,11 +74,11 @@ def plain_scene(scene: Scene) -> Scene:
 
 def render_plain(scene: Scene, plan: ScriptPlan, approach: float, wishes: JobWishes) -> str:
     """
-    Render a script of some twenty commands for ``lmp -in``, or a user's own with the same values.
+    Render a script of about twenty commands for ``lmp -in``, or a user's script with its values.
 
-    The scene is as `plain_scene` returns it; how the same collision ended in-house, and the time of
-    `approach` until the first contact, tell how long to run. Raises SceneError if it is not known
-    how the collision ends.
+    The scene is the result of `plain_scene`. The duration of the run follows from the end of the
+    same collision by the reference engine, and from the time of `approach` until the first contact.
+    Raises SceneError if the end of the collision is unknown.
     """
     if plan.end is None:
         raise SceneError(

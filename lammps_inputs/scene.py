@@ -1,4 +1,4 @@
-"""A scene: the validated, frozen description of one collision and of what is wanted from it."""
+"""Scene: the validated, frozen description of one collision and of the wanted results."""
 
 from collections.abc import Iterable
 from functools import cached_property
@@ -45,7 +45,8 @@ class Scene(SceneFields):
     Raises
     ------
     SceneError
-        A line for each mistake, naming the field, what was given and what is expected.
+        If a field is wrong. The message has a line for each mistake, with the field, the given
+        value and the expected values.
 
     Examples
     --------
@@ -68,7 +69,7 @@ class Scene(SceneFields):
         return self
 
     def __repr_args__(self) -> Iterable[tuple[str, Any]]:
-        """Yield what decides the collision, and whatever else was given, as it may be typed."""
+        """Yield the fields that decide the collision, and all other given fields."""
         yield from shown_fields(self).items()
 
     def __str__(self) -> str:
@@ -76,19 +77,19 @@ class Scene(SceneFields):
 
     @property
     def label(self) -> str:
-        """Name of the potential, for people."""
+        """Name of the potential in texts."""
         return self.potential if isinstance(self.potential, str) else self.potential.name
 
     @cached_property
     def bond(self) -> Potential:
-        """The potential of the bonds."""
+        """Potential of the bonds."""
         if isinstance(self.potential, Potential):
             return self.potential
         return bond_of(self.potential, self.bond_fields)
 
     @property
     def bond_fields(self) -> dict[str, Any]:
-        """What is given of the bonds besides their kind, by its keys."""
+        """Given parameters of the bonds, by key."""
         given = {key: getattr(self, key) for key in BOND_KEYS}
         return {key: value for key, value in given.items() if value is not None}
 
@@ -107,12 +108,12 @@ class Scene(SceneFields):
 
     @cached_property
     def initial_state(self) -> InitialState | None:
-        """What the chain comes with, where a file says so."""
+        """Initial state of the chain from a file; None without a file."""
         return None if self.initial is None else read_initial_state(self.initial)
 
     @cached_property
     def line(self) -> Line:
-        """Both bodies along x, and the state in which they come."""
+        """Both bodies along x, with their initial state."""
         return line_of(self)
 
     @property
@@ -122,12 +123,12 @@ class Scene(SceneFields):
 
     @cached_property
     def slow_stiffness(self) -> float:
-        """U''(1) over the mean mass of the slower body: sound crosses bonds at its root."""
+        """U''(1) over the mean mass of the slower body: the square of its speed of sound."""
         return self.bond.sound_stiffness(self.impact_velocity**2) / self.line.mean_mass
 
     @property
     def contact_duration(self) -> float:
-        """For how long two particles that meet at the impact speed overlap, about; 0 if hard."""
+        """Approximate duration of an overlap of two particles at the impact speed; 0 if hard."""
         line = self.line
         if not line.soft:
             return 0.0
@@ -135,40 +136,40 @@ class Scene(SceneFields):
 
     @cached_property
     def start_energy(self) -> float:
-        """All energy with which the bodies come: of motion, and of strained bonds."""
+        """Total initial energy of the bodies: of motion and of strained bonds."""
         return self.line.energy(self.bond, self.line.strains, self.line.velocities)
 
     @property
     def longest_body(self) -> int:
-        """Particles of the longer body, which sound has to cross."""
+        """Number of particles of the longer body, which sound has to cross."""
         return max(self.particles, self.target_particles or 0)
 
     @property
     def frame_interval(self) -> float | None:
-        """Time between the frames of a dump; None where its frames are those of contacts."""
+        """Time between the frames of a dump; None if frames are written at contacts."""
         if isinstance(self.dump_frames, str):
             return None
         return self.longest_body / self.slow_stiffness**0.5 / self.dump_frames
 
     @property
     def comes_moving(self) -> bool:
-        """Whether particles come with velocities of their own, given or drawn."""
+        """Whether particles have individual initial velocities, given or drawn."""
         state = self.initial_state
         return self.temperature is not None or (state is not None and state.velocities is not None)
 
     @property
     def all_particles(self) -> int:
-        """Particles of both bodies."""
+        """Number of particles of both bodies."""
         return self.particles + (self.target_particles or 0)
 
     @cached_property
     def explicit(self) -> bool:
-        """Whether the numerics are given, not to be chosen from a tolerance."""
+        """Whether the numerics are given instead of chosen from a tolerance."""
         return any(getattr(self, key) is not None for key in NUMERICS_KEYS)
 
     @property
     def asked_tolerance(self) -> float | None:
-        """Error asked of eta, the default one where none is given; None with explicit numerics."""
+        """Tolerance of eta, given or by default; None with explicit numerics."""
         return None if self.explicit else self.tolerance or DEFAULT_TOLERANCE
 
     def replace(self, **changes: Any) -> "Scene":
@@ -199,7 +200,7 @@ class Scene(SceneFields):
         Returns
         -------
         Scene
-            The rest, validated anew.
+            Scene with the remaining fields, validated anew.
         """
         return Scene(**{k: getattr(self, k) for k in self.model_fields_set - set(names)})
 
@@ -213,7 +214,7 @@ class Scene(SceneFields):
         text : str
             Flat keys, as in ``particles = 100``.
         source : str
-            What to call the text in an error.
+            Name of the text in error messages.
 
         Returns
         -------
@@ -236,7 +237,7 @@ class Scene(SceneFields):
         Parameters
         ----------
         path : pathlib.Path or str
-            A TOML file. A relative `bond_file` in it is looked for beside it.
+            Path of a TOML file. A relative `bond_file` is relative to the folder of this file.
 
         Returns
         -------
@@ -258,12 +259,12 @@ class Scene(SceneFields):
         Returns
         -------
         str
-            The keys that were set.
+            TOML text of the keys that were set.
 
         Raises
         ------
         SceneError
-            If the potential is a Python object, which a file cannot hold.
+            If the potential is a Python object, which a file cannot describe.
         """
         if not isinstance(self.potential, str):
             raise SceneError(
@@ -274,21 +275,21 @@ class Scene(SceneFields):
 
     @cached_property
     def canonical_fields(self) -> dict[str, Any]:
-        """Everything that decides the result, in one way of many to write it (JSON-ready)."""
+        """Fields that decide the result, in a canonical form for JSON."""
         return canonical_fields(self)
 
     @cached_property
     def canonical_json(self) -> str:
-        """The same as JSON."""
+        """JSON text of the canonical fields."""
         return canonical_json(self.canonical_fields)
 
     @cached_property
     def sha256(self) -> str:
-        """Hash of everything that decides the result (not of where outputs are written)."""
+        """Hash of all fields that decide the result, without the paths of outputs."""
         return hash_of(self.canonical_json)
 
     @cached_property
     def collision_sha256(self) -> str:
-        """Hash of the same without the tolerance: one collision, however exactly it is asked."""
+        """Hash without the tolerance, which is equal for all tolerances of one collision."""
         fields = {k: v for k, v in self.canonical_fields.items() if k != "tolerance"}
         return hash_of(canonical_json(fields))

@@ -1,4 +1,4 @@
-"""Rendering the LAMMPS input: every value is a number or a fixed name, never a user's text."""
+"""Renderer of LAMMPS inputs: every value is a number or a fixed name, never a user's text."""
 
 import string
 from dataclasses import asdict
@@ -32,7 +32,7 @@ CONTACTS_FILE = "contacts.txt"
 RESTART_FILE = "chain.restart"
 STATE_FILE = "chain.state"
 
-# What users of LAMMPS give by -var where a script knows velocity and timestep.
+# Names that LAMMPS users give by -var instead of velocity and timestep.
 _MISSPELT = ("speed", "v0", "vel", "velo", "v", "dt", "h", "step", "time_step", "timesteps")
 _SAFE_PATH_CHARACTERS = frozenset(string.ascii_letters + string.digits + "./_+-")
 
@@ -42,20 +42,20 @@ def _environment() -> Any:
     from jinja2 import Environment, PackageLoader, StrictUndefined
 
     loader = PackageLoader("chaincor.lammps_inputs", "templates")
-    # Not escaped: the text is no HTML, and nothing in it comes from a user.
+    # No escaping is needed: the text is no HTML, and no part of it comes from a user.
     return Environment(loader=loader, undefined=StrictUndefined, **RENDERING)
 
 
 def rendered(template: str, values: dict[str, Any]) -> str:
-    """Return a template of ours with values."""
+    """Return the text of a template of this package, rendered with values."""
     return str(_environment().get_template(f"{template}.in.j2").render(values))
 
 
 def render_setup(numerics: Numerics, table: BondTable | None, folder: str) -> str:
     """
-    Render the commands that set a chain up for a run driven from Python.
+    Render the commands that set up a chain for a run driven from Python.
 
-    `folder`, of the program's own making, is where the data file and the table lie; SceneError if
+    `folder`, which the program has made, holds the data file and the table. Raises SceneError if
     its name has characters that LAMMPS would interpret.
     """
     if not set(folder) <= _SAFE_PATH_CHARACTERS:
@@ -73,7 +73,7 @@ def render_job(
     steps: ScriptedSteps | None = None,
     wishes: JobWishes = NO_WISHES,
 ) -> str:
-    """Render a self-contained input script for ``lmp -in``; without `steps`, of Verlet steps."""
+    """Render a self-contained script for ``lmp -in``, with Verlet steps if `steps` is missing."""
     values = setup_values(plan.numerics, plan.table, ".")
     values |= contact_values(scene, wishes.units)
     values |= values_in_units(scene, wishes.units)
@@ -86,7 +86,7 @@ def render_job(
 
 
 def setup_values(numerics: Numerics, table: BondTable | None, folder: str) -> dict[str, Any]:
-    """Return what the set-up of every run and script is told."""
+    """Return the template values for the set-up of every run and script."""
     return {
         "folder": folder,
         "data_file": DATA_FILE,
@@ -108,7 +108,7 @@ def setup_values(numerics: Numerics, table: BondTable | None, folder: str) -> di
 
 
 def values_in_units(scene: Scene, units: UnitSystem) -> dict[str, Any]:
-    """Return what a script says of a scene, in its units."""
+    """Return the template values of a scene, in the script's units."""
     targets = scene.target_particles
     return {
         "title": f"A chain of {scene.particles} particles with {_plain(scene.bond.name)} bonds "
@@ -122,14 +122,14 @@ def values_in_units(scene: Scene, units: UnitSystem) -> dict[str, Any]:
 
 
 def _plain(name: str) -> str:
-    """Return a name fit for a comment: that of a bond table's file may hold anything."""
+    """Return a name that is safe in a comment, because a file name may have any characters."""
     return "".join(c if c in _SAFE_PATH_CHARACTERS else "?" for c in name[:60])
 
 
 def _plan_values(
     scene: Scene, plan: ScriptPlan, steps: ScriptedSteps | None, units: UnitSystem
 ) -> dict[str, Any]:
-    """Return the step with its bounds, the velocity's bound, and what tells the error."""
+    """Return the template values of the step, its bounds, the largest velocity and the error."""
     multiples = (1.0,) if plan.bar is None else plan.bar.multiples
     longest = max(multiples) if steps is None else steps.heaviest * max(multiples)
     limit = 0.5 * VERLET_STABILITY_LIMIT / scene.fast_stiffness**0.5
@@ -137,7 +137,7 @@ def _plan_values(
         "scripted": True,
         "composed": steps is not None,
         "particles": scene.particles,
-        # As text, with all its digits: an equal-style variable has 15.
+        # The text has all digits, while an equal-style variable has 15.
         "timestep": "${step}",
         "step": number(units.time * plan.numerics.timestep),
         "shortest": number(units.time * SHORTEST_TIMESTEP / scene.fast_stiffness**0.5),
@@ -153,7 +153,7 @@ def _plan_values(
 def _end_values(
     scouted: ScoutedEnd | None, times: EndTimes, values: dict[str, Any], time: float
 ) -> dict[str, Any]:
-    """Return when a script ends: that of another velocity than the scene's looks for itself."""
+    """Return the template values of the end; at another velocity the script finds it by itself."""
     last = number(time * (0.0 if scouted is None else scouted.last_contact_time))
     own = "" if values["given_velocities"] else f"*(v_velocity=={values['velocity']})"
     return asdict(times) | {
@@ -166,7 +166,7 @@ def _end_values(
 
 
 def _wished_values(scene: Scene, wishes: JobWishes) -> dict[str, Any]:
-    """Return what a script does besides telling its number, and the files of that."""
+    """Return the template values of optional features of a script, and of their files."""
     interval = scene.frame_interval
     frames = "contacts" if interval is None else number(wishes.units.time * interval)
     return {
@@ -186,7 +186,7 @@ def _wished_values(scene: Scene, wishes: JobWishes) -> dict[str, Any]:
 
 
 def _kept(values: dict[str, Any]) -> dict[str, list[str]]:
-    """Return the names of what a script must keep to go on from a contact."""
+    """Return the names of the variables that a script must keep to continue from a contact."""
     results = ["restitution", "counted", "ended"]
     running = ["contacts", "last"]
     if values["guards"]:

@@ -1,4 +1,4 @@
-"""What an input script is made of, besides the scene: chosen for it, and wished by a user."""
+"""Choices for an input script besides the scene: the plan, and the wishes of the user."""
 
 from dataclasses import dataclass
 
@@ -10,97 +10,99 @@ from chaincor.lammps_inputs.units.unit_system import CHAIN_UNITS, UnitSystem
 
 @dataclass(frozen=True)
 class ScoutedEnd:
-    """How a collision ended that a script runs again."""
+    """End of a collision in a pilot run, which a script repeats."""
 
-    last_contact_time: float  #: From the first contact.
-    contacts: int  #: Hits on the wall.
-    ending: str  #: ``proved``, ``argued`` or ``open``.
+    last_contact_time: float  #: Time from the first contact to the last.
+    contacts: int  #: Number of contacts with the wall.
+    ending: str  #: End of the collision: ``proved``, ``argued`` or ``open``.
 
 
 @dataclass(frozen=True)
 class EndTimes:
-    """When a script ends by itself, in its own units."""
+    """Times at which a script ends by itself, in the script's units."""
 
     quiet: float  #: Time without a contact after which the collision is over.
-    cap: float  #: Simulated time at which an unfinished collision is given up.
-    look: float  #: Time between two looks for the end.
+    cap: float  #: Simulated time at which the script stops an unfinished collision.
+    look: float  #: Time between two checks for the end.
 
 
 @dataclass(frozen=True)
 class ScriptedSteps:
-    """How a script composes its steps; times are in its own units."""
+    """Composition of a script's steps, with times in the script's units."""
 
-    weights: tuple[float, ...]  #: w_k of the Verlet steps w_k H, a palindrome.
+    weights: tuple[float, ...]  #: Weights w_k of the Verlet steps w_k H, which are a palindrome.
     order: int  #: Order of the error of one run against H.
-    citation: str  #: Where the weights are from.
-    coarse: float  #: Verlet step in which a silence is waited for.
-    patience: float  #: Time after a contact from which on a silence is waited for so.
-    #: Time near the touching and parting of soft bodies in which steps are graded, and the power of
-    #: that; None where they are not.
+    citation: str  #: Source of the weights.
+    coarse: float  #: Verlet step while the script waits for a contact-free time.
+    patience: float  #: Time after a contact from which the script uses the coarse step.
+    #: Time around the begin and end of a contact of soft bodies in which steps are graded, and the
+    #: power of the grading; None without grading.
     graded: tuple[float, float] | None = None
 
     @property
     def heaviest(self) -> float:
-        """The longest of its Verlet steps, in units of H."""
+        """Longest Verlet step of the composition, in units of H."""
         return max(map(abs, self.weights))
 
 
 @dataclass(frozen=True)
 class ScriptedBar:
-    """What a script needs to tell the error of its number."""
+    """Data from which a script computes the error bar of its result."""
 
-    multiples: tuple[float, ...]  #: Steps of the runs in units of the number's own; the first is 1.
-    #: Error of the number due to its step, over the largest difference to the other runs.
+    #: Steps of the runs in units of the result's step; the first is 1.
+    multiples: tuple[float, ...]
+    #: Error of the result due to its step, over the largest difference to the other runs.
     share: float
-    share_alone: float  #: The same where nothing but these runs is known.
-    #: Parts of the error that are known beforehand.
+    share_alone: float  #: The same share if only these runs are known.
+    #: Part of the error due to the bond table, known beforehand.
     table: float
-    rounding: float  #: See ``table``.
-    ending: float  #: See ``table``.
-    #: Restitution of an in-house run, and its error; None where there was none.
+    rounding: float  #: Part of the error due to rounding, known beforehand.
+    ending: float  #: Part of the error due to the end of the collision, known beforehand.
+    #: Restitution of a run of the reference engine; None without such a run.
     reference_solution: float | None = None
-    reference_error: float = 0.0  #: See ``reference_solution``.
+    reference_error: float = 0.0  #: Error of the restitution by the reference engine.
 
 
 @dataclass(frozen=True)
 class ScriptPlan:
-    """What was chosen for a script of a scene, all in units of the chain."""
+    """Choices for the script of a scene, in units of the chain."""
 
     numerics: Numerics  #: Wall, scheme and step.
-    table: BondTable | None  #: The bonds; None for LAMMPS's own harmonic one.
-    #: How the same collision ended elsewhere: the script does not end before; None where that is
-    #: not known.
+    table: BondTable | None  #: Table of the bonds; None for LAMMPS's own harmonic bond.
+    #: End of the same collision in a pilot run, or None; the script does not end before it.
     end: ScoutedEnd | None = None
-    #: How the script tells its error, which takes further runs; None for the number alone.
+    #: Data for the error bar, which takes further runs; None for the result alone.
     bar: ScriptedBar | None = None
-    tolerance: float | None = None  #: What the numerics were chosen for, to be said in the heading.
-    #: Largest velocity that is not refused, up to which the table is expected to hold the bonds;
-    #: None for that of the scene.
+    #: Tolerance for which the numerics were chosen, printed in the heading.
+    tolerance: float | None = None
+    #: Largest velocity that the script accepts and the table is expected to cover; None for the
+    #: velocity of the scene.
     fastest: float | None = None
-    #: Hash of the scene that the job runs, which a guarded job prints; None to print none.
+    #: Hash of the scene, which a guarded job prints; None to print no hash.
     scene_sha256: str | None = None
 
 
 @dataclass(frozen=True)
 class JobWishes:
-    """What a user wants of a job."""
+    """Options of a job that the user chooses."""
 
-    plain: bool = False  #: The shortest script: LAMMPS's own commands alone, without an error bar.
-    explain: bool = False  #: Every command and file says what it is for.
-    dump: bool = False  #: The job dumps its motion, in the frames of the scene.
-    contacts: bool = False  #: It lists its contacts in a file.
-    restartable: bool = False  #: It writes restart files and goes on from them.
-    #: It refuses by name what it is not made for, and holds the momentum of the chain against what
-    #: its contacts gave.
+    #: Whether to write the shortest script, with LAMMPS's own commands and no error bar.
+    plain: bool = False
+    explain: bool = False  #: Whether to explain every command and file.
+    dump: bool = False  #: Whether the job dumps its motion, in the frames of the scene.
+    contacts: bool = False  #: Whether the job lists its contacts in a file.
+    restartable: bool = False  #: Whether the job writes restart files and can continue from them.
+    #: Whether the job refuses unsuitable inputs by name, and compares the momentum of the chain
+    #: with the momentum of its contacts.
     guards: bool = False
-    #: Bond lengths that the table shall hold at least.
+    #: Bond lengths that the table must cover.
     table_range: tuple[float, float] | None = None
-    template: OwnTemplate | None = None  #: What the user adds to the script, or a whole script.
-    units: UnitSystem = CHAIN_UNITS  #: In which LAMMPS computes.
+    template: OwnTemplate | None = None  #: Additions of the user to the script, or a whole script.
+    units: UnitSystem = CHAIN_UNITS  #: Units in which LAMMPS computes.
 
     @property
     def whole(self) -> OwnTemplate | None:
-        """The template, where it is a whole script."""
+        """Template of the user that is a whole script; None if it is not."""
         return self.template if self.template is not None and self.template.whole else None
 
 

@@ -1,8 +1,8 @@
-"""Files of numbers that a scene names: read whole, if they are files that come to an end."""
+"""Reader of the small files that a scene names, which refuses endless files."""
 
 from pathlib import Path
 
-# So many bytes are some for each of the most particles.
+# Largest size in bytes, which allows several bytes for each particle of the longest chain.
 _LARGEST = 1_000_000_000
 _TOO_LARGE = "it is larger than the longest chain needs"
 
@@ -11,9 +11,9 @@ def read_small_file(path: Path, largest: int = _LARGEST, pipes: bool = False) ->
     """
     Return the text of a file of at most `largest` bytes, with or without a byte order mark.
 
-    With `pipes` one such as a shell's ``<(...)`` is read until it ends. OSError or ValueError, with
-    the reason, where it cannot be read, is no plain file otherwise (a device or a pipe may never
-    end), is larger than that, or is not UTF-8.
+    With `pipes`, a pipe such as a shell's ``<(...)`` is read until it ends. Other files must be
+    plain, because a device or a pipe may never end. Raises OSError or ValueError with the reason if
+    the file cannot be read, is not plain, is too large, or is not UTF-8.
     """
     if not (pipes and path.is_fifo()):
         refuse_endless(path, largest)
@@ -25,14 +25,14 @@ def read_small_file(path: Path, largest: int = _LARGEST, pipes: bool = False) ->
 
 
 def why_unreadable(error: OSError | ValueError) -> str:
-    """Return the reason that a file could not be read, from what reading it raised."""
+    """Return the reason for an unreadable file from the raised error."""
     if isinstance(error, OSError):
         return error.strerror or type(error).__name__
     return str(error) if type(error) is ValueError else type(error).__name__
 
 
 def refuse_endless(path: Path, largest: int = _LARGEST) -> None:
-    """Raise ValueError, with the reason, where a file may never end; OSError if there is none."""
+    """Raise ValueError with the reason if a file may never end, or OSError if it is missing."""
     if path.exists() and not path.is_file():
         raise ValueError("it is a folder" if path.is_dir() else "it is no plain file")
     if path.stat().st_size > largest:

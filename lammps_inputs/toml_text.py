@@ -1,4 +1,4 @@
-"""TOML text to fields, with the integers that TOML allows."""
+"""Parser of TOML text that refuses integers of more than 64 bits."""
 
 import tomllib
 from typing import Any
@@ -13,7 +13,7 @@ def parse_toml(text: str, source: str) -> dict[str, Any]:
     """
     Parse TOML text.
 
-    Raises SceneError, which names the source, if the text is no TOML or holds an integer of more
+    Raises SceneError, which names the source, if the text is not TOML or has an integer of more
     than 64 bits.
     """
     try:
@@ -22,7 +22,7 @@ def parse_toml(text: str, source: str) -> dict[str, Any]:
         raise SceneError(f"{source} is not valid TOML: it is nested too deeply") from None
     except tomllib.TOMLDecodeError as error:
         raise SceneError(f"{source} is not valid TOML: {error}") from None
-    except ValueError:  # Python reads no integers of thousands of digits
+    except ValueError:  # Python does not convert integers of thousands of digits
         raise SceneError(
             f"{source} holds an integer of thousands of digits; expected {_MOST_BITS} bits at "
             "most, as TOML has them"

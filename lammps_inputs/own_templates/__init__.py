@@ -1,1 +1,1 @@
-"""Templates of a user's own, which extend that of a job."""
+"""Templates of users, which extend the template of a job."""

@@ -1,4 +1,4 @@
-"""A template of the user's own: its text, its values, and the sandbox it is rendered in."""
+"""Template of a user: its text, its values, and its rendering in a sandbox."""
 
 import re
 from collections.abc import Callable
@@ -13,19 +13,19 @@ from chaincor.lammps_inputs.own_templates.rules import check_commands, check_who
 from chaincor.lammps_inputs.small_file import read_small_file
 
 _NAME = re.compile(r"[a-z][a-z0-9_]{0,39}", re.ASCII)
-# A number or a plain word: nothing that LAMMPS would substitute, continue, split or take for a
-# comment, and nothing that ends a line.
+# A number or a plain word, without characters that LAMMPS would substitute, continue, split or take
+# for a comment, and without line ends.
 _WORD = re.compile(r"[A-Za-z0-9.+-][A-Za-z0-9_.+/-]{0,79}", re.ASCII)
-# How templates of scripts are rendered, a user's and ours.
+# Options of the renderer, for templates of users and of this package.
 RENDERING: dict[str, Any] = {
     "trim_blocks": True,
     "lstrip_blocks": True,
     "keep_trailing_newline": True,
 }
 _BASE = "job.in.j2"
-# Of all loops and macros of a template: loops in a loop could go on for days.
+# Largest number of rounds in all loops and macros of a template, as nested loops could take days.
 _MOST_ROUNDS = 200_000
-# Said by a template whose commands exert forces.
+# Statement in a template whose commands exert forces.
 _OTHER_FORCES = re.compile(r"\{%-?\s*set\s+other_forces\s*=\s*true\s*-?%\}")
 _REPORT = re.compile(r"\{%-?\s*block\s+report\b")
 _EXTENDS = re.compile(r"\{%-?\s*extends\b")
@@ -33,10 +33,10 @@ _EXTENDS = re.compile(r"\{%-?\s*extends\b")
 
 @dataclass(frozen=True)
 class OwnTemplate:
-    """A template that extends ``job.in.j2``, or is a whole script."""
+    """Template that extends ``job.in.j2``, or is a whole script."""
 
-    text: str  #: Its text.
-    #: Numbers and words that it names besides the job's own values, as text.
+    text: str  #: Text of the template.
+    #: Numbers and words for the template besides the job's values, as text.
     settings: dict[str, str] = field(default_factory=dict)
 
     @classmethod
@@ -68,17 +68,17 @@ class OwnTemplate:
 
     @property
     def whole(self) -> bool:
-        """Whether the template is a script of its own, and extends nothing."""
+        """Whether the template is a whole script, which extends nothing."""
         return _EXTENDS.search(self.text) is None
 
     def render(self, values: dict[str, Any], plain: str | None = None) -> str:
         """
         Render a whole script, or the job with the template's blocks.
 
-        `plain` is the job without them: every other command is the template's, and is checked. It
-        is rendered in a process of its own, with bounded time and memory. Raises SceneError for a
-        template that is no jinja2, names a block or a value that does not exist, leaves the
-        sandbox, needs too much, or has a command that the job cannot live with.
+        `plain` is the job without these blocks. All other commands belong to the template and are
+        checked. Rendering runs in a separate process, with bounded time and memory. Raises
+        SceneError if the template is not jinja2, names an unknown block or value, leaves the
+        sandbox, exceeds the bounds, or has a command that would break the job.
         """
         try:
             return _RENDERED(self, values, plain)
@@ -95,7 +95,7 @@ class OwnTemplate:
         from jinja2.sandbox import ImmutableSandboxedEnvironment
 
         loader = PackageLoader("chaincor.lammps_inputs", "templates")
-        # Not escaped: the text is no HTML; what users give is a number or a word.
+        # No escaping is needed: the text is no HTML, and values of users are numbers or words.
         environment = ImmutableSandboxedEnvironment(
             loader=loader, undefined=StrictUndefined, **RENDERING
         )
@@ -162,7 +162,7 @@ _RENDERED = Isolated(OwnTemplate.render_here, seconds=2, megabytes=1000)
 
 
 def parse_settings(given: tuple[str, ...]) -> dict[str, str]:
-    """Take ``NAME=VALUE`` apart; SceneError if one is not a name with a number or a word."""
+    """Split settings ``NAME=VALUE``; raise SceneError if one has no valid name or value."""
     settings: dict[str, str] = {}
     for text in given:
         name, equals, value = text.partition("=")
@@ -181,7 +181,7 @@ def parse_settings(given: tuple[str, ...]) -> dict[str, str]:
 
 
 def _counter_of_rounds() -> Callable[[], None]:
-    """Return what a template calls in each round of a loop, and in each macro."""
+    """Return the function that a template calls in each round of a loop and in each macro."""
     rounds = count(1)
 
     def begin_round() -> None:

@@ -1,4 +1,4 @@
-"""Commands that a job cannot live with: refused by name, or warned about."""
+"""Rules for the commands of users' templates: refusals and warnings."""
 
 import re
 from collections import Counter
@@ -8,7 +8,7 @@ from typing import NoReturn
 from chaincor.lammps_inputs.commands import commands_of, words_of
 from chaincor.lammps_inputs.errors import SceneError
 
-# By the first word of a command, why not.
+# Reason for each refusal, by the first word of a command.
 _REFUSED = {
     "minimize": "it moves the particles without time",
     "run": "time is the loop's; a run of no steps follows and makes known what is defined",
@@ -34,7 +34,8 @@ _REFUSED = {
     "next": "the runs for the error would be lost",
     "velocity": "the chain comes with the velocity of the job",
 }
-# What a whole script of a user's own must not have, either; of its fixes, the last of those below.
+# Commands that a whole script of a user must not have either. For its fixes the last rule below
+# applies.
 _PROGRAMS = {
     **dict.fromkeys(
         ("shell", "python", "plugin", "geturl", "mdi", "message"), "a job runs LAMMPS alone"
@@ -42,7 +43,7 @@ _PROGRAMS = {
     "include": "a job is complete",
     "partition": "a job has one",
 }
-# By the style of a fix, as regular expressions.
+# Reason for each refused style of a fix, by regular expression.
 _REFUSED_FIXES = [
     (
         r"nve.*|nvt.*|npt.*|nph.*|rigid.*|move|brownian.*|verlet.*",
@@ -68,11 +69,11 @@ _WITH_NAMES = ("fix", "variable", "label", "group", "dump", "compute")
 
 def check_commands(text: str, plain: str, *, composed: bool, other_forces: bool) -> None:
     """
-    Refuse commands of a template that the event wall, or the end of a collision, cannot live with.
+    Refuse commands of a template that break the event wall or the detection of the end.
 
-    `text` is the job with them, `plain` the one without; `composed` tells its steps, `other_forces`
-    whether the template says that its commands exert some. Raises SceneError, with the command and
-    the reason.
+    `text` is the job with these commands, and `plain` the job without them. `composed` says whether
+    the job composes its steps, and `other_forces` whether the template declares forces. Raises
+    SceneError with the command and the reason.
     """
     ours = Counter(commands_of(plain))
     names: dict[str, set[str]] = {kind: set() for kind in _WITH_NAMES}
@@ -90,7 +91,7 @@ def check_commands(text: str, plain: str, *, composed: bool, other_forces: bool)
 
 
 def check_whole(text: str) -> None:
-    """Refuse commands of a script by which it would do more than run LAMMPS; raises SceneError."""
+    """Raise SceneError if a command of a script would do more than run LAMMPS."""
     commands = commands_of(text)
     if not any(command.split()[0] == "run" for command in commands):
         raise SceneError(
@@ -107,7 +108,7 @@ def _first_word(
     refused: dict[str, str],
     refused_fixes: Sequence[tuple[str, str]],
 ) -> str:
-    """Return the first word of a command; refuse it where it, or the style of its fix, may not."""
+    """Return the first word of a command; refuse forbidden words and forbidden styles of fixes."""
     first = "".join(" ".join(words).split()[:1])
     if "$" in first:
         _refuse(command, "which command it is must not depend on a variable")
@@ -157,9 +158,10 @@ def _refuse(command: str, reason: str) -> NoReturn:
 
 def _with_quoted(commands: Iterable[str]) -> Iterator[tuple[str, list[str]]]:
     """
-    Yield commands and their words, with what an `if`, or a `run` now and then, would carry out.
+    Yield commands and their words, including commands quoted in an `if` or in a `run ... every`.
 
-    Words are LAMMPS's own: what were one to us and two to it would be carried out unseen.
+    Words are split as LAMMPS does, because LAMMPS would otherwise run commands that were not
+    checked.
     """
     for command in commands:
         if not (command.isascii() and command.isprintable()):

@@ -1,1 +1,1 @@
-"""Units of a user's own, beside those of the chain."""
+"""Units of users, besides the units of the chain."""

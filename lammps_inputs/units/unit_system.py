@@ -1,4 +1,4 @@
-"""Units of LAMMPS's styles, in which the natural length, the mass and the stiffness are not 1."""
+"""Units of LAMMPS's styles, in which natural length, mass and stiffness differ from 1."""
 
 import math
 import sys
@@ -22,16 +22,16 @@ _LARGEST = 1e100
 
 @dataclass(frozen=True)
 class UnitSystem:
-    """The chain's own units in those of a style of LAMMPS."""
+    """Units of the chain, expressed in the units of a LAMMPS style."""
 
     length: float = 1.0  #: Natural length of a bond.
-    mass: float = 1.0  #: Of a particle.
+    mass: float = 1.0  #: Mass of a particle.
     stiffness: float = 1.0  #: U'' of a bond at rest, energy over length squared.
-    style: str = "lj"  #: ``metal``, ``real``, ``si`` or ``lj``.
+    style: str = "lj"  #: LAMMPS style: ``metal``, ``real``, ``si`` or ``lj``.
 
     @classmethod
     def from_fields(cls, fields: Any) -> "UnitSystem":
-        """Check a table ``[units]``; SceneError says what is wrong with it."""
+        """Return the units of a table ``[units]``; raise SceneError for a faulty table."""
         keys = ("length", "mass", "stiffness", "style")
         given = set(fields) if isinstance(fields, dict) else set()
         if given != set(keys):
@@ -50,7 +50,7 @@ class UnitSystem:
         for key in keys[:3]:
             value = fields[key]
             is_number = isinstance(value, int | float) and not isinstance(value, bool)
-            # A whole number may be any, and too large to be a float.
+            # A whole number may be too large for a float.
             if not (is_number and 0.0 < value <= sys.float_info.max):
                 raise SceneError(f"units.{key} is {str(value)[:40]!a}; expected a positive number")
         found = cls(**{key: float(fields[key]) for key in keys[:3]}, style=style)
@@ -71,10 +71,10 @@ class UnitSystem:
 
     @classmethod
     def from_file(cls, path: Path) -> "UnitSystem":
-        """Read the table ``[units]`` of a TOML file; the chain's own units where it has none."""
+        """Read the table ``[units]`` of a TOML file; return the chain's units without a table."""
         try:
             fields = parse_toml(read_small_file(path), str(path))
-        except (OSError, ValueError) as error:  # what is no UTF-8 is a ValueError
+        except (OSError, ValueError) as error:  # text that is not UTF-8 raises ValueError
             raise SceneError(
                 f"{str(path)!a} cannot be read: {why_unreadable(error)}; expected TOML"
             ) from None
@@ -89,36 +89,36 @@ class UnitSystem:
 
     @property
     def force_to_acceleration(self) -> float:
-        """LAMMPS's ftm2v: force over mass, in units of the style, times this is acceleration."""
+        """Factor from force over mass to acceleration in units of the style, LAMMPS's ftm2v."""
         return 1.0 / _ENERGY_OF_MOTION[self.style]
 
     @property
     def time(self) -> float:
-        """The chain's unit of time, 1/omega of one mass at one bond."""
+        """Unit of time of the chain, 1/omega of one mass at one bond."""
         return math.sqrt(_ENERGY_OF_MOTION[self.style] * self.mass / self.stiffness)
 
     @property
     def speed(self) -> float:
-        """The chain's unit of speed."""
+        """Unit of speed of the chain."""
         return self.length / self.time
 
     @property
     def energy(self) -> float:
-        """The chain's unit of energy."""
+        """Unit of energy of the chain."""
         return self.stiffness * self.length**2
 
     @property
     def force(self) -> float:
-        """The chain's unit of force."""
+        """Unit of force of the chain."""
         return self.stiffness * self.length
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the units, those of time, speed and energy too, for JSON."""
+        """Return the units for JSON, including the units of time, speed and energy."""
         derived = {name: getattr(self, name) for name in _DERIVED}
         return asdict(self) | derived
 
     def to_toml(self) -> str:
-        """Write the table as the file that lies beside a job."""
+        """Return the text of the units file of a job."""
         return tomli_w.dumps({"units": asdict(self)})
 
 
