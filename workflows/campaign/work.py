@@ -64,7 +64,7 @@ def collide_one(scene: Scene, most_seconds: float) -> Collision:
 
 
 def collide_together(scenes: Sequence[Scene]) -> list[Collision | None]:
-    """Return results of a batch as :func:`collide_one` gives them; None if it must compute them."""
+    """Return the results of a batch; None for each scene that needs :func:`collide_one`."""
     started = time.perf_counter()
     answers = solve_batch(scenes)
     whole = time.perf_counter() - started

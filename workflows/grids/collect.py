@@ -1,4 +1,4 @@
-"""What came of a grid of jobs, from their logs alone."""
+"""Collection of the results of a grid of jobs from their logs."""
 
 import csv
 import math
@@ -22,26 +22,26 @@ _NAMES = (
     *("restitution", "restitution_error", "contacts", "last_contact_time"),
     *("momentum_change", "wall_impulse"),
 )
-# What a store holds, and a float counts.
+# Largest count that a store and a float represent exactly.
 _MOST_CONTACTS = 2**53
 _WALL_TIME = re.compile(r"^Total wall time: (\d+):(\d+):(\d+)", re.MULTILINE)
 
 
 class JobError(Exception):
-    """LAMMPS stopped; its words."""
+    """LAMMPS stopped with an error message."""
 
 
 @dataclass(frozen=True)
 class CollectedJob:
-    """A job of a grid as its logs show it."""
+    """State of one job of a grid, from its logs."""
 
-    folder: str  #: Its name.
-    #: ``done``; ``failed``, with LAMMPS's words; ``unfinished``, it began and was stopped;
-    #: ``missing``, it never began; ``refused``, no job could be written.
+    folder: str  #: Name of the folder.
+    #: ``done``; ``failed``, with LAMMPS's message; ``unfinished``: the job was stopped;
+    #: ``missing``: it never began; ``refused``: no job could be written.
     state: str
-    words: str  #: What there is to say, in one line.
-    scene: Scene | None = None  #: What was asked for; None where nothing was tried.
-    row: Row | None = None  #: What came of it.
+    words: str  #: Explanation in one line.
+    scene: Scene | None = None  #: Requested scene; None if the job never ran.
+    row: Row | None = None  #: Row of the result or failure.
 
 
 def collect_grid(folder: Path) -> list[CollectedJob]:
@@ -109,7 +109,7 @@ def _collect(grid: Path, name: str, refusal: str, known: dict[str, str]) -> Coll
 
 
 def _missing(found: dict[str, float]) -> str | None:
-    """Return why what a log holds is no result; None where it is one."""
+    """Return why the numbers of a log are no result; None if they are one."""
     eta, error = found["restitution"], found["restitution_error"]
     if not 0.0 <= eta < math.inf or error < 0.0:
         return (
@@ -131,7 +131,7 @@ def _missing(found: dict[str, float]) -> str | None:
 
 
 def _of_another_run(log: str, as_run: Scene, script: str) -> str | None:
-    """Return why a log does not prove that it is of a scene; None if it does."""
+    """Return why a log may belong to another scene; None if it proves its scene."""
     named = re.findall(r"^scene = (\S+)", log, re.MULTILINE)
     if not named and _shows_script(log, script):
         return None
@@ -165,7 +165,7 @@ def _text(path: Path) -> str:
 def _row(
     asked: Scene, as_run: Scene, found: dict[str, float], log: str, known: dict[str, str]
 ) -> Row:
-    """Make a row of what a log holds; columns of which it says nothing stay empty."""
+    """Make a store row from a log; columns without a value in the log stay empty."""
     numerics, tolerance = Numerics.from_scene(as_run), asked.asked_tolerance
     error = None if math.isnan(found["restitution_error"]) else found["restitution_error"]
     met = None if tolerance is None or error is None else error <= tolerance

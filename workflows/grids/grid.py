@@ -17,7 +17,7 @@ from chaincor.workflows.campaign.points import value_of
 from chaincor.workflows.job import job_files, write_files
 
 MANIFEST = "manifest.csv"
-# The scene that was asked for lies beside the one that says with which numerics it is run.
+# File of the requested scene, beside the scene with the chosen numerics.
 ASKED = "asked.toml"
 _SAFE = frozenset("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789.-")
 _LONGEST_NAME = 100
@@ -99,11 +99,11 @@ def write_grid(
     """
     Write a job for each scene, a manifest and a script that runs them.
 
-    `axes` are the fields that tell the points apart; `site` are lines of the user's own for the
-    script. Points for which no job can be made are in the manifest with the reason. The manifest
-    comes last: a folder without one is no grid. Jobs are restartable and have guards, whatever
-    the `wishes`. Returns for each folder why no job could be written in it, empty where it was.
-    Raises InputError if there is a grid already or the folder cannot be written.
+    `axes` are the fields that differ between points; `site` are the user's own lines for the
+    script. Points without a job are in the manifest with the reason. The manifest is written last,
+    so a folder without one is no grid. Jobs are restartable and have guards, whatever the `wishes`.
+    Returns for each folder the reason why it has no job, empty if it has one. Raises InputError if
+    there is a grid already or the folder cannot be written.
     """
     names = [folder_name(scene, axes, number) for number, scene in enumerate(scenes, 1)]
     script_name = f"submit.{scheduler}"
@@ -138,20 +138,20 @@ def write_grid(
 
 
 def _write_point(scene: Scene, job: Path, wishes: JobWishes) -> str:
-    """Write one job; returns why none can be written, empty where it was."""
+    """Write one job, and return the reason of a failure, empty after success."""
     try:
         files = job_files(scene, replace(wishes, restartable=True, guards=True))
     except ChaincorError as error:
         return one_line(error)
     for old in ("log.lammps", "log.motion", "screen.txt", "chain.restart", "chain.state"):
-        (job / old).unlink(missing_ok=True)  # of an older job, which would be taken for its result
+        (job / old).unlink(missing_ok=True)  # files of an older job would pass for results
     asked = read_from_anywhere(scene).to_toml()
     write_files(files | {ASKED: asked}, job, replace_existing=True)
     return ""
 
 
 def folder_name(scene: Scene, axes: Sequence[str], number: int) -> str:
-    """Return a name that tells the point: its number and the values of its axes."""
+    """Return the folder name of a point: its number and the values of its axes."""
     parts = [f"{number:04d}"]
     for axis in axes:
         value = value_of(scene, axis)
@@ -167,10 +167,9 @@ def submit_script(
     """
     Return a script that runs the jobs in some folders beside it.
 
-    `site` are lines of the user's own, such as ``#SBATCH --time=1:00:00`` or ``module load
-    lammps``; they stand where a scheduler reads its options. `written` is the folder in which the
-    jobs are written; the script looks there last, after JOBS, its own folder and the folder in
-    which it was submitted.
+    `site` are the user's own lines, such as ``#SBATCH --time=1:00:00`` or ``module load lammps``,
+    at the place where a scheduler reads its options. `written` is the folder of the jobs. The
+    script searches it last, after JOBS, its own folder and the folder of submission.
     """
     count = len(folders)
     head = (_HEAD_OF_ONE if count == 1 else {}).get(scheduler, _HEADS[scheduler])

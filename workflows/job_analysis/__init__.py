@@ -1,1 +1,1 @@
-"""From the dump of a job to the physics: found, told in words, shown on a page."""
+"""Analysis of the dump of a job: its numbers, text and page."""

@@ -1,4 +1,4 @@
-"""The dump of a LAMMPS job, whichever bodies it shows, to the physics of the collision."""
+"""Analysis of the dump of a LAMMPS job, for a wall or a free target."""
 
 import os
 from pathlib import Path
@@ -25,35 +25,35 @@ def analyze(
     target_particles: int | None = None,
 ) -> CollisionAnalysis:
     """
-    Turn the dump of a LAMMPS job into the physics of the collision, as ``chaincor analyze`` does.
+    Analyse the dump of a LAMMPS job, as ``chaincor analyze`` does.
 
     Parameters
     ----------
     folder : path
-        Of a job made by ``chaincor inputs``, or of your own. Where folders in it hold the same
-        collision at other steps, these tell the error of the finest.
+        Folder of a job of ``chaincor inputs``, or of your own. If its subfolders hold the same
+        collision at other steps, these give the error of the finest.
     data, dump : path, optional
-        Files to take, instead of those found.
+        Files to read, instead of the files found in the folder.
     scene : path, optional
-        Scene of the job, in place of a ``scene.toml`` beside the dump.
+        Scene of the job, instead of a ``scene.toml`` beside the dump.
     bond : Potential, optional
-        The bonds' potential, such as ``Scene(potential="toda").bond``; by default that of
+        Potential of the bonds, such as ``Scene(potential="toda").bond``; by default taken from
         ``scene.toml``.
     velocity : float, optional
-        Impact speed v0; by default that of ``scene.toml`` or of the first frame.
+        Impact speed v0; by default taken from ``scene.toml`` or the first frame.
     timestep : float, optional
-        Simulated time per step, for dumps without the time; by default that of log or script.
+        Simulated time per step, for dumps without the time; by default taken from log or script.
     masses : array_like, optional
-        From the wall outwards, repeated along the chain; by default those of dump, data file or
-        scene.
+        Masses from the wall outwards, repeated along the chain; by default taken from dump, data
+        file or scene.
     target_particles : int, optional
-        How many particles, those at the lowest x, are a free target's; by default as
-        ``scene.toml`` or the dump says.
+        Number of particles of a free target, at the lowest x; by default taken from ``scene.toml``
+        or the dump.
 
     Returns
     -------
     CollisionAnalysis
-        Its `target` is that of a free target, None of a wall.
+        The analysis; its `target` is None for a wall.
 
     Raises
     ------

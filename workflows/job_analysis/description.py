@@ -1,4 +1,4 @@
-"""An analysis in lines of text, as ``chaincor analyze`` prints it."""
+"""Text of an analysis, as ``chaincor analyze`` prints it."""
 
 from chaincor.analysis.observables import rows_of
 from chaincor.analysis.results import CollisionAnalysis
@@ -7,14 +7,14 @@ from chaincor.lammps_inputs.units.unit_system import UnitSystem
 
 
 def describe(analysis: CollisionAnalysis) -> str:
-    """Describe the results for people, in some lines with the caveats at the end."""
+    """Describe the results in some lines of text, with the caveats at the end."""
     notes = [f"note: {caveat}" for caveat in analysis.caveats]
     rows = named_lines(rows_of(analysis, dump=True))
     return "\n".join([analysis.heading, "", *rows, "", *notes])
 
 
 def describe_in_units(analysis: CollisionAnalysis, units: UnitSystem) -> str:
-    """Say the main results in the user's units."""
+    """Describe the main results in the user's units."""
     last = analysis.contact_statistics.last_time
     text = f"in units {units.style}: v0 = {analysis.velocity * units.speed:.6g}"
     if last is not None:

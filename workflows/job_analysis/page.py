@@ -1,4 +1,4 @@
-"""An analysis as one page: numbers, what they mean, figures, and the files they come from."""
+"""Page of an analysis: numbers, their meaning, figures, and source files."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -67,9 +67,9 @@ def write_analysis_page(
     analysis: CollisionAnalysis, folder: Path, beside: Mapping[Path, str], units: UnitSystem
 ) -> None:
     """
-    Write ``analysis.html`` about what lies in a folder that `write_report` has filled.
+    Write ``analysis.html`` for a folder that `write_report` has filled.
 
-    `beside` are other files that were written, and what they hold; `units` are the dump's.
+    `beside` maps other written files to their content; `units` are the units of the dump.
     """
     statistics = analysis.contact_statistics
     error = analysis.restitution_error
@@ -112,5 +112,5 @@ def write_analysis_page(
     write_page(folder / PAGE, "chaincor.workflows.job_analysis", contents)
 
 
-# Words that stand beside the numbers and name none of them.
+# Labels beside the numbers that are no names of numbers.
 _BESIDE = ("v*", "frames", "format and reading", "anharmonic remainder")

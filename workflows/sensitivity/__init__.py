@@ -1,1 +1,1 @@
-"""How a collision answers to small changes: its linearised motion, forward and backward."""
+"""Derivatives of a collision: its linearised motion, forward and backward."""

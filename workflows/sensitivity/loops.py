@@ -1,17 +1,17 @@
 r"""
-The compiled loops of the linearised motion: follow a chain, and pull a derivative back.
+Compiled loops of the linearised motion: follow a chain, and pull a derivative back.
 
-All lines are one kind here: N particles and N - 1 strains, of which one is the gap, and a rigid
-wall is a particle of inverse mass 0. A step is split into drifts and kicks, whose derivatives are
+Every line has N particles and N - 1 strains here. One strain is the gap, and a rigid wall is a
+particle of inverse mass 0. A step is split into drifts and kicks, whose derivatives are
 
 .. math:: ds_i \to ds_i + d\,(dv_{i+1} - dv_i), \qquad
     dv_i \to dv_i + (k/m_i)\,(U''_i\,ds_i - U''_{i-1}\,ds_{i-1}).
 
-At a hard contact the moment of the impact changes, too, by :math:`d\tau = dg/w` for a gap g that
-closes with the speed w. The change of the state jumps by what the motion before and after differ in
-(saltation): the mirror image of the gap, :math:`-dg`, the changes of momentum that the impact makes
-of :math:`dw + (a_p - a_{p+1})\,d\tau`, and beside the gap :math:`ds = J\,d\tau/m`, J the impulse.
-Where soft bodies touch and part the force is continuous, and nothing jumps.
+At a hard contact the time of the impact also changes, by :math:`d\tau = dg/w` for a gap g that
+closes with the speed w. The change of the state therefore jumps (saltation). The gap changes sign,
+:math:`-dg`. The velocities change as the impact changes :math:`dw + (a_p - a_{p+1})\,d\tau`.
+Strains beside the gap change by :math:`ds = J\,d\tau/m` with the impulse J. The force of soft
+bodies is continuous when they touch or part, so nothing jumps.
 """
 
 from collections.abc import Callable
@@ -28,50 +28,50 @@ from chaincor.workflows.engines.reference.compile import (
 )
 from chaincor.workflows.engines.reference.line_traits import LineParameters
 
-# Of a force whose curvature has no formula: difference over so much strain to either side.
+# Strain to either side in the difference quotient of a force without a formula.
 _DIFFERENCE = 1e-5
 
 
 class Substeps(NamedTuple):
-    """What a stretch of the motion was made of."""
+    """Substeps of a stretch of the motion."""
 
     times: Array  #: Duration of each substep; of shape (L,).
-    #: 1 where a hard contact ends it, 2 where soft bodies touch or part then, else 0; of shape
+    #: 1 if a hard contact ends the substep, 2 if soft bodies touch or part then, else 0; of shape
     #: (L,).
     hits: Array
-    #: Fractions of the scheme; of shape (K + 1,) and (K,).
+    #: Drift fractions of the scheme; of shape (K + 1,).
     drifts: Array
-    kicks: Array  #: See ``drifts``.
+    kicks: Array  #: Kick fractions of the scheme; of shape (K,).
 
 
 class Tape(NamedTuple):
-    """What a stretch of the motion leaves for its derivatives."""
+    """Data of a stretch of the motion that its derivatives need."""
 
-    strains: Array  #: At each kick; of shape (L, K, N - 1).
-    #: Of substeps that end with a hard contact its speed, and the accelerations of both particles;
-    #: of shape (L, 3).
+    strains: Array  #: Strains at each kick; of shape (L, K, N - 1).
+    #: Speed of the hard contact that ends a substep, and accelerations of both particles; of shape
+    #: (L, 3).
     impacts: Array
-    #: The forces then; on the way back what eta changes by with each; of shape (L, K, N - 1).
+    #: Forces at each kick; on the way back, the derivative of eta by each; of shape (L, K, N - 1).
     weights: Array
 
 
 class Loops(NamedTuple):
-    """The loops for one bond; `line` is `LineParameters`."""
+    """Loops for one bond; `line` is `LineParameters`."""
 
     #: ``follow(strain, velocity, substeps, tape, line)``: carries the state, in place, and
     #: writes the tape.
     follow: Callable
-    #: ``pull(strain, velocity, lightness, substeps, tape, line)``: carries the derivative of
-    #: a number by the state back, in place, and adds to that by the inverse masses.
+    #: ``pull(strain, velocity, lightness, substeps, tape, line)``: carries the derivative of a
+    #: number by the state back, in place, and adds to the derivative by the inverse masses.
     pull: Callable
-    #: ``impulse(strains, weights, line)``: the sum of weights times forces of the bonds,
-    #: whose derivative by a parameter of the bonds is that of the number.
+    #: ``impulse(strains, weights, line)``: the sum of weights times bond forces. Its derivative by
+    #: a parameter of the bonds is the derivative of the number.
     impulse: Callable
-    parameters: tuple  #: Of the bond's kernel.
+    parameters: tuple  #: Parameters of the bond's kernel.
 
 
 def loops_for(bond: Potential, law: type[ContactLaw]) -> Loops | None:
-    """Return the loops for a bond and a contact; None where the bond cannot be compiled."""
+    """Return the loops for a bond and a contact; None if the bond cannot be compiled."""
     force = scalar_force(bond)
     if force is None:
         return None
@@ -106,8 +106,8 @@ def differences_of(force: Callable) -> Callable:
     return curvature
 
 
-# Both loops are made of loops with few arrays each, or there would be no vectors. These take all
-# bonds alike, then the gap among them: a question at each would cost more than its force.
+# Both loops consist of inner loops with few arrays each, which the compiler can vectorise. They
+# treat all bonds alike, then correct the gap: a branch at each bond would cost more than its force.
 def _build_follow(force: Callable, law: type[ContactLaw], register: Callable) -> Callable:
     press, kick_by = register(law.force_kernel), register(kicked)
 
@@ -153,7 +153,7 @@ def _build_follow(force: Callable, law: type[ContactLaw], register: Callable) ->
 
 
 def kicked(velocity: Array, forces: Array, inverse: Array, kick: float) -> None:
-    """Add what bonds that push with some forces for a time `kick` give to the velocities."""
+    """Add the effect of bond forces during a time `kick` to the velocities."""
     bonds = forces.shape[0]
     velocity[0] -= kick * inverse[0] * forces[0]
     for i in range(1, bonds):
@@ -184,7 +184,7 @@ def _build_pull(bend: Callable, law: type[ContactLaw], register: Callable) -> Ca
 
     @register
     def weigh(weights: Array, velocity: Array, light: Array, inverse: Array, kick: float) -> None:
-        # Weights come in the place of forces, which tell what inverse masses do.
+        # Weights replace the forces after the derivative by inverse masses has used them.
         bonds, behind = weights.shape[0], 0.0
         for i in range(bonds):
             ahead = weights[i]
@@ -240,7 +240,7 @@ def _build_pull(bend: Callable, law: type[ContactLaw], register: Callable) -> Ca
 
 def _build_impulse(force: Callable) -> Callable:
     def impulse(strains: Array, weights: Array, line: LineParameters) -> float:
-        # All forces change with the parameters of the bond, those of the gap apart.
+        # Parameters of the bond change all forces but the force of the gap.
         total = 0.0
         for n in range(strains.shape[0]):
             for k in range(strains.shape[1]):

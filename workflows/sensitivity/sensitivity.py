@@ -1,11 +1,11 @@
 r"""
-What eta of a collision changes by with all that it depends on, from one run back along its motion.
+Derivatives of eta by all inputs of a collision, from one run back along its motion.
 
-With :math:`\eta = (V_1/V_0)^2`, V the velocity at which the bodies part, the derivative
-of eta by the last velocities is known; the adjoint of the linearised motion carries it back to the
-start (see ``loops``). What masses and forces add on the way is summed up. Two identities, which
-hold of the exact derivative, tell how exact it is: nothing changes along the motion itself, and
-masses times c with velocities over :math:`\sqrt c` have the same motion.
+With :math:`\eta = (V_1/V_0)^2`, V the velocity at which the bodies part, the derivative of eta by
+the last velocities is known; the adjoint of the linearised motion carries it back to the start (see
+``loops``). Contributions of masses and forces are summed on the way. Two identities of the exact
+derivative measure its error: eta does not change along the motion itself, and masses times c with
+velocities over :math:`\sqrt c` have the same motion.
 """
 
 import math
@@ -25,54 +25,54 @@ from chaincor.workflows.sensitivity.trace import Trace, trace
 
 # Step over the period of the fastest bond, less 2 pi: errors of order8 are then about 1e-10.
 _USUAL_STEP = 0.1
-# The step is halved until the derivative is so exact, or for so many times.
+# Target error of the derivative, and the largest number of halvings of the step.
 _WANTED, _MOST_HALVINGS = 1e-8, 6
-# The identities see a part of the error.
+# Factor on the failure of the identities, which show only a part of the error.
 _RESERVE = 10.0
-# A derivative that is off by more than this part of itself tells nothing.
+# Largest relative error of a derivative that is returned.
 _WORST = 0.1
-# Variance of rounding to nearest, over the square of the number: a twelfth of that of the last
-# place, which is on average 0.54 of (machine epsilon times the number)^2.
+# Variance of rounding to nearest over the square of the number: a twelfth of the squared last
+# place, which is on average 0.54 (machine epsilon times the number)^2.
 _ROUNDED = 0.54 / 12.0 * np.finfo(float).eps ** 2
-# Parameters of bonds are varied by this part of themselves: differences are good to its square.
+# Relative variation of bond parameters. The error of differences is of the order of its square.
 _VARIED = 1e-5
 
 
 @dataclass(frozen=True)
 class Sensitivity:
     r"""
-    Derivatives of eta at the state in which the bodies come.
+    Derivatives of eta at the initial state of the bodies.
 
-    In units of the natural bond length, the particle mass and the bond stiffness. A derivative by
-    one quantity holds all others: by a mass, velocities and strains stay; by the parameter of a
-    bond, strains and the absolute speed.
+    Units are the natural bond length, the particle mass and the bond stiffness. A derivative by one
+    quantity keeps all others: for a mass, velocities and strains; for the parameter of a bond,
+    strains and the absolute speed.
 
     Attributes
     ----------
     velocity : float
-        :math:`d\eta/dv_0`: all particles of the chain come faster by as much.
+        :math:`d\eta/dv_0`, with the same change of velocity for all particles of the chain.
     masses : ndarray of shape (n,)
-        By each mass of the chain.
+        Derivatives by each mass of the chain.
     target_masses : ndarray of shape (M,), or None
-        By each of a free target, from the contact outward.
+        Derivatives by each mass of a free target, from the contact outward.
     parameters : dict
-        By the parameters of the bond, by name: keys of the scene, or names in its formula.
+        Derivatives by the parameters of the bond: keys of the scene, or names in its formula.
     contact_stiffness : float or None
-        By K of a soft contact.
+        Derivative by K of a soft contact.
     wall_place : float
-        By the place of the wall, or of a free target, along x: towards the chain. 0 for a cold
-        chain, in which nothing moves until it meets the wall.
+        Derivative by the place of the wall, or of a free target, along x, towards the chain. It is
+        0 for a cold chain, whose bonds are at rest before the impact.
     strains, velocities : ndarray of shape (n - 1,) and (n,)
-        By each bond length and velocity with which the chain comes.
+        Derivatives by each initial bond length and velocity of the chain.
     amplification : float
-        Length of the derivatives by gap, strains and velocities, times v0, over eta: if each of
-        these is off by a random part of v0, eta is off by so many times that part of itself. A
-        collision loses so many digits as this number has.
+        Norm of the derivatives by gap, strains and velocities, times v0, over eta. If each of these
+        has a random error of a part of v0, the relative error of eta is that part times the
+        amplification. A collision loses as many digits as this number has.
     rounding : float
         Standard deviation of eta by all roundings of strains and velocities on the way, in double
         precision, in a run of order 8 with steps of these derivatives.
     error : float
-        Of the derivatives, relative to the largest.
+        Error of the derivatives, relative to the largest.
     """
 
     velocity: float
@@ -89,7 +89,7 @@ class Sensitivity:
     step: float = field(repr=False, default=0.0)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return all, ready for JSON."""
+        """Return all fields as plain values for JSON."""
         plain = {k: v for k, v in vars(self).items() if k != "step" and v is not None}
         return {k: v.tolist() if isinstance(v, np.ndarray) else v for k, v in plain.items()}
 
@@ -99,19 +99,18 @@ class Gradient:
     """Derivatives of eta along a line."""
 
     restitution: float  #: Eta.
-    #: By the state at the start, with the gap, and by the masses; nothing by those of a wall; of
-    #: shape (N - 1,) (N,) and (N,).
+    #: Derivatives by the initial strains, with the gap; of shape (N - 1,).
     strains: Array
-    velocities: Array  #: See ``strains``.
-    masses: Array  #: See ``strains``.
-    parameters: Array  #: By what was varied.
-    stiffness: float  #: By that of a soft contact.
+    velocities: Array  #: Derivatives by velocities; of shape (N,), 0 for a wall.
+    masses: Array  #: Derivatives by masses; of shape (N,), 0 for a wall.
+    parameters: Array  #: Derivatives by the varied parameters.
+    stiffness: float  #: Derivative by the stiffness of a soft contact.
     rounding: float  #: Standard deviation of eta by roundings on the way.
-    residual: float  #: By which part of their terms the identities fail.
+    residual: float  #: Failure of the identities over the size of their terms.
 
 
 class Variant(NamedTuple):
-    """A bond with one parameter less and more, as kernels know it, and the difference."""
+    """Kernel parameters of a bond with one parameter decreased and increased."""
 
     name: str
     less: tuple
@@ -125,9 +124,10 @@ def sensitivity_of(
     """
     Return the derivatives of eta of a collision that has been carried out.
 
-    It had so many contacts, the last of which had ended by `duration` after the first; `shortest`
-    is the strain of the shortest bond. The run that is differentiated must agree with eta and its
-    bar. Raises SensitivityError if the motion cannot be linearised, or not told to a digit.
+    `duration` is the time from the first contact to the end of the last, and `shortest` the strain
+    of the shortest bond. The differentiated run must agree with eta within its bar. Raises
+    SensitivityError if the motion cannot be linearised, or if no digit of the derivative is
+    certain.
     """
     step, variants = first_step(scene, shortest), variants_of(scene)
     best: tuple[Gradient, float] | None = None
@@ -180,7 +180,7 @@ def _told(scene: Scene, found: Gradient, variants: list[Variant], step: float) -
 
 
 def first_step(scene: Scene, shortest: float) -> float:
-    """Return the step to begin with, for bonds whose strain does not fall below `shortest`."""
+    """Return the first step, for bonds whose strain does not fall below `shortest`."""
     line, bond = scene.line, scene.bond
     sharpest = scene.fast_stiffness * max(1.0, float(bond.curvature(shortest)) / bond.stiffness)
     if line.soft:
@@ -189,7 +189,7 @@ def first_step(scene: Scene, shortest: float) -> float:
 
 
 def variants_of(scene: Scene) -> list[Variant]:
-    """Return the bond with each of its parameters a little less and more."""
+    """Return the variants of a bond with each parameter slightly decreased and increased."""
     bond = scene.bond
     if isinstance(bond, Formula):
         given, names = bond.given, {}
@@ -215,7 +215,7 @@ def _with(bond: Formula | NamedBond, name: str, value: float) -> tuple:
 
 
 def gradient(traced: Trace, variants: list[Variant]) -> Gradient:
-    """Return the derivatives of eta of a collision, also by bonds whose parameters vary."""
+    """Return the derivatives of eta of a collision, with derivatives by bond parameters."""
     line, loops, parameters = traced.line, traced.loops, traced.parameters
     weights, before = _separation_by_velocity(line), line.separation(line.velocities)
     impulses, stiffness, rounding = np.zeros(len(variants)), 0.0, 0.0
@@ -254,7 +254,7 @@ def gradient(traced: Trace, variants: list[Variant]) -> Gradient:
     finite = np.where(np.isinf(line.masses), 0.0, line.masses)
     scaled = np.concatenate((finite * masses, -0.5 * line.velocities * velocities))
     scale = np.linalg.norm(scaled)
-    # Where nothing changes eta, as with two equal masses, both are 0.
+    # If nothing changes eta, as with two equal masses, both are 0.
     parts = ((np.sum(along), size), (np.sum(scaled), scale))
     residual = max(abs(failed) / of if of > 0.0 else 0.0 for failed, of in parts)
     return Gradient(
@@ -263,7 +263,7 @@ def gradient(traced: Trace, variants: list[Variant]) -> Gradient:
 
 
 def _separation_by_velocity(line: Line) -> Array:
-    """Return the derivatives of the velocity at which the bodies part, by all velocities."""
+    """Return the derivatives of the separation velocity by all velocities."""
     shares = np.zeros(len(line.masses))
     shares[line.first :] = line.chain_masses / np.sum(line.chain_masses)
     if not line.rigid:
@@ -272,7 +272,7 @@ def _separation_by_velocity(line: Line) -> Array:
 
 
 def _separation_by_mass(line: Line, velocities: Array) -> Array:
-    """Return the same by the masses."""
+    """Return the derivatives of the separation velocity by all masses."""
     found = np.zeros(len(velocities))
     bodies = [(slice(line.first, None), 1.0)]
     if not line.rigid:

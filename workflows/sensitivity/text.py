@@ -1,4 +1,4 @@
-"""The derivatives of eta in lines of text, as ``chaincor run --sensitivity`` prints them."""
+"""Text of the derivatives of eta, as ``chaincor run --sensitivity`` prints them."""
 
 import math
 
@@ -11,7 +11,7 @@ from chaincor.workflows.sensitivity.sensitivity import Sensitivity
 
 
 def describe_sensitivity(found: Sensitivity, scene: Scene) -> str:
-    """Say what eta changes by where one quantity is 1 % larger and all others stay."""
+    """Describe the change of eta if one quantity grows by 1 % and all others stay."""
     rows = [("speed", _of(found.velocity, scene.impact_velocity, "v0"))]
     bond = scene.bond
     values = bond.as_keys() if isinstance(bond, NamedBond) else dict(scene.parameters or {})

@@ -1,4 +1,4 @@
-"""A collision as stretches of steps, kept so that it can be followed once more, back to front."""
+"""Trace of a collision: stretches of steps that can be followed again, from the last one back."""
 
 import math
 from collections.abc import Iterator
@@ -18,13 +18,13 @@ from chaincor.workflows.errors import SensitivityError
 from chaincor.workflows.sensitivity.loops import Loops, Substeps, Tape, loops_for
 
 SCHEME = "order8"
-# Where a soft contact sets in as a power of the time that is not whole, derivatives see one power
-# less than eta does: steps are shorter there than those of a collision.
+# If the force of a soft contact begins as a fractional power of the time, derivatives have one
+# order less than eta, so steps are shorter than in a collision.
 GRADING, SHORTEST_SHARE = 0.25, 2.0**-14
-# Numbers of a tape that a processor keeps beside it, and how many stretches there are even so: the
-# last one goes beyond the last contact.
+# Numbers of a tape that fit into a cache, and the smallest number of stretches, because the last
+# one goes beyond the last contact.
 TAPE, LEAST_STRETCHES = 2.0**19, 4.0
-# A contact slower than this part of the impact velocity is one that a small change takes away.
+# A small change can remove a contact that is slower than this part of the impact velocity.
 GRAZING = 1e-6
 
 
@@ -32,20 +32,20 @@ GRAZING = 1e-6
 class Stretch:
     """Some steps of a motion."""
 
-    #: Before them, along x, with the gap; of shape (N - 1,) and (N,).
+    #: Strains before the steps, along x, with the gap; of shape (N - 1,).
     strain: Array
-    velocity: Array  #: See ``strain``.
-    substeps: Substeps  #: What they are made of.
+    velocity: Array  #: Velocities before the steps; of shape (N,).
+    substeps: Substeps  #: Substeps of the steps.
 
 
 @dataclass(frozen=True)
 class Trace:
     """A collision from its start to right after its last contact."""
 
-    line: Line  #: The bodies, and the state in which they come.
-    loops: Loops  #: Of their bonds.
-    parameters: LineParameters  #: What these are told.
-    stretches: list[Stretch]  #: The motion.
+    line: Line  #: Bodies with their initial state.
+    loops: Loops  #: Loops of the bonds.
+    parameters: LineParameters  #: Parameters of the loops.
+    stretches: list[Stretch]  #: Stretches of the motion.
 
     @cached_property
     def _room(self) -> Tape:
@@ -68,13 +68,13 @@ class Trace:
         return tape, strain, velocity
 
     def backward(self) -> Iterator[tuple[Stretch, Tape, Array, Array]]:
-        """Yield the stretches from the last on, with their tapes and last states."""
+        """Yield the stretches from the last to the first, with their tapes and last states."""
         for stretch in reversed(self.stretches):
             check_time()
             yield stretch, *self.follow(stretch)
 
     def accelerations(self, strain: Array) -> Array:
-        """Return those of all particles in a state."""
+        """Return the accelerations of all particles in a state."""
         shape = 1, 1, len(strain)
         tape = Tape(np.empty(shape), np.zeros((1, 3)), np.empty(shape))
         kick = Substeps(np.ones(1), np.zeros(1), np.zeros(2), np.ones(1))
@@ -85,7 +85,7 @@ class Trace:
 
 def trace(scene: Scene, step: float, contacts: int, duration: float) -> Trace:
     """
-    Carry out a collision, whose contacts have been counted, up to the last of them.
+    Carry out a collision with a known number of contacts, up to the last of them.
 
     `step` is a whole step of the scheme; the last contact has ended by `duration` after the first.
     Raises SensitivityError if it has other contacts with this step, or no loops.
@@ -102,8 +102,8 @@ def trace(scene: Scene, step: float, contacts: int, duration: float) -> Trace:
     law, inverse = line.contact.parameters, line.inverse_masses.copy()
     parameters = LineParameters(loops.parameters, inverse, line.gap, law)
     drifts, kicks = stepper.scheme.fractions
-    # Of the states that are kept and the tape of a stretch neither is much larger; but each stretch
-    # costs calls, so that few are made where their tape fits into a cache.
+    # The kept states and the tape of a stretch have similar sizes. Each stretch costs calls, so a
+    # motion whose tape fits into a cache has few stretches.
     wanted_steps = duration / step
     cached = min(TAPE / (2.0 * len(kicks) * len(line.strains)), wanted_steps / LEAST_STRETCHES)
     steps = 8 + math.ceil(max(math.sqrt(2.0 * wanted_steps / len(kicks)), cached))
@@ -138,7 +138,7 @@ def trace(scene: Scene, step: float, contacts: int, duration: float) -> Trace:
 
 
 def _advanced(moving: Motion, steps: int) -> tuple[Array, Array]:
-    """Take steps; return of each substep its duration, and whether a contact ends it."""
+    """Take steps, and return the duration of each substep and whether a contact ends it."""
     stepper, ledger = moving.stepper, moving.ledger
     ledger["substeps"] = 0
     status = stepper.advance(ledger, moving.arrays, int(ledger["steps"]) + steps)

@@ -1,4 +1,4 @@
-"""The error of a setting apart by cause: each cause by the run that lacks it."""
+"""Error of a setting, split by cause. A run without each cause measures it."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -29,12 +29,12 @@ _ROWS: dict[TableStyle, tuple[int, ...]] = {
     "linear": (101, 1_001, 10_001, 100_001),
     "spline": (31, 101, 301, 1_001, 10_001),
 }
-# What one writes down without a scouting run: most of the well, for any speed.
+# Range of a table written without a pilot run: most of the well, for any speed.
 _WIDE = (0.8, 1.8)
 
 CAUSES = ("wall", "integrator", "table", "rounding", "output")
 
-# Is told the fraction of a part that is done.
+# Called with the finished fraction of a part.
 Advance = Callable[[float], None]
 
 
@@ -42,21 +42,22 @@ Advance = Callable[[float], None]
 class ErrorBudget:
     """Error of eta by cause."""
 
-    name: str  #: What the budget is of.
-    scheme: str  #: Its scheme.
-    timestep: float  #: Its composed step H.
-    #: Stock wall less event wall at the same steps, root mean square over phases; None for the
-    #: event wall, which is located to rounding.
+    name: str  #: Name of the setting.
+    scheme: str  #: Scheme of the setting.
+    timestep: float  #: Composed step H.
+    #: Stock wall minus event wall at the same steps, root mean square over phases; None for the
+    #: event wall, whose contacts are located to rounding.
     wall: float | None
-    integrator: float | None  #: Event wall, exact bonds and no rounding, less the truth.
-    #: Table less exact bonds, at the same steps; None where there is no formula or no time.
+    integrator: float | None  #: Event wall, exact bonds and no rounding, minus the reference run.
+    #: Table minus exact bonds, at the same steps; None without a formula or enough time.
     table: float | None
-    #: Doubles less wider floats, at the same steps; None where this machine has none.
+    #: Doubles minus wider floats, at the same steps; None if the machine has no wider floats.
     rounding: float | None
-    #: eta from final velocities as a default dump prints them (six digits), less eta.
+    #: eta from final velocities with the six digits of a default dump, minus eta.
     output: float
-    output_exact: float  #: The same as this program's dumps print them (17 digits).
-    total: float  #: The setting's whole error.
+    #: eta from final velocities with the 17 digits of chaincor's dumps, minus eta.
+    output_exact: float
+    total: float  #: Whole error of the setting.
     #: eta of these steps with exact bonds, for the study of tables.
     exact_restitution: float | None
 
@@ -81,11 +82,11 @@ def measure_budget(
     advance: Advance = lambda _done: None,
 ) -> ErrorBudget:
     """
-    Take the causes of error away one after the other.
+    Measure the error budget by removing the causes of error one after the other.
 
-    Errors have signs: those of one event-wall run add up to its whole error. `phases` nearby steps
-    average the stock wall's; `oracle_seconds` is what the slow runs with exact bonds and with wider
-    floats may take each.
+    Errors have signs: those of one event-wall run add up to its whole error. The error of the stock
+    wall is averaged over `phases` nearby steps. `oracle_seconds` is the largest time of each slow
+    run, with exact bonds and with wider floats.
     """
     advance(0.0)
     scene = truth.scene
@@ -117,7 +118,7 @@ def measure_budget(
     if wider_floats() and _WIDE_STAGE * located.force_evaluations < oracle_seconds:
         smooth = restitution_without_rounding(scene, event, located)
         integrator = abs(smooth - truth.restitution)
-        # Without exact bonds the difference would hold the table's error as well.
+        # Without exact bonds the difference would include the error of the table.
         rounding = None if table is None else abs(exact - smooth)
     advance(1.0)
     return ErrorBudget(
@@ -140,7 +141,7 @@ class TablePoint:
     """The effect of one bond table on eta."""
 
     style: TableStyle  #: ``linear`` or ``spline``.
-    rows: int  #: Rows.
+    rows: int  #: Number of rows.
     bond_range: str  #: ``scene`` for the lengths this scene's bonds have, ``wide`` for 0.8 to 1.8.
     #: Largest error of LAMMPS's interpolated force, from the table's certificate.
     force_error: float
@@ -156,9 +157,9 @@ def measure_tables(
     advance: Advance = lambda _done: None,
 ) -> list[TablePoint]:
     """
-    Run the same steps with each style, range and number of rows that holds the bonds.
+    Run the same steps with each style, range and number of rows that covers the bonds.
 
-    `exact` is eta of these steps with exact bonds; `quick` keeps to the scene's own range.
+    `exact` is eta of these steps with exact bonds. `quick` uses the scene's own range only.
     """
     scene, own = truth.scene, truth.bond_range
     ranges = {"scene": own}
@@ -172,7 +173,7 @@ def measure_tables(
         try:
             outcome = lammps.run(scene, table)
         except ChaincorError:
-            continue  # too coarse to hold the chain together: nothing to show
+            continue  # too coarse to hold the chain together
         points.append(
             TablePoint(
                 style=style,

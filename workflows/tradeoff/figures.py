@@ -1,4 +1,4 @@
-"""Figures of a study: error against time, error by cause, error by table."""
+"""Figures of a trade-off study: error against time, error by cause, error by table."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
@@ -31,17 +31,17 @@ _SCHEMES = {
 }
 _STYLES = {"linear": (VERMILION, "o"), "spline": (PURPLE, "D")}
 _RANGES = {"scene": ("over the scene's lengths", "-"), "wide": ("over 0.8 to 1.8", "--")}
-# Errors that came out as exactly zero are drawn here.
+# Errors of exactly zero are drawn at this value.
 _LEAST = 1e-17
 
 
 def plot_work_precision(measurements: Sequence[Measurement], floor: float | None = None) -> "Axes":
     """
-    Draw error of eta against time of integration, both logarithmic.
+    Draw the error of eta against the time of integration, both logarithmic.
 
     Bars go from the least to the largest error over the phases. The Pareto front of LAMMPS is a
-    broad pale line, `floor`, the error of the converged value, a dotted one. The in-house engine is
-    hollow, the stock wall grey.
+    broad pale line. `floor`, the error of the converged value, is a dotted line. Hollow marks show
+    the reference engine, grey marks the stock wall.
     """
     figure, ax = new_figure(figsize=(7.2, 4.4))
     done = [m for m in measurements if not m.failure and m.seconds]
@@ -85,7 +85,7 @@ def plot_work_precision(measurements: Sequence[Measurement], floor: float | None
 
 
 def plot_error_budget(budgets: Sequence[ErrorBudget]) -> "Axes":
-    """Draw the error of eta by cause, a group of bars for each budget, its total across them."""
+    """Draw the error of eta by cause: a group of bars per budget, with its total as a line."""
     figure, ax = new_figure(figsize=(6.4, 3.6))
     width = 0.8 / len(CAUSES)
     totals = [budget.total for budget in budgets]

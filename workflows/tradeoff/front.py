@@ -1,4 +1,4 @@
-"""What to take from a study: the Pareto front, the cheapest setting per decade, one advice."""
+"""Pareto front of a study, its cheapest setting per decade of error, and its advice."""
 
 import math
 from collections.abc import Iterable
@@ -23,10 +23,10 @@ LOOSEST_DECADE, TIGHTEST_DECADE = 2, 13
 
 def promised_errors(measurements: Iterable[Measurement]) -> dict[Setting, float]:
     """
-    Return the error each setting can be trusted to keep, here and in scenes like this one.
+    Return the promised error of each setting, for this scene and similar ones.
 
-    An error may vanish by luck at one step: a setting promises no less than the worst of its own
-    series from its step downwards, times the reserve of its scheme.
+    An error may vanish by chance at one step. The promised error is therefore the largest of the
+    setting's series from its step downwards, times the reserve of its scheme.
     """
     promises: dict[Setting, float] = {}
     largest: dict[str, float] = {}
@@ -52,15 +52,14 @@ def pareto_front(measurements: Iterable[Measurement]) -> list[Measurement]:
 class CheapestRow:
     """The cheapest setting for a decade of error."""
 
-    error: float  #: What it promises: 10^-k.
-    setting: Setting  #: The setting, with the step of the scene it was measured on.
-    #: The step in units of the fastest bond's 1/frequency, which other scenes share.
+    error: float  #: Promised error, 10^-k.
+    setting: Setting  #: Setting, with the step of the measured scene.
+    #: Step in units of the fastest bond's 1/frequency, for use in other scenes.
     scaled_timestep: float
-    measured_error: float  #: Worst over the phases.
-    #: Worst error of the last contact's time, and of a mode energy in units of the energy at
-    #: impact.
+    measured_error: float  #: Largest error over the phases.
+    #: Largest error of the last contact's time.
     contact_time_error: float
-    mode_energy_error: float  #: See ``contact_time_error``.
+    mode_energy_error: float  #: Largest error of a mode energy, over the energy at impact.
     seconds: float  #: Median time of the integration.
 
 
@@ -92,15 +91,15 @@ def cheapest_settings(
 
 
 def advised(rows: list[CheapestRow], tolerance: float) -> CheapestRow | None:
-    """Return the cheapest row that keeps a tolerance; None where none does."""
+    """Return the cheapest row that keeps a tolerance; None if there is none."""
     good = [row for row in rows if row.error <= tolerance * (1.0 + 1e-9)]
     return min(good, key=lambda row: row.seconds, default=None)
 
 
 def give_advice(scene: Scene, rows: list[CheapestRow], tolerance: float) -> str:
-    """Say in one line what an error costs, and where a tolerance chooses something quicker."""
+    """Return one line on the cost of an error, and on a quicker choice by tolerance if any."""
     row = advised(rows, tolerance)
-    # Extrapolated steps, which neither a scene can name nor a script can have.
+    # Neither a scene nor a script can have extrapolated steps.
     has_more = usual_schemes(scene, tolerance)[0] not in SCHEME_ORDERS
     if row is None:
         reached = f"{rows[-1].error:.0e}" if rows else "nothing"

@@ -1,4 +1,4 @@
-"""Runs that take the same steps as LAMMPS but lack one source of error each."""
+"""Runs with the same steps as LAMMPS, each without one source of error."""
 
 import tempfile
 from pathlib import Path
@@ -20,7 +20,7 @@ State = tuple[NDArray, NDArray, NDArray]
 
 def lepton_formula(scene: Scene) -> str | None:
     """Return the bond energy for ``bond_style lepton``; None for a bond without a formula."""
-    # Lepton's r is the length less the natural one; its natural logarithm is called log.
+    # Lepton's r is the length minus the natural length, and its log is the natural logarithm.
     formula = scene.bond.lammps_formula
     if formula is None:
         return None
@@ -31,9 +31,9 @@ def restitution_with_exact_bonds(scene: Scene, numerics: Numerics, like: Outcome
     """
     Run LAMMPS without a table: ``bond_style lepton`` differentiates the formula itself.
 
-    It compiles the formula anew at every force call, 100 us and more: an oracle, not an engine.
-    Forces are exact to rounding; the run ends with as many contacts as `like`, that with the table.
-    The bond has a formula. Raises RunError if LAMMPS fails.
+    LAMMPS compiles the formula at every force call, in 100 us and more, so this run is a slow
+    reference only. Forces are exact to rounding. The run ends with as many contacts as `like`, the
+    run with the table. The bond must have a formula. Raises RunError if LAMMPS fails.
     """
     formula = lepton_formula(scene)
     assert formula is not None
@@ -46,7 +46,7 @@ def restitution_with_exact_bonds(scene: Scene, numerics: Numerics, like: Outcome
 
 
 def wider_floats() -> bool:
-    """Return whether this machine computes with more digits than a double has."""
+    """Return whether the machine has floats with more digits than doubles."""
     return bool(np.finfo(np.longdouble).eps < 0.01 * np.finfo(np.float64).eps)
 
 
@@ -54,8 +54,8 @@ def restitution_without_rounding(scene: Scene, numerics: Numerics, like: Outcome
     """
     Take LAMMPS's steps in NumPy with coordinates of 64 bits instead of 53, and exact bonds.
 
-    What is left is the error of the integrator. The run ends with as many contacts as `like`, that
-    of LAMMPS.
+    The remaining error is the error of the integrator. The run ends with as many contacts as
+    `like`, the run of LAMMPS.
     """
     return _collide(scene, numerics, WideChain(scene, numerics), like)
 
@@ -63,11 +63,15 @@ def restitution_without_rounding(scene: Scene, numerics: Numerics, like: Outcome
 def _collide(
     scene: Scene, numerics: Numerics, chain: "LammpsChain | WideChain", like: Outcome
 ) -> float:
-    """Go on to the last contact: that no further one comes has been argued for `like`."""
-    # Only LAMMPS saves time by steps that are not asked for the wall one by one.
+    """
+    Run to the last contact.
+
+    The run `like` has argued that no further contact follows.
+    """
+    # Only LAMMPS saves time by checking the wall after several steps.
     guarded = isinstance(chain, LammpsChain)
     flight = flight_of(chain, scene, numerics, guarded)  # type: ignore[arg-type]
-    # Contacts shift a little when an error is left out.
+    # Contacts shift slightly without one of the errors.
     limit = float(like.contact_times[-1]) + KNOWN_MARGIN / scene.bond.stiffness**0.5
     for _ in like.contact_times:
         if flight.advance(limit) is None:
@@ -77,7 +81,7 @@ def _collide(
 
 class WideChain:
     """
-    A chain with the interface of :class:`LammpsChain`, integrated here in long doubles.
+    Chain with the interface of :class:`LammpsChain`, integrated in long doubles.
 
     Its coordinates, velocities and forces are ``x``, ``v`` and ``f``, of shape (n,).
     """

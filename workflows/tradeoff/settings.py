@@ -1,4 +1,4 @@
-"""What is compared: engine, wall, scheme and table, for each a ladder of steps; and its errors."""
+"""Settings of a study (engine, wall, scheme, table, step), their runs and their errors."""
 
 import math
 import time
@@ -20,19 +20,19 @@ from chaincor.workflows.tradeoff.truth import Deviation, Truth
 
 _ENGINES = {"lammps": lammps, "reference": stepping}
 _ENGINE_NAMES = {"lammps": "LAMMPS", "reference": "in-house"}
-# Force error of the linear tables that are compared with splines, in units of v0: some thousands
-# of rows. Splines get as many rows as they need to be exact to rounding, which is fewer.
+# Force error of the linear tables that are compared with splines, in units of v0. It takes some
+# thousands of rows. Splines need fewer rows to be exact to rounding.
 _LINEAR_FORCE_ERROR = 1e-7
-# The recipe found in textbooks and on mailing lists: fix wall/reflect, Verlet, this step.
+# Recipe of textbooks and mailing lists: fix wall/reflect, Verlet, this step.
 STOCK_TIMESTEP = 0.005
 STOCK_PHASES = 8
-# Nearby steps stand for different phases of the contacts within a step.
+# Nearby steps represent different phases of the contacts within a step.
 PHASE_WIDTH = 0.02
-# A ladder ends where the error has been this many times the floor's or less.
+# A ladder ends when the error is at most this many times the floor.
 _FLOOR_SHARE = 3.0
-# No single run of the first pass may take more than this part of the time.
+# Largest share of the time that one run of the first pass may take.
 _LONGEST_SHARE = 0.08
-# In-house steps cost about this part of LAMMPS's; only the plan depends on it.
+# Cost of a step of the reference engine over a step of LAMMPS, for planning only.
 _IN_HOUSE_COST = 0.1
 
 
@@ -42,14 +42,14 @@ class Setting:
 
     #: As in scenes.
     engine: Engine
-    wall: Wall  #: See ``engine``.
-    scheme: Scheme  #: See ``engine``.
-    table: TableStyle | None  #: ``linear`` or ``spline``; None where there is no table.
-    timestep: float  #: The composed step H.
+    wall: Wall  #: As in scenes.
+    scheme: Scheme  #: As in scenes.
+    table: TableStyle | None  #: ``linear`` or ``spline``; None without a table.
+    timestep: float  #: Composed step H.
 
     @property
     def series(self) -> str:
-        """What people call it together with those of the study that differ in the step only."""
+        """Name of the series: all settings of the study that differ only in the step."""
         parts = [_ENGINE_NAMES[self.engine]]
         if self.engine == "lammps":
             parts.append("stock wall" if self.wall == "reflect" else "event wall")
@@ -64,8 +64,8 @@ class Setting:
         """
         Return the settings of one run.
 
-        `bond_range` is what the table must hold; None lets the engine find it. `phase`, from 0 to
-        1, shortens the step by up to 2 %.
+        `bond_range` is the range of the table; None lets the engine find it. `phase`, from 0 to 1,
+        shortens the step by up to 2 %.
         """
         linear = self.table == "linear"
         return Numerics(
@@ -79,17 +79,17 @@ class Setting:
 
 
 def stock_setting(scene: Scene, step: float = STOCK_TIMESTEP) -> Setting:
-    """Return the stock recipe, at a step in its unit of time."""
+    """Return the setting of the stock recipe, at a step in its unit of time."""
     spline: TableStyle | None = None if scene.bond.is_harmonic else "spline"
     return Setting("lammps", "reflect", "verlet", spline, step * time_unit(scene, "reflect"))
 
 
 def time_unit(scene: Scene, wall: Wall) -> float:
     """
-    Return the time that steps are measured in, so that they mean the same in other scenes.
+    Return the unit of time of steps, which makes them comparable between scenes.
 
-    It is 1/frequency of the most compressed bond; for the stock wall, whose recipe knows nothing of
-    compression, of one at natural length.
+    The unit is 1/frequency of the most compressed bond. For the stock wall, whose recipe ignores
+    compression, it is 1/frequency of a bond at natural length.
     """
     unit = scene.bond.stiffness**-0.5
     return unit if wall == "reflect" else unit / frequency_ratio(scene)
@@ -112,7 +112,7 @@ _NOT_WHEN_QUICK: dict[Engine, tuple[Scheme, ...]] = {
 
 
 def study_settings(scene: Scene, quick: bool) -> list[list[Setting]]:
-    """Return the ladders of a study, one a series, each from coarse to fine."""
+    """Return the ladders of a study, one per series, each from coarse to fine."""
     tabulated = not scene.bond.is_harmonic
     spline: TableStyle | None = "spline" if tabulated else None
     ratio = 2.0 if quick else 2.0**0.5
@@ -137,17 +137,17 @@ def study_settings(scene: Scene, quick: bool) -> list[list[Setting]]:
 
 @dataclass
 class Measurement:
-    """Errors and times of one setting, gathered run by run."""
+    """Errors and times of one setting, collected run by run."""
 
-    setting: Setting  #: What was run.
-    deviations: list[Deviation] = field(default_factory=list)  #: One for each phase.
+    setting: Setting  #: Measured setting.
+    deviations: list[Deviation] = field(default_factory=list)  #: Error at each phase.
     #: Processor time of the integration alone, one for each phase.
     seconds: list[float] = field(default_factory=list)
-    #: Everything else: table, files, a new LAMMPS.
+    #: Processor time of the rest: table, files, a new LAMMPS.
     setup_seconds: list[float] = field(default_factory=list)
-    force_evaluations: int = 0  #: Of one run.
-    table_points: int | None = None  #: Rows of its table.
-    failure: str | None = None  #: Why it cannot be run.
+    force_evaluations: int = 0  #: Number in one run.
+    table_points: int | None = None  #: Rows of the table.
+    failure: str | None = None  #: Reason of a failure.
 
     @property
     def errors(self) -> np.ndarray:
@@ -171,7 +171,7 @@ class Measurement:
 
     @property
     def contact_time_error(self) -> float:
-        """Largest error of the last contact's time; inf where the number of contacts differs."""
+        """Largest error of the last contact's time; inf if the number of contacts differs."""
         return max(each.last_contact_time for each in self.deviations)
 
     @property
@@ -185,7 +185,7 @@ class Measurement:
         return float(np.median(self.seconds))
 
     def run(self, truth: Truth, phase: float) -> None:
-        """Run the setting once more; `phase` is from 0 to 1, see :meth:`Setting.numerics`."""
+        """Run the setting again at a `phase` from 0 to 1, see :meth:`Setting.numerics`."""
         numerics = self.setting.numerics(truth.scene, truth.bond_range, phase)
         started, worked = time.perf_counter(), time.thread_time()
         try:
@@ -194,7 +194,7 @@ class Measurement:
             self.failure = str(error)
             return
         total, busy = time.perf_counter() - started, time.thread_time() - worked
-        # What the machine did for others meanwhile is no cost of the setting.
+        # Processor time excludes the load of other programs.
         integration = outcome.seconds * min(busy / total, 1.0)
         self.deviations.append(truth.deviation(outcome))
         self.seconds.append(integration)
@@ -213,28 +213,28 @@ def measure_ladders(
     advance: Callable[[float], None],
 ) -> list[Measurement]:
     """
-    Climb down each ladder once, then repeat all settings in turns.
+    Run each ladder once from coarse to fine, then repeat all settings in turns.
 
-    Returns all settings that were run, coarse to fine within each series. What does not fit into
-    `seconds` of processor time is left out, the most expensive first. `floor` is the error of eta
-    below which finer steps say nothing: the truth's own bar, and rounding. `advance` is told the
-    fraction of the time that is gone.
+    Returns all measured settings, coarse to fine within each series. Settings that do not fit into
+    `seconds` of processor time are left out, the most expensive first. `floor` is the error of eta
+    below which finer steps show nothing: the error bar of the reference run, and rounding.
+    `advance` gets the fraction of the time that has passed.
     """
     for coarsest, *_ in ladders:
-        # Its compiled loops are loaded before the clock starts.
+        # Compiled loops are loaded before the clock starts.
         if coarsest.engine == "reference":
             Measurement(coarsest).run(truth, 0.0)
     started = time.thread_time()
 
     def spent() -> float:
-        # What the machine does for others meanwhile leaves no setting out.
+        # With processor time, other programs do not cause settings to be left out.
         return time.thread_time() - started
 
     def run(measurement: Measurement, phase: float) -> None:
         measurement.run(truth, phase)
         advance(min(1.0, spent() / seconds))
 
-    # First down all ladders, cheapest step first: half the time at most.
+    # The first pass runs all ladders, cheapest step first, in half the time at most.
     measured: list[list[Measurement]] = [[] for _ in ladders]
     rungs = [(k, setting) for k, ladder in enumerate(ladders) for setting in ladder]
     rungs.sort(key=lambda rung: expected_seconds(truth, rung[1]))
@@ -249,7 +249,7 @@ def measure_ladders(
         measurement = Measurement(setting)
         run(measurement, 0.0)
         measured[k].append(measurement)
-    # Then again in turns, so that a slow moment of the machine hits all alike.
+    # Repeats in turns spread a slow moment of the machine over all settings.
     found = [m for series in measured for m in series]
     for turn in range(1, STOCK_PHASES):
         for measurement in found:
@@ -265,7 +265,7 @@ def measure_ladders(
 
 
 def expected_seconds(truth: Truth, setting: Setting) -> float:
-    """Return the seconds that one run of a setting should take, well enough for planning."""
+    """Return the approximate seconds of one run of a setting, for planning."""
     numerics = setting.numerics(truth.scene)
     seconds = cost_model().integration(truth.scene, numerics, truth.scouting.end.last_contact_time)
     if setting.engine == "reference":

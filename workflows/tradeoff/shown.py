@@ -1,4 +1,4 @@
-"""A study as people see it: in words, and in files, with a page, JSON, CSV and figures."""
+"""Output of a study: text, page, JSON, CSV and figures."""
 
 import platform
 from dataclasses import asdict
@@ -52,7 +52,7 @@ REPORT = StudyReport(
 )
 _SETTING = ("engine", "wall", "scheme", "table")
 _ERRORS = ("median_error", "rms_error", "worst_error", "contact_time_error", "mode_energy_error")
-# Of the truth and of budgets, in this order, beside their other numbers.
+# Additional fields of the reference run and of the budgets, in this order.
 _TRUTH = (
     *("restitution", "restitution_error", "last_contact_time", "last_contact_time_error"),
     *("mode_energies_error", "contacts", "source"),
@@ -113,7 +113,7 @@ def describe_study(study: Tradeoff) -> str:
 def measurement_row(
     study: Tradeoff, measurement: Measurement, on_front: bool, promised: float | None
 ) -> dict[str, Any]:
-    """Return one setting's results, flat; `promised` is the error it can be trusted to keep."""
+    """Return the results of one setting as a flat row; `promised` is its promised error."""
     setting, done = measurement.setting, bool(measurement.seconds) and not measurement.failure
     setups = sorted(measurement.setup_seconds)
     return {

@@ -1,4 +1,4 @@
-"""One study from beginning to end: truth, ladders, budgets, tables, advice."""
+"""Whole trade-off study: reference run, ladders, budgets, tables, advice."""
 
 import time
 from collections.abc import Callable
@@ -36,36 +36,35 @@ from chaincor.workflows.tradeoff.truth import Truth, find_truth
 ENGINES: tuple[Engine, ...] = ("lammps", "reference")
 
 
-# Seconds of a processor that all settings may take together; those of one run with exact bonds or
-# wider floats.
+# Processor seconds of all settings together, and of one run with exact bonds or wider floats.
 FULL, QUICK = (55.0, 12.0), (7.0, 5.0)
 
 
 @dataclass(frozen=True)
 class Tradeoff:
     """
-    What a study found.
+    Result of a trade-off study.
 
     Attributes
     ----------
     scene : Scene
         The collision.
     truth : Truth
-        Converged values.
+        Converged values of the reference run.
     measurements : tuple of Measurement
-        Every setting that was run.
+        All measured settings.
     cheapest : dict
-        Engine to its cheapest settings by decade.
+        Cheapest settings by decade of error, for each engine.
     budgets : tuple of ErrorBudget
-        Of the advised setting, and of the stock recipe.
+        Budgets of the advised setting and of the stock recipe.
     tables : tuple of TablePoint
         Effect of tables; empty for harmonic bonds.
     tolerance : float
-        What the advice is for.
+        Tolerance of the advice.
     advice : str
         One line.
     seconds : float
-        Time the study took.
+        Wall-clock time of the study.
     """
 
     scene: Scene
@@ -80,12 +79,12 @@ class Tradeoff:
 
     @property
     def stock(self) -> list[Measurement]:
-        """Those by the stock reflecting wall that ran."""
+        """Measurements with the stock reflecting wall."""
         return [m for m in self.measurements if m.setting.wall == "reflect" and m.seconds]
 
     @property
     def failed(self) -> list[Measurement]:
-        """Those that could not be run."""
+        """Settings that could not be run."""
         return [m for m in self.measurements if m.failure]
 
     @property
@@ -94,7 +93,7 @@ class Tradeoff:
         return [p for p in self.tables if p.style == "linear" and p.bond_range == "scene"]
 
 
-# Called with a part's name and the fraction of the whole study that is done.
+# Called with the name of a part and the finished fraction of the study.
 Progress = Callable[[str, float], None]
 
 
@@ -108,24 +107,24 @@ def tradeoff(
     ----------
     scene : Scene
         The collision. Its own numerics, engine and files are ignored; its tolerance, by default
-        1e-6, is what the advice is for.
+        1e-6, is the tolerance of the advice.
     quick : bool
-        Fewer settings, in some 15 s instead of a minute or two.
+        Whether to measure fewer settings, in about 15 s instead of a minute or two.
     progress : callable, optional
         Called with the name of each part, and the fraction of the whole study that is done.
 
     Returns
     -------
     Tradeoff
-        Every setting that was run with its error and its time, the cheapest by decade of error, and
-        one line of advice.
+        Error and time of every measured setting, the cheapest setting by decade of error, and one
+        line of advice.
 
     Raises
     ------
     RunError
         If the collision cannot be converged, or no setting ran at all.
     InputError
-        For masses, targets, soft contacts and states of one's own.
+        For scenes with masses, targets, soft contacts or initial states.
 
     Examples
     --------
@@ -185,7 +184,7 @@ def bare_scene(scene: Scene) -> Scene:
 def _setting_of(
     measurements: list[Measurement], rows: list[CheapestRow], tolerance: float
 ) -> Setting | None:
-    """Return the setting the advice names, or the most exact one that LAMMPS has."""
+    """Return the advised setting, or the most exact setting of LAMMPS."""
     if row := advised(rows, tolerance):
         return row.setting
     usable = [m for m in measurements if not m.failure and m.setting.engine == "lammps"]
@@ -222,5 +221,5 @@ def _find_causes(
 
 
 def _share_of(progress: Progress, part: str, first: float, last: float) -> Callable[[float], None]:
-    """Return what is told the fraction of a part that is done."""
+    """Return a function of the finished fraction of one part."""
     return lambda done: progress(part, first + (last - first) * done)

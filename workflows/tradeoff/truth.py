@@ -1,4 +1,4 @@
-"""The converged values that all errors are counted from, each with its own bar."""
+"""Converged values of a collision with their error bars, the reference for all errors."""
 
 from dataclasses import dataclass, replace
 
@@ -14,16 +14,16 @@ from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.engines.reference import modal
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
 
-# Near-grazing contacts and sharp bonds keep some scenes from it: these are refined while it helps.
+# Scenes with near-grazing contacts or sharp bonds may miss it; they are refined while this helps.
 _GOAL = 1e-13
 
 
 @dataclass(frozen=True)
 class Deviation:
-    """How far a run is from the truth."""
+    """Deviation of a run from the converged values."""
 
     restitution: float  #: Signed error of eta.
-    #: Error of the time of the last contact; inf where the number of contacts differs.
+    #: Error of the time of the last contact; inf if the number of contacts differs.
     last_contact_time: float
     mode_energies: float  #: Largest error of any E_j, in units of the energy at impact.
 
@@ -33,25 +33,25 @@ class Truth:
     """Converged values of a collision."""
 
     scene: Scene
-    #: eta and its bar.
+    #: Converged eta.
     restitution: float
-    restitution_error: float  #: See ``restitution``.
-    #: Time of the last contact and its bar.
+    restitution_error: float  #: Error bar of eta.
+    #: Time of the last contact.
     last_contact_time: float
-    last_contact_time_error: float  #: See ``last_contact_time``.
+    last_contact_time_error: float  #: Error bar of that time.
     mode_energies: Array  #: E_j right after the last contact; of shape (n,).
     mode_energies_error: float  #: Largest error of any of them, in units of the energy at impact.
     contacts: int  #: Hits on the wall.
     scouting: PilotRun  #: Bond lengths and duration.
-    source: str  #: What computed it.
+    source: str  #: Method of the reference run.
 
     @property
     def bond_range(self) -> tuple[float, float]:
-        """Lengths of bonds that a table of this collision must hold."""
+        """Range of bond lengths that a table of this collision must cover."""
         return self.scouting.table_range(self.scene)
 
     def deviation(self, outcome: Outcome) -> Deviation:
-        """Compare a run with the truth."""
+        """Return the deviation of a run from the converged values."""
         energy = 0.5 * self.scene.particles * self.scene.impact_velocity**2
         late = abs(float(outcome.contact_times[-1]) - self.last_contact_time)
         same = len(outcome.contact_times) == self.contacts
@@ -65,10 +65,10 @@ class Truth:
 
 def find_truth(scene: Scene) -> Truth:
     """
-    Converge a collision as far as the in-house engine goes.
+    Compute converged values of a collision with the reference engine.
 
-    For harmonic chains by the exact propagator, else from steps that agree. Raises RunError if no
-    step resolves the collision.
+    Harmonic chains use the exact propagator, others steps that agree. Raises RunError if no step
+    resolves the collision.
     """
     if scene.bond.is_harmonic:
         exact = modal.run(scene)

@@ -1,1 +1,1 @@
-"""LAMMPS, the in-house integrator and a user's own, held against each other."""
+"""Comparison of LAMMPS, the reference engine and a user's integrator."""

@@ -1,4 +1,4 @@
-"""LAMMPS against the in-house integrator: who agrees, within what."""
+"""Comparison of LAMMPS with the reference engine, within error bars."""
 
 import math
 from collections.abc import Iterable
@@ -18,25 +18,25 @@ from chaincor.workflows.given import scene_given
 from chaincor.workflows.json_output import finite
 from chaincor.workflows.result import Collision
 
-# Longest and shortest bonds are read at the ends of steps, which are so long, in units of the
-# fastest bond's 1/omega, where none is told.
+# Default step, in units of the fastest bond's 1/omega. Longest and shortest bonds are read at the
+# ends of steps.
 _USUAL_STEP = 0.4
 _ROUNDING = 1e-12
 
-# The in-house result should not be what limits the comparison.
+# The reference result should not limit the comparison.
 SHARPER = 0.1
 SHARPEST = 1e-11
 
 
 @dataclass(frozen=True)
 class Comparison:
-    """One quantity as two integrators have it."""
+    """Comparison of one quantity from two integrators."""
 
-    quantity: str  #: What is compared.
-    #: Largest absolute difference, in the unit named by the quantity; inf where the numbers of
-    #: contacts differ.
+    quantity: str  #: Name of the quantity.
+    #: Largest absolute difference, in the unit of the quantity; inf if the numbers of contacts
+    #: differ.
     difference: float
-    allowed: float | None  #: Both error bars together; None where it is shown but not judged.
+    allowed: float | None  #: Sum of both error bars; None if not judged.
 
     @property
     def agrees(self) -> bool:
@@ -44,11 +44,11 @@ class Comparison:
         return self.allowed is None or bool(self.difference <= self.allowed)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the fields and the verdict; a difference that is not finite becomes None."""
+        """Return the fields and the verdict; an infinite difference becomes None."""
         return finite(asdict(self) | {"agrees": self.agrees})
 
 
-# Letters of a value in a headline.
+# Largest number of characters of a value in a headline.
 _LONGEST = 30
 
 
@@ -62,13 +62,13 @@ class Validation:
     scene : Scene
         The collision.
     subject, judge : str
-        Who is judged, and by whom.
+        Names of the judged integrator and of its judge.
     restitution, judge_restitution : float
-        Their eta.
+        Eta of both.
     comparisons : tuple of Comparison
-        Quantity by quantity.
+        Comparisons of all quantities.
     note : str or None
-        What is known of a difference.
+        Known reason of a difference.
     """
 
     scene: Scene
@@ -89,7 +89,7 @@ class Validation:
         judge: Collision,
         others: Iterable[Comparison],
     ) -> Self:
-        """Compare a restitution, within its error and the judge's, beside other quantities."""
+        """Return a validation of a restitution, within both error bars, and other quantities."""
         difference = abs(restitution - judge.restitution)
         allowed = error + (judge.restitution_error or 0.0)
         comparisons = (Comparison("restitution", difference, allowed), *others)
@@ -97,7 +97,7 @@ class Validation:
 
     @property
     def agrees(self) -> bool:
-        """Whether every quantity agrees."""
+        """Whether all quantities agree."""
         return all(comparison.agrees for comparison in self.comparisons)
 
     def __repr__(self) -> str:
@@ -145,26 +145,26 @@ def _short(value: Any) -> str:
 
 
 def judge_for(scene: Scene, tolerance: float) -> Collision:
-    """Run the in-house integrator, sharper than what it judges."""
+    """Run the reference engine at a tighter tolerance than the judged result."""
     return collide(judging_scene(scene.without(*OUTPUT_KEYS), SHARPER * tolerance))
 
 
 def judging_scene(scene: Scene, tolerance: float) -> Scene:
-    """Return a scene as the in-house integrator judges it, to a tolerance that it can meet."""
+    """Return the scene for the reference engine, with a tolerance that it can keep."""
     fields = dict.fromkeys(NUMERICS_KEYS)
     return scene.replace(engine="reference", tolerance=max(tolerance, SHARPEST), **fields)
 
 
 def validate(scene: Scene, tolerance: float | None = None) -> Validation:
     """
-    Compare LAMMPS with the in-house integrator.
+    Compare LAMMPS with the reference engine.
 
     Parameters
     ----------
     scene : Scene
         The collision; with explicit numerics LAMMPS runs as they say.
     tolerance : float, optional
-        Error asked of LAMMPS's eta; by default the scene's, or 1e-6.
+        Tolerance of LAMMPS's eta; by default the scene's tolerance, or 1e-6.
 
     Returns
     -------
@@ -195,7 +195,7 @@ def validate(scene: Scene, tolerance: float | None = None) -> Validation:
         strain = max(abs(length - scene.bond.natural_length) for length in lengths)
         allowed: float | None = _unseen_share(scene, subject, judge) * strain + _ROUNDING
         if name == "bond_max" and hard_sphere.SCHEME in (subject.scheme, judge.scheme):
-            allowed = None  # spheres only know how near they come
+            allowed = None  # hard spheres have only a smallest distance
         comparisons.append(Comparison(name, abs(lengths[0] - lengths[1]), allowed))
     names = ["contact_times", "contact_speeds", "velocities", "mode_energies"]
     if scene.target_particles is not None:
@@ -212,10 +212,10 @@ def validate(scene: Scene, tolerance: float | None = None) -> Validation:
 
 def compare_contacts(count: int, judge: Collision, *subjects: Collision) -> Comparison:
     """
-    Compare numbers of contacts, which may not differ.
+    Compare numbers of contacts, which must be equal.
 
-    That is not judged where an end is open, as a late contact is in the bar of the restitution, and
-    where a result's own runs differ in their number.
+    The numbers are not judged if an end is open, because the bar of the restitution covers a late
+    contact, or if the runs of one result differ in their number.
     """
     results = (judge, *subjects)
     judged = all(r.ending != "open" and not _hinges_on_contacts(r) for r in results)
@@ -224,17 +224,17 @@ def compare_contacts(count: int, judge: Collision, *subjects: Collision) -> Comp
 
 def _unseen_share(scene: Scene, *results: Collision) -> float:
     """
-    Return by which part of itself a strain may swing beyond what is seen at the ends of steps.
+    Return the largest relative excess of a strain between steps over its value at their ends.
 
-    Its highest frequency is 2 where a bond of the lightest mass has 1: between two moments that are
-    H apart its extreme is within 1 - cos(H).
+    The highest frequency is twice the frequency of a bond of the lightest mass. Between two times
+    that are H apart, the extreme is therefore within 1 - cos(H).
     """
     steps = [r.timestep * scene.fast_stiffness**0.5 for r in results if r.timestep is not None]
     return 1.0 - math.cos(min(max([_USUAL_STEP, *steps]), math.pi))
 
 
 def _hinges_on_contacts(result: Collision) -> bool:
-    """Whether two runs of a result differ in their contacts: what they agree in, is by chance."""
+    """Return whether two runs of a result differ in contacts, so that agreement is by chance."""
     return math.isinf(result.details.get("spread", {}).get("contact_times", 0.0))
 
 

@@ -1,4 +1,4 @@
-"""Drawing a validation: differences in units of their error bars."""
+"""Figure of a validation: differences in units of their error bars."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -12,11 +12,11 @@ from chaincor.workflows.validation.comparison import Validation
 
 
 def save_validation_plot(results: Sequence[Validation], path: Path) -> None:
-    """Draw ``|difference| / (both error bars)`` of each scene; the suffix tells the format."""
+    """Draw ``|difference| / (both error bars)`` of each scene; the suffix sets the format."""
     ratios: dict[str, list[float]] = {}
     for k, result in enumerate(results):
         for comparison in result.comparisons:
-            # A count has no error bar to be measured by; the verdict has it.
+            # A count has no error bar. The verdict includes it.
             if not comparison.allowed:
                 continue
             row = ratios.setdefault(comparison.quantity, [np.nan] * len(results))

@@ -1,4 +1,4 @@
-"""The scenes of ``chaincor validate --grid``: chains of every kind, small enough to be quick."""
+"""Scenes of ``chaincor validate --grid``: small chains of every kind."""
 
 from typing import Any
 
@@ -7,7 +7,7 @@ from chaincor.lammps_inputs.scene import NUMERICS_KEYS, Scene
 _GRID_SIZES = (2, 10, 50)
 _GRID_SPEEDS = (0.01, 0.1, 0.4, 1.0)
 
-# Beyond a chain and a wall: masses, free targets, soft contacts, chains compressed or warm.
+# Scenes of other bodies: masses, free targets, soft contacts, compressed or warm chains.
 _GRID_BODIES: tuple[dict[str, Any], ...] = (
     {"potential": "harmonic", "velocity": 0.1, "masses": (2.0, 1.0)},
     {"potential": "lj", "speed": 0.3, "masses": (1.0, 3.0, 1.0)},
@@ -27,8 +27,8 @@ def grid_around(scene: Scene, bodies: bool = True) -> list[Scene]:
     """
     Return harmonic chains at one velocity and the named anharmonic ones at several speeds.
 
-    With `bodies` also scenes of masses, free targets, soft contacts, compressed and warm chains,
-    but for those that numerics rule out. Engine, tolerance and explicit numerics are those of the
+    With `bodies`, scenes of masses, free targets, soft contacts, compressed and warm chains are
+    added, if the numerics allow them. Engine, tolerance and explicit numerics are taken from the
     scene.
     """
     fields = {
@@ -37,7 +37,7 @@ def grid_around(scene: Scene, bodies: bool = True) -> list[Scene]:
         if getattr(scene, name) is not None
     }
     chains: list[dict[str, Any]] = [{"potential": "harmonic", "velocity": 0.1}]
-    tables = {"table": None, "table_points": None}  # LAMMPS has harmonic bonds without one
+    tables = {"table": None, "table_points": None}  # LAMMPS needs no table for harmonic bonds
     chains += [
         {"potential": potential, "speed": speed}
         for potential in ("lj", "toda", "log")

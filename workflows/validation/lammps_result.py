@@ -1,4 +1,4 @@
-"""A LAMMPS result of the user's own: a job's folder, a dump, or a log that says the restitution."""
+"""User's LAMMPS result: a job's folder, a dump, or a log with the restitution."""
 
 import math
 import re
@@ -24,31 +24,31 @@ from chaincor.workflows.validation.comparison import Validation, compare_contact
 
 _MOST_BYTES = 4_000_000
 _HEADS = (b"LAMMPS (", b"Log of LAMMPS")
-# With what a log ends.
+# Last line of a finished log.
 _ENDED = re.compile(r"^(Total wall time: .*|quit|log\s.*)$", re.MULTILINE)
 _ATOMS = re.compile(r"^\s*(?:Created )?(\d+) atoms$", re.MULTILINE)
-# A job of chaincor's says its error last.
+# Jobs of chaincor print their error last.
 _JOB = re.compile(r"^variable +(restitution|step_error) string ", re.MULTILINE)
 
 
 @dataclass(frozen=True)
 class LammpsResult:
-    """What LAMMPS found, by a run that somebody else made."""
+    """Result of a LAMMPS run that chaincor did not start."""
 
-    source: str  #: Where it was read.
-    #: Of ``scene.toml`` beside it, or as its other files tell it; None where these do not.
+    source: str  #: Place of the result.
+    #: Scene from ``scene.toml`` beside the result, or from its other files; None if unknown.
     scene: Scene | None
     restitution: float  #: Eta.
-    restitution_error: float | None  #: Its error; None where nothing tells it.
-    contacts: int | None  #: How many, where it says so.
-    data_error: float = 0.0  #: Error of eta by the digits of a dump.
-    particles: int | None = None  #: Of both bodies, where it says so.
+    restitution_error: float | None  #: Error of eta; None if unknown.
+    contacts: int | None  #: Number of contacts, if known.
+    data_error: float = 0.0  #: Error of eta from the digits of a dump.
+    particles: int | None = None  #: Number in both bodies, if known.
     stock_wall: bool = False  #: Whether the run had LAMMPS's ``fix wall/reflect``.
-    timestep: float | None = None  #: Of its steps, in the chain's units.
+    timestep: float | None = None  #: Time step in the chain's units.
 
 
 def is_lammps_result(against: str | None) -> bool:
-    """Return whether ``--against`` names a folder or a file that is no CSV, NPZ or module."""
+    """Return whether ``--against`` names a folder, or a file that is no CSV, NPZ or module."""
     if against is None:
         return False
     path = Path(against)
@@ -60,9 +60,9 @@ def read_lammps_result(path: Path | str) -> LammpsResult:
     Read a job's folder, a dump, or a log.
 
     A folder's dump is analysed as ``chaincor analyze`` does; one without a dump must hold
-    ``log.lammps``. A log must be of one run that was finished, hold a line
-    ``restitution = NUMBER``, and may hold ``restitution_error`` and ``contacts``. Raises InputError
-    where nothing can be read.
+    ``log.lammps``. A log must be of one run that was finished, hold a line ``restitution =
+    NUMBER``, and may hold ``restitution_error`` and ``contacts``. Raises InputError if nothing can
+    be read.
     """
     path = Path(path)
     folder = path if path.is_dir() else path.parent
@@ -92,7 +92,7 @@ def read_lammps_result(path: Path | str) -> LammpsResult:
 
 
 def _scene_told(analysis: CollisionAnalysis) -> Scene | None:
-    """Return the scene of a run whose script says that its bonds are springs."""
+    """Return the scene of a run if its script shows that its bonds are springs."""
     if analysis.bond is None or not analysis.bond.is_harmonic or analysis.target is not None:
         return None
     alike = are_equal(analysis.masses)
@@ -107,11 +107,11 @@ def _scene_told(analysis: CollisionAnalysis) -> Scene | None:
 
 def validate_result(scene: Scene, found: LammpsResult) -> Validation:
     """
-    Compare a LAMMPS result of the user's own with the in-house integrator.
+    Compare a user's LAMMPS result with the reference engine.
 
-    Where the result has no error bar, the scene's tolerance, 1e-6 without one, or what the digits
-    of the dump leave, is the difference of eta that is still agreement. Raises InputError where the
-    numbers of particles differ.
+    If the result has no error bar, the allowed difference of eta is the scene's tolerance (default
+    1e-6) or the error from the digits of the dump. Raises InputError if the numbers of particles
+    differ.
     """
     if found.particles not in (None, scene.all_particles):
         raise InputError(
@@ -132,7 +132,7 @@ def validate_result(scene: Scene, found: LammpsResult) -> Validation:
 
 
 def _of_stock_wall(scene: Scene, found: LammpsResult, difference: float) -> str | None:
-    """Say whether the stock wall, at the step of a run, explains a difference."""
+    """Describe whether the stock wall, at the step of a run, explains a difference."""
     if not found.stock_wall:
         return None
     usual = "the run used fix wall/reflect, which errs in first order of its step"
@@ -154,7 +154,7 @@ def _has_dump(folder: Path) -> bool:
 
 
 def _read_log(path: Path, scene: Scene | None) -> LammpsResult | None:
-    """Return what a log says; None where it is no log."""
+    """Return the result in a log; None if the file is no log."""
     try:
         with path.open("rb") as file:
             head = file.read(200)
@@ -181,7 +181,7 @@ def _read_log(path: Path, scene: Scene | None) -> LammpsResult | None:
 
 
 def _fault(text: str, whole: bool) -> str | None:
-    """Say why a log, a `whole` one with its head, tells no result; None where it does."""
+    """Return why a log, `whole` if it has its head, has no result; None if it has one."""
     said = printed_values(text, "restitution")
     values = [value for value in said if value is not None and math.isfinite(value)]
     if not said or said[-1] not in values:
@@ -190,7 +190,7 @@ def _fault(text: str, whole: bool) -> str | None:
             "its dump"
         )
     if len(set(values)) > 1:
-        # None is meant more than others.
+        # Several results in one log are equally likely.
         return (
             f"holds {len(values)} lines 'restitution = NUMBER', from {min(values):g} to "
             f"{max(values):g}; expected one run: write the log of each into a file of its own"

@@ -1,4 +1,4 @@
-"""A user's own integrator against the in-house one: who agrees, and the order of its error."""
+"""Comparison of a user's integrator with the reference engine, and the order of its error."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -26,7 +26,7 @@ from chaincor.workflows.validation.user_integrator import (
 )
 
 RUNGS = 6
-# Steps within a percent of each rung tell an error that jumps from one that does not.
+# Steps within a percent of each rung distinguish irregular errors from smooth ones.
 NEARBY = (1.0, 0.9937, 1.0071, 0.9862, 1.0123)
 
 
@@ -34,12 +34,12 @@ def validate_user(
     scene: Scene, against: str, tolerance: float | None = None, timeout: float = USER_TIMEOUT
 ) -> Validation:
     """
-    Compare a user's own integrator with the in-house one.
+    Compare a user's integrator with the reference engine.
 
     `against` is ``module:function`` or a file, see
     :mod:`chaincor.workflows.validation.user_integrator`; the function may take `timeout` seconds.
-    `tolerance`, by default the scene's or 1e-6, is the difference of eta that is still agreement:
-    the user's integrator has no error bar of its own.
+    `tolerance`, by default the scene's or 1e-6, is the allowed difference of eta, because the
+    user's integrator has no error bar.
     """
     scene = scene_given(scene)
     asked = tolerance or scene.tolerance or DEFAULT_TOLERANCE
@@ -50,7 +50,7 @@ def validate_user(
 
 
 def _compare_user_arrays(user: UserOutcome, judge: Collision, scene: Scene) -> list[Comparison]:
-    """Compare what the user gives; only the number of contacts has an error bar: none."""
+    """Compare the user's arrays; only the number of contacts is judged, and must be equal."""
     line = scene.line
 
     def energies(displacements: Array | None, velocities: Any, masses: Array) -> Array | None:
@@ -77,7 +77,7 @@ def _compare_user_arrays(user: UserOutcome, judge: Collision, scene: Scene) -> l
 
 
 def _restitution_of(user: UserOutcome, scene: Scene) -> float:
-    """Return eta: of the relative translation, where the target is free."""
+    """Return eta, from the relative translation if the target is free."""
     target = np.zeros(1) if user.target_velocities is None else user.target_velocities[::-1]
     e = scene.line.separation(np.concatenate((target, user.velocities))) / scene.impact_velocity
     return e * e
@@ -85,15 +85,15 @@ def _restitution_of(user: UserOutcome, scene: Scene) -> float:
 
 @dataclass(frozen=True, repr=False)
 class UserLadder:
-    """A user's integrator along halved steps."""
+    """Results of a user's integrator along halved steps."""
 
     against: str  #: The function.
-    steps: tuple[float, ...]  #: Of the rungs, each half of the one before.
-    errors: tuple[float, ...]  #: Largest distance of eta from the in-house one, by rung.
-    #: The in-house eta and its error bar.
+    steps: tuple[float, ...]  #: Steps of the rungs, each half of the one before.
+    errors: tuple[float, ...]  #: Largest difference of eta from the reference engine, by rung.
+    #: eta of the reference engine.
     judge_restitution: float
-    judge_error: float  #: See ``judge_restitution``.
-    verdict: LadderVerdict  #: Order, and what the error is like.
+    judge_error: float  #: Its error bar.
+    verdict: LadderVerdict  #: Order and kind of the error.
 
     def to_dict(self) -> dict[str, Any]:
         """Return the ladder, ready for JSON."""
@@ -125,7 +125,7 @@ def climb_ladder(scene: Scene, against: str, timeout: float) -> UserLadder:
     """
     Run a user's function at the scene's step, and at 5 halvings of it.
 
-    The function reads ``scene.timestep``. Raises InputError where the scene has none, or the
+    The function reads ``scene.timestep``. Raises InputError if the scene has no step, or if the
     function gives the same result at all steps.
     """
     if scene.timestep is None:

@@ -1,4 +1,4 @@
-"""A user's own integrator: called with a scene, or its output read from a file."""
+"""User's integrator: called with a scene, or its output read from a file."""
 
 import csv
 import importlib
@@ -18,29 +18,29 @@ from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.campaign.pool import ProcessPool, sent
 from chaincor.workflows.errors import ChaincorError, RunError, WorkerDiedError
 
-# Seconds that a user's function may take where nothing else is said.
+# Default time limit of a user's function, in seconds.
 USER_TIMEOUT = 600.0
 
 
 class UserIntegratorError(RunError):
-    """The user's integrator failed, hung, or returned something that cannot be compared."""
+    """Failure of the user's integrator: an error, a timeout, or an unusable result."""
 
 
 @dataclass(frozen=True)
 class UserOutcome:
-    """What a user's integrator says of a collision."""
+    """Result of a user's integrator."""
 
-    velocities: Array  #: At any time after the last contact; they give eta; of shape (n,).
-    #: Right after the last contact, where given, like the velocities then; for mode energies; of
-    #: shape (n,).
+    velocities: Array  #: Velocities after the last contact, which give eta; of shape (n,).
+    #: Displacements right after the last contact, if given, for mode energies; of shape (n,).
     displacements: Array | None = None
-    #: Where given: counted from the first contact, which is included; of shape (contacts,).
+    #: Times of contacts since the first one, which is included, if given; of shape (contacts,).
     contact_times: Array | None = None
-    contact_speeds: Array | None = None  #: See ``contact_times``.
-    #: Of a free target, from the contact outward, along x as the chain's; None for a wall; of shape
+    contact_speeds: Array | None = None  #: Speeds of contacts, if given; of shape (contacts,).
+    #: Velocities of a free target along x, from the contact outward; None for a wall; of shape
     #: (M,).
     target_velocities: Array | None = None
-    target_displacements: Array | None = None  #: Likewise, where given; of shape (M,).
+    #: Displacements of the target, if given; of shape (M,).
+    target_displacements: Array | None = None
 
 
 _ARRAYS = tuple(field.name for field in fields(UserOutcome))
@@ -50,14 +50,14 @@ def run_user_integrator(against: str, scene: Scene, timeout: float) -> UserOutco
     """
     Call ``module:function`` with the scene, or read a CSV or NPZ file.
 
-    The function is the user's own code and is run as such, in a process of its own. It gets a
-    :class:`~chaincor.lammps_inputs.scene.Scene`, with its `velocity` in absolute units in place of
-    a `speed`, and returns the final velocities (array of shape (n,)), or a mapping with the key
-    ``velocities`` and, if it likes, ``displacements``, ``contact_times`` and ``contact_speeds``.
-    Masses, a target, a soft contact and the state at the start are in ``scene.line`` (a
-    :class:`~chaincor.lammps_inputs.line.Line`); for a free target the mapping must have
-    ``target_velocities``, too, and may have ``target_displacements``. A path that ends in .csv or
-    .npz is read. The result is checked for shape and finiteness.
+    The function runs in a separate process. It gets a :class:`~chaincor.lammps_inputs.scene.Scene`,
+    with its `velocity` in absolute units in place of a `speed`, and returns the final velocities
+    (array of shape (n,)), or a mapping with the key ``velocities`` and optionally
+    ``displacements``, ``contact_times`` and ``contact_speeds``. Masses, a target, a soft contact
+    and the state at the start are in ``scene.line`` (a :class:`~chaincor.lammps_inputs.line.Line`);
+    for a free target the mapping must have ``target_velocities`` and may have
+    ``target_displacements``. A path that ends in .csv or .npz is read. Shape and finiteness of the
+    result are checked.
 
     Raises InputError if there is no such function or file, or its module cannot be imported, and
     UserIntegratorError if it raises, takes longer than `timeout` seconds, dies, or returns
@@ -100,7 +100,11 @@ def _call(module: str, function: str, scene: Scene, timeout: float) -> dict[str,
 
 
 def _work(module: str, function: str, scene: Scene, folder: str) -> dict[str, Any] | ChaincorError:
-    """Run in the child: the user's module is looked for in the current folder first."""
+    """
+    Run the user's function in the child process.
+
+    The current folder is searched first for the user's module.
+    """
     sys.path.insert(0, folder)
     try:
         integrate = getattr(importlib.import_module(module), function)
@@ -109,19 +113,19 @@ def _work(module: str, function: str, scene: Scene, folder: str) -> dict[str, An
             f"cannot find {module}:{function}: {one_line(error)[:200]}; expected a function in a "
             "module on the Python path or in this folder"
         )
-    except (Exception, SystemExit) as error:  # a module may not compile, or do anything
+    except (Exception, SystemExit) as error:  # a module may fail to compile or raise anything
         return InputError(
             f"cannot import {module}: {_with_line(error, module)}; expected a module that Python "
             f"imports and that has a function {function}: correct it"
         )
     try:
         return _plain(integrate(_with_velocity(scene)))
-    except Exception as error:  # whatever a user's code raises
+    except Exception as error:  # a user's code may raise anything
         return UserIntegratorError(f"{module}:{function} raised {_with_line(error, module)}")
 
 
 def _with_line(error: BaseException, module: str) -> str:
-    """Return an error in one line, with the last line of the user's module that led to it."""
+    """Return an error in one line, with the last line of the user's module in its traceback."""
     said = f"{type(error).__name__}: {one_line(error)[:200]}"
     if isinstance(error, SyntaxError):
         return said
@@ -133,14 +137,14 @@ def _with_line(error: BaseException, module: str) -> str:
 
 
 def _with_velocity(scene: Scene) -> Scene:
-    """Return a scene whose `velocity` is a number, where it has one velocity at all."""
+    """Return a scene with its `velocity` as a number, if it has one velocity."""
     if scene.velocity is not None or scene.comes_moving:
         return scene
     return scene.replace(speed=None, velocity=scene.impact_velocity)
 
 
 def _plain(value: Any) -> dict[str, Any]:
-    """Return what can cross to the parent without its unpickling anything of the user's."""
+    """Return plain values, which the parent can unpickle without the user's code."""
     if isinstance(value, Mapping):
         return {
             str(key): np.asarray(inner, dtype=float).tolist()
@@ -160,7 +164,7 @@ def _read_file(path: Path) -> dict[str, Any]:
     except (OSError, ValueError, EOFError, csv.Error) as error:
         reason = getattr(error, "strerror", None) or "not a readable CSV or NPZ file"
         raise InputError(f"cannot read {str(path)!r}: {reason}") from None
-    except Exception as error:  # a damaged archive raises what zipfile and zlib please
+    except Exception as error:  # a damaged archive raises many errors of zipfile and zlib
         raise InputError(f"cannot read {str(path)!r}: {type(error).__name__}") from None
     columns = {"velocity": "velocities", "displacement": "displacements"}
     try:
