@@ -15,7 +15,7 @@ REACH = 5
 
 def antisymmetric_weights(derivative: int) -> Array:
     """
-    Return weights c_j with sum c_j (u_j - u_-j) = u^(derivative) at unit spacing.
+    Return weights c_j with the sum of ``c_j (u_j - u_-j)`` = ``u^(derivative)`` at unit spacing.
 
     Parameters
     ----------
