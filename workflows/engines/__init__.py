@@ -1,1 +1,1 @@
-"""Engines that carry one scene through its collision and return a raw outcome."""
+"""Engines that run the collision of one scene and return a raw outcome."""

@@ -39,7 +39,7 @@ _HALVES: dict[Scheme, tuple[float, ...]] = {
 class Composition:
     """A palindromic sequence of Verlet steps w_k H."""
 
-    name: Scheme  #: The scheme's name in scenes.
+    name: Scheme  #: Name of the scheme in scenes.
     order: int  #: Order of the error of one run against H.
     weights: tuple[float, ...]  #: w_k, in the order in which the steps are taken; they sum to 1.
 

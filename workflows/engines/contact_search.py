@@ -1,14 +1,15 @@
 r"""
-Contact search of both engines: when the gap closes within one step, to rounding.
+Contact search of both engines: the time within a step at which the gap closes, to rounding.
 
-The path of particle 1 over a step, x(s) for 0 <= s <= H, is that of the composed map itself,
-:math:`x(s) = x_1(\Phi_s(z))`, so that a contact is located to rounding at any order. Only as many
-particles as the map has stages can act on particle 1 within one step: the search moves those alone.
+The path of particle 1 over a step, x(s) for 0 <= s <= H, is the path of the composed map itself,
+:math:`x(s) = x_1(\Phi_s(z))`, so a contact is located to rounding at any order. At most as many
+particles as the map has stages can act on particle 1 within one step, and the search moves only
+these.
 
-Where to look is told by the quintic that fits position, velocity and acceleration at both ends:
-its Bernstein coefficients change sign at least as often as it has roots (Descartes' rule). None
-means no contact, one exactly one; with more, the step is halved until it is one of these. A
-departure from the wall at s = 0 is not counted, for zeros have no sign.
+The search starts from the quintic that fits position, velocity and acceleration at both ends. Its
+Bernstein coefficients change sign at least as often as it has roots (Descartes' rule). No change
+means no contact and one change exactly one contact; with more changes, the step is halved until one
+of these cases holds. A departure from the wall at s = 0 does not count, because zeros have no sign.
 """
 
 from collections.abc import Callable, Sequence
@@ -22,27 +23,28 @@ from chaincor.lammps_inputs.arrays import Array
 PathPoint = tuple[float, float, float]
 Quintic = tuple[float, float, float, float, float, float]
 
-# Relative to the time sought: what rounding leaves.
+# Relative resolution of times, left by rounding.
 RESOLUTION = 4e-16
-# Newton-like steps double their digits, or halve the distance to a double zero: what takes longer
-# is a motion that has exploded, whose bounds on the curvature are out of all proportion.
+# Newton-like steps double their digits, or halve the distance to a double zero. If a search takes
+# more steps than this, the motion has exploded and its bounds on the curvature are out of
+# proportion.
 MOST_MOVES = 1000
-# Parts of a step that are not cut further. A visit to the wall as short as this changes the
-# velocity of particle 1 by a part in 1e6 of what its acceleration does in a step.
+# Smallest part of a step that is not divided further. A visit to the wall as short as this changes
+# the velocity of particle 1 by 1e-6 of the change that its acceleration causes in a step.
 NARROWEST = 2.0**-20
 # Newton's method needs about three evaluations; bisection to rounding would need 53.
 MOST_ITERATIONS = 80
-# Slope of the map and velocity differ by a part in 1e3 (Verlet) or less: so small a move of
-# Newton's method is its last.
+# The slope of the map and the velocity differ by 1e-3 (Verlet) or less, so a Newton step as small
+# as this is the last one.
 SETTLED = 1e-13
 
 
 def count_sign_changes(start: PathPoint, end: PathPoint, step: float) -> int:
     """
-    Bound the number of contacts between two points.
+    Return an upper bound on the number of contacts between two points.
 
-    These are the sign changes among the Bernstein coefficients of the Hermite quintic; zeros do not
-    count, so that neither does a departure from x = 0.
+    It is the number of sign changes among the Bernstein coefficients of the Hermite quintic. Zeros
+    do not count, so a departure from x = 0 does not count either.
     """
     x0, v0, a0 = start
     x1, v1, a1 = end
@@ -68,10 +70,10 @@ def first_root(coefficients: Sequence[float] | Array, end: float) -> float:
     """
     Return the first zero of a polynomial that starts positive, by steps that cannot pass it.
 
-    From x > 0 with slope v and a bound B on the curvature, no zero is nearer than the positive
-    root of x + v d - B d^2/2; near a zero that is Newton's step. Coefficients are of rising powers;
-    a zero constant term is a departure, and divided out. -1 where there is no zero up to `end`;
-    where `MOST_MOVES` do not reach it, a time before it.
+    From x > 0 with slope v and a bound B on the curvature, no zero is nearer than the positive root
+    of x + v d - B d^2/2; near a zero this is Newton's step. The coefficients belong to rising
+    powers. A constant term of zero is a departure and is divided out. Return -1 if there is no zero
+    up to `end`, and a time before the zero if `MOST_MOVES` steps do not reach it.
     """
     first = 1 if coefficients[0] == 0.0 else 0
     degree = len(coefficients) - 1 - first
@@ -103,14 +105,14 @@ def first_root(coefficients: Sequence[float] | Array, end: float) -> float:
 
 
 def fit_path(start: PathPoint, end: PathPoint, step: float) -> Quintic:
-    """Return the quintic between two points, in powers of the time over the step between them."""
+    """Return the quintic between two points, in powers of the time divided by the step."""
     x0, v0, a0 = start
     x1, v1, a1 = end
     v0, v1 = v0 * step, v1 * step
     a0, a1 = 0.5 * a0 * step * step, 0.5 * a1 * step * step
-    # What is left to position, velocity and acceleration by the first three terms.
+    # Remainders of position, velocity and acceleration after the first three terms.
     x, v, a = x1 - x0 - v0 - a0, v1 - v0 - 2.0 * a0, a1 - a0
-    # No array, which would be taken from the heap at every contact.
+    # An array would be allocated from the heap at every contact.
     a3, a4, a5 = 10.0 * x - 4.0 * v + a, -15.0 * x + 7.0 * v - 2.0 * a, 6.0 * x - 3.0 * v + a
     return x0, v0, a0, a3, a4, a5
 
@@ -119,10 +121,10 @@ def narrow(
     low: float, high: float, time: float, point: PathPoint
 ) -> tuple[float, float, float, bool]:
     """
-    Take one step towards the zero of a path between two times, one of which has the point.
+    Take one step towards the zero of a path between two times; `point` is the path at `time`.
 
-    Returns narrower bounds, a better time within them, and whether that is the zero to the last
-    digits.
+    Return narrower bounds, a better time within them, and whether this time is the zero to
+    rounding.
     """
     x, v, a = point
     if x == 0.0:
@@ -135,27 +137,27 @@ def narrow(
     if not low <= better <= high:
         better = 0.5 * (low + high)
     moved = abs(better - time)
-    # Newton's next move would be the curvature's share of this one squared, and what the slope of
-    # the map and the velocity differ by.
+    # The size of Newton's next step comes from the curvature times this step squared, and from the
+    # difference between the slope of the map and the velocity.
     near = moved * moved * abs(a) <= RESOLUTION * better * abs(v)
     return low, high, better, moved <= SETTLED * better and near
 
 
-# What the next point of a path is for: the end of the step, a part of the step, the zero.
+# Purpose of the next point of a path: the end of the step, a part of the step, the zero.
 LOOK, CUT, REFINE = range(3)
 
-# Where a search stands: fields of the ledger of a run.
+# State of a search: fields of the ledger of a run.
 SEARCH_FIELDS = [
-    ("search_stage", "i8"),  # what the next point is for
-    ("search_moves", "i8"),  # how often the zero was refined
-    ("search_step", "f8"),  # in which it is searched
-    ("search_low", "f8"),  # the part of that which is looked at
+    ("search_stage", "i8"),  # purpose of the next point
+    ("search_moves", "i8"),  # number of refinements of the zero
+    ("search_step", "f8"),  # length of the step
+    ("search_low", "f8"),  # bounds of the current part of the step
     ("search_high", "f8"),
-    ("search_time", "f8"),  # when the next point is; in the end that of the contact, or -1
-    ("search_start_x", "f8"),  # position, velocity and acceleration where that part begins
+    ("search_time", "f8"),  # time of the next point; at the end, of the contact, or -1
+    ("search_start_x", "f8"),  # position, velocity and acceleration at the start of the part
     ("search_start_v", "f8"),
     ("search_start_a", "f8"),
-    ("search_end_x", "f8"),  # the same at the end of the step
+    ("search_end_x", "f8"),  # position, velocity and acceleration at the end of the step
     ("search_end_v", "f8"),
     ("search_end_a", "f8"),
 ]
@@ -163,20 +165,22 @@ SEARCH_FIELDS = [
 
 class SearchSteps(NamedTuple):
     """
-    The parts of a search, which asks for one point of a path after the other.
+    Parts of a search, which requests one point of a path after the other.
 
-    The ledger says where it stands, see `SEARCH_FIELDS`.
+    The ledger holds the state of the search, see `SEARCH_FIELDS`.
     """
 
-    #: ``is_free(start, end, step)``: whether there is no contact, as the ends of a step tell.
+    #: ``is_free(start, end, step)``: whether the ends of a step exclude a contact.
     is_free: Callable
-    begin: Callable  #: ``begin(ledger, step, start)``: a search within a step, by its end.
-    #: ``go_on(ledger, point)``: with the point that was asked for; returns whether it is over.
+    #: ``begin(ledger, step, start)`` begins a search; it first needs the end of the step.
+    begin: Callable
+    #: ``go_on(ledger, point)`` continues with the requested point and returns whether the search is
+    #: over.
     go_on: Callable
 
 
 def build_search_steps(register: Callable) -> SearchSteps:
-    """Return the parts of a search; `register` makes functions known to a compiler."""
+    """Return the parts of a search; `register` registers functions with a compiler."""
     count_changes = register(count_sign_changes)
     guess_path = register(fit_path)
     guess_root = register(first_root)
@@ -195,7 +199,7 @@ def build_search_steps(register: Callable) -> SearchSteps:
 
     @register
     def shorten_substep(ledger: Any, point: PathPoint) -> bool:
-        # From where it has the point at the end of a part.
+        # Continue from the point at the end of a part.
         step, low, high, after = ledger.search_step, ledger.search_low, ledger.search_high, point
         before = (ledger.search_start_x, ledger.search_start_v, ledger.search_start_a)
         end = (ledger.search_end_x, ledger.search_end_v, ledger.search_end_a)
@@ -205,7 +209,8 @@ def build_search_steps(register: Callable) -> SearchSteps:
             if changes > 1 and width > NARROWEST * step:
                 width *= 0.5
             elif changes == 1 or (after[0] <= 0.0 and after[1] < 0.0):
-                # The position is positive at `low`, a departure apart, and not at `high`.
+                # The position is positive at `low`, apart from a departure, and not positive at
+                # `high`.
                 guess = low + width * guess_root(guess_path(before, after, width), 1.0)
                 ledger.search_low, ledger.search_high, ledger.search_stage = low, high, REFINE
                 ledger.search_time = guess if low < guess < high else 0.5 * (low + high)
@@ -247,9 +252,9 @@ def build_contact_search(state_after: Callable, register: Callable) -> Callable:
     """
     Return the search for the first contact within a step.
 
-    ``find_contact(step, start, end, ledger, path)`` is the time of the first contact after the
-    start, or -1 where there is none, the ledger a record with `SEARCH_FIELDS`. For the point after
-    one step of any size it asks ``probe(time, path)``; the path is whatever that needs.
+    ``find_contact(step, start, end, ledger, path)`` returns the time of the first contact after the
+    start, or -1 if there is none. The ledger is a record with `SEARCH_FIELDS`. ``state_after(time,
+    path)`` returns the point after one step of any size; `path` is its argument.
     """
     is_free, begin, go_on = build_search_steps(register)
 

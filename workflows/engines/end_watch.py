@@ -1,4 +1,4 @@
-"""How long a collision is followed, the bodies that leave each other, and the watch for its end."""
+"""Search for the end of a collision, and the time for which a collision is followed."""
 
 import math
 from collections.abc import Sequence
@@ -20,48 +20,51 @@ from chaincor.workflows.engines.ending import (
 from chaincor.workflows.engines.fragment_bounds import reach
 from chaincor.workflows.engines.fragments import Body, Fragments
 
-# A collision is followed for so many times its own length and a few times that of one sound
-# crossing, and for so many crossings however late contacts come. Choices: the judge of many scenes
-# (`benchmarks/judge/plain.py`) runs on to 20 times, and so finds none that was not waited for.
+# A collision is followed for the first number times its own duration plus the second number of
+# sound crossings, but at most for the third number of crossings. These are choices: the judge of
+# many scenes (`benchmarks/judge/plain.py`) runs on to 20 times the duration, and so finds no
+# contact after these limits.
 FOLLOWED_TIMES = 21.0
 LEAST_CROSSINGS, MOST_CROSSINGS = 5.0, 200.0
-# A piece that approaches the wall is waited for, if it arrives within so many crossings.
+# A fragment that approaches the wall is followed if it arrives within this number of crossings.
 ARRIVAL_CROSSINGS = 200.0
-# Whole bodies that still vibrate are waited for as long as they need to meet for certain, or to be
-# too far apart for it: up to so many crossings after the last contact.
+# Whole bodies that still vibrate are followed until they certainly meet or are too far apart, up to
+# this number of crossings after the last contact.
 CERTAIN_CROSSINGS = 2000.0
 
-# An argument begins anew where the first piece loses or gains particles: what that stirs up may
-# come to its other end. Of a long one, whose far end boils, one in so many may come and go.
+# An argument begins anew if the first fragment loses or gains particles, because the disturbance
+# may reach its other end. In a long fragment, whose far end evaporates, one particle in this number
+# may come and go.
 EVAPORATING = 400
 
-# Each of two bodies has this part at least of the way, and of the speed, between both.
+# Least share of each of two bodies in the distance and in the speed between them.
 _LEAST_SHARE = 0.05
 
 LOOKS_PER_CROSSING = 10.0
-# Looks get rarer with the time since the contact.
+# The interval between looks grows with the time since the contact.
 LOOK_GROWTH = 1.4
 
 
 def longest_collision(particles: int, stiffness: float, last_contact: float) -> float:
-    """Return the time after the first contact at which an end not argued is open."""
+    """Return the time after the first contact after which an end that is not argued is open."""
     crossing = (particles + 5.0) / stiffness**0.5
     followed = FOLLOWED_TIMES * last_contact + LEAST_CROSSINGS * crossing
     return min(followed, MOST_CROSSINGS * crossing)
 
 
 def look_interval(particles: int, stiffness: float) -> float:
-    """Return the time between two looks for the end while contacts follow one another."""
+    """Return the time between two looks for the end while contacts still occur."""
     return (particles + 10.0) / stiffness**0.5 / LOOKS_PER_CROSSING
 
 
 def bodies_of(line: Line, bond: Potential, strains: Array, velocities: Array) -> list[Body]:
     """
-    Return the bodies of a line as :class:`EndWatch` looks at them, one or two.
+    Return the bodies of a line, one or two, in the form that :class:`EndWatch` needs.
 
-    A wall, and a single particle, only stand before the other body. Two chains are divided by a
-    plane in uniform motion that leaves each the more of the way and of the speed the hotter it is.
-    `strains` are those of the N - 1 bonds along x, with the gap, `velocities` the N ones along x.
+    A wall, or a single particle, is only an obstacle for the other body. Two chains are divided by
+    a plane in uniform motion; the hotter chain gets the larger share of the distance and of the
+    speed. `strains` are the N - 1 strains along x, including the gap, and `velocities` the N
+    velocities along x.
     """
     gap = float(strains[line.gap])
     chain = Body(0.0, strains[line.first :], velocities[line.first :], line.chain_masses)
@@ -89,7 +92,7 @@ def bodies_of(line: Line, bond: Potential, strains: Array, velocities: Array) ->
 
 
 def _seen_from(body: Body, distance: float, receding: float) -> Body:
-    """Return a body whose first particle is so far from a plane that recedes from it."""
+    """Return a body whose first particle has a distance from a plane that recedes from it."""
     return body._replace(first_displacement=distance, velocities=body.velocities + receding)
 
 
@@ -101,10 +104,10 @@ def _share(first: float, second: float) -> float:
 
 class EndWatch:
     """
-    Looks for the end of a collision, and remembers for how long it has been argued.
+    Search for the end of a collision, with a memory of how long the end has been argued.
 
-    Particles are those of the chain, the stiffness is U''(1) over the mean mass, by default that of
-    the bond.
+    `particles` is their number in the chain. `stiffness` is U''(1) over the mean mass, by default
+    the stiffness of the bond.
     """
 
     def __init__(self, particles: int, bond: Potential, stiffness: float | None = None) -> None:
@@ -119,11 +122,11 @@ class EndWatch:
 
     def look_at(self, now: float, last_contact: float, bodies: Sequence[Body]) -> Ending | None:
         """
-        Look at one body that leaves the wall, or at two that leave each other.
+        Return the end of the collision, or None if the bodies must be followed further.
 
-        No contact comes where neither body comes back to one plane between them, wherever that is
-        and however fast it moves. Bodies are the chain, and a target if it is free; times are now,
-        and that of the last contact so far. Returns None where they must be followed on.
+        No contact comes if neither body returns to a plane between them, whatever the position and
+        speed of this plane. `bodies` are the chain, and a target if it is free; the times are now
+        and the time of the last contact so far.
         """
         bond = self._bond
         if last_contact != self._last_contact:
@@ -168,9 +171,9 @@ class EndWatch:
         """
         Return whether it will soon be certain that whole bodies meet, or that they do not.
 
-        They meet before their mean displacements D have come so near that their first particles
-        cannot be far enough behind, and not once these cannot be far enough ahead: when D is as
-        large as both can reach.
+        They meet before their mean displacements D are so close that the first particles cannot be
+        far enough behind. They do not meet once D is so large that the first particles cannot be
+        far enough ahead, that is, once D is as large as both reaches.
         """
         if any(len(pieces.sizes) > 1 for pieces in parted):
             return False
@@ -189,12 +192,12 @@ class EndWatch:
         return True
 
     def followed_until(self, last_contact: float) -> float:
-        """Return until when the collision is followed; later with a piece under way to the wall."""
+        """Return the time until which the collision is followed, later if a fragment approaches."""
         longest = longest_collision(self._particles, self._stiffness, last_contact)
         return max(longest, self._arrival)
 
     def next_look(self, now: float, last_contact: float) -> float:
-        """Return when to look again: seldom, but not past the moment of an argument."""
+        """Return the time of the next look: seldom, but not after an argument becomes complete."""
         later = last_contact + LOOK_GROWTH * (now - last_contact)
         argued = self._calm_since + self._quiet * (1.0 + 1e-12)
         calm = self._calm_since < now

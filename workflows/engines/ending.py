@@ -1,28 +1,28 @@
 r"""
-The end of a collision: why no further contact can come, or how likely one is.
+End of a collision: evidence that no further contact comes, or the risk of one.
 
-The restitution is that of long times: a contact that comes late counts like any other. At a look,
-the chain is cut into pieces that stay apart (see ``pieces``), and the first piece is judged. For
-particle 1 to be at the wall, its bonds must stretch as far as the mean of the piece has gone, and
-to hit the wall it must move against that mean:
+The restitution belongs to the limit of long times, so a late contact counts like any other. To
+judge a state, the chain is cut into fragments that stay apart (see ``fragments``), and the first
+fragment is examined. Particle 1 can be at the wall only if the bonds of this fragment stretch as
+far as its mean has moved. To hit the wall, the particle must move against the mean:
 
 .. math:: U_\text{least}(D) + \tfrac12 V^2 \frac{m}{m - 1} \le I,
 
-where D is the mean displacement of the m particles, V their mean velocity and I the internal
-energy. An end is
+Here D is the mean displacement of the m particles, V their mean velocity and I the internal energy.
+An end is
 
-*proved* where V > 0, that inequality fails, and every cut is proved. A cut only pulls the piece
-away from the wall, so D and V never fall, and I is taken with all that the pull can add.
+*proved* if V > 0, the inequality fails and every cut is proved. A cut only pulls the fragment away
+from the wall, so D and V never fall, and I includes all energy that the pull can add.
 
-*argued* where the energy would suffice for a return, but nearly all of it would have to gather in
-one vibration, which is very unlikely (``piece_bounds.escape_risk``), and where this has been so,
-without a contact, for longer than sound needs to cross the chain and come back; or where the first
-piece recedes after the longest time that is followed, without a contact in all of it, and this does
-not hinge on errors.
+*argued* in two cases. First, the energy would suffice for a return, but nearly all of it would have
+to gather in one vibration, which is very unlikely (``fragment_bounds.escape_risk``), and this has
+held without a contact for longer than a sound round trip. Second, the first fragment recedes after
+the longest time that is followed without a contact, and this does not depend on errors of the
+motion.
 
-*open* where the first piece still approaches the wall then, or where motions that hardly differ
-disagree on a late contact, or on the state of a piece that has the energy for one. The momentum
-that contacts could bring is told, and belongs into the error bar.
+*open* if the first fragment still approaches the wall at that time, or if nearly equal motions
+disagree on a late contact or on the state of a fragment that has the energy for one. An open end
+reports the momentum that contacts could give, which belongs to the error bar.
 """
 
 import math
@@ -42,17 +42,16 @@ from chaincor.workflows.engines.fragment_bounds import (
 )
 from chaincor.workflows.engines.fragments import Body, Fragments
 
-# Sound in stretched bonds is slower than at natural length; the quiet time allows for a tenth.
+# Sound in stretched bonds is slower than at natural length, by up to a tenth here.
 QUIET_ROUND_TRIPS = 1.1
 
-# The next three are choices, not measurements: how often bars fail with them is counted by
-# `benchmarks.judge.plain`.
-# An end is argued where a return is less likely than this.
+# The next three constants are choices, not measurements; `benchmarks.judge.plain` counts how often
+# error bars fail with them. An end is argued if a return is less likely than this.
 RISK_ALLOWED = 1e-3
-# Where motions come to different ends, a return less likely than this, which none of them had, is
-# not reckoned with.
+# If motions come to different ends, a return that none of them had and that is less likely than
+# this is neglected.
 RISK_AT_STAKE = 0.02
-# What a part is thrown out with is reckoned to exceed its bound so often.
+# Probability with which the energy of an ejected part exceeds its bound.
 UNLIKELY = 0.01
 
 EndingKind = Literal["proved", "argued", "open"]
@@ -60,39 +59,35 @@ EndingKind = Literal["proved", "argued", "open"]
 
 @dataclass(frozen=True)
 class Ending:
-    """How a collision ended."""
+    """End of a collision."""
 
     kind: EndingKind  #: ``proved``, ``argued`` or ``open``.
-    #: Largest momentum that contacts after an open end could give the chain; 0 for the others.
+    #: Largest momentum that contacts after an open end could give the chain; 0 for other ends.
     missed_momentum: float = 0.0
-    #: The same of an argued end, were the motion another: 0 where no motion brings a contact but by
+    #: Largest momentum of contacts after an argued end in a nearly equal motion; 0 if contacts need
     #: a rare gathering of energy.
     momentum_at_stake: float = 0.0
 
     def doubted(self, momentum: float) -> "Ending":
         """
-        Return the end as it is known when late contacts of some momentum, 0 for none, are in doubt.
+        Return the end if late contacts of some momentum, 0 for none, are in doubt.
 
-        Hardly different motions have these contacts or have not: it is open where they could give
-        more than is known of already.
+        Nearly equal motions disagree on these contacts. The end is open if the contacts could give
+        more than the momentum that is already missing.
         """
         return Ending("open", momentum) if momentum > self.missed_momentum else self
 
 
 def sound_round_trip(particles: int, stiffness: float) -> float:
-    """
-    Return how long an argument must hold: until sound has crossed the chain and come back.
-
-    `stiffness` is U''(1) over the mean mass.
-    """
+    """Return the time for which an argument must hold: a sound round trip through the chain."""
     return QUIET_ROUND_TRIPS * 2.0 * particles / stiffness**0.5
 
 
 def return_risk(pieces: Fragments, bond: Potential) -> float:
     """
-    Estimate how likely particle 1 is to hit the wall again.
+    Return the estimated probability that particle 1 hits the wall again.
 
-    0 where it is proved that it does not; 1 while the first piece, or the chain, approaches.
+    It is 0 if a proof excludes this, and 1 while the first fragment, or the chain, approaches.
     """
     momentum = float(pieces.weights @ pieces.speeds)
     size, speed, lever = int(pieces.sizes[0]), float(pieces.speeds[0]), pieces.lever
@@ -106,18 +101,18 @@ def return_risk(pieces: Fragments, bond: Potential) -> float:
         return pieces.return_risk
     breaking = breaking_energy(bond)
     if free < breaking or displacement < reach(bond, PAID * breaking, lever):
-        return 1.0  # not yet far enough: no bond need break
+        return 1.0  # not far enough yet: no bond need break
     alone = escape_risk(bond, energy, lever, speed, VIBRATIONS * float(pieces.sizes.sum()))
     return min(1.0, pieces.return_risk + alone)
 
 
 def approach(*bodies: Fragments) -> float:
     r"""
-    Return the largest momentum that a first piece which approaches the wall can be given there.
+    Return the largest impulse at the wall on a first fragment that approaches it.
 
-    It turns round with all its energy at most: :math:`m |V| + \sqrt{2 m (I + m V^2/2)}`. Of two
-    bodies, the chain and a free target, m is the reduced mass of the first pieces, V their relative
-    velocity and I the sum.
+    At most it leaves with all its energy: :math:`m |V| + \sqrt{2 m (I + m V^2/2)}`. For two bodies,
+    the chain and a free target, m is the reduced mass of the first fragments, V their relative
+    velocity and I the sum of their internal energies.
     """
     masses = [float(pieces.weights[0]) for pieces in bodies]
     mass = masses[0] if len(masses) == 1 else 1.0 / sum(1.0 / each for each in masses)
@@ -128,17 +123,17 @@ def approach(*bodies: Fragments) -> float:
 
 def evaporation(pieces: Fragments, bond: Potential) -> float:
     r"""
-    Return the largest momentum that a part thrown out by a piece would be given at the wall.
+    Return the largest impulse at the wall on a part that a fragment ejects.
 
-    Of the mass m a part :math:`m'` moves at :math:`w` relative to the others, with the energy
-    :math:`\tfrac12 \mu w^2`, :math:`\mu = m'(m - m')/m`, and hit the wall at :math:`w (m - m')/m -
-    V`, or pieces before them, which hand that on. Of the energy that breaking leaves, :math:`I -
-    E`, which is shared freely, one motion of n particles gets more than :math:`(I - E)(1 -
-    q^{1/(n-2)})` with the probability q. 0 where no part can come back.
+    A part :math:`m'` of the mass m moves at :math:`w` relative to the rest, with the energy
+    :math:`\tfrac12 \mu w^2`, :math:`\mu = m'(m - m')/m`. It hits the wall at :math:`w (m - m')/m -
+    V`, or hits fragments before it, which pass the momentum on. The energy left after breaking,
+    :math:`I - E`, is shared freely among n particles; one motion gets more than :math:`(I - E)(1 -
+    q^{1/(n-2)})` with the probability q. Return 0 if no part can come back.
     """
     breaking = breaking_energy(bond)
     paid = breaking if math.isfinite(breaking) else 0.0
-    # The others matter where they may disturb the first.
+    # The other fragments matter only if they may disturb the first one.
     count = 1 if pieces.return_risk <= RISK_ALLOWED else len(pieces.sizes)
     largest = 0.0
     begin = 0
@@ -161,9 +156,9 @@ def argue_end(
     bond: Potential,
 ) -> str | None:
     """
-    Return by what no further contact can come, ``proved`` or ``argued``, from one state alone.
+    Return ``proved`` or ``argued`` for the end of one state alone, or None if a contact may come.
 
-    None where one may. The state is that of a :class:`pieces.Body`.
+    The state is described as in :class:`fragments.Body`.
     """
     if float(np.sum(velocities)) <= 0.0:
         return None

@@ -1,15 +1,13 @@
 r"""
-Bounds on one piece of a chain: how far its end particle gets, and how likely it is thrown out.
+Bounds on one fragment of a chain: the reach of its end particle, and the risk of its ejection.
 
-Inside a piece, the end particle is displaced from where the mean has it by
-:math:`D = \sum_i w_i s_i`, in which :math:`w_i` is the part of the mass beyond bond i; with equal
-masses :math:`w_i = i/m`. With :math:`\kappa` the smallest
-:math:`2 U/s^2` that bonds of energy I or less can have, Cauchy and Schwarz give
-:math:`D^2 \le 2 I \sum_i w_i^2/\kappa`, and where U is convex, Jensen
-:math:`U(D/W) \le I w_{m-1}/W` with the largest of them, :math:`w_{m-1}`, and
-:math:`W = \sum_i w_i`. A piece whose energy suffices to break
-a bond is bounded otherwise: what lies farther out than the displacement that costs 0.9 of a broken
-bond has only the rest of the energy to move with.
+Inside a fragment, the end particle is displaced from its place relative to the mean by :math:`D =
+\sum_i w_i s_i`, where :math:`w_i` is the share of the mass beyond bond i; with equal masses
+:math:`w_i = i/m`. Let :math:`\kappa` be the smallest :math:`2 U/s^2` of bonds with energy I or
+less. Cauchy and Schwarz give :math:`D^2 \le 2 I \sum_i w_i^2/\kappa`. If U is convex, Jensen gives
+:math:`U(D/W) \le I w_{m-1}/W` with the largest weight, :math:`w_{m-1}`, and :math:`W = \sum_i w_i`.
+A fragment with enough energy to break a bond has another bound: beyond the displacement that costs
+0.9 of a broken bond, only the rest of the energy is left for motion.
 """
 
 import math
@@ -21,36 +19,36 @@ from numpy.typing import NDArray
 
 from chaincor.lammps_inputs.bonds.potential import Potential
 
-# Energy of a broken bond that is taken as paid once an end particle is far out.
+# Part of the energy of a broken bond that counts as spent once an end particle is far out.
 PAID = 0.9
-# Vibrations a particle with which risks are reckoned.
+# Number of vibrations for each particle in estimates of risk.
 VIBRATIONS = 100.0
-# Of an escape for which there is energy.
+# Least risk of an escape for which there is energy.
 _LEAST_RISK = 1e-300
-# Bounds are worked out for energies on a ladder of this ratio, and kept.
+# Bounds are computed and cached for energies on a ladder of this ratio.
 ENERGY_LADDER = math.log(1.03)
 
 
 def breaking_energy(bond: Potential) -> float:
-    """Return the energy that a bond cannot hold, of dissociation or its barrier; inf for none."""
+    """Return the energy that breaks a bond, by dissociation or over its barrier; inf if none."""
     return min(bond.dissociation, bond.barrier)
 
 
 class Lever(NamedTuple):
-    """How the bonds of a piece move one of its end particles against its mean."""
+    """Lever of the bonds of a fragment on one of its end particles, against the mean."""
 
-    particles: int  #: Of the piece.
-    #: Sum of the weights w_i, and of their squares.
+    particles: int  #: Number of particles of the fragment.
+    #: Sum of the weights w_i.
     total: float
-    squares: float  #: See ``total``.
-    largest: float  #: The largest of them.
-    #: Of the end particle, and of the piece.
+    squares: float  #: Sum of the squares of the weights.
+    largest: float  #: Largest weight.
+    #: Mass of the end particle.
     mass: float
-    whole: float  #: See ``mass``.
+    whole: float  #: Mass of the fragment.
 
     @classmethod
     def of(cls, masses: NDArray[np.float64]) -> "Lever":
-        """Return that of the first particle of a piece with these masses."""
+        """Return the lever of the first particle of a fragment with these masses."""
         whole = float(np.sum(masses))
         weights = np.cumsum(masses[:0:-1]) / whole
         largest = float(np.max(weights, initial=0.0))
@@ -65,9 +63,10 @@ class Lever(NamedTuple):
 
 def reach(bond: Potential, energy: float, lever: Lever) -> float:
     """
-    Return how far an end particle can get from where the mean of its piece has it.
+    Return the largest distance of an end particle from its place relative to the mean.
 
-    `energy` is all that the bonds can have; inf where it suffices to break one.
+    `energy` is the largest energy of all bonds together. The distance is inf if this suffices to
+    break a bond.
     """
     if lever.particles == 1 or energy <= 0.0:
         return 0.0
@@ -85,7 +84,7 @@ def reach(bond: Potential, energy: float, lever: Lever) -> float:
 
 
 def _on_ladder(bond: Potential, energy: float) -> float:
-    """Return an energy that is a little higher, one of few; never one that breaks the bond."""
+    """Return the next energy of the ladder, or `energy` if the next one would break the bond."""
     rung = math.ceil(math.log(energy / bond.stiffness) / ENERGY_LADDER)
     higher = bond.stiffness * math.exp(rung * ENERGY_LADDER)
     return higher if higher < breaking_energy(bond) else energy
@@ -93,7 +92,7 @@ def _on_ladder(bond: Potential, energy: float) -> float:
 
 @lru_cache(maxsize=8192)
 def _extent(bond: Potential, energy: float) -> tuple[float, float]:
-    """Return the longest strain of bonds that hold an energy at most, and the least 2 U/s^2."""
+    """Return the longest strain of bonds with at most an energy, and their least 2 U/s^2."""
     lowest, longest = bond.strain_range(energy)
     strains = np.linspace(lowest, longest, 66)
     strains = strains[strains != 0.0]
@@ -106,19 +105,19 @@ def escape_risk(
     bond: Potential, energy: float, lever: Lever, speed: float, patience: float
 ) -> float:
     r"""
-    Estimate how likely a piece is to throw its end particle out with a speed.
+    Return the estimated probability that a fragment ejects its end particle with a speed.
 
-    The energy that takes is :math:`E^* = U(\infty) + \frac12 u^2 \frac{m_1 M}{M - m_1}` with the
-    masses :math:`m_1` of the particle and M of the piece. Less than that is a proof. More is judged
-    as unimolecular decay is: of m - 1 vibrations that share the energy I freely, one has E* or more
-    with the probability :math:`(1 - E^*/I)^{m-2}`, at each vibration; and a piece that decays at
-    all does so with that much in :math:`((I - E^*)/(I - U(\infty)))^{m-2}` of the cases, and cools.
-    Over a barrier, beyond which a bond gains energy without bound, :math:`E^*` is the barrier
-    alone, whatever the speed. Where nothing binds, nothing needs to gather: particles hand their
-    velocities on.
+    This needs the energy :math:`E^* = U(\infty) + \frac12 u^2 \frac{m_1 M}{M - m_1}` with the
+    masses :math:`m_1` of the particle and M of the fragment. Less energy is a proof. More energy is
+    judged like unimolecular decay. The energy I is shared freely by m - 1 vibrations, and one of
+    them has E* or more with the probability :math:`(1 - E^*/I)^{m-2}`, at each vibration. A
+    fragment that decays at all does so with this energy in :math:`((I - E^*)/(I -
+    U(\infty)))^{m-2}` of the cases, and cools. Over a barrier, beyond which a bond gains energy
+    without bound, :math:`E^*` is the barrier alone, whatever the speed. If nothing binds the
+    particles, no energy needs to gather, because they pass their velocities on.
 
-    `energy` is the internal one; `speed` is relative to the mean of the piece, and no escape is
-    possible with less than none; `patience` is how many vibrations are reckoned with.
+    `energy` is the internal energy and `speed` is relative to the mean of the fragment. The result
+    is 1 for a speed of zero or less. `patience` is the number of vibrations.
     """
     if lever.particles == 1:
         return 0.0
@@ -136,5 +135,5 @@ def escape_risk(
     decays = math.exp(freedoms * math.log1p(-needed / energy)) if energy > needed else 0.0
     part = (energy - needed) / (energy - breaking)
     times = energy / breaking
-    # What is only unlikely is never taken for impossible, however long the piece.
+    # An unlikely escape never counts as impossible, however long the fragment.
     return min(1.0, max(_LEAST_RISK, min(patience * decays, times * part**freedoms)))

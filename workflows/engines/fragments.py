@@ -1,18 +1,17 @@
 r"""
-Pieces of a broken chain, and what keeps them apart.
+Fragments of a broken chain, and the proof that they stay apart.
 
-A stretched bond only ever pulls its ends towards each other. A piece in front of a stretched bond
-is therefore pulled away from the wall, never towards it, and what the rest of the chain can do to
-it is bounded as long as that bond stays stretched. Cuts are stretched bonds beyond their
-inflection, where the pull falls with the length. If the gap at a cut never gets shorter than
-:math:`g + w t`, the pull across it gives each side the momentum
+A stretched bond only pulls its ends towards each other. A fragment in front of a stretched bond is
+therefore pulled away from the wall, never towards it, and the effect of the rest of the chain on it
+is bounded while this bond stays stretched. Cuts are stretched bonds beyond their inflection, where
+the pull falls with the length. If the gap at a cut never gets shorter than :math:`g + w t`, the
+pull across it gives each side at most the momentum
 
 .. math:: J \le \int_0^\infty U'(g + w t)\,dt = \frac{U(\infty) - U(g)}{w}
 
-at most, and since no particle moves faster in the frame of its piece than
-:math:`\sqrt{2 I/m}`, where I is the internal energy and m its mass, :math:`\sqrt{2 I}` grows by
-:math:`J/\sqrt m` at most. Where the
-gaps so worsened still grow as was assumed, they do so for ever: a proof.
+No particle moves faster in the frame of its fragment than :math:`\sqrt{2 I/m}`, where I is the
+internal energy and m the mass of the particle, so :math:`\sqrt{2 I}` grows by :math:`J/\sqrt m` at
+most. If the gaps with these changes still grow as assumed, they do so for ever, which is a proof.
 """
 
 import math
@@ -27,58 +26,57 @@ from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.workflows.engines.fragment_bounds import PAID, VIBRATIONS, Lever, escape_risk, reach
 
-# Part of the present speed of separation that must be left when all pulls are counted.
+# Part of the present speed of separation that must remain after all pulls.
 _LEFT = 0.5
-# The pull is reckoned with gaps that the pull itself makes smaller.
+# Reserve in the pull, because the pull itself makes the gaps smaller.
 _RESERVE = 1.5
-# Verlet steps that look ahead keep energies to some parts in a thousand.
+# Reserve in energies: the Verlet steps of look-ahead runs keep energies to some parts in 1e3.
 _ENERGY_RESERVE = 1.01
 
 
 @dataclass(frozen=True)
 class Fragments:
-    """A chain cut at stretched bonds: what is known of its pieces, and of each cut."""
+    """Chain cut at stretched bonds, with the properties of its fragments and cuts."""
 
-    cuts: NDArray[np.int64]  #: Bonds; of shape (pieces - 1,).
-    sizes: NDArray[np.int64]  #: Particles in each; of shape (pieces,).
-    masses: Array  #: Of all particles; of shape (n,).
-    weights: Array  #: Masses of the pieces; of shape (pieces,).
+    cuts: NDArray[np.int64]  #: Indices of the cut bonds; of shape (pieces - 1,).
+    sizes: NDArray[np.int64]  #: Number of particles in each fragment; of shape (pieces,).
+    masses: Array  #: Masses of all particles; of shape (n,).
+    weights: Array  #: Masses of the fragments; of shape (pieces,).
     speeds: Array  #: Centre-of-mass velocities, positive away from the wall; of shape (pieces,).
-    #: Internal energies, with what pulls across the cuts can ever add; of shape (pieces,).
+    #: Internal energies, including all that pulls across the cuts can ever add; of shape (pieces,).
     energies: Array
     displacements: Array  #: Mean of x_i - (i - 1); of shape (pieces,).
-    levers: list[tuple[Lever, Lever]]  #: Of both ends of every piece.
-    #: For which cuts it is proved that the pieces stay apart; of shape (pieces - 1,).
+    levers: list[tuple[Lever, Lever]]  #: Levers of both ends of each fragment.
+    #: Whether it is proved that the fragments at a cut stay apart; of shape (pieces - 1,).
     apart: NDArray[np.bool_] = field(default_factory=lambda: np.empty(0, bool))
-    #: Energy of relative motion across each cut less what breaks the bond, negative where pieces
-    #: approach; of shape (pieces - 1,).
+    #: Energy of relative motion across each cut less the energy that breaks the bond; negative if
+    #: the fragments approach; of shape (pieces - 1,).
     binding: Array = field(default_factory=lambda: np.empty(0))
-    #: How likely the others are to disturb the first piece so that it meets the wall again: 0 where
-    #: that is ruled out.
+    #: Probability that the other fragments disturb the first one so that it reaches the wall again;
+    #: 0 if this is excluded.
     return_risk: float = 0.0
 
     @property
     def lever(self) -> Lever:
-        """That of particle 1 in the first piece."""
+        """Lever of particle 1 in the first fragment."""
         return self.levers[0][0]
 
 
 class Body(NamedTuple):
-    """A body that leaves another: the chain, or a free target."""
+    """Body that leaves another: the chain, or a free target."""
 
-    #: How far its particle at the contact is from a plane between both bodies; for the chain at a
-    #: wall, from that.
+    #: Distance of its particle at the contact from a plane between both bodies, or from the wall.
     first_displacement: float
     strains: Array  #: Bond lengths less one, from the contact outward; of shape (n - 1,).
-    velocities: Array  #: Relative to that plane, positive away from it; of shape (n,).
-    masses: Array | None = None  #: None where all are 1; of shape (n,).
+    velocities: Array  #: Velocities relative to that plane, positive away from it; of shape (n,).
+    masses: Array | None = None  #: Masses; None if all are 1; of shape (n,).
 
     def pieces(self, bond: Potential) -> Fragments:
         """
-        Cut it into as many pieces as move apart, one at least.
+        Return the fragments of the body: as many as move apart, at least one.
 
-        Pieces that approach, or whose motion does not break the bond between them, are taken as
-        one.
+        Fragments that approach each other, or whose motion does not break the bond between them,
+        count as one.
         """
         chain = _Chain(self, bond)
         cuts = np.empty(0, dtype=np.int64)
@@ -90,13 +88,13 @@ class Body(NamedTuple):
             if len(failing) == 0:
                 risk = chain.return_risk(pieces)
                 return replace(pieces, return_risk=risk) if risk > 0.0 else pieces
-            # Those most firmly bound first: with them taken as one, the others may move apart.
+            # Join the most firmly bound fragments first: the others may then move apart.
             bound = failing[np.argsort(pieces.binding[failing])]
             cuts = np.delete(cuts, bound[: max(1, len(failing) // 3)])
 
 
 class _Chain:
-    """A state, with what all its partitions need."""
+    """State of a body, with the quantities that all its partitions need."""
 
     def __init__(self, body: Body, bond: Potential) -> None:
         first, strains, velocities, masses = body
@@ -104,11 +102,11 @@ class _Chain:
         self.displacements = np.cumsum(np.concatenate(([first], strains)))
         self.strains, self.velocities, self.bond = strains, velocities, bond
         self.patience = VIBRATIONS * len(velocities)
-        with np.errstate(over="ignore"):  # an exploded motion, which its energy gives away
+        with np.errstate(over="ignore"):  # an exploded motion, which its energy reveals
             self.bond_energies = np.append(bond.energy(strains), 0.0)
 
     def cut_at(self, cuts: NDArray[np.int64]) -> Fragments:
-        """Take the chain as cut there."""
+        """Return the fragments of the chain with the given cuts."""
         bond = self.bond
         starts = np.concatenate(([0], cuts + 1))
         sizes = np.diff(np.append(starts, len(self.velocities)))
@@ -144,13 +142,13 @@ class _Chain:
         )
         apart &= (later >= bond.convex_strain) & (slower >= kept)
         apart &= self._pull(later, kept, apart) <= pulls
-        # Where nothing is proved, the pull is that of the present motion.
+        # At cuts without a proof, take the pull of the present motion.
         present = self._pull(self.strains[cuts], _LEFT * opening, opening > 0.0)
         worse = self._worsened(energies, np.where(apart, pulls, present), levers)
         return replace(pieces, energies=worse, apart=apart, binding=binding)
 
     def return_risk(self, pieces: Fragments) -> float:
-        """Work out how likely what happens at any cut is to reach the wall."""
+        """Return the probability that an event at any cut has an effect at the wall."""
         speeds, energies, levers = pieces.speeds, pieces.energies, pieces.levers
         disturbed = 0.0
         for k in range(len(pieces.cuts) - 1, -1, -1):
@@ -172,10 +170,10 @@ class _Chain:
     def _levers(
         self, starts: NDArray[np.int64], sizes: NDArray[np.int64]
     ) -> list[tuple[Lever, Lever]]:
-        """Return those of both ends of every piece."""
+        """Return the levers of both ends of each fragment."""
         through, last = np.cumsum(self.masses), starts + sizes - 1
         whole = np.add.reduceat(self.masses, starts)
-        # Of each particle's piece, the part of the mass that is beyond it, seen from either end.
+        # Mass of the fragment beyond each particle, seen from either end.
         beyond = np.repeat(through[last], sizes) - through
         before = np.repeat(whole, sizes) - beyond - self.masses
         before[starts] = 0.0
@@ -194,7 +192,7 @@ class _Chain:
         return escape_risk(self.bond, energy, lever, speed, self.patience)
 
     def _group_escape(self, start: int, speed: float) -> float:
-        """Return the risk that all from a particle on, taken as one, throw one back to a speed."""
+        """Return the risk that all particles from `start` on together eject one at a speed."""
         velocities, masses = self.velocities[start:], self.masses[start:]
         mean = float(np.sum(masses * velocities)) / float(np.sum(masses))
         energy = 0.5 * float(np.sum(masses * (velocities - mean) ** 2))
@@ -210,19 +208,19 @@ class _Chain:
         ahead: Array,
         energies: Array,
     ) -> tuple[Array, Array]:
-        """Return strains of the cut bonds, and their growth, that no motion can fall below."""
+        """Return lower bounds on the strains of the cut bonds and on their growth."""
         far = zip(energies[:-1], levers[:-1], strict=True)
         near = zip(energies[1:], levers[1:], strict=True)
         last = np.array([self._end(float(energy), lever[1]) for energy, lever in far])
         first = np.array([self._end(float(energy), lever[0]) for energy, lever in near])
-        # Displacements now, where they are beyond what is reckoned with.
+        # Use the present displacements if they exceed these bounds.
         back = np.maximum(last[:, 0], self.displacements[cuts] - means[:-1])
         front = np.maximum(first[:, 0], means[1:] - self.displacements[cuts + 1])
         gaps = (means[1:] - front) - (means[:-1] + back)
         return gaps, ahead - behind - first[:, 1] - last[:, 1]
 
     def _end(self, energy: float, lever: Lever) -> tuple[float, float]:
-        """Return how far an end particle gets, and how fast it leaves beyond that."""
+        """Return bounds on the displacement of an end particle and on its speed beyond it."""
         bond = self.bond
         if energy < PAID * bond.dissociation or lever.particles == 1:
             return reach(bond, energy, lever), 0.0
@@ -231,14 +229,14 @@ class _Chain:
         return reach(bond, paid, lever), math.sqrt(rest)
 
     def _pull(self, gaps: Array, growths: Array, where: NDArray[np.bool_]) -> Array:
-        """Return the momentum that the pull across gaps gives in all the future."""
+        """Return the momentum that the pull across gaps gives in all future."""
         bond = self.bond
         gaps, growths = np.where(where, gaps, 1.0), np.where(where, growths, 1.0)
         return np.where(where, (bond.dissociation - bond.energy(gaps)) / growths, 0.0)
 
     @staticmethod
     def _worsened(energies: Array, pulls: Array, levers: list[tuple[Lever, Lever]]) -> Array:
-        """Return internal energies with what pulls from both sides add."""
+        """Return the internal energies including the effect of pulls from both sides."""
         first, last = (np.array([lever[end].mass for lever in levers]) ** -0.5 for end in (0, 1))
         sides = np.append(0.0, pulls) * first + np.append(pulls, 0.0) * last
         return 0.5 * (np.sqrt(2.0 * energies) + sides) ** 2
@@ -248,11 +246,11 @@ def count_fragments(
     strains: Array, velocities: Array, bond: Potential, masses: Array | None = None
 ) -> int:
     """
-    Return how many connected pieces a chain has at a moment, one at least.
+    Return the number of connected fragments of a chain at one time, at least one.
 
-    A bond counts as broken while it stretches and the energy of the relative motion of its ends (of
-    equal masses 1: reduced mass 1/2) plus U exceeds dissociation. Strains are n - 1, velocities and
-    masses, 1 by default, n.
+    A bond counts as broken if it stretches and the energy of the relative motion of its ends (for
+    equal masses 1: reduced mass 1/2) plus U exceeds dissociation. `strains` has n - 1 values,
+    `velocities` and `masses` (1 by default) have n.
     """
     if math.isinf(bond.dissociation):
         return 1

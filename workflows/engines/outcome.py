@@ -1,4 +1,4 @@
-"""What an engine returns: the raw outcome of one collision, before any analysis."""
+"""Raw outcome of one collision, as an engine returns it before any analysis."""
 
 from dataclasses import dataclass, field, fields, replace
 from typing import Any
@@ -11,8 +11,8 @@ from chaincor.lammps_inputs.line import Line
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.workflows.engines.ending import Ending
 
-# A stable integration does not double the energy: far more than any step that resolves its bonds
-# can be off.
+# A stable integration does not double the energy; steps that resolve the bonds have far smaller
+# errors.
 MOST_ENERGY_GROWTH = 2.0
 
 
@@ -24,23 +24,28 @@ class Frames:
     displacements: NDArray[np.float64]  #: u_i = x_i - (i - 1); of shape (frames, n).
     #: Velocities, positive away from the wall; of shape (frames, n).
     velocities: NDArray[np.float64]
-    #: The same of a free target, from the contact outward, along x as the chain's; of shape
+    #: Displacements of a free target, from the contact outward, along x like the chain's; of shape
     #: (frames, M).
     target_displacements: NDArray[np.float64] | None = None
-    target_velocities: NDArray[np.float64] | None = None  #: See ``target_displacements``.
+    #: Velocities of a free target; of shape (frames, M).
+    target_velocities: NDArray[np.float64] | None = None
 
     @classmethod
     def of(
         cls, line: Line, times: ArrayLike, displacements: ArrayLike, velocities: ArrayLike
     ) -> "Frames":
-        """Return those of a line, told of all its particles along x; a hard wall may be none."""
+        """
+        Return the frames of both bodies from arrays over all particles along x.
+
+        A hard wall may be left out of the arrays.
+        """
         chain, targets = len(line.chain_masses), line.targets
         moved, moving = np.array(displacements), np.array(velocities)
         target = (each[:, :targets][:, ::-1] if targets else None for each in (moved, moving))
         return cls(np.array(times), moved[:, -chain:], moving[:, -chain:], *target)
 
     def state(self, frame: int) -> ChainState:
-        """Return both bodies in one frame, counted from 0."""
+        """Return the state of both bodies in one frame, counted from 0."""
         chain = float(self.times[frame]), self.displacements[frame], self.velocities[frame]
         if self.target_displacements is None or self.target_velocities is None:
             return ChainState(frame, *chain)
@@ -49,11 +54,11 @@ class Frames:
 
     @property
     def targets(self) -> int:
-        """Particles of a free target."""
+        """Number of particles of a free target."""
         return 0 if self.target_displacements is None else self.target_displacements.shape[1]
 
     def along_x(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return displacements and velocities of all, from a target's far end to the chain's."""
+        """Return displacements and velocities along x, beginning at the far end of a target."""
         if self.target_displacements is None or self.target_velocities is None:
             return self.displacements, self.velocities
         return (
@@ -78,48 +83,48 @@ class Outcome:
     no engine's choice of when to stop can change.
     """
 
-    #: What was run; exact propagators report scheme ``modal`` or ``hard-sphere``.
+    #: Engine of the run.
     engine: str
-    wall: str  #: See ``engine``.
-    scheme: str  #: See ``engine``.
+    wall: str  #: Wall model of the run.
+    scheme: str  #: Scheme of the run; exact propagators have ``modal`` or ``hard-sphere``.
     timestep: float | None  #: The composed step H; None for exact propagators.
-    #: State right after the last contact; of shape (n,).
+    #: Displacements right after the last contact; of shape (n,).
     displacements: NDArray[np.float64]
-    velocities: NDArray[np.float64]  #: See ``displacements``.
-    #: When particle 1 hit the wall and how fast (> 0) it came in, the first hit included; of shape
-    #: (contacts,).
+    velocities: NDArray[np.float64]  #: Velocities right after the last contact; of shape (n,).
+    #: Times of the contacts, including the first; of shape (contacts,).
     contact_times: NDArray[np.float64]
-    contact_speeds: NDArray[np.float64]  #: See ``contact_times``.
-    #: Momentum given by the wall at each contact, taken from the incoming state alone, so that
-    #: their sum checks the change of momentum; of shape (contacts,).
+    #: Incoming speeds (> 0) of particle 1; of shape (contacts,).
+    contact_speeds: NDArray[np.float64]
+    #: Impulse of the wall at each contact, from the incoming state alone, so that the sum checks
+    #: the change of momentum; of shape (contacts,).
     impulses: NDArray[np.float64]
     #: Whether it is proved, argued or open that no further contact comes (see ``ending.py``).
     ending: Ending
     duration: float  #: Simulated time from the first contact to the end.
-    #: Shortest and longest bond up to the last contact, to the resolution of the steps.
+    #: Shortest bond up to the last contact, to the resolution of the steps.
     bond_min: float
-    bond_max: float  #: See ``bond_min``.
-    #: Total energy at the first contact and after the last.
+    bond_max: float  #: Longest bond up to the last contact, to the resolution of the steps.
+    #: Total energy at the first contact.
     energy_start: float
-    energy_end: float  #: See ``energy_start``.
-    fragments: int  #: Connected pieces at the last contact.
+    energy_end: float  #: Total energy after the last contact.
+    fragments: int  #: Number of connected fragments at the last contact.
     seconds: float  #: Wall-clock time of the integration alone.
     force_evaluations: int  #: Evaluations of all bond forces.
-    #: Time from the initial state to the end of the last contact; 0 where none is known.
+    #: Time from the initial state to the end of the last contact; 0 if unknown.
     lasted: float = 0.0
-    #: Whether particles passed through each other (harmonic chains, in-house only).
+    #: Whether particles passed through each other (harmonic chains, reference engine only).
     crossed: bool = False
-    frames: Frames | None = None  #: Snapshots, where they were asked for.
-    #: State of a free target, from the contact outward, both along x as the chain's; empty for the
-    #: wall; of shape (M,).
+    frames: Frames | None = None  #: Snapshots; None if none were requested.
+    #: Displacements of a free target, from the contact outward, along x like the chain's; empty for
+    #: the wall; of shape (M,).
     target_displacements: NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
-    #: See ``target_displacements``.
+    #: Velocities of a free target; of shape (M,).
     target_velocities: NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
-    numerics: Numerics | None = None  #: All settings of a run by LAMMPS.
-    #: What only one engine knows, such as the certificate of a bond table.
+    numerics: Numerics | None = None  #: All settings of a LAMMPS run.
+    #: Details of one engine, such as the certificate of a bond table.
     details: dict[str, Any] = field(default_factory=dict)
 
     @property
     def longest_silence(self) -> float:
-        """The longest time between two contacts; 0 where there is but one."""
+        """Longest time between two contacts; 0 if there is only one."""
         return float(np.max(np.diff(self.contact_times), initial=0.0))

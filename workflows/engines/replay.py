@@ -1,4 +1,4 @@
-"""A run that can be carried out again, with the numerics it had, to see its motion."""
+"""Replay of a run with its own numerics, to record its motion."""
 
 from dataclasses import dataclass
 
@@ -13,25 +13,25 @@ from chaincor.workflows.errors import RunError
 
 @dataclass(frozen=True)
 class Replay:
-    """What it takes to carry out a run again."""
+    """Settings needed to repeat a run."""
 
-    scene: Scene  #: The collision, with its engine; its outputs are not written again.
-    scheme: str  #: That of the run, as an ``Outcome`` has it.
-    numerics: Numerics | None  #: Those of a run with fixed steps.
-    accuracy: float | None  #: What a run with adaptive steps aimed at.
+    scene: Scene  #: Collision with its engine; the replay does not write its output files.
+    scheme: str  #: Scheme of the run, as in ``Outcome``.
+    numerics: Numerics | None  #: Numerics of a run with fixed steps; None otherwise.
+    accuracy: float | None  #: Target accuracy of a run with adaptive steps; None otherwise.
 
     @property
     def masses(self) -> NDArray[np.float64]:
-        """Of all particles: the chain's, then those of a free target."""
+        """Masses of the chain, then of a free target."""
         line = self.scene.line
         return np.concatenate((line.chain_masses, line.target_masses))
 
     def record(self, interval: float) -> Frames:
         """
-        Carry the collision out again, and keep frames from the first contact to the end of the run.
+        Repeat the collision and return frames from the first contact to the end of the run.
 
-        LAMMPS takes them at the ends of steps. Raises RunError if the run was the limit of hard
-        spheres, which has no motion of bonds; otherwise as the engine.
+        LAMMPS takes frames at the ends of steps. Raises RunError if the run was the limit of hard
+        spheres, in which bonds have no motion, and the errors of the engine.
         """
         from chaincor.workflows.engines.reference import adaptive, hard_sphere, modal, stepping
 

@@ -1,4 +1,4 @@
-"""Rounding: what it costs eta in each engine, and what a collision makes of it."""
+"""Rounding error of eta in each engine, and its amplification by a collision."""
 
 import sys
 from typing import Any
@@ -9,27 +9,29 @@ from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
 from chaincor.workflows.measured import measured
 
-# LAMMPS holds absolute coordinates, up to n, rounded to n eps against displacements of order v0:
-# |error of eta| / (n eps/v0). It is larger where a drift of one stage is so short that its rounding
-# is no longer random: below so many n eps. By choice at least what finer steps and slower chains
-# than are drawn needed.
+# LAMMPS holds absolute coordinates up to n, so rounding is n eps against displacements of order v0.
+# The constants are |error of eta| / (n eps/v0). The second applies if the drift of a stage is below
+# `SHORT_DRIFT` times n eps, so short that its rounding is no longer random. The lower limits are
+# choices that cover steps finer and chains slower than the sampled ones.
 COORDINATE_ROUNDING: float = measured("coordinate_rounding", 6.0)
 SHORT_DRIFT_ROUNDING: float = measured("short_drift_rounding", 15.0)
 SHORT_DRIFT = 1e3
-# The mixture of an extrapolated step amplifies rounding, by its worst case times this.
+# Rounding of an extrapolated step, in units of the worst amplification of its combination.
 EXTRAPOLATED_ROUNDING: float = measured("extrapolated_rounding")
-# Long chains that break amplify rounding. The in-house engine, whose strains are rounded to eps,
-# tells how much by two nudges of the speed, coordinates being rounded n/v0 times more coarsely:
-# error over that. By choice at least what chains of 1000 needed.
+# Long chains that break amplify rounding. The reference engine, whose strains are rounded to eps,
+# measures the amplification by two nudges of the speed. Coordinates are rounded n/v0 times more
+# coarsely. The constant is the error over this estimate; the lower limit is a choice that covers
+# chains of 1000.
 NUDGE_RESERVE: float = measured("nudge_reserve", 6.0)
-# At tolerances below so many times the plain rounding, its amplification must be looked at. A
-# choice, not a measurement: amplifications are known up to 1e7, but from about 1e5 on no two steps
-# agree any more, and the step's error says so.
+# Below this number times the plain rounding, a tolerance requires a check of the amplification. It
+# is a choice, not a measurement: amplifications up to 1e7 are known, but from about 1e5 on no two
+# steps agree any more, and the error of the step shows it.
 _AMPLIFICATION_MATTERS = 1e5
-# The arithmetic itself, a particle: the squared mean of n velocities over hundreds of contacts.
+# Rounding of the arithmetic for each particle: the squared mean of n velocities over hundreds of
+# contacts.
 ARITHMETIC_FLOOR: float = measured("arithmetic_floor")
-# In units of eps times the root of the number of kicks: a run of 1e8 Verlet steps errs by 0.7 of
-# eps 1e4, with a reserve of four. A choice.
+# Rounding of a run in units of eps times the root of the number of kicks. A run of 1e8 Verlet steps
+# has an error of 0.7 of eps 1e4; the choice adds a reserve of four.
 _ROUNDINGS = 3.0
 
 
@@ -37,9 +39,9 @@ def rounding_error(engine: str, scene: Scene, stage: float | None = None) -> flo
     """
     Return the error of eta due to rounding.
 
-    That is the arithmetic's floor, which grows with n; and with the engine ``lammps``, which holds
-    absolute coordinates where others hold strains, n eps/v0 times what was measured. `stage` is the
-    shortest of a step, None where it is not known yet.
+    The error is the floor of the arithmetic, which grows with n. For the engine ``lammps``, which
+    holds absolute coordinates instead of strains, a measured constant times n eps/v0 is added.
+    `stage` is the shortest stage of a step; None if it is not known yet.
     """
     n = scene.all_particles
     # A displacement is of order v0 times the time of a vibration.
@@ -54,21 +56,21 @@ def rounding_error(engine: str, scene: Scene, stage: float | None = None) -> flo
 
 
 def rounding_matters(engine: str, scene: Scene, goal: float) -> bool:
-    """Return whether the rounding that a collision may amplify comes near a goal."""
+    """Return whether the rounding that a collision may amplify comes near a target error."""
     return goal < _AMPLIFICATION_MATTERS * rounding_error(engine, scene)
 
 
 def arithmetic_error(particles: int, heat: Any) -> Any:
-    """Return what the arithmetic itself costs eta; for `heat`, or an array of it, see `heat_of`."""
+    """Return the rounding error of eta from arithmetic; `heat`, or an array, is from `heat_of`."""
     return ARITHMETIC_FLOOR * particles * heat
 
 
 def heat_of(scene: Scene) -> float:
     """
-    Return the energy that two bodies come with over that of their relative translation.
+    Return the initial energy of two bodies over the energy of their relative translation.
 
-    A chain that vibrates rounds velocities that are larger than its own by the root of this, and
-    may come back faster than it came. 1 for a cold chain.
+    The ratio is 1 for a cold chain. A chain that vibrates rounds velocities that are larger than
+    its own by the root of this ratio, and may leave faster than it came.
     """
     if scene.line.cold:
         return 1.0
@@ -86,7 +88,7 @@ def rounding_of(outcome: Outcome, scene: Scene) -> float:
 
 
 def _walk_of_rounding(outcome: Outcome) -> float:
-    """Return what the roundings of all steps add up to, each with its sign by chance."""
+    """Return the sum of the rounding errors of all steps, with random signs."""
     assert outcome.timestep is not None
     steps = float(outcome.contact_times[-1]) / outcome.timestep
     if outcome.scheme in STEP_SCHEMES:
@@ -95,7 +97,7 @@ def _walk_of_rounding(outcome: Outcome) -> float:
 
 
 def rounding_of_steps(scene: Scene, scheme: str, timestep: float) -> float:
-    """Return the error of eta due to rounding in LAMMPS, with a scheme and a step."""
+    """Return the rounding error of eta in LAMMPS for a scheme and a step."""
     steps = STEP_SCHEMES[scheme]
     if scheme in COMPOSITIONS:
         return rounding_error("lammps", scene, steps.shortest_stage(timestep))
@@ -104,7 +106,7 @@ def rounding_of_steps(scene: Scene, scheme: str, timestep: float) -> float:
 
 
 def coarsening(scheme: str) -> float:
-    """Return how many times more rounding costs in LAMMPS than with composed steps."""
+    """Return the rounding error in LAMMPS relative to composed steps."""
     if scheme in COMPOSITIONS:
         return 1.0
     extrapolated = EXTRAPOLATED_ROUNDING * STEP_SCHEMES[scheme].amplification
@@ -115,8 +117,9 @@ def amplified_rounding(engine: str, sensitivity: float, scene: Scene) -> float:
     """
     Return the error of eta due to rounding that the collision amplifies.
 
-    `sensitivity` is the change of the in-house eta when all roundings change, to which a reserve is
-    added; for ``lammps``, times how much more coarsely coordinates are rounded than strains.
+    `sensitivity` is the change of eta in the reference engine when all roundings change. A reserve
+    is added. For ``lammps`` the result is multiplied by the ratio of the rounding of coordinates to
+    the rounding of strains.
     """
     n = scene.all_particles
     coarser = n * scene.slow_stiffness**0.5 / scene.impact_velocity if engine == "lammps" else 1.0

@@ -1,19 +1,20 @@
 r"""
 One step of the chain away from the wall: split into drifts and kicks, or extrapolated.
 
-*Splitting*: drifts and kicks in turns, mostly those of Verlet steps of w_k H one after the other
-(``compositions``). The map stays symmetric and symplectic. Drifts and kicks that make up no Verlet
-steps do as well where forces depend on positions alone and the kinetic energy is quadratic, as
-here; LAMMPS, whose steps tie each kick to the drifts beside it, cannot take them.
+*Splitting*: drifts and kicks alternate, mostly from consecutive Verlet steps of w_k H
+(``compositions``). The map stays symmetric and symplectic. Drifts and kicks that do not form Verlet
+steps are possible as well, because forces depend on positions alone and the kinetic energy is
+quadratic. LAMMPS cannot take these, since its steps tie each kick to the drifts beside it.
 
-*Extrapolation* (Gragg, Bulirsch and Stoer, with Störmer's rule): the step H is taken k times, as
-1, 2, ... k Verlet steps. The error of each is a series in even powers of H/m, and the mixture
+*Extrapolation* (Gragg, Bulirsch and Stoer, with Störmer's rule): the step H is taken k times, with
+1, 2, ... k Verlet steps. The error of each result is a series in even powers of H/m, and the
+combination
 
 .. math:: z = \sum_m c_m z_m, \qquad c_m = \prod_{l \ne m} \frac{m^2}{m^2 - l^2},
 
-is of order 2k. With 1, 2, ... k it takes k(k + 1)/2 evaluations of the forces for a step that may
-be ten times longer than a composed one; numbers further apart take more, and amplify rounding less.
-Source: Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I, II.9 and II.14.
+is of order 2k. With 1, 2, ... k it takes k(k + 1)/2 force evaluations for a step that may be ten
+times longer than a composed one. Numbers further apart take more evaluations and amplify rounding
+less. Source: Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I, II.9 and II.14.
 """
 
 import math
@@ -27,13 +28,13 @@ import numpy as np
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.workflows.engines.compositions import COMPOSITIONS
 
-# In how many Verlet steps a step is taken, of orders 12, 14 and 16. LAMMPS, whose coordinates are
-# coarse, takes order 12: with the last two numbers by twos it amplifies rounding, by the sum of
-# |c_m|, 8 times; with 1 to 6 it would 27 times, and orders 14 and 16 do 56 and 116 times.
+# Numbers of Verlet steps of orders 12, 14 and 16. LAMMPS, with its coarsely rounded coordinates,
+# uses order 12. With 6 and 8 as last numbers its sum of |c_m|, which amplifies rounding, is 8; with
+# 1 to 6 it would be 27, and for orders 14 and 16 it is 56 and 116.
 _COUNTS = ((1, 2, 3, 4, 6, 8), tuple(range(1, 8)), tuple(range(1, 9)))
 
-# Of SRKN14, Blanes and Moan (2002), J. Comput. Appl. Math. 142, 313, table 3: fourteen stages,
-# beginning with a drift. What is left of 1 makes the middle drift and the two kicks beside it.
+# SRKN14 of Blanes and Moan (2002), J. Comput. Appl. Math. 142, 313, table 3: fourteen stages,
+# beginning with a drift. The remainder of 1 gives the middle drift and the two kicks beside it.
 _DRIFTS = (
     0.0378593198406116,
     0.102635633102435,
@@ -55,66 +56,67 @@ _HALF = (*_KICKS, 0.5 - sum(_KICKS))
 
 
 class StepCoefficients(NamedTuple):
-    """What a step is made of, in numbers."""
+    """Coefficients of a step."""
 
-    fractions: Any  #: Of the scheme, as its `take_step` knows them; Splitting or Mixture.
-    parameters: Any  #: Of the potential, as its force kernel knows them; NamedTuple.
+    fractions: Any  #: Fractions of the scheme for its `take_step`; Splitting or Extrapolation.
+    parameters: Any  #: Parameters of the potential for its force kernel; NamedTuple.
 
 
 class Splitting(NamedTuple):
     """Fractions of a split step."""
 
-    #: a_k; of a composition w_1/2, (w_1 + w_2)/2, ..., w_s/2; of shape (stages + 1,).
+    #: Drifts a_k; w_1/2, (w_1 + w_2)/2, ..., w_s/2 for a composition; of shape (stages + 1,).
     drifts: Array
-    kicks: Array  #: b_k; of a composition w_k; of shape (stages,).
+    kicks: Array  #: Kicks b_k; w_k for a composition; of shape (stages,).
 
 
 class Extrapolation(NamedTuple):
     """Fractions of an extrapolated step."""
 
-    weights: Array  #: c_m; of shape (k,).
-    counts: Array  #: m; of shape (k,).
+    weights: Array  #: Weights c_m; of shape (k,).
+    counts: Array  #: Numbers m of Verlet steps; of shape (k,).
 
 
 @dataclass(frozen=True, eq=False)
 class StepScheme:
-    """How a step H is made of drifts and kicks."""
+    """Scheme that makes a step H of drifts and kicks."""
 
-    name: str  #: As in `Numerics`.
+    name: str  #: Name of the scheme in `Numerics`.
     order: int  #: Order of the error of a run against H.
-    fractions: Any  #: Numbers that the step needs; Splitting or Mixture.
-    #: ``build_step(stages)`` returns the map over one step away from the contact, made of a
-    #: potential's `Stages` (see ``in_house.stages``), ``take_step(position, old, new, trial, bonds,
-    #: wanted, step, rule)``: it writes the `State` after a step from `old` into `new` and returns
-    #: the new distance of particle 1 from the wall; `trial` is scratch. Of the `bonds` in motion
-    #: the first `wanted` are needed: each stage before the last moves one more.
+    fractions: Any  #: Fractions of the step; Splitting or Extrapolation.
+    #: ``build_step(stages)`` returns the map over one step away from the contact, made of the
+    #: `VerletKernels` of a potential (see ``reference.stages``): ``take_step(position, old, new,
+    #: trial, bonds, wanted, step, rule)``. It writes the `State` after a step from `old` to `new`
+    #: and returns the new distance of particle 1 from the wall; `trial` is scratch. The state of
+    #: the first `wanted` of the `bonds` in motion is needed after the step; each stage before the
+    #: last moves one bond more.
     build_step: Callable
 
     @property
     def extrapolated(self) -> bool:
-        """Whether steps are extrapolated; else they are split."""
+        """Whether steps are extrapolated; otherwise they are split."""
         return isinstance(self.fractions, Extrapolation)
 
     @cached_property
     def evaluations(self) -> int:
-        """Force evaluations of one step: one a stage, or the sum of m."""
+        """Force evaluations of one step: one for each stage, or the sum of m."""
         fractions = self.fractions
         return int(np.sum(fractions.counts)) if self.extrapolated else len(fractions.kicks)
 
     @property
     def runs(self) -> int:
-        """Runs of LAMMPS: one for each number of Verlet steps, or stage with its own length."""
+        """LAMMPS runs of one step: one for each number of Verlet steps, or for each stage."""
         return len(self.fractions.counts) if self.extrapolated else self.evaluations
 
     @property
     def reach(self) -> int:
-        """Bonds from particle 1 that act on it in a step: one each of the longest row, and one."""
+        """Number of bonds that can act on particle 1 within a step."""
         stages = self.fractions.counts[-1] if self.extrapolated else self.evaluations
         return int(stages) + 1
 
     @property
     def amplification(self) -> float:
-        """By how much a step amplifies the rounding of its parts: a mixture adds them up."""
+        """Factor by which a step amplifies the rounding of its parts."""
         return float(np.sum(np.abs(self.fractions.weights))) if self.extrapolated else 1.0
 
     def shortest_stage(self, step: float) -> float:
@@ -187,8 +189,8 @@ def build_extrapolated_step(stages: Any) -> Callable:
                 distance += short * velocity[0]
                 further(strain, velocity, min(bonds, wanted + left), short, short, parameters)
             distance += half * velocity[0]
-            # Weights sum to 1: mixing differences keeps the rounding of what does not change
-            # out.
+            # Weights sum to 1. Combining differences keeps out the rounding of values that do not
+            # change.
             mix(trial, old, new, wanted, half, weight)
             moved += weight * distance
         return position + moved
@@ -197,7 +199,7 @@ def build_extrapolated_step(stages: Any) -> Callable:
 
 
 def _composed(name: str) -> StepScheme:
-    """Return Verlet steps one after the other, their drifts merged."""
+    """Return the scheme of consecutive Verlet steps with merged drifts."""
     composition = COMPOSITIONS[name]
     kicks = np.array(composition.weights)
     padded = np.concatenate(([0.0], kicks, [0.0]))
@@ -206,7 +208,7 @@ def _composed(name: str) -> StepScheme:
 
 
 def _extrapolated(counts: tuple[int, ...]) -> StepScheme:
-    """Return the step taken as so many Verlet steps, k numbers, and mixed to order 2k."""
+    """Return the scheme that extrapolates from k numbers of Verlet steps to order 2k."""
     order = 2 * len(counts)
     weights = [math.prod(m * m / (m * m - k * k) for k in counts if k != m) for m in counts]
     mixture = Extrapolation(np.array(weights), np.array(counts, dtype=float))

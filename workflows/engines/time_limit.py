@@ -1,4 +1,4 @@
-"""How long a collision, and a compiled loop, may take before Python runs again and asks."""
+"""Time limits: of a collision, and of a compiled loop before it returns to Python."""
 
 import math
 import time
@@ -10,30 +10,30 @@ from dataclasses import dataclass
 from chaincor.workflows.durations import format_duration
 from chaincor.workflows.errors import CostError
 
-# What a loop does before Python runs again, which alone sees Ctrl-C and signals: bond forces, or as
-# much work: 0.02 to 0.2 s by the force, and no call in between for collisions of short chains.
-# Nothing else depends on it: loops go on where they stopped, to the last bit.
+# Largest work of a loop, in bond forces, before Python runs again and can react to Ctrl-C and
+# signals. It takes 0.02 to 0.2 s, depending on the force; collisions of short chains need one call.
+# No result depends on this number: loops continue where they stopped, to the last bit.
 WORK_AT_ONCE = 20_000_000
-# Collisions may take somewhat longer than was said, and loops may have to be compiled first.
+# Factor by which collisions may take longer than estimated, and seconds to compile loops.
 _LONGER, _COMPILING = 1.2, 5.0
 
 
 def steps_at_once(work: int) -> int:
-    """Return how many steps, one at least, of some work in bond forces a loop may take at once."""
+    """Return the number of steps, at least one, for one call; `work` is in bond forces a step."""
     return max(1, WORK_AT_ONCE // max(1, work))
 
 
 @dataclass
 class TimeLimit:
-    """Until when a collision may be worked on."""
+    """Limit on the time of a collision."""
 
-    allowed: float = math.inf  #: Seconds that were said.
-    end: float = math.inf  #: By the clock of ``time.monotonic``.
-    was_short: bool = False  #: Whether something was left undone for it.
+    allowed: float = math.inf  #: Allowed time in seconds.
+    end: float = math.inf  #: End by the clock ``time.monotonic``.
+    was_short: bool = False  #: Whether work was left undone because of the limit.
 
     @property
     def left(self) -> float:
-        """Seconds that are left."""
+        """Remaining seconds."""
         return self.end - time.monotonic()
 
 
@@ -41,13 +41,13 @@ _current: ContextVar[TimeLimit] = ContextVar("time_limit", default=TimeLimit()) 
 
 
 def time_limit() -> TimeLimit:
-    """Return the limit of the collision that is worked on; endless where none was set."""
+    """Return the limit of the present collision; infinite if none was set."""
     return _current.get()
 
 
 @contextmanager
 def limited_to(seconds: float) -> Iterator[None]:
-    """Let what is worked on within take so many seconds, about."""
+    """Limit the work within the block to about this number of seconds."""
     token = _current.set(
         TimeLimit(seconds, time.monotonic() + _LONGER * seconds + _COMPILING)
         if seconds < math.inf
@@ -60,7 +60,7 @@ def limited_to(seconds: float) -> Iterator[None]:
 
 
 def check_time() -> None:
-    """Raise CostError where a collision has taken longer than it may."""
+    """Raise CostError if the collision has exceeded its time limit."""
     limit = _current.get()
     if limit.end < time.monotonic():
         limit.was_short = True

@@ -1,11 +1,12 @@
 r"""
-The end of a chain that cannot break: from when on energy alone keeps it off the wall.
+End of a chain that cannot break: the time from which energy alone keeps it off the wall.
 
-After the last contact the mean velocity V and the energy I that is not in it are kept. Once the
-mean displacement D is larger than particle 1 can be behind it with that energy (``ending``), no
-contact comes. When that is can be told beforehand, as D grows by V t; what is left to see is that
-particle 1 stays off the wall until then, and coarse steps show that (``look_ahead``). Loops over
-many chains look whether it is so already, by bounds worked out for a ladder of energies.
+After the last contact the mean velocity V is constant, and so is the energy I that is not in V. No
+contact comes once the mean displacement D is larger than the distance by which particle 1 can be
+behind it with that energy (``ending``). This time is known beforehand, because D grows by V t. It
+remains to see that particle 1 stays off the wall until then, and coarse steps show this
+(``look_ahead``). Loops over many chains check whether it is so already, by bounds computed for a
+ladder of energies.
 """
 
 import math
@@ -20,9 +21,9 @@ from chaincor.lammps_inputs.line import Line
 from chaincor.workflows.engines.end_watch import LOOK_GROWTH, longest_collision
 from chaincor.workflows.engines.fragment_bounds import ENERGY_LADDER, Lever, breaking_energy, reach
 
-# Steps of a run keep the energy to far less than this part of it.
+# Energy error of a run, with a large margin.
 ENERGY_MARGIN = 0.01
-# Bounds are worked out down to this part of the largest energy.
+# Bounds are computed down to this part of the largest energy.
 _LEAST_ENERGY = 1e-4
 
 
@@ -37,11 +38,12 @@ def certain_at(
     masses: Array | None = None,
 ) -> float:
     """
-    Return from when on energy keeps a cold chain off the wall, if it stays off till then.
+    Return the time from which energy keeps a cold chain off the wall, if it stays off until then.
 
-    It came with the impact velocity, which is all its energy, and has a positive momentum now;
-    times are since the first contact. `now` where it is certain already; inf where it never is, or
-    not as long as collisions are followed: a bond may break, or the chain is too slow.
+    The chain came with the impact velocity, which is all its energy, and now has a positive
+    momentum. Times count from the first contact. The result is `now` if the end is certain already.
+    It is inf if it never is, or not while collisions are followed: a bond may break, or the chain
+    is too slow.
     """
     particles = len(strains) + 1
     lever, shares = _equal_leverage(particles) if masses is None else _leverage(masses)
@@ -62,41 +64,42 @@ def _equal_leverage(particles: int) -> tuple[Lever, Array]:
 
 
 def _leverage(masses: Array) -> tuple[Lever, Array]:
-    """Return how bonds move particle 1 against the mean, all in all and each."""
+    """Return the lever of all bonds on particle 1 against the mean, and the share of each bond."""
     beyond = np.cumsum(masses[:0:-1])[::-1]
     return Lever.of(masses), beyond / np.sum(masses)
 
 
 def next_look(now: float, last_contact: float, seen: float) -> float:
-    """Return when to look again; the chain was `seen` near the wall after `now`."""
+    """Return the time of the next look; the chain was `seen` near the wall after `now`."""
     return max(seen, last_contact + LOOK_GROWTH * (now - last_contact))
 
 
 class EndBounds(NamedTuple):
-    """What proves ends of chains within a loop."""
+    """Bounds that prove ends of chains within a loop."""
 
-    masses: Array  #: Of the chain; none where ends are not proved in the loop; of shape (n,).
-    lever: float  #: :math:`m_1 M/(M - m_1)` of particle 1 and the chain.
-    #: Logarithm of the smallest energy of the ladder, and of the ratio of its rungs.
+    masses: Array  #: Masses of the chain; empty if the loop proves no ends; of shape (n,).
+    lever: float  #: Lever :math:`m_1 M/(M - m_1)` of particle 1 and the chain.
+    #: Logarithm of the smallest energy of the ladder.
     log_least: float
-    log_rung: float  #: See ``log_least``.
-    #: How far particle 1 can be from where the mean has it, with that energy; of shape (rungs,).
+    log_rung: float  #: Logarithm of the ratio of neighbouring energies.
+    #: Largest distance of particle 1 from its place relative to the mean, for each energy; of shape
+    #: (rungs,).
     reaches: Array
-    interval: float  #: Time that sound takes over a bond.
+    interval: float  #: Time of sound over a bond.
 
     @classmethod
     def none(cls) -> "EndBounds":
-        """Return what proves nothing."""
+        """Return bounds that prove nothing."""
         return cls(np.empty(0), 0.0, 0.0, 1.0, np.empty(0), 0.0)
 
     @staticmethod
     def rung_above(bond: Potential, energy: float) -> int:
-        """Return the rung of the ladder of energies that is above one."""
+        """Return the first rung of the ladder of energies above an energy."""
         return math.ceil(math.log(1.1 * energy / bond.stiffness) / ENERGY_LADDER)
 
     @classmethod
     def of(cls, line: Line, bond: Potential, top: int) -> "EndBounds":
-        """Return what proves ends of chains of energies up to a rung."""
+        """Return bounds that prove ends of chains with energies up to a rung."""
         masses, lever = line.chain_masses, Lever.of(line.chain_masses)
         count = math.ceil(-math.log(_LEAST_ENERGY) / ENERGY_LADDER)
         energies = bond.stiffness * np.exp(np.arange(top - count, top + 1) * ENERGY_LADDER)
@@ -114,9 +117,9 @@ def is_over(
     distance: float, strain: Array, velocity: Array, energy: float, bounds: EndBounds
 ) -> bool:
     """
-    Return whether a chain can never come back to the wall, with all the energy that it has.
+    Return whether a chain can never return to the wall with all its energy.
 
-    `distance` is that of particle 1 from the wall; a loop, for the compiler.
+    `distance` is the distance of particle 1 from the wall. The function is a loop for the compiler.
     """
     masses = bounds.masses
     whole = 0.0
@@ -133,7 +136,7 @@ def is_over(
     if not speed > 0.0:
         return False
     free = energy * (1.0 + ENERGY_MARGIN) - 0.5 * whole * speed * speed
-    # For particle 1 to meet the wall it must move against the mean.
+    # To reach the wall, particle 1 must move against the mean.
     free -= 0.5 * speed * speed * bounds.lever
     if free <= 0.0:
         return True

@@ -1,1 +1,1 @@
-"""The engine that drives LAMMPS through its Python module."""
+"""Engine that drives LAMMPS through its Python module."""

@@ -1,4 +1,4 @@
-"""What LAMMPS makes of a bond table, read back from LAMMPS and compared with the potential."""
+"""Errors of a bond table as LAMMPS interpolates it, compared with the potential."""
 
 from dataclasses import dataclass
 
@@ -19,24 +19,25 @@ class TableCertificate:
     """Largest errors of a bond table as LAMMPS interpolates it."""
 
     style: str  #: ``linear`` or ``spline``.
-    rows: int  #: Rows of the table, and of the far one where there are two.
-    #: First and last bond length of the table.
+    rows: int  #: Number of rows of the table, and of the far table if there is one.
+    #: First bond length of the table.
     shortest: float
-    longest: float  #: See ``shortest``.
-    #: Largest ``|LAMMPS - analytic|`` over the lengths asked, away from the ends.
+    longest: float  #: Last bond length of the table.
+    #: Largest ``|LAMMPS - analytic|`` of the force, away from the ends.
     force_error: float
-    energy_error: float  #: See ``force_error``.
-    #: The same within the margin at both ends, where no bond of an accepted run has been.
+    energy_error: float  #: Largest ``|LAMMPS - analytic|`` of the energy, away from the ends.
+    #: Largest error of the force within the margin at both ends, which no bond of an accepted run
+    #: enters.
     edge_force_error: float
-    edge_energy_error: float  #: See ``edge_force_error``.
-    lengths_asked: int  #: How many lengths were compared.
+    edge_energy_error: float  #: Largest error of the energy within this margin.
+    lengths_asked: int  #: Number of compared lengths.
 
 
 def certify_table(chain: LammpsChain, table: BondTable, bond: Potential) -> TableCertificate:
     """
-    Ask LAMMPS for energies and forces between the rows and compare them with the potential.
+    Return the largest differences between LAMMPS and the potential, between the rows of a table.
 
-    The errors of an energy carry no constant.
+    Errors of an energy contain no constant.
     """
     parts = [_largest_errors(chain, 1, table, bond)]
     if table.far is not None:
@@ -56,19 +57,20 @@ def certify_table(chain: LammpsChain, table: BondTable, bond: Potential) -> Tabl
 
 
 def _lengths_asked(table: BondTable) -> int:
-    # An even number of intervals that shares no factor with the rows falls between them.
+    # An even number of intervals without a common factor with the rows puts the lengths between
+    # rows.
     return min(2 * table.rows, _MOST_LENGTHS)
 
 
 def _largest_errors(
     chain: LammpsChain, bond_type: int, table: BondTable, bond: Potential
 ) -> list[float]:
-    """Return the errors of force and energy inside, and the same at the edges."""
+    """Return the errors of force and energy inside, then the errors at the edges."""
     first, last = float(table.lengths[0]), float(table.lengths[-1])
     inset, margin = 0.25 * table.spacing, MARGIN_BINS * table.spacing
     everywhere = (first + inset, last - inset, last - first - 2 * inset)
     parts = [_errors(chain, bond_type, bond, everywhere, _lengths_asked(table))]
-    # What a kink does to a table is over within a few rows, which may lie between those lengths.
+    # A kink affects a few rows of a table, which may lie between those lengths.
     near = _ROWS_AT_KINK * table.spacing
     for kink in bond.kinks:
         low, high = max(1.0 + kink - near, first + inset), min(1.0 + kink + near, last - inset)
@@ -86,7 +88,7 @@ def _errors(
     span: tuple[float, float, float],
     asked: int,
 ) -> NDArray[np.float64]:
-    """Return lengths between the first and the last, so wide apart, and the errors there."""
+    """Return `asked` lengths over a span, and the errors of force and energy there."""
     first, last, width = span
     file = chain.folder / _FILE
     chain.commands(
@@ -96,7 +98,7 @@ def _errors(
     file.unlink()
     data = np.array([row for row in rows if len(row) == 4 and row[0].isdigit()], dtype=float)
     _, _, energies, forces = data.T
-    # The file rounds lengths to 15 digits; LAMMPS itself used these.
+    # The file rounds lengths to 15 digits; LAMMPS itself used unrounded ones.
     lengths = first + width / (asked - 1) * np.arange(asked)
     strains = lengths - 1.0
     return np.array(

@@ -1,4 +1,4 @@
-"""Where the bodies meet: how near they are, and what a contact does to them."""
+"""Contact of two bodies in LAMMPS: their gap, and the effect of the contact."""
 
 import math
 from dataclasses import dataclass
@@ -12,28 +12,28 @@ from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.contact_search import PathPoint
 from chaincor.workflows.engines.lammps.instance import LammpsChain
 
-# So much more is waited than bodies can take to meet.
+# Reserve in the time that bodies need to reach each other.
 _LATEST = 1.1
-# How long steps are graded for, in units of 1/frequency of the fastest bond.
+# Time over which steps are graded, in units of 1/frequency of the fastest bond.
 _ZONE = 1.0
 
 
 @dataclass(frozen=True)
 class Contact:
-    """One contact of particle 1 with the target."""
+    """Contact of particle 1 with the target."""
 
-    time: float  #: Time since the first contact; of soft bodies, when they touched.
-    speed: float  #: Speed of approach then, positive.
-    impulse: float  #: Momentum that the chain was given.
-    end: float  #: When the bodies parted: the same time where they are hard.
+    time: float  #: Time since the first contact; for soft bodies, when they touched.
+    speed: float  #: Closing speed then, positive.
+    impulse: float  #: Momentum given to the chain.
+    end: float  #: Time at which the bodies parted; equal to `time` for hard bodies.
 
 
 class Meeting:
     """
-    The contact of two bodies, as a distance whose fall through zero is an event.
+    Contact of two hard bodies, as a gap whose fall through zero is an event.
 
-    These are hard: they exchange the momentum 2 mu w, mu the reduced mass of the two particles that
-    meet.
+    The bodies exchange the momentum 2 mu w, where mu is the reduced mass of the two particles in
+    contact and w the closing speed.
     """
 
     touching = False  #: Whether soft bodies overlap.
@@ -42,12 +42,12 @@ class Meeting:
         self.chain, self.line = chain, line
         self.reduced_mass = line.contact_mass
         self._mass = float(line.chain_masses[0])
-        # Of the target's first particle: where it is, and its mass.
+        # Index of the particle of a free target that the chain hits.
         self._place = None if line.rigid else len(line.chain_masses)
         self._target_mass = float(line.masses[line.gap])
 
     def state(self) -> PathPoint:
-        """Return the distance to the next event, its rate of change, and that of the rate."""
+        """Return the distance to the next event and its first and second derivatives in time."""
         x, v, f = self.chain.x, self.chain.v, self.chain.f
         gap, opening, acceleration = float(x[0]), float(v[0]), float(f[0]) / self._mass
         if self._place is not None:
@@ -58,9 +58,9 @@ class Meeting:
 
     def arrive(self, time: float) -> Contact | None:
         """
-        Carry the event out, of which the bodies are within rounding.
+        Apply the event, to which the bodies have come within rounding.
 
-        None where no contact comes to its end with it.
+        Return the contact that ends with the event, or None.
         """
         speed = self._close()
         if speed <= 0.0:
@@ -75,14 +75,14 @@ class Meeting:
         return Contact(time, speed, impulse, time)
 
     def step(self, time: float, state: PathPoint) -> float:
-        """Return how long the next composed step may be, from a state at a time."""
+        """Return the length of the next composed step from a state at a time."""
         return self.chain.timestep
 
     def reset(self) -> None:
-        """Forget an event that was carried out, for a start from a state before it."""
+        """Undo an event, for a start from a state before it."""
 
     def _close(self) -> float:
-        """Put particle 1 where the target's first is, within rounding; return how fast it comes."""
+        """Set the gap, which is within rounding of zero, to zero; return the closing speed."""
         x = self.chain.x
         x[0] = 0.0 if self._place is None else x[self._place]
         return -self.state()[1]
@@ -90,16 +90,16 @@ class Meeting:
 
 class SoftMeeting(Meeting):
     r"""
-    The contact of bodies that repel with :math:`K d^q` while they overlap by d.
+    Contact of bodies that repel with :math:`K d^q` while they overlap by d.
 
-    There are two events: the bodies touch, and they part. LAMMPS has the force between them only,
-    by ``fix addforce``: no step reaches across the kink of the force at either event, where its
-    order would be lost.
+    There are two events: the bodies touch, and they part. LAMMPS has the force only between these
+    events, by ``fix addforce``. No step crosses the kink of the force at either event, which would
+    reduce its order.
 
-    Where the force sets in as a power q that is no whole number, no polynomial fits the force.
-    Composed steps are graded there: the time t from one, or to one, is divided at :math:`\tau
-    (k/m)^g`, so that the errors of steps of order p, :math:`h^p t^{q+1-p}` each, sum up to one of
-    order p in 1/m. Without it the order would be q + 1, whatever that of the scheme.
+    If the force sets in as a power q that is not an integer, no polynomial fits it. Composed steps
+    are graded there: the time t from or to an event is divided at :math:`\tau (k/m)^g`. The errors
+    of steps of order p, :math:`h^p t^{q+1-p}` each, then sum up to an error of order p in 1/m.
+    Without grading the order would be q + 1 for any scheme.
     """
 
     def __init__(self, chain: LammpsChain, scene: Scene, order: int) -> None:
@@ -109,13 +109,13 @@ class SoftMeeting(Meeting):
         chain.commands("\n".join(contact_force(scene.line)))
 
     def state(self) -> PathPoint:
-        """Return the distance of the bodies and its rates; while they touch, their overlap's."""
+        """Return the gap and its derivatives, or the overlap and its derivatives during contact."""
         gap, opening, acceleration = super().state()
         sign = -1.0 if self.touching else 1.0
         return sign * gap, sign * opening, sign * acceleration
 
     def step(self, time: float, state: PathPoint) -> float:
-        """Return the step H, or less where soft bodies have just touched or are about to part."""
+        """Return the step H, or less if soft bodies have just touched or are about to part."""
         step = self.chain.timestep
         if not self.touching or self._graded is None:
             return step
@@ -133,14 +133,14 @@ class SoftMeeting(Meeting):
         return step
 
     def _momentum(self) -> float:
-        """Return the momentum along x that contacts give: the target's, taken negative."""
+        """Return the momentum along x of the chain, or of a free target with a minus sign."""
         v, n = self.chain.v, len(self.line.chain_masses)
         if self._place is None:
             return float(self.line.chain_masses @ v)
         return -float(self.line.target_masses @ v[n:])
 
     def arrive(self, time: float) -> Contact | None:
-        """Let the force begin where the bodies come to touch, and end where they part."""
+        """Switch the force on when the bodies touch, and off when they part."""
         speed = self._close()
         if speed <= 0.0:
             return None
@@ -153,22 +153,22 @@ class SoftMeeting(Meeting):
         return Contact(touched, speed, self._momentum() - before, time)
 
     def reset(self) -> None:
-        """Take the force away that the event began."""
+        """Switch off the force if the bodies touch."""
         if self.touching:
             self._switch(False)
 
     def _switch(self, on: bool) -> None:
         self.touching = on
         commands = contact_force_on(self.line) if on else contact_force_off(self.line)
-        # A run of no steps makes the change known, and computes the forces.
+        # A run of no steps makes the change known to LAMMPS and computes the forces.
         self.chain.commands("\n".join([*commands, "run 0 post no"]))
 
 
 def grading(scene: Scene, order: int) -> tuple[float, float] | None:
     """
-    Return for how long, and with which power g, steps of an order are graded where bodies touch.
+    Return the time and the power g of grading of steps where bodies touch.
 
-    None where they are not: for hard bodies, and where the force is a polynomial.
+    Return None if steps are not graded: for hard bodies, and if the force is a polynomial.
     """
     line = scene.line
     onset = line.contact.onset
@@ -179,9 +179,9 @@ def grading(scene: Scene, order: int) -> tuple[float, float] | None:
 
 def time_to_zero(distance: float, rate: float, acceleration: float) -> float:
     """
-    Return when x + v t + a t^2/2 falls to zero; inf where it does not.
+    Return the time at which x + v t + a t^2/2 falls to zero; inf if it does not.
 
-    It is the root in which nothing cancels, also where v is positive and the fall comes after.
+    The formula is the root without cancellation, also if v is positive and x falls later.
     """
     square = rate * rate - 2.0 * distance * acceleration
     if square < 0.0 or (rate >= 0.0 and acceleration >= 0.0):
@@ -192,9 +192,9 @@ def time_to_zero(distance: float, rate: float, acceleration: float) -> float:
 
 def approach_time(scene: Scene) -> float:
     """
-    Return how long the bodies take to meet at most; 0 where they start at their first contact.
+    Return the longest time to the first contact; 0 if the bodies start with it.
 
-    They meet before their centres of mass could, which come together with v0.
+    The bodies meet before their centres of mass could, which approach each other with v0.
     """
     n, masses = scene.particles, scene.line.chain_masses
     positions, velocities = initial_state(scene.line)
@@ -202,7 +202,7 @@ def approach_time(scene: Scene) -> float:
         return 0.0
     way = float(masses @ positions[:n]) / float(np.sum(masses))
     if scene.line.targets:
-        # Of one particle, whose surface is where it is met: no way at all, but for rounding.
+        # For a single particle this distance is zero, except for rounding.
         targets = scene.line.target_masses
         way += 1.0 - float(targets @ positions[n:]) / float(np.sum(targets))
     return _LATEST * way / scene.impact_velocity

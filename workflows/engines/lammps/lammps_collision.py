@@ -1,4 +1,4 @@
-"""The course of one collision in LAMMPS: contacts, bonds, frames and the end."""
+"""Run of one collision in LAMMPS: contacts, bonds, frames and the end."""
 
 import math
 from dataclasses import replace
@@ -24,31 +24,33 @@ from chaincor.workflows.errors import (
     RunError,
 )
 
-# Contacts are 1.4 to 2.3 apart, in units of 1/sqrt(U''), and seldom more than this: to ask earlier
-# what comes next is cheap, but for nothing.
+# Time after a contact at which the reference engine looks for the end, in units of 1/sqrt(U'').
+# Contacts are 1.4 to 2.3 apart and seldom more than this, so an earlier look would be cheap but
+# useless.
 PATIENCE = 3.5
 
 
 class ChainCollision:
     """
-    The course of one collision: contacts, looks for the end, frames.
+    State of one collision: contacts, search for the end, and frames.
 
-    A flight carries the chain from contact to contact. `frame_interval` is the least time between
-    frames; None for those of the scene's dump, if it has one: at contacts, or so many per sound
-    crossing.
+    A flight moves the chain from contact to contact. `frame_interval` is the least time between
+    frames. If it is None, frames are for the dump of the scene, if it has one: at contacts, or at
+    the interval of the scene.
     """
 
     def __init__(self, scene: Scene, flight: Flight, frame_interval: float | None) -> None:
         self.scene, self.bond, self.line = scene, scene.bond, scene.line
         self.flight, self.chain = flight, flight.chain
-        # Of both bodies, the chain's particles first, as LAMMPS has them: where they are at rest,
-        # and their order along x.
+        # Rest positions of all particles, in LAMMPS's order with the chain first, and their order
+        # along x.
         n, targets = scene.particles, scene.line.targets
         self._rest = np.append(np.arange(n, dtype=float), -np.arange(targets, dtype=float))
         self._order = np.append(np.arange(n + targets)[: n - 1 : -1], np.arange(n))
         self.contacts: list[Contact] = []
         self.after_contact = self._state()
-        # Of all bonds so far, the flight after the last contact included, and of those up to it.
+        # Shortest and longest bond so far, including the flight after the last contact; then the
+        # values up to the last contact.
         lengths = self.chain.lengths() if scene.longest_body > 1 else np.ones(1)
         self.shortest_seen, self.longest_seen = float(lengths.min()), float(lengths.max())
         self.shortest, self.longest = self.shortest_seen, self.longest_seen
@@ -60,21 +62,21 @@ class ChainCollision:
         self.frame_interval = frame_interval
         self.next_frame = np.inf if frame_interval is None else 0.0
         self.frames: list[tuple[float, Array, Array]] = []
-        # How long after a contact, and when, a next one would be late.
+        # Time after a contact until the next one is late, and the present such time.
         self.patience = PATIENCE / scene.slow_stiffness**0.5
         self.overdue = np.inf
-        # When the end was seen, and until when frames are wanted nevertheless.
+        # Time at which the end was found, and time until which frames are needed.
         self.ended_at, self.flown_on = 0.0, np.inf
-        # Momentum of late contacts that hardly different motions have or have not.
+        # Momentum of late contacts on which nearly equal motions disagree.
         self.doubt = 0.0
 
     def _state(self) -> tuple[Array, Array]:
-        """Return displacements and velocities along x, where a rigid wall is a particle."""
+        """Return displacements and velocities along x, with a rigid wall as a particle."""
         u, v = (self.chain.x - self._rest)[self._order], self.chain.v[self._order]
         return (np.append(0.0, u), np.append(0.0, v)) if self.line.rigid else (u, v)
 
     def carry_out(self) -> None:
-        """Go from contact to contact until no further one can come."""
+        """Run from contact to contact until no further contact can come."""
         if self.scene.longest_body == 1:  # neither body has parts
             self._bounce_once()
             return
@@ -112,7 +114,7 @@ class ChainCollision:
             ) from None
 
     def _approach(self) -> None:
-        """Set the clock so that the first contact is at 0, where the bodies start before it."""
+        """Set the time so that the first contact is at 0 if the bodies start apart."""
         gap, opening, _ = self.flight.meeting.state()
         if gap == 0.0 and opening < 0.0:
             return
@@ -141,7 +143,7 @@ class ChainCollision:
         self.ending = Ending("proved")
 
     def _take_contact(self, contact: Contact) -> None:
-        if not self.contacts:  # the clock starts with it
+        if not self.contacts:  # time counts from the first contact
             self.flight.time -= contact.time
             contact = replace(contact, time=0.0, end=contact.end - contact.time)
         self.contacts.append(contact)
@@ -153,7 +155,7 @@ class ChainCollision:
             self._take_frame()
 
     def _named(self, error: BondRangeError) -> BondRangeError:
-        """Say which bond it was, and when: LAMMPS tells only its length."""
+        """Return the error with the bond and the time; LAMMPS reports only the length."""
         lengths = np.abs(self.chain.lengths())
         bond = int(np.argmin(np.abs(lengths - error.length))) + 1
         side = "below" if error.length < 1.0 else "beyond"
@@ -186,7 +188,7 @@ class ChainCollision:
             )
 
     def _ask_what_comes(self) -> None:
-        """Ask the in-house integrator whether to wait for a contact."""
+        """Ask the reference engine whether another contact comes."""
         now, last = self.flight.time, self.contacts[-1].end
         displacements, velocities = self._state()
         if self.line.is_standard and not self.line.separation(velocities) > 0.0:
@@ -195,7 +197,7 @@ class ChainCollision:
             self.overdue = now + self.patience
             return
         times = {"now": now, "last_contact": last, "shortest": self.shortest_seen}
-        # The two that meet rest at one place.
+        # The two particles in contact have the same rest position, so their difference is the gap.
         next_event = follow(self.scene, np.diff(displacements), velocities, **times)
         self.overdue = next_event.time + self.patience
         self.doubt = max(self.doubt, next_event.doubt)
@@ -218,13 +220,14 @@ class ChainCollision:
             return
         self.next_frame += self.frame_interval
         if self.next_frame <= now:
-            # A step may be longer than any number of them, and time may not tell two apart.
+            # A step may be longer than many intervals, and times may be too coarse to separate two
+            # frames.
             past = math.fmod(now - self.next_frame, self.frame_interval)
             later = now + (self.frame_interval - past)
             self.next_frame = max(later, math.nextafter(now, math.inf))
 
     def outcome(self, numerics: Numerics, seconds: float) -> Outcome:
-        """Gather what is known at the end."""
+        """Return the outcome of the collision."""
         assert self.ending is not None
         line, bond, contacts = self.line, self.bond, self.contacts
         first, targets = line.first, line.targets

