@@ -1,4 +1,4 @@
-"""The door: a scene to its result, or many of them, kept in a store or not."""
+"""Entry point: from scenes to results, with or without a store."""
 
 from collections.abc import Iterable
 from pathlib import Path
@@ -77,51 +77,52 @@ def collide(
     """
     Carry out one collision, or several.
 
-    With explicit numerics a scene is run as it says, and for the error bar again at half the
-    step and at two others. Otherwise the numerics that usually meet the tolerance most cheaply are
-    taken, and the result is proved by a second step.
+    A scene with explicit numerics is run with them, and for the error bar again at half the step
+    and at two others. Otherwise the cheapest numerics that usually keep the tolerance are used, and
+    a second step proves the result.
 
     Parameters
     ----------
     scene : Scene or iterable of Scene
-        What collides, with which engine. Scenes that take longer than a few seconds together, or
-        are kept in a store, are shared out among processes: a script that asks for those needs the
-        usual ``if __name__ == "__main__":``.
+        Bodies, engine and numerics. Scenes that take longer than a few seconds together, or go into
+        a store, run in several processes. Such a script needs the usual ``if __name__ ==
+        "__main__":``.
     tolerance : float, optional
-        Absolute error asked of eta; overrides the scene's.
+        Absolute tolerance of eta; overrides the scene's tolerance.
     store : Store or path, optional
-        Of several scenes: where results are kept, as ``chaincor sweep`` does. Those that are there
-        are not computed again.
+        Store of the results of several scenes, as for ``chaincor sweep``. Stored results are not
+        computed again.
     arrays : bool
-        Whether the store is to have contacts, mode energies and final states.
+        Whether the store keeps contacts, mode energies and final states.
     most_seconds : float
-        How long each may take: what is expected to take longer is not begun, and what does is
-        answered with the error reached by then, or stopped where there is no number yet.
+        Largest time of each collision. A collision that is expected to take longer is not started.
+        A collision that takes longer returns the error reached by then, or stops if it has no
+        number yet.
     workers : int, optional
-        Of several scenes: how many are carried out at a time; one a core by default.
+        Number of worker processes for several scenes; one per core by default.
     progress : bool
-        Of several scenes: whether to show a progress bar, on a terminal or in a notebook.
+        Whether to show a progress bar for several scenes, on a terminal or in a notebook.
 
     Returns
     -------
     Collision, list of Collision or list of Row
-        The result; of several scenes all, in their order, in a list that shows a table. Where a
-        tolerance could not be met, `tolerance_met` is False and `reason` says why. With a store
-        its rows: there `result` is None, and `failure` says why, where a collision has none.
+        The result, or for several scenes a list of results in their order, which shows as a table.
+        If a tolerance is missed, `tolerance_met` is False and `reason` says why. With a store, the
+        list has its rows; after a failure, `result` is None and `failure` says why.
 
     Raises
     ------
     InputError
-        If this is no scene, a tolerance is given together with explicit numerics, or outputs have
-        no place.
+        If this is no scene, if a tolerance is given together with explicit numerics, or if outputs
+        cannot be written.
     CostError
-        If it is expected to take longer than `most_seconds`, and nothing was begun, or if it took
-        longer and has no number yet.
+        If the collision is expected to take longer than `most_seconds`, or took longer without a
+        number yet.
     StoreError, StoreWriteError
-        If the store cannot be used, or written any more; what is in it is safe.
+        If the store cannot be used or written; stored results are safe.
     RunError
-        If no number that can be trusted came out; each cause has a name. Of several scenes the
-        first one that fails stops all, unless there is a store.
+        If there is no trustworthy number; each cause has its own subclass. Without a store, the
+        first failure stops all scenes.
 
     Examples
     --------
@@ -157,14 +158,14 @@ def collide(
     failed: list[Exception] = []
 
     def take(done: Done) -> None:
-        """Put results in the order of their scenes; raise the first failure, once."""
+        """Put results in the order of their scenes, and raise the first failure once."""
         for asked, each in done:
             if not isinstance(each, Exception):
                 found[asked.place] = each
             elif not failed:
                 failed.append(each)
                 each.__notes__ = [f"scene {asked.place + 1} of {len(scenes)}: {asked.scene!r}"]
-                # Of a named error nothing else is said.
+                # Hide the traceback of expected errors.
                 raise each.with_traceback(None) if isinstance(each, ChaincorError) else each
 
     seconds = sum(asked.cost for task in tasks for asked in task)

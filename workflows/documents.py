@@ -1,6 +1,6 @@
-"""Where the pages of the documentation are that the program reads."""
+"""Folder of the documentation pages that the program reads."""
 
 from pathlib import Path
 
-# Beside the packages in a checkout, among them in a wheel, which holds these pages alone.
+# The folder is beside the packages in a checkout, and among them in a wheel.
 DOCUMENTS = Path(__file__).resolve().parents[1] / "docs"

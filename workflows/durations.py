@@ -1,11 +1,11 @@
-"""Times as people read them."""
+"""Format of durations."""
 
-# Ten thousand years, of which digits say nothing.
+# Ten thousand years; longer times need no digits.
 _TOO_LONG = 3e11
 
 
 def format_duration(seconds: float) -> str:
-    """Format a time for people, in the largest unit of which it holds two."""
+    """Format a time in the largest unit of which it holds at least two."""
     if seconds >= _TOO_LONG:
         return f"{seconds / 86400.0:.1g} days"
     for unit, size in (("days", 86400.0), ("h", 3600.0), ("min", 60.0)):

@@ -1,25 +1,25 @@
-"""Failures of a run, each with a name, and a message that says what to do."""
+"""Named failures of a run, with messages that say what to do."""
 
 from chaincor.lammps_inputs.errors import ChaincorError as ChaincorError
 from chaincor.lammps_inputs.errors import InputError as InputError
 
 
 class RunError(ChaincorError):
-    """A run could not produce a number that can be trusted."""
+    """A run could not produce a trustworthy number."""
 
 
 class MissingLibraryError(RunError):
-    """LAMMPS, the MPI library it needs, or one of its packages is not there."""
+    """LAMMPS, its MPI library, or one of its packages is missing."""
 
 
 class LammpsError(RunError):
-    """LAMMPS stopped with an error that has no name of its own here."""
+    """LAMMPS stopped with an error that has no named class."""
 
 
 class BondRangeError(RunError):
     """A bond left the range of its table."""
 
-    length: float = float("nan")  #: The bond's length.
+    length: float = float("nan")  #: Length of the bond.
 
 
 class LostAtomsError(RunError):
@@ -43,7 +43,7 @@ class UnfinishedCollisionError(RunError):
 
 
 class ToleranceError(RunError):
-    """The error asked for cannot be met, by so much that no number is worth the run."""
+    """The tolerance is missed by so much that no number is worth the run."""
 
 
 class StoreError(InputError):
@@ -59,7 +59,7 @@ class SweepError(InputError):
 
 
 class CostError(InputError):
-    """A collision is expected to take longer than it may, or took longer without a number yet."""
+    """A collision is expected to exceed its time, or exceeded it without a number yet."""
 
 
 class WorkerDiedError(RunError):
@@ -67,12 +67,12 @@ class WorkerDiedError(RunError):
 
 
 class WorkerStartError(RunError):
-    """No worker process comes up, so that no collision can be run."""
+    """No worker process starts, so no collision can be run."""
 
 
 class SchedulerError(RunError):
-    """The cluster's scheduler cannot be reached, or was lost on the way."""
+    """The cluster's scheduler cannot be reached, or was lost during a sweep."""
 
 
 class SensitivityError(RunError):
-    """Eta of a collision has no derivative that can be told: its motion cannot be linearised."""
+    """Eta has no computable derivative: the motion cannot be linearised."""

@@ -1,4 +1,4 @@
-"""Calls from Python: what is handed over, refused in one line, and Ctrl-C in the midst of it."""
+"""Checks of arguments in calls from Python, and short tracebacks after Ctrl-C."""
 
 import functools
 from collections.abc import Callable, Iterable, Mapping
@@ -15,7 +15,11 @@ R = TypeVar("R")
 
 
 def told_shortly(function: Callable[P, R]) -> Callable[P, R]:
-    """Leave out of Ctrl-C where it happened to be: that says nothing, and takes a notebook long."""
+    """
+    Shorten the traceback of Ctrl-C.
+
+    Its place says nothing, and notebooks format it slowly.
+    """
 
     @functools.wraps(function)
     def call(*arguments: P.args, **named: P.kwargs) -> R:
@@ -28,7 +32,7 @@ def told_shortly(function: Callable[P, R]) -> Callable[P, R]:
 
 
 def scene_given(value: Any) -> Scene:
-    """Return a scene; InputError, which says how to make one, for anything else."""
+    """Return a scene; raises InputError, with a remedy, for other objects."""
     if isinstance(value, Scene):
         return value
     hint = "Scene(particles=100, speed=0.4)"
@@ -42,14 +46,14 @@ def scene_given(value: Any) -> Scene:
 
 
 def scenes_given(values: Any) -> list[Scene]:
-    """Return scenes in their order; InputError where one is none, or they are no list."""
+    """Return scenes in their order; raises InputError if one is no scene or there is no list."""
     if isinstance(values, Iterable) and not isinstance(values, str | bytes | Mapping | Scene):
         return [scene_given(value) for value in values]
     return [scene_given(values)]
 
 
 def workers_given(workers: Any) -> int:
-    """Return how many collisions to carry out at a time: one a core by default."""
+    """Return the number of collisions at a time; by default one per core."""
     if workers is None:
         return cores_allowed()
     return whole_number_given("workers", workers)

@@ -1,4 +1,4 @@
-"""Writing a self-contained LAMMPS job for a scene."""
+"""Writer of self-contained LAMMPS jobs for scenes."""
 
 import re
 import shutil
@@ -21,7 +21,7 @@ from chaincor.workflows.engines.lammps.kept_script import job_script
 from chaincor.workflows.given import scene_given
 from chaincor.workflows.scripted import plan_script
 
-# No bond that LAMMPS can follow is met so fast, in units of the sound in a chain at rest.
+# Impact speed that no LAMMPS run can follow, in units of the speed of sound in a chain at rest.
 _SUPERSONIC = 3.0
 
 
@@ -36,24 +36,25 @@ def write_job(
     scene : Scene
         The collision. Without explicit numerics the job is made for its tolerance.
     folder : path
-        Where the script, the chain, its bond table and the scene are written.
+        Folder of the script, the chain, its bond table and the scene.
     replace_existing : bool
-        Whether a job that lies there already is replaced.
+        Whether an existing job is replaced.
     **wishes
         The fields of :class:`~chaincor.lammps_inputs.script_plan.JobWishes`: ``plain=True`` for the
         shortest script, ``restartable=True``, ``guards=True``, ``contacts=True`` and ``dump=True``
-        for what a script does besides, ``explain=True`` for comments, ``template``,
+        for additional tasks of the script, ``explain=True`` for comments, ``template``,
         ``table_range``, ``units``.
 
     Returns
     -------
     list of pathlib.Path
-        The files.
+        Paths of the files.
 
     Raises
     ------
     InputError
-        If the folder holds a job already or cannot be made, and what :func:`job_files` raises.
+        If the folder holds a job already or cannot be made. Errors of :func:`job_files` are raised
+        too.
 
     Examples
     --------
@@ -75,13 +76,13 @@ def write_job(
         raise
 
 
-# Options of `chaincor inputs`, and those whose argument in Python has another name.
+# Options of `chaincor inputs`, and options whose Python argument has another name.
 _OPTION = re.compile(r"(?<![\w-])(--[a-z][a-z-]*|-o)(?![\w-])")
 _OTHER_NAMES = {"-o": "folder", "--output": "folder", "--frames": "dump=True"}
 
 
 def _argument(option: re.Match[str]) -> str:
-    """Return the argument of Python for an option of the command line."""
+    """Return the Python argument for an option of the command line."""
     name = option[0].lstrip("-").replace("-", "_")
     is_flag = any(each.name == name and each.default is False for each in fields(JobWishes))
     return _OTHER_NAMES.get(option[0], f"{name}=True" if is_flag else name)
@@ -91,11 +92,10 @@ def job_files(scene: Scene, wishes: JobWishes = NO_WISHES) -> dict[str, str]:
     """
     Return the files of a job, by name.
 
-    Numerics are chosen for the scene's tolerance, unless it gives them; the script tells its error
-    unless the scene says ``error = false``. A job dumps its motion, too, where the scene has a
-    dump. Raises InputError for wishes that contradict each other or the scene, SceneError if the
-    scheme cannot be scripted or the template cannot be used, RunError if no numerics meet the
-    tolerance.
+    Numerics are chosen for the scene's tolerance, unless it gives them. The script prints its error
+    unless the scene says ``error = false``. A job also dumps its motion if the scene has a dump.
+    Raises InputError for wishes that contradict each other or the scene, SceneError if the scheme
+    cannot be scripted or the template cannot be used, RunError if no numerics meet the tolerance.
     """
     if not wishes.dump and scene.dump is None and "dump_frames" in scene.model_fields_set:
         raise InputError(
@@ -146,7 +146,7 @@ def _refuse_units_of_velocity(scene: Scene, units: UnitSystem) -> None:
 
 
 def _as_run(scene: Scene, plan: ScriptPlan) -> Scene:
-    """Return the scene with what was chosen for it: another run of it takes the same steps."""
+    """Return the scene with its chosen numerics, so that another run takes the same steps."""
     if scene.explicit:
         return scene.replace(scheme=plan.numerics.scheme)
     return scene.replace(
@@ -159,7 +159,7 @@ def _as_run(scene: Scene, plan: ScriptPlan) -> Scene:
 
 
 def write_files(texts: dict[str, str], folder: Path, replace_existing: bool) -> list[Path]:
-    """Write the files of a job, all or none; InputError where the folder has some already."""
+    """Write the files of a job, all or none; raises InputError if the folder has some already."""
     present = [name for name in texts if (folder / name).exists()]
     if present and not replace_existing:
         raise InputError(

@@ -1,4 +1,4 @@
-"""The JSON objects that commands print: what all of them have besides their own keys."""
+"""JSON objects that commands print: the common keys, and their text."""
 
 import json
 import math
@@ -10,16 +10,16 @@ from chaincor.workflows.versions import processor, versions
 if TYPE_CHECKING:
     from chaincor.lammps_inputs.scene import Scene
 
-# Goes up when a key changes its meaning or goes away; new keys do not count.
+# The version rises if a key changes its meaning or disappears, not for new keys.
 SCHEMA = 1
 
 
 def stamped(plain: Mapping[str, Any], scene: "Scene | None" = None) -> dict[str, Any]:
     """
-    Return a command's own keys with those that every JSON object has.
+    Return a command's own keys with the keys that every JSON object has.
 
-    These are ``schema``, ``versions`` and ``processor`` and, of a command that has one scene,
-    ``scene``: all that decides the result, with the defaults written out.
+    Common keys are ``schema``, ``versions`` and ``processor``. A command with one scene adds
+    ``scene``: all fields that decide the result, with the defaults written out.
     """
     shared: dict[str, Any] = {"versions": versions(), "processor": processor()}
     if scene is not None:
@@ -28,7 +28,7 @@ def stamped(plain: Mapping[str, Any], scene: "Scene | None" = None) -> dict[str,
 
 
 def json_text(plain: Mapping[str, Any], scene: "Scene | None" = None) -> str:
-    """Return the one line that a command prints; raises ValueError for nan and inf."""
+    """Return an object as one line of JSON; raises ValueError for nan and inf."""
     return json.dumps(stamped(plain, scene), allow_nan=False)
 
 
@@ -36,7 +36,7 @@ _AS_THEY_ARE = {str, int, bool, type(None)}
 
 
 def finite(value: Any) -> Any:
-    """Return a plain value as JSON knows it: with None for numbers that are not finite."""
+    """Return a plain value with None in place of numbers that are not finite."""
     if type(value) in _AS_THEY_ARE:
         return value
     if isinstance(value, float):

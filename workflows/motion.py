@@ -1,4 +1,4 @@
-"""The motion behind a result: carried out again where it is asked for."""
+"""Motion behind a result, computed again on request."""
 
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -20,15 +20,14 @@ if TYPE_CHECKING:
     from chaincor.workflows.engines.replay import Replay
     from chaincor.workflows.sensitivity.sensitivity import Sensitivity
 
-# Of motions that no fixed steps follow.
+# Number of states for motions without fixed steps.
 _WITHOUT_STEPS = ("hard-sphere", "adaptive8")
-# Where roundings change eta by more, the last digits decide which contacts come: a derivative
-# amplifies them by less than 1e12 wherever one can be told.
+# If roundings change eta by more, the last digits decide the contacts. Every derivative that can be
+# computed amplifies roundings by less than 1e12.
 _HINGES = 1e-4
-# Pictures end when the chain has left the wall for this share of the collision, and for as long as
-# sound takes over so many bonds.
+# Pictures end after this share of the duration, and after the time of sound over this many bonds.
 _FLY_ON, _BONDS_ON = 0.15, 2.0
-# More a picture cannot show, and memory should not hold.
+# Largest number of values in a picture, which also limits memory.
 _HISTORY_FRAMES = 400
 _MOST_FRAMES = 1_000_000
 _HISTORY_BYTES = 64 * 2**20
@@ -36,38 +35,38 @@ _HISTORY_BYTES = 64 * 2**20
 
 @dataclass(frozen=True, repr=False, kw_only=True)
 class Motion(Observed):
-    """The observables of a run, and its motion, from how it was run and how long it took."""
+    """Observables and motion of a run."""
 
-    #: The run as it can be carried out again; None in results made by hand.
+    #: Run that can be repeated; None in results made by hand.
     replay: "Replay | None" = field(default=None, compare=False)
 
     @property
     def scene(self) -> Scene:
-        """What collided; InputError if the result was not made by `collide`."""
+        """Scene of the result; raises InputError if the result was not made by `collide`."""
         return self._known_replay().scene
 
     @property
     def shown_until(self) -> float:
-        """Until when pictures show the collision: by then its chain flies off."""
+        """Last time that pictures show, when the chain flies off."""
         flown = _BONDS_ON / self.scene.slow_stiffness**0.5
         end = (1.0 + _FLY_ON) * self.last_contact_time + flown
-        # Soft bodies overlap for a while.
+        # Soft bodies overlap during a contact.
         return end if self.contact is None else max(end, self.duration)
 
     @cached_property
     def history(self) -> History:
         """
-        The chain in time, from the first contact until soon after the last.
+        States of the chain from the first contact until soon after the last.
 
         Whole states at about 400 times, fewer of long chains, and energies at the same times. The
-        collision is carried out again for it, once, by the engine it was run with; raises as
+        collision is carried out again once, by its own engine. Raises the errors of
         :meth:`trajectory`.
         """
         return self._histories[0]
 
     @property
     def target_history(self) -> History | None:
-        """The same of a free target, from the contact outward, along x; None for a wall."""
+        """States of a free target, from the contact outward, along x; None for a wall."""
         return self._histories[1] if self._known_replay().scene.target_particles else None
 
     @cached_property
@@ -87,9 +86,9 @@ class Motion(Observed):
     @cached_property
     def sensitivity(self) -> "Sensitivity":
         """
-        What eta changes by with speed, masses, bonds and state; found once, by a run of its own.
+        Derivatives of eta by speed, masses, bonds and state, from one additional run.
 
-        Raises SensitivityError where eta has no derivative, or none that can be told.
+        Raises SensitivityError if eta has no derivative, or if no digit of it is certain.
         """
         from chaincor.workflows.sensitivity.sensitivity import sensitivity_of
 
@@ -123,12 +122,12 @@ class Motion(Observed):
 
     def trajectory(self, frames: int = 200) -> list[ChainState]:
         """
-        Carry the collision out again, as this result was, and keep the motion.
+        Carry the collision out again, with the same numerics, and return the motion.
 
         Parameters
         ----------
         frames : int
-            How many states to keep, about: LAMMPS has them at the ends of steps only.
+            Approximate number of states; LAMMPS has them only at the ends of steps.
 
         Returns
         -------
@@ -148,7 +147,7 @@ class Motion(Observed):
         replay = self._known_replay()
         end = self.shown_until
         recorded = replay.record(end / (frames - 1))
-        # The last may be late by rounding.
+        # Rounding may put the last time too late.
         return [
             recorded.state(step)
             for step, time in enumerate(recorded.times)
@@ -157,7 +156,7 @@ class Motion(Observed):
 
     def to_ase(self, frames: int = 200) -> "list[Atoms]":
         """
-        Return the motion as a list of ASE Atoms, one a frame; it is carried out again for that.
+        Return the motion as a list of ASE Atoms, one per frame, by running it again.
 
         Numbers are the reduced ones of this package, not eV, angstrom and ASE's time.
 
@@ -169,9 +168,10 @@ class Motion(Observed):
         Returns
         -------
         list of ase.Atoms
-            Float64 positions (x, 0, 0), velocities, masses, array ``bonds``, ``info["time"]``;
-            each knows its potential energy and the forces of the bonds. No cell: the wall at x = 0
-            is no part of the Atoms. A free target's particles follow those of the chain.
+            Float64 positions (x, 0, 0), velocities, masses, array ``bonds``, ``info["time"]``; each
+            has its potential energy and the forces of the bonds. There is no cell, and the wall at
+            x = 0 is no part of the Atoms. Particles of a free target follow the particles of the
+            chain.
 
         Raises
         ------
@@ -187,7 +187,7 @@ class Motion(Observed):
 
     def to_universe(self, frames: int = 200) -> "Universe":
         """
-        Return the motion as an MDAnalysis Universe; the collision is carried out again for it.
+        Return the motion as an MDAnalysis Universe, by running the collision again.
 
         Numbers are the reduced ones of this package, not angstrom, picoseconds and daltons.
 
@@ -199,10 +199,11 @@ class Motion(Observed):
         Returns
         -------
         MDAnalysis.Universe
-            With times, masses, ids from the wall outwards (of a free target after the chain's, from
-            the contact outward), bonds between neighbours, no box. MDAnalysis keeps positions and
-            velocities as float32; float64 ones are in ``ts.data`` as ``v_displacement`` (u_i, see
-            :class:`~chaincor.analysis.dumps.chain_state.ChainState`) and ``vx``.
+            Universe with times, masses, ids from the wall outwards (a free target follows the
+            chain, from the contact outward), bonds between neighbours, and no box. MDAnalysis keeps
+            positions and velocities as float32; float64 ones are in ``ts.data`` as
+            ``v_displacement`` (u_i, see :class:`~chaincor.analysis.dumps.chain_state.ChainState`)
+            and ``vx``.
 
         Raises
         ------

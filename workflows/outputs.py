@@ -1,4 +1,4 @@
-"""Files that a command is asked to write: refused before it works where they cannot be written."""
+"""Checks of output files before a command starts its work."""
 
 from collections.abc import Iterable, Sequence
 from hashlib import sha256
@@ -9,18 +9,18 @@ from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.script import DATA_FILE, DUMP_FILE, SCENE_FILE, SCRIPT_FILE, TABLE_FILE
 
-# In which formats figures are drawn.
+# Formats of figures.
 PICTURES = (".png", ".pdf", ".svg")
 PICTURES_SAID = ".png, .pdf or .svg"
 
 
 def refuse_unusable_outputs(scene: Scene) -> None:
     """
-    Check where a collision's files go, before any time is spent on it.
+    Check the output paths of a collision before it runs.
 
-    Raises InputError if two outputs have one path, a file is wanted where a folder is, or a folder
-    where a file is, and where what is there would be lost: a file of another kind, the job of
-    another collision. The same run again replaces its own files.
+    Raises InputError if two outputs have one path, if a file would replace a folder or a folder a
+    file, or if a file of another kind or the job of another collision would be lost. A repeated run
+    replaces its own files.
     """
     if scene.dump is None and "dump_frames" in scene.model_fields_set:
         raise InputError(
@@ -44,18 +44,18 @@ def refuse_unusable_outputs(scene: Scene) -> None:
 
 
 def _resolved(key: str, path: Path) -> Path:
-    """Return where an output of a scene goes; a folder is resolved as a whole."""
+    """Return the resolved path of an output; a folder is resolved as a whole."""
     return resolve_output(path / "in").parent if key == "save" else resolve_output(path)
 
 
 def _outputs(scene: Scene) -> dict[str, Path]:
-    """Return where a scene's files go, by the keys that say so."""
+    """Return the output paths of a scene by key."""
     given = {key: getattr(scene, key) for key in ("dump", "arrays", "save")}
     return {key: path for key, path in given.items() if path is not None}
 
 
 def make_folder(folder: Path) -> None:
-    """Make a folder and those above it; raises InputError where that cannot be."""
+    """Make a folder and its parents; raises InputError if that fails."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -66,9 +66,9 @@ def make_folder(folder: Path) -> None:
 
 def refuse_overwriting_inputs(output: Path, inputs: Iterable[Path], option: str) -> None:
     """
-    Raise InputError where a file that is to be written is one that is read, or a link to one.
+    Raise InputError if an output file is an input file, or a link to one.
 
-    Files need not be there; `option` is what `output` was given as, such as ``--output``.
+    Files need not exist. `option` is the option of `output`, such as ``--output``.
     """
     for path in inputs:
         if _is_one_file(output, path):
@@ -79,14 +79,14 @@ def refuse_overwriting_inputs(output: Path, inputs: Iterable[Path], option: str)
             )
 
 
-# What a saved job says of its files, in its scene: name and SHA-256.
+# Signature in the scene of a saved job: name and SHA-256 of each file.
 _SIGNED = "# saved by chaincor run: "
-# LAMMPS writes these anew whenever the job is run.
+# Every run of the job writes these files anew.
 _WRITTEN_BY_RUNS = ("log.lammps", DUMP_FILE)
 
 
 def sign_job(folder: Path) -> None:
-    """Let the scene of a job that is saved name its files, by which an edited one is noticed."""
+    """Record the digests of a saved job's files in its scene, to notice edited files."""
     scene = folder / SCENE_FILE
     if not scene.exists():
         return
@@ -95,7 +95,7 @@ def sign_job(folder: Path) -> None:
 
 
 def _digests(folder: Path) -> dict[str, str]:
-    """Return the SHA-256 of each file of a job, that of the scene without its signature."""
+    """Return the SHA-256 of each file of a job; the scene's excludes its signature."""
     found = {}
     for path in sorted(path for path in folder.iterdir() if path.is_file()):
         if path.name not in _WRITTEN_BY_RUNS:
@@ -106,7 +106,7 @@ def _digests(folder: Path) -> dict[str, str]:
 
 
 def _is_unedited(folder: Path) -> bool:
-    """Return whether a folder holds a saved job whose files are as they were saved."""
+    """Return whether a folder holds a saved job with unchanged files."""
     try:
         text = (folder / SCENE_FILE).read_text(encoding="utf-8")
         signed = [
@@ -126,7 +126,7 @@ def _refuse_another_job(scene: Scene, folder: Path) -> None:
         return
     try:
         kept = Scene.from_file(folder / SCENE_FILE)
-    except InputError:  # also where there is none
+    except InputError:  # also if there is no scene
         kept = None
     if kept is None or kept.collision_sha256 != scene.collision_sha256 or not _is_unedited(folder):
         raise InputError(
@@ -151,5 +151,5 @@ def refuse_shared_outputs(scenes: Sequence[Scene]) -> None:
 def _is_one_file(one: Path, other: Path) -> bool:
     try:
         return one.samefile(other)
-    except (OSError, ValueError):  # one of them is not there, or no name at all
+    except (OSError, ValueError):  # a file is missing or its name is invalid
         return False

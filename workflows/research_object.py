@@ -1,4 +1,4 @@
-"""A folder of results as an RO-Crate: what each file and column is, and what computed them."""
+"""Description of a folder of results as an RO-Crate: its files, columns and programs."""
 
 import json
 from collections.abc import Iterable, Mapping
@@ -8,7 +8,7 @@ from typing import Any
 from chaincor.analysis.atomic_write import write_whole
 from chaincor.workflows.errors import MissingLibraryError
 
-# Where the specification of RO-Crates has this file.
+# Name of this file in the specification of RO-Crates.
 METADATA_FILE = "ro-crate-metadata.json"
 _KINDS = {
     ".csv": "text/csv",
@@ -24,7 +24,7 @@ _UNLICENSED = "No licence was stated: whoever shares these results names one her
 
 
 def require_rocrate() -> Any:
-    """Return the class of crates; MissingLibraryError, which says how to get it, without it."""
+    """Return the class of crates; raises MissingLibraryError if the library is missing."""
     try:
         from rocrate.rocrate import ROCrate
     except ImportError:
@@ -42,11 +42,11 @@ def describe_folder(
     columns: Mapping[str, str] | None = None,
 ) -> None:
     """
-    Write ``ro-crate-metadata.json`` into a folder of results, as RO-Crate 1.1 has it.
+    Write ``ro-crate-metadata.json`` into a folder of results, by RO-Crate 1.1.
 
-    `files` and `columns` say what each file of the folder is, by its path in it, and each column of
-    the tables; `versions` are of the programs and libraries that computed them. Raises
-    MissingLibraryError if the library rocrate is not installed.
+    `files` and `columns` describe each file by its path and each column of the tables. `versions`
+    are the versions of the programs and libraries behind the results. Raises MissingLibraryError if
+    the library rocrate is not installed.
     """
     crate = require_rocrate()(version="1.1")
     crate.name, crate.description, crate.license = title, title, _UNLICENSED
@@ -85,6 +85,6 @@ def _entity(crate: Any, place: str, kind: str, name: str, **more: Any) -> Any:
 
 
 def _named(entities: Iterable[Any]) -> list[dict[str, str]] | dict[str, str]:
-    """Name entities as RO-Crate 1.1 has it: one by itself, several in a list."""
+    """Return references to entities as in RO-Crate 1.1: one alone, several in a list."""
     named = [{"@id": entity.id} for entity in entities]
     return named[0] if len(named) == 1 else named

@@ -1,4 +1,4 @@
-"""Numerics and error bars of scripts that LAMMPS runs alone: all that can be told beforehand."""
+"""Numerics and error bars of scripts that LAMMPS runs alone, chosen before the run."""
 
 from dataclasses import replace
 
@@ -28,29 +28,29 @@ from chaincor.workflows.engines.lammps.kept_script import flown_on
 from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.engines.rounding import amplified_rounding, rounding_of_steps
 
-# The number's step and twice that, as where the engine meets a tolerance.
+# Step of the number and twice that step, as in the engine's search for a tolerance.
 _MULTIPLES = (1.0, COARSER)
-# With another velocity nothing but the two runs tells the error: with steps that resolve the
-# motion it is well below their difference.
+# At another velocity only the two runs give the error. With steps that resolve the motion, it is
+# well below their difference.
 _ALONE = 1.0
-# Speed, in units of v0, at which a bond may open while particle 1 is behind the wall, from as long
-# as bonds get in front of it.
+# Speed, in units of v0, at which a bond may open while particle 1 is behind the wall, starting from
+# its largest length in front of the wall.
 _OVERSHOOT = 4.0
-# The stock wall's errors send warm bonds ways that the in-house run has not seen.
+# Errors of the stock wall let warm bonds reach lengths that the reference run has not seen.
 _OTHERWISE = 1.25
-# How much faster than its own a job's chain may be, and how finely that is looked for.
+# Largest ratio of a job's velocity to its own, and number of bisections in the search for it.
 _MOST_FASTER, _BISECTIONS = 100.0, 30
 _MOST_PROBES = 20_001
 
 
 def plan_script(scene: Scene, table_range: tuple[float, float] | None = None) -> ScriptPlan:
     """
-    Choose what a script of a scene runs with, without LAMMPS.
+    Choose the numerics of a scene's script, without LAMMPS.
 
-    Explicit numerics are taken as they are, with the proof that the engine gives them; otherwise
-    those that usually meet the tolerance are, with the error bar of its parts. `table_range` are
-    lengths of bonds that the table shall hold besides those of this collision. Raises RunError
-    where no numerics meet the tolerance, SceneError where a table cannot be so wide.
+    Explicit numerics are used unchanged, with the same proof as in the engine. Otherwise the script
+    gets numerics that usually keep the tolerance, with an error bar from its parts. `table_range`
+    are bond lengths that the table must cover besides the lengths of this collision. Raises
+    RunError if no numerics keep the tolerance, SceneError if a table cannot be so wide.
     """
     if table_range is not None:
         _refuse_range(scene, table_range)
@@ -113,7 +113,7 @@ def _refuse_range(scene: Scene, table_range: tuple[float, float]) -> None:
 
 
 def _fastest_held(scene: Scene, table: BondTable) -> float | None:
-    """Return the largest velocity whose guessed bonds a table holds; None if the scene's does."""
+    """Return the largest velocity whose guessed bonds a table covers, or None if not faster."""
     line = scene.line
     if np.any(line.velocities[line.first :] != -scene.impact_velocity):
         return None
@@ -136,7 +136,8 @@ def _tabulate(
         return None
     low, high = guess_bond_range(scene) if pilot is None else pilot.table_range(scene)
     if numerics.scheme != "verlet":
-        # The step that meets the wall is taken in full first, behind it; there bond 1 is stretched.
+        # The step that reaches the wall is first taken in full, behind the wall. Bond 1 is
+        # stretched there.
         overshot = high + _OVERSHOOT * scene.impact_velocity * max(_MULTIPLES) * numerics.timestep
         high = max(high, min(overshot, 1.0 + 0.9 * scene.bond.strain_max))
     if numerics.wall == "reflect" and scene.comes_moving:
@@ -153,7 +154,7 @@ def _tabulate(
 
 
 def _table_part(table: BondTable | None, scene: Scene, outcome: Outcome, tolerance: float) -> float:
-    """Return what the job's table leaves open, and what one of a user's does that it is of."""
+    """Return the error of the job's table, and of the user's table from which it is made."""
     if table is None:
         return 0.0
     own = table_error_of(table.style, interpolated_force_error(table, scene.bond), scene)

@@ -1,4 +1,4 @@
-"""Text from files, safe for a terminal or a spreadsheet: no control characters, no formulas."""
+"""Escaping of text for terminals and spreadsheets: no control characters, no formulas."""
 
 import unicodedata
 from typing import Any
@@ -13,7 +13,7 @@ def printable(text: str, keep: str = "") -> str:
     r"""
     Return a text with its control characters escaped, as in ``\x1b``.
 
-    Those in `keep`, such as the line end, stay.
+    Characters in `keep`, such as the line end, stay.
     """
     if text.isascii() and text.isprintable():
         return text

