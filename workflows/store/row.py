@@ -148,7 +148,7 @@ class Row:
         return asked is None or self.reached <= asked or (known is not None and known <= asked)
 
     def would_fail(self, scene: Scene) -> bool:
-        """Return whether a scene would fail: it did, at the same or a looser tolerance."""
+        """Return whether a scene would fail again: it failed at the same or a looser tolerance."""
         if not self.columns["failure_stands"]:
             return False
         asked, failed = scene.asked_tolerance, self.columns["failure_tolerance"]

@@ -99,7 +99,7 @@ def _columns(first: str, last: str) -> tuple[str, ...]:
     return _COLUMNS[_COLUMNS.index(first) : _COLUMNS.index(last) + 1]
 
 
-# Fields of results whose columns of the same name hold something else or are set elsewhere.
+# Columns with names of result fields that the store fills by itself.
 _NOT_PLAIN = ("scene_sha256", "details")
 SCENE_COLUMNS = (*_columns("potential", "particles"), "engine")
 # Keys of rare bonds, which have no columns and are extracted from the scene's JSON.

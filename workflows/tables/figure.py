@@ -1,4 +1,4 @@
-"""The figure of a table: its rows, LAMMPS's force and -dE/dr."""
+"""Draw the forces of a table: its rows, LAMMPS's force and -dE/dr."""
 
 from typing import TYPE_CHECKING
 
