@@ -61,7 +61,9 @@ class RunRecord:
 
     @cached_property
     def mode_energies(self) -> Array:
-        """Harmonic energies of the chain's modes, of shape (n,)."""
+        """Harmonic energies of the chain's modes, of shape (n,); none of beads."""
+        if self.scene.bond.only_pushes:
+            return np.empty(0)
         if self.known_energies is not None:
             return self.known_energies
         state = self.outcome.displacements, self.outcome.velocities
@@ -178,7 +180,7 @@ class RunRecord:
 
     def target_mode_energies(self) -> Array | None:
         """Return the mode energies of a free target, of shape (M,); None for a wall."""
-        if self.target is None:
+        if self.target is None or self.scene.bond.only_pushes:
             return None
         state = self.outcome.target_displacements, self.outcome.target_velocities
         return mode_energies(*state, self.scene.bond.stiffness, self.line.target_masses)

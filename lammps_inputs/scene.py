@@ -11,6 +11,8 @@ from pydantic import ValidationError, model_validator
 
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.bonds.potentials import BOND_KEYS, bond_of
+from chaincor.lammps_inputs.contacts.contact_law import ContactLaw
+from chaincor.lammps_inputs.contacts.contact_laws import CONTACT_KEYS, contact_of
 from chaincor.lammps_inputs.errors import SceneError, mistakes_in
 from chaincor.lammps_inputs.initial_state import InitialState, read_initial_state
 from chaincor.lammps_inputs.line import Line
@@ -111,6 +113,13 @@ class Scene(SceneFields):
         """Initial state of the chain from a file; None without a file."""
         return None if self.initial is None else read_initial_state(self.initial)
 
+    @property
+    def contact_law(self) -> ContactLaw:
+        """How the bodies repel each other: beads by their own law, where nothing else is said."""
+        if self.contact is None and self.bond.contact is not None:
+            return self.bond.contact
+        return contact_of(self.contact, {key: getattr(self, key) for key in CONTACT_KEYS})
+
     @cached_property
     def line(self) -> Line:
         """Both bodies along x, with their initial state."""
@@ -119,7 +128,8 @@ class Scene(SceneFields):
     @property
     def fast_stiffness(self) -> float:
         """U''(1) over the smallest mass: the square of the fastest bond's frequency."""
-        return self.bond.stiffness / self.line.lightest
+        stiffness = self.bond.scale_stiffness(self.impact_velocity**2)
+        return stiffness / self.line.lightest
 
     @cached_property
     def slow_stiffness(self) -> float:

@@ -98,6 +98,11 @@ class Motion(Observed):
                 f"the end of this collision is {self.ending} and its error bar is "
                 f"{self.restitution_error}; expected one that is over, with an error bar"
             )
+        if scene.bond.only_pushes:
+            raise SensitivityError(
+                f"derivatives follow fixed steps, and those of {scene.label} beads adapt to their "
+                "overlaps. Run nearby scenes and take differences"
+            )
         if self.scheme in _WITHOUT_STEPS or scene.particles == 1:
             raise SensitivityError(
                 f"a collision of {scene.particles} particles by scheme '{self.scheme}' is not "

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.check import find_kinks
+from chaincor.lammps_inputs.contacts.contact_law import ContactLaw
 
 # Strains of one scan, of which two narrow a range down to less than a thousandth.
 _GRID = 64
@@ -49,6 +50,8 @@ class Potential(ABC):
     #: Whether U is known to grow faster than any power of the compression: such bonds act like hard
     #: spheres at high speeds.
     becomes_hard: ClassVar[bool] = False
+    #: Whether the bond holds nothing together and has no stiffness at rest: a chain of beads.
+    only_pushes: ClassVar[bool] = False
     #: Constant taken off the energies, whose rounding it leaves in them.
     energy_offset: float = 0.0
     #: Order of the lowest anharmonic term of U at s = 0; None for harmonic or unknown.
@@ -96,9 +99,18 @@ class Potential(ABC):
         """
         return self.stiffness
 
+    def scale_stiffness(self, energy: float) -> float:
+        """Return the stiffness that sets the scale of times: U'' at rest, unless there is none."""
+        return self.sound_stiffness(energy) if self.only_pushes else self.stiffness
+
     def as_keys(self) -> dict[str, Any]:
         """Return what decides a bond that a scene names: its parameters by their keys there."""
         return {}
+
+    @property
+    def contact(self) -> ContactLaw | None:
+        """The contact law of two bodies of such particles; None where bonds say nothing of it."""
+        return None
 
     @cached_property
     def kinks(self) -> tuple[float, ...]:

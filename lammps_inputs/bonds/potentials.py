@@ -27,10 +27,11 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.exponential_bonds import Morse, Toda
 from chaincor.lammps_inputs.bonds.functions import expm1_minus_x, x_minus_log1p
+from chaincor.lammps_inputs.bonds.hertz import Hertz
 from chaincor.lammps_inputs.bonds.named_bond import LARGEST, SMALLEST, NamedBond, Strain
 from chaincor.lammps_inputs.bonds.potential import LogLength, NoParameters, Potential
 from chaincor.lammps_inputs.errors import PotentialError, meant
-from chaincor.lammps_inputs.number_types import IsCount, Number, PositiveNumber
+from chaincor.lammps_inputs.number_types import IsCount, IsNumber, Number, PositiveNumber
 
 
 def harmonic_force(strain: Strain, _parameters: NoParameters) -> Strain:
@@ -232,8 +233,18 @@ class Power(NamedBond):
         return -((2.0 * abs(self.c)) ** (-1.0 / (self.order - 2)))
 
 
-_CLASSES: tuple[type[NamedBond], ...] = (Harmonic, LennardJones, Toda, Morse, Logarithmic, Power)
+_CLASSES: tuple[type[NamedBond], ...] = (
+    Harmonic,
+    LennardJones,
+    Toda,
+    Morse,
+    Logarithmic,
+    Power,
+    Hertz,
+)
 NAMED_POTENTIALS: dict[str, type[NamedBond]] = {cls.name: cls for cls in _CLASSES}
+# Those of chains that hold together, which LAMMPS, fixed steps and the live page know, too.
+CHAIN_POTENTIALS = {k: cls for k, cls in NAMED_POTENTIALS.items() if not cls.only_pushes}
 POTENTIAL_NAMES = (*NAMED_POTENTIALS, "table", "formula")
 # What only bonds of one kind have in scenes.
 BOND_KEYS = {key: cls.name for cls in _CLASSES for key in cls.keys}
@@ -325,4 +336,9 @@ class BondKeys(BaseModel):
         json_schema_extra={
             "form": ["Coefficient c", 1, "scene.power_order % 2 ? [-1e3, -1e-3] : [1e-3, 1e3]"]
         },
+    )
+    hertz_exponent: Annotated[float, Field(gt=1, le=9), IsNumber] | None = Field(
+        default=None,
+        description="exponent p of the force d^p of hertz beads that overlap by d, above 1 "
+        "[default: 1.5]",
     )

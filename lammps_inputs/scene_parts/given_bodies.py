@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from chaincor.lammps_inputs.arrays import Array
-from chaincor.lammps_inputs.contacts.contact_laws import CONTACT_KEYS, contact_of
+from chaincor.lammps_inputs.contacts.contact_laws import CONTACT_KEYS
 from chaincor.lammps_inputs.line import Line
 from chaincor.lammps_inputs.small_file import read_small_file, why_unreadable
 from chaincor.lammps_inputs.thermal_state import DEFAULT_SEED, draw
@@ -107,7 +107,7 @@ def line_of(scene: "Scene") -> Line:
         first=len(target),
         strains=np.concatenate((target_strains, [gap], strains)),
         velocities=np.concatenate((target_velocities, velocities)),
-        contact=contact_of(scene.contact, {key: getattr(scene, key) for key in CONTACT_KEYS}),
+        contact=scene.contact_law,
     )
 
 
@@ -119,6 +119,8 @@ def seed_of(scene: "Scene") -> int:
 def given_bodies(scene: "Scene") -> dict[str, Any]:
     """Return the given fields of the bodies, with paths as text."""
     given = {key: getattr(scene, key) for key in BODY_KEYS}
+    if scene.contact is None and scene.contact_law.soft:  # that of the beads
+        given |= {"contact": scene.contact_law.name, **scene.contact_law.as_keys()}
     return {k: str(v) if isinstance(v, Path) else v for k, v in given.items() if v is not None}
 
 

@@ -10,7 +10,7 @@ import numpy as np
 import chaincor.analysis
 import chaincor.lammps_inputs
 import chaincor.workflows
-from chaincor.lammps_inputs.bonds.potentials import NAMED_POTENTIALS
+from chaincor.lammps_inputs.bonds.potentials import CHAIN_POTENTIALS
 from chaincor.lammps_inputs.errors import ChaincorError
 from chaincor.lammps_inputs.scene import Scene
 from tests.docs.documents import ROOT
@@ -41,7 +41,7 @@ def test_bonds_that_particles_can_cross_are_named_with_the_error_that_says_so():
     page = (ROOT / "docs" / "errors.md").read_text()
     section = page.split("### CrossingError\n")[1].split("\n### ")[0]
     # Their energy is finite at length zero; of these bonds springs alone are followed on.
-    for name in NAMED_POTENTIALS:
+    for name in CHAIN_POTENTIALS:
         keys = {"power": {"power_order": 4, "power_c": 1.0}, "harmonic": {"velocity": 0.1}}
         bond = Scene(potential=name, **keys.get(name, {})).bond
         with np.errstate(divide="ignore"):

@@ -185,11 +185,12 @@ def differences(first: Outcome, second: Outcome, scene: Scene) -> dict[str, floa
         "contact_speeds": (first.contact_speeds, second.contact_speeds),
         "velocities": (first.velocities, second.velocities),
         "target_velocities": (first.target_velocities, second.target_velocities),
-        "mode_energies": (
+    }
+    if not scene.bond.only_pushes:  # whose bodies have no modes
+        pairs["mode_energies"] = (
             mode_energies(first.displacements, first.velocities, stiffness, masses),
             mode_energies(second.displacements, second.velocities, stiffness, masses),
-        ),
-    }
+        )
     return {name: farthest(*pair) for name, pair in pairs.items()}
 
 

@@ -57,6 +57,8 @@ def solve_with_reference(
         if is_smooth(scene):
             return solve_with_fixed_steps(scene, target_error, sensitivity, known)
         return _solve_irregularly(scene, target_error, sensitivity)
+    if scene.bond.only_pushes:
+        return _solve_with_adaptive_steps(scene, target_error)
     deviation = hard_sphere.deviation(scene)
     reached = deviation + rounding_error("reference", scene)
     refused = ADAPTIVE_STEPS.refusal(scene)

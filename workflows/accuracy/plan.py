@@ -154,7 +154,7 @@ def _with_reference(scene: Scene, target_error: float) -> Plan:
     if solver is FIXED_STEPS:
         return _with_fixed_steps(scene, target_error)
     seconds = solver.forecast(scene, None)
-    sharp = solver is ADAPTIVE_STEPS
+    sharp = solver is ADAPTIVE_STEPS and not scene.bond.only_pushes
     return Plan(
         scene,
         solver,

@@ -33,6 +33,8 @@ _IN_HOUSE_BOND = 1e-9
 _MODAL_PAIR = 7e-8
 # Adaptive steps, by pairs of particles and digits of the frequency ratio.
 _ADAPTIVE_PAIR = 5e-5
+# Adaptive steps of beads, by pairs of them.
+_BEAD_PAIR = 3e-5
 # A run of adaptive steps takes up to 8e-10 s times (n ln(ratio))^3 (log bonds; others less in long
 # chains), a minute for this much.
 _MOST_STEPPED = 7.5e10
@@ -104,6 +106,8 @@ class FixedSteps(Solver):
 
     def refusal(self, scene: Scene) -> str | None:
         """Return why adaptive steps are cheaper."""
+        if scene.bond.only_pushes:
+            return f"{scene.label} beads only push: their steps adapt to their overlaps"
         if not scene.line.is_standard or self.resolves(scene):
             return None
         return (
@@ -131,6 +135,8 @@ class AdaptiveSteps(Solver):
 
     def refusal(self, scene: Scene) -> str | None:
         """Return why no such steps are taken."""
+        if scene.bond.only_pushes:
+            return None
         if not scene.line.is_standard:
             return "the bodies are more than a cold chain of equal masses and a hard wall"
         if (scene.particles * math.log(frequency_ratio(scene))) ** 3 > _MOST_STEPPED:
@@ -142,6 +148,8 @@ class AdaptiveSteps(Solver):
 
     def forecast(self, scene: Scene, numerics: Numerics | None = None) -> float:
         """Return the expected seconds."""
+        if scene.bond.only_pushes:
+            return _IN_HOUSE_SECONDS + _BEAD_PAIR * scene.all_particles**2
         return _ADAPTIVE_PAIR * scene.particles**2 * math.log10(frequency_ratio(scene))
 
     def run(self, scene: Scene, numerics: Numerics | None, accuracy: float = 1e-6) -> Outcome:
@@ -156,6 +164,8 @@ class HardSpheres(Solver):
 
     def refusal(self, scene: Scene) -> str | None:
         """Return why the limit is not reached."""
+        if scene.bond.only_pushes:
+            return "beads of a power law become no hard spheres at any speed"
         if FIXED_STEPS.supports(scene):
             return "bonds are too soft to be hard spheres"
         return None
@@ -177,6 +187,8 @@ class Lammps(Solver):
 
     def refusal(self, scene: Scene) -> str | None:
         """Return what LAMMPS's fixed steps cannot follow: the contact or the bonds."""
+        if scene.bond.only_pushes:
+            return "LAMMPS gets no scenes of hertz beads yet. Use engine 'reference'"
         if EXACT_MODES.supports(scene) or self.resolves(scene):
             return None
         sharp = frequency_ratio(scene)

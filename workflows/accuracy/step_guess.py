@@ -46,6 +46,8 @@ def frequency_ratio(scene: Scene) -> float:
     That is sqrt(U''(shortest)/U''(1)), 1 or more, by a guess at the shortest bond.
     """
     line, bond = scene.line, scene.bond
+    if bond.only_pushes:
+        return 1.0  # of the scale of the scene, which is no stiffness at rest
     sharpest = 1.0
     if line.heaviest_pair > 0.0:
         energy = pair_energy(line)

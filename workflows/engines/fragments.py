@@ -250,9 +250,9 @@ def count_fragments(
 
     A bond counts as broken if it stretches and the energy of the relative motion of its ends (for
     equal masses 1: reduced mass 1/2) plus U exceeds dissociation. `strains` has n - 1 values,
-    `velocities` and `masses` (1 by default) have n.
+    `velocities` and `masses` (1 by default) have n. Beads that only push count as one fragment.
     """
-    if math.isinf(bond.dissociation):
+    if math.isinf(bond.dissociation) or bond.only_pushes:
         return 1
     opening = velocities[1:] - velocities[:-1]
     reduced = 0.5 if masses is None else 1.0 / (1.0 / masses[1:] + 1.0 / masses[:-1])

@@ -14,7 +14,7 @@ from typing import Any
 
 from chaincor.lammps_inputs.bonds.named_bond import NamedBond
 from chaincor.lammps_inputs.bonds.potential import Potential
-from chaincor.lammps_inputs.bonds.potentials import NAMED_POTENTIALS, BondKeys
+from chaincor.lammps_inputs.bonds.potentials import CHAIN_POTENTIALS, BondKeys
 
 # Names of functions in Python and in JavaScript. Functions of `bonds.js` keep their names.
 _CALLS = {
@@ -43,18 +43,18 @@ _LIMITS = {
 
 def bonds_script() -> str:
     """Return the code of ``BONDS``, functions of the scene by name, and of ``BOND_FORM``."""
-    bonds = "\n".join(f"  {name}: {_bond(cls)}," for name, cls in NAMED_POTENTIALS.items())
+    bonds = "\n".join(f"  {name}: {_bond(cls)}," for name, cls in CHAIN_POTENTIALS.items())
     return f"const BONDS = {{\n{bonds}\n}};\nconst BOND_FORM = {{\n{_forms()}\n}};"
 
 
 def bonds_form() -> list[tuple[str, str, float]]:
     """Return the key, label and default value of each parameter in the form."""
-    return [(key, *_form(key)[:2]) for cls in NAMED_POTENTIALS.values() for key in cls.keys]
+    return [(key, *_form(key)[:2]) for cls in CHAIN_POTENTIALS.values() for key in cls.keys]
 
 
 def _forms() -> str:
     lines = []
-    for name, cls in NAMED_POTENTIALS.items():
+    for name, cls in CHAIN_POTENTIALS.items():
         limits = (f"{key}: (scene) => {_form(key)[2]}" for key in cls.keys)
         whole = [key for key, field in cls.keys.items() if cls.__annotations__[field] is int]
         linear = json.dumps(cls.is_harmonic)

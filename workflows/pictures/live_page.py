@@ -4,7 +4,7 @@ import json
 from pathlib import Path
 
 from chaincor.analysis.figures import style
-from chaincor.lammps_inputs.bonds.potentials import NAMED_POTENTIALS, BondKeys
+from chaincor.lammps_inputs.bonds.potentials import CHAIN_POTENTIALS, BondKeys
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
 from chaincor.workflows.pictures.bond_script import bonds_form, bonds_script
 from chaincor.workflows.versions import versions
@@ -47,7 +47,7 @@ def live_page(particles: int = 50) -> str:
         kernel=kernel_source(),
         page="\n".join(map(_part, _PAGE)),
         most_particles=MOST_PARTICLES,
-        bonds={name: cls.title for name, cls in NAMED_POTENTIALS.items()},
+        bonds={name: cls.title for name, cls in CHAIN_POTENTIALS.items()},
         bond_numbers=bonds_form(),
         first_bond=BondKeys.model_fields["potential"].default,
     )

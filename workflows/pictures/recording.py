@@ -26,7 +26,7 @@ def record_motion(scene: Scene, interval: float) -> Outcome:
     """
     if modal.supports(scene):
         return modal.run(scene, interval)
-    if not scene.line.is_standard:
+    if not (scene.line.is_standard or scene.bond.only_pushes):
         step = guess_step(scene, _SCHEME, _ACCURACY)
         return stepping.run(scene, Numerics(scheme=_SCHEME, timestep=step), interval)
     return adaptive.run(scene, _ACCURACY, interval)

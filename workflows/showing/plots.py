@@ -100,7 +100,7 @@ class Plots:
         Raises
         ------
         InputError
-            If the chain is one particle, which has no modes.
+            If the chain is one particle, or its bonds only push: such bodies have no modes.
         """
         from chaincor.analysis.figures.modes import plot_spectrum
         from chaincor.analysis.modes import kinetic_mode_energies
@@ -108,6 +108,11 @@ class Plots:
         result = self._result
         if result.particles == 1:
             raise InputError("a single particle has no modes; expected a chain of 2 or more")
+        if not len(result.mode_energies):
+            raise InputError(
+                f"{result.potential} beads have no stiffness at rest, and so no modes. Draw "
+                "world_lines or energy"
+            )
         energies, theory = result.mode_energies, None
         if result.fragments > 1:
             energies = kinetic_mode_energies(result.velocities, self._masses)

@@ -133,6 +133,11 @@ def tradeoff(
     1e-06 costs ... ms: ...
     """
     scene = scene_given(scene)
+    if scene.bond.only_pushes:
+        raise InputError(
+            f"a study compares fixed steps, and those of {scene.label} beads adapt to their "
+            "overlaps. Take a bond that holds together, or compare runs by --tolerance"
+        )
     if not scene.line.is_standard:
         raise InputError(
             "a study takes its truth and its oracles from a cold chain of unit masses before a "

@@ -10,7 +10,7 @@ import pytest
 
 from chaincor.analysis.modes import mode_frequencies
 from chaincor.lammps_inputs.bonds.equilibrium import bond_distribution
-from chaincor.lammps_inputs.bonds.potentials import NAMED_POTENTIALS
+from chaincor.lammps_inputs.bonds.potentials import CHAIN_POTENTIALS
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.collision import collide
 from chaincor.workflows.engines.compositions import COMPOSITIONS
@@ -36,7 +36,7 @@ def run(expression, **given):
     return json.loads(done.stdout)
 
 
-BONDS = {name: {} for name in NAMED_POTENTIALS} | {
+BONDS = {name: {} for name in CHAIN_POTENTIALS} | {
     "toda": {"toda_b": 7.0},
     "morse": {"morse_a": 3.0},
     "power": {"power_order": 5, "power_c": -2.0},
@@ -45,7 +45,7 @@ STRAINS = [-0.3, -0.1, -0.0999, -1e-2, -1e-5, -1e-12, 0.0, 1e-12, 1e-5, 1e-2, 0.
 
 
 def test_every_named_potential_is_there():
-    assert set(run("Object.keys(BONDS)")) == set(NAMED_POTENTIALS)
+    assert set(run("Object.keys(BONDS)")) == set(CHAIN_POTENTIALS)
 
 
 @pytest.mark.parametrize("name", BONDS)

@@ -16,7 +16,7 @@ from chaincor.workflows.engines.ending import Ending, sound_round_trip
 from chaincor.workflows.engines.fragments import Body
 from chaincor.workflows.engines.outcome import Frames, Outcome
 from chaincor.workflows.engines.reference import adaptive_loops as adaptive
-from chaincor.workflows.engines.reference import bookkeeping
+from chaincor.workflows.engines.reference import beads, bookkeeping
 from chaincor.workflows.engines.reference.compile import (
     KEPT,
     LoopCompiler,
@@ -58,6 +58,8 @@ def run(scene: Scene, accuracy: float, frame_interval: float | None = None) -> O
     motion unchanged. Raises TimestepError if no step, however small, is accurate, and the errors of
     ``stepping.run``.
     """
+    if scene.bond.only_pushes:
+        return beads.run(scene, accuracy, frame_interval, SCHEME)
     if scene.particles == 1:
         return run_single_particle(scene, SCHEME, None, frame_interval)
     bond = _bond_loops(scene.bond)

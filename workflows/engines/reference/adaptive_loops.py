@@ -137,17 +137,12 @@ def array_rates(force: Callable) -> Callable:
     return rates
 
 
-def build_flight(rates: Callable, register: Callable) -> Callable:
+def build_step(rates: Callable, register: Callable) -> tuple[Callable, Callable]:
     """
-    Return the loop of the adaptive engine.
+    Return ``take``, one step of any size, and ``estimate``, its error over the one allowed.
 
-    ``advance(ledger, arrays, method, parameters)`` moves the chain until an event needs the caller,
-    and returns the reason. `arrays` are `Arrays`, `method` is a `Tableau`.
+    Both work on a path of `Arrays` or others of their names.
     """
-    record_contact, note_parting = map(
-        register, (bookkeeping.record_contact, bookkeeping.note_parting)
-    )
-    note_impulse, widen = map(register, (bookkeeping.note_impulse, bookkeeping.widen))
     extremes = register(bookkeeping.extremes)
 
     @partial(register, inline=False)
@@ -194,6 +189,23 @@ def build_flight(rates: Callable, register: Callable) -> Callable:
         if high == 0.0:
             return low * 0.0
         return step * high * high / np.sqrt(high * high + 0.01 * low * low)
+
+    return take, estimate
+
+
+def build_flight(rates: Callable, register: Callable) -> Callable:
+    """
+    Return the loop of the adaptive engine.
+
+    ``advance(ledger, arrays, method, parameters)`` moves the chain until an event needs the caller,
+    and returns the reason. `arrays` are `Arrays`, `method` is a `Tableau`.
+    """
+    record_contact, note_parting = map(
+        register, (bookkeeping.record_contact, bookkeeping.note_parting)
+    )
+    note_impulse, widen = map(register, (bookkeeping.note_impulse, bookkeeping.widen))
+    extremes = register(bookkeeping.extremes)
+    take, estimate = build_step(rates, register)
 
     @register
     def state_after(time: float, path: Path) -> PathPoint:

@@ -1,0 +1,94 @@
+"""Hertz bond: beads that only push each other, with the power of their overlap as force."""
+
+import math
+from dataclasses import dataclass
+from typing import ClassVar, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from chaincor.lammps_inputs.arrays import Array
+from chaincor.lammps_inputs.bonds.named_bond import NamedBond, Strain
+from chaincor.lammps_inputs.contacts.power import Power
+from chaincor.lammps_inputs.errors import PotentialError
+
+# Overlaps of larger powers leave the range of floating point at speeds that scenes may have.
+LARGEST_EXPONENT = 9.0
+
+
+class HertzParameters(NamedTuple):
+    """Exponent p of the force."""
+
+    exponent: float
+
+
+def hertz_force(strain: Strain, parameters: HertzParameters) -> Strain:
+    """Return d^p of the overlap d = -s, and 0 of beads that are apart."""
+    overlap = np.maximum(-strain, 0.0)
+    if parameters.exponent == 1.5:  # a root is several times cheaper than a power
+        return overlap * np.sqrt(overlap)
+    return overlap**parameters.exponent
+
+
+def hertz_curvature(strain: Strain, parameters: HertzParameters) -> Strain:
+    """Return p d^(p - 1)."""
+    overlap = np.maximum(-strain, 0.0)
+    return parameters.exponent * overlap ** (parameters.exponent - 1.0)
+
+
+@dataclass(frozen=True)
+class Hertz(NamedBond):
+    """U = d^(p + 1)/(p + 1) of the overlap d = -s, and 0 of beads that are apart."""
+
+    exponent: float = 1.5  #: p; Hertz's law of two spheres has 3/2.
+
+    name = "hertz"
+    title = "beads (hertz)"
+    keys: ClassVar = {"hertz_exponent": "exponent"}
+    told = HertzParameters
+    force_kernel = staticmethod(hertz_force)
+    curvature_kernel = staticmethod(hertz_curvature)
+    smooth = False
+    only_pushes = True
+    stiffness = 0.0
+    anharmonic_order = None  # centres may pass each other, as those of springs may
+    dissociation = 0.0
+    convex_strain = 0.0
+    kinks: ClassVar = (0.0,)
+
+    def __post_init__(self) -> None:
+        """Refuse exponents that leave a stiffness at rest, and those that overflow."""
+        if not 1.0 < self.exponent <= LARGEST_EXPONENT:
+            raise PotentialError(
+                f"hertz_exponent is {self.exponent!r}; expected a number above 1, up to "
+                f"{LARGEST_EXPONENT:g}, such as 1.5"
+            )
+
+    def energy(self, strain: ArrayLike) -> Array:
+        """Return d^(p + 1)/(p + 1)."""
+        power = self.exponent + 1.0
+        return np.maximum(-np.asarray(strain, dtype=float), 0.0) ** power / power
+
+    @property
+    def contact(self) -> Power:
+        """The same law between the bodies."""
+        return Power(1.0, self.exponent)
+
+    def compressed_strain(self, energy: float) -> float:
+        """Return the strain of a contact that holds an energy, however large."""
+        return -self.contact.overlap(energy)
+
+    def compressed_strains(self, energies: Array) -> Array:
+        """Return the same of many energies."""
+        return np.array([self.compressed_strain(energy) for energy in energies.tolist()])
+
+    def sound_stiffness(self, energy: float) -> float:
+        """Return U'' where a contact holds an energy: at rest there is none."""
+        return float(self.curvature(self.compressed_strain(energy)))
+
+    def strain_range(self, energy: float) -> tuple[float, float]:
+        """Return the strains of an energy; nothing holds beads together."""
+        return self.compressed_strain(energy), math.inf
+
+    def _find_compressed_strain(self) -> float | None:
+        return None

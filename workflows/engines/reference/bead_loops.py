@@ -1,0 +1,300 @@
+r"""
+The loops for beads that only push: adaptive steps of order 8 that end where the bodies touch.
+
+The state of N beads along x is one array, :math:`(x_1, s_1 \dots s_{N-1}, v_1 \dots v_N)`. One of
+the gaps s is that between the bodies, with a contact law of its own. A step on which the bodies
+touch or part ends there: the step to that moment is taken with the same method.
+
+The end is proved by an energy. Take velocities w that rise along x, as near to those of the beads
+as may be. As no pair pulls, the forces do no work against a motion at w, so that
+:math:`K = \sum m (v - w)^2/2 + U` never grows, and no bead is ever faster against its w than
+:math:`\sqrt{2 K/m}`. Where two bodies that are apart have velocities w that differ by more than
+both can be faster, they never touch again.
+"""
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from chaincor.lammps_inputs.arrays import Array
+from chaincor.workflows.engines.reference import bookkeeping
+from chaincor.workflows.engines.reference.adaptive_loops import (
+    GROW,
+    MOST_REFUSALS,
+    ORDER,
+    SAFETY,
+    SHRINK,
+    Tableau,
+    build_step,
+)
+
+# Why `advance` came back.
+OVER, FULL, STUCK, LATE, PAUSE = range(5)
+
+# Steps taken in search of a moment, which rounding ends earlier, and what rounding leaves of it.
+_MOST_EVALUATIONS = 100
+_RESOLUTION = 4e-16
+
+LEDGER: Any = np.dtype(
+    (
+        np.record,
+        [
+            ("time", "f8"),
+            ("step", "f8"),  # to be tried next
+            ("longest", "f8"),  # time at which the run stops
+            ("next_frame", "f8"),
+            ("frame_interval", "f8"),
+            ("momentum", "f8"),  # of the chain, when the bodies touched
+            ("last_contact", "f8"),  # when the last contact ended
+            ("strain_min", "f8"),  # smallest and largest strain met
+            ("strain_max", "f8"),
+            ("contact_min", "f8"),  # the same up to the last contact
+            ("contact_max", "f8"),
+            ("gap", "i8"),  # which of the strains
+            ("soft", "i8"),  # whether bodies overlap when they meet
+            ("touching", "i8"),  # whether they do now
+            ("contacts", "i8"),
+            ("frames", "i8"),
+            ("free", "i8"),  # whether the bodies are known not to touch again
+            ("steps", "i8"),
+            ("evaluations", "i8"),
+            ("pause", "i8"),  # steps after which it comes back
+        ],
+    )
+)
+
+
+class BeadArrays(NamedTuple):
+    """What the loops work on; names as in ``adaptive_loops.Arrays``."""
+
+    state: Array  #: Of shape (2N,), as the next seven; `slopes` of shape (stages + 1, 2N).
+    last: Array  #: Right after the last contact.
+    kept: Array
+    trial: Array
+    scale: Array
+    part: Array
+    rising: Array
+    slopes: Array
+    trial_slopes: Array  #: Of the same shape.
+    errors: Array  #: Of shape (2, 2N).
+    contacts: Array  #: Times, closing speeds, momentum given; of shape (3, capacity).
+    frames: Array  #: Of shape (capacity, 2N).
+    masses: Array  #: Of shape (N,); infinite for a rigid wall.
+
+
+class BeadParameters(NamedTuple):
+    """What forces depend on."""
+
+    bond: Any  #: Of the bond's kernel.
+    contact: Any  #: Of the contact law's kernel.
+    inverse: Array  #: 1/m; of shape (N,).
+    gap: int
+
+
+class BeadPath(NamedTuple):
+    """A step of any size from the state that is kept."""
+
+    arrays: BeadArrays
+    method: Tableau
+    parameters: BeadParameters
+
+
+def bead_rates(bond: Callable, contact: Callable) -> Callable:
+    """Return the equations of motion ``rates(state, out, parameters)``."""
+
+    def rates(state: Array, out: Array, parameters: BeadParameters) -> None:
+        beads = state.shape[0] // 2
+        out[0] = state[beads]
+        behind = 0.0
+        for i in range(beads - 1):
+            strain = state[1 + i]
+            ahead = 0.0
+            if i == parameters.gap:
+                ahead = contact(strain, parameters.contact)
+            elif strain < 0.0:
+                ahead = bond(strain, parameters.bond)
+            out[1 + i] = state[beads + i + 1] - state[beads + i]
+            out[beads + i] = (behind - ahead) * parameters.inverse[i]
+            behind = ahead
+        out[2 * beads - 1] = behind * parameters.inverse[beads - 1]
+
+    return rates
+
+
+def build_bead_flight(bond: Callable, rates: Callable, register: Callable) -> Callable:
+    """
+    Return the loop ``advance(ledger, arrays, method, parameters)``.
+
+    It moves the beads until something needs the caller. `bond` is the force of one strain.
+    """
+    extremes = register(bookkeeping.extremes)
+    take, estimate = build_step(rates, register)
+
+    @register
+    def chain_momentum(state: Array, masses: Array, gap: int) -> float:
+        total = 0.0
+        for i in range(gap + 1, masses.shape[0]):
+            total += masses[i] * state[masses.shape[0] + i]
+        return total
+
+    @register
+    def is_over(ledger: Any, arrays: BeadArrays, parameters: BeadParameters) -> bool:
+        state, masses, rising, gap = arrays.state, arrays.masses, arrays.rising, ledger.gap
+        beads = masses.shape[0]
+        if ledger.touching or state[1 + gap] < 0.0:
+            return False
+        # Half the largest velocity before a bead, and half the smallest behind it.
+        first = 1 if masses[0] == np.inf else 0
+        top = 0.0 if first else -np.inf
+        for i in range(first, beads):
+            top = max(top, state[beads + i])
+            rising[i] = 0.5 * top
+        low = np.inf
+        for i in range(beads - 1, first - 1, -1):
+            low = min(low, state[beads + i])
+            rising[i] += 0.5 * (max(low, 0.0) if first else low)
+        if first:
+            rising[0] = 0.0
+        energy = 0.0
+        for i in range(first, beads):
+            energy += 0.5 * masses[i] * (state[beads + i] - rising[i]) ** 2
+        for i in range(beads - 1):
+            if i != gap and state[1 + i] < 0.0:
+                # At least U, as the force rises with the overlap.
+                energy -= state[1 + i] * bond(state[1 + i], parameters.bond)
+        faster = np.sqrt(2.0 * energy * parameters.inverse[gap])
+        faster += np.sqrt(2.0 * energy * parameters.inverse[gap + 1])
+        return rising[gap + 1] - rising[gap] > faster
+
+    @register
+    def end(ledger: Any, arrays: BeadArrays, given: float) -> None:
+        state, strains = arrays.state, arrays.masses.shape[0] - 1
+        state[1 + ledger.gap] = 0.0
+        ledger.touching = 0
+        ledger.last_contact = ledger.time
+        arrays.contacts[2, ledger.contacts - 1] = given
+        np.positive(state, arrays.last)
+        for i in range(strains):
+            if i != ledger.gap:
+                ledger.strain_min = min(ledger.strain_min, state[1 + i])
+                ledger.strain_max = max(ledger.strain_max, state[1 + i])
+        ledger.contact_min, ledger.contact_max = ledger.strain_min, ledger.strain_max
+
+    @register
+    def begin(ledger: Any, arrays: BeadArrays, parameters: BeadParameters) -> None:
+        # The gap is closed, and closes: bodies touch, or a hard contact is over at once.
+        state, gap, contacts = arrays.state, ledger.gap, arrays.contacts
+        beads = arrays.masses.shape[0]
+        speed = state[beads + gap] - state[beads + gap + 1]
+        contacts[0, ledger.contacts] = ledger.time
+        contacts[1, ledger.contacts] = speed
+        ledger.contacts += 1
+        state[1 + gap] = 0.0
+        if ledger.soft:
+            ledger.touching = 1
+            ledger.momentum = chain_momentum(state, arrays.masses, gap)
+            return
+        inverse = parameters.inverse
+        given = 2.0 * speed / (inverse[gap] + inverse[gap + 1])
+        state[beads + gap] -= given * inverse[gap]
+        state[beads + gap + 1] += given * inverse[gap + 1]
+        end(ledger, arrays, given)
+
+    @register
+    def moment_of(step: float, sign: float, path: BeadPath) -> float:
+        # Where sign*gap, negative at first, becomes positive: Newton's method, kept in a bracket.
+        arrays, gap = path.arrays, path.parameters.gap
+        beads = arrays.masses.shape[0]
+        low, high = 0.0, step
+        below, above = sign * arrays.kept[1 + gap], sign * arrays.state[1 + gap]
+        middle = step * below / (below - above)
+        for _ in range(_MOST_EVALUATIONS):
+            if not low < middle < high:
+                middle = 0.5 * (low + high)
+            take(arrays.kept, arrays.trial, arrays.trial_slopes, middle, path)
+            found = sign * arrays.trial[1 + gap]
+            rate = sign * (arrays.trial[beads + gap + 1] - arrays.trial[beads + gap])
+            if found > 0.0:
+                high = middle
+            else:
+                low = middle
+            following = middle - found / rate if rate > 0.0 else low
+            if abs(following - middle) <= _RESOLUTION * step or high - low <= _RESOLUTION * step:
+                break
+            middle = following
+        return middle
+
+    def advance(
+        ledger: Any, arrays: BeadArrays, method: Tableau, parameters: BeadParameters
+    ) -> int:
+        state, kept, frames = arrays.state, arrays.kept, arrays.frames
+        slopes, trial, trial_slopes = arrays.slopes, arrays.trial, arrays.trial_slopes
+        path = BeadPath(arrays, method, parameters)
+        beads, gap, final = arrays.masses.shape[0], ledger.gap, method.b.shape[0]
+        refusals = 0
+        closes = state[beads + gap] > state[beads + gap + 1]
+        if ledger.steps == 0 and ledger.contacts == 0 and state[1 + gap] == 0.0 and closes:
+            begin(ledger, arrays, parameters)
+        rates(state, slopes[0], parameters)
+        while ledger.time < ledger.longest:
+            if not ledger.free and is_over(ledger, arrays, parameters):
+                return OVER
+            if refusals == 0 and ledger.steps >= ledger.pause:
+                return PAUSE
+            step = ledger.step
+            rows = step / ledger.frame_interval
+            if (
+                ledger.contacts == arrays.contacts.shape[1]
+                or rows > frames.shape[0] - ledger.frames - 1
+            ):
+                return FULL
+            np.positive(state, kept)
+            take(kept, state, slopes, step, path)
+            ledger.evaluations += final
+            error = estimate(step, path)
+            if not error < 1.0:
+                np.positive(kept, state)
+                ledger.step = step * max(SHRINK, SAFETY * error ** (-1.0 / ORDER))
+                # What is no number compares as false.
+                if not ledger.step > 0.0:
+                    ledger.step = step * SHRINK
+                refusals += 1
+                if refusals > MOST_REFUSALS:
+                    return STUCK
+                continue
+            grow = SAFETY * error ** (-1.0 / ORDER) if error > 0.0 else GROW
+            ledger.step = step * min(1.0 if refusals > 0 else GROW, grow)
+            refusals = 0
+            ledger.steps += 1
+            meets = not ledger.touching and state[1 + gap] < 0.0
+            parts = ledger.touching == 1 and state[1 + gap] > 0.0
+            taken = step
+            np.positive(slopes[0], trial_slopes[0])
+            if meets or parts:
+                taken = moment_of(step, -1.0 if meets else 1.0, path)
+            while ledger.next_frame < ledger.time + taken:
+                take(kept, trial, trial_slopes, ledger.next_frame - ledger.time, path)
+                np.positive(trial, frames[ledger.frames])
+                ledger.frames += 1
+                ledger.next_frame = ledger.frames * ledger.frame_interval
+            ledger.time += taken
+            if meets or parts:
+                take(kept, state, trial_slopes, taken, path)
+                if meets:
+                    begin(ledger, arrays, parameters)
+                else:
+                    given = chain_momentum(state, arrays.masses, gap) - ledger.momentum
+                    end(ledger, arrays, given)
+                rates(state, slopes[0], parameters)
+            else:
+                np.positive(slopes[final], slopes[0])
+            low, high = extremes(state[1 : 1 + gap], gap)
+            ledger.strain_min = min(ledger.strain_min, low)
+            ledger.strain_max = max(ledger.strain_max, high)
+            low, high = extremes(state[2 + gap : beads], beads - 2 - gap)
+            ledger.strain_min = min(ledger.strain_min, low)
+            ledger.strain_max = max(ledger.strain_max, high)
+        return LATE
+
+    return advance

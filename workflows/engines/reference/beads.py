@@ -1,0 +1,178 @@
+"""The adaptive engine for beads that only push, before a wall or a target, hard or soft."""
+
+import math
+import time
+from collections.abc import Callable
+from functools import lru_cache
+
+import numpy as np
+
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.engines.ending import Ending
+from chaincor.workflows.engines.outcome import Frames, Outcome
+from chaincor.workflows.engines.reference import bead_loops as loops
+from chaincor.workflows.engines.reference.adaptive_loops import Tableau
+from chaincor.workflows.engines.reference.compile import KEPT, LoopCompiler
+from chaincor.workflows.engines.reference.finish import (
+    End,
+    LastContact,
+    displacements_from,
+    finish,
+    unfinished_error,
+)
+from chaincor.workflows.engines.time_limit import check_time, steps_at_once
+from chaincor.workflows.errors import TimestepError
+
+# Errors of single steps allowed, relative to the accuracy asked of the restitution.
+_LOCAL_SHARE = 0.03
+_FINEST_LOCAL = 1e-15
+# Times are those in which two beads that meet stop each other; the first step is a small part of
+# one, and collisions of n beads are followed for so many times (n + 10) of them.
+_FIRST_STEP, _FOLLOWED = 0.01, 1000.0
+# Motion that is shown goes on for so many after the end.
+_SHOWN = 5.0
+
+
+def run(scene: Scene, accuracy: float, frame_interval: float | None, scheme: str) -> Outcome:
+    """
+    Carry beads through their collision with steps that adapt to their overlaps.
+
+    The accuracy is the error aimed at in the restitution. Snapshots, if there is a time between
+    them, are taken by partial steps beside the motion. Raises TimestepError if no step however
+    small is accurate, UnfinishedCollisionError if the bodies do not part.
+    """
+    flight = _Flight(scene, accuracy, frame_interval)
+    flight.warm_up()
+    started = time.perf_counter()
+    flight.run()
+    over = float(flight.ledger.time)
+    if frame_interval is not None:
+        flight.fly_on()
+    seconds = time.perf_counter() - started
+    ledger, line = flight.ledger, scene.line
+    times, speeds, given = flight.arrays.contacts[:, : ledger.contacts].copy()
+    first = float(times[0])
+    beads = len(line.masses)
+    last = flight.arrays.last
+    skipped = 1 if line.at_wall else 0
+    return finish(
+        scene,
+        LastContact(
+            last[1 + skipped : beads].copy(),
+            last[beads + skipped :].copy(),
+            contact_times=times - first,
+            contact_speeds=speeds,
+            impulses=given,
+            position=float(last[0]),
+            lasted=float(ledger.last_contact),
+            bond_range=(1.0 + float(ledger.contact_min), 1.0 + float(ledger.contact_max)),
+        ),
+        End(Ending("proved"), over - first, int(ledger.evaluations)),
+        scheme=scheme,
+        timestep=None,
+        seconds=seconds,
+        frames=flight.collected(first),
+    )
+
+
+@lru_cache(maxsize=KEPT)
+def _compile(bond: Callable, contact: Callable) -> Callable:
+    compiler = LoopCompiler.for_force(bond, True, f"beads.{contact.__qualname__}")
+    register = compiler.register
+    kernel, law = register(bond), register(contact)
+    rates = register(loops.bead_rates(kernel, law))
+    return compiler.compile(loops.build_bead_flight(kernel, rates, register))
+
+
+class _Flight:
+    """A collision in progress: the arrays of the loops, and when to stop them."""
+
+    def __init__(self, scene: Scene, accuracy: float, frame_interval: float | None) -> None:
+        from scipy.integrate import DOP853
+
+        line, bond, speed = scene.line, scene.bond, scene.impact_velocity
+        assert bond.force_kernel is not None, "beads have a law with a kernel"
+        self._scene, self._interval = scene, frame_interval
+        self._advance_loop = _compile(bond.force_kernel, type(line.contact).force_kernel)
+        self._beads = beads = len(line.masses)
+        overlap = -bond.compressed_strain(line.mean_mass * speed**2)
+        self._unit = unit = overlap / speed
+        state = np.concatenate(([0.0], line.strains, line.velocities))
+        local = max(_FINEST_LOCAL, _LOCAL_SHARE * accuracy)
+        scale = np.concatenate((np.full(beads, local * overlap), np.full(beads, local * speed)))
+        slopes = np.zeros((DOP853.n_stages + 1, 2 * beads))
+        self.arrays = loops.BeadArrays(
+            *(state, state.copy(), state.copy(), state.copy(), scale),
+            *(np.zeros(2 * beads), np.zeros(2 * beads), slopes, slopes.copy()),
+            errors=np.zeros((2, 2 * beads)),
+            contacts=np.zeros((3, 2 * beads + 64)),
+            frames=np.zeros((1 if frame_interval is None else 64, 2 * beads)),
+            masses=line.masses.copy(),
+        )
+        tableau = (DOP853.A, DOP853.B, DOP853.E3, DOP853.E5)
+        self._method = Tableau(*(np.ascontiguousarray(part) for part in tableau))
+        self._parameters = loops.BeadParameters(
+            bond.parameters, line.contact.parameters, line.inverse_masses.copy(), line.gap
+        )
+        self.ledger = ledger = np.zeros(1, loops.LEDGER)[0]
+        ledger.gap, ledger.soft = line.gap, int(line.soft)
+        closing = float(np.max(line.strains, initial=0.0)) / speed
+        ledger.longest = _FOLLOWED * (beads + 10) * (unit + closing)
+        ledger.frame_interval = math.inf if frame_interval is None else frame_interval
+        ledger.next_frame = math.inf if frame_interval is None else 0.0
+        ledger.step = _FIRST_STEP * unit
+
+    def _advance(self) -> int:
+        stages = len(self._method.b)
+        while True:
+            check_time()
+            self.ledger.pause = self.ledger.steps + steps_at_once(stages * self._beads)
+            status = self._advance_loop(self.ledger, self.arrays, self._method, self._parameters)
+            if status != loops.PAUSE:
+                return int(status)
+
+    def warm_up(self) -> None:
+        """Load or compile the loops, which is not integration."""
+        longest, self.ledger.longest = float(self.ledger.longest), -1.0
+        self._advance()
+        self.ledger.longest = longest
+
+    def run(self) -> None:
+        """Fly until it is proved that the bodies do not touch again."""
+        self._until(loops.OVER)
+
+    def fly_on(self) -> None:
+        """Record the bodies on, for a fifth of the collision and some times of one contact."""
+        self.ledger.free = 1
+        self.ledger.longest = 1.2 * self.ledger.time + _SHOWN * self._unit
+        self._until(loops.LATE)
+
+    def _until(self, wanted: int) -> None:
+        while (status := self._advance()) != wanted:
+            if status == loops.FULL:
+                self._make_room()
+            elif status == loops.LATE:
+                raise unfinished_error(self._scene, float(self.ledger.time))
+            else:
+                raise TimestepError(
+                    f"no step resolves the overlaps of the beads at time {self.ledger.time:.6g} to "
+                    "the accuracy asked. Ask for less"
+                )
+
+    def _make_room(self) -> None:
+        contacts, frames = self.arrays.contacts, self.arrays.frames
+        if self.ledger.contacts == contacts.shape[1]:
+            contacts = np.concatenate((contacts, np.zeros_like(contacts)), axis=1)
+        else:
+            frames = np.concatenate((frames, np.zeros_like(frames)))
+        self.arrays = self.arrays._replace(contacts=contacts, frames=frames)
+
+    def collected(self, first: float) -> Frames | None:
+        """Return the snapshots since the first contact, if any were asked for."""
+        if self._interval is None:
+            return None
+        states = self.arrays.frames[: int(self.ledger.frames)]
+        beads = self._beads
+        moved = [displacements_from(state[0], state[1:beads]) for state in states]
+        times = self._interval * np.arange(len(states)) - first
+        return Frames.of(self._scene.line, times, moved, states[:, beads:].copy())
