@@ -1,1 +1,1 @@
-"""Dumps of LAMMPS, read frame by frame."""
+"""Readers of LAMMPS dumps, frame by frame."""

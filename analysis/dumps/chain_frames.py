@@ -13,11 +13,11 @@ from chaincor.lammps_inputs.errors import InputError
 
 TIME_COLUMN = "v_time"
 DISPLACEMENT_COLUMN = "v_displacement"
-# 1 in the chain and 2 in a free target.
+# Molecule 1 is the chain, and molecule 2 a free target.
 BODY_COLUMN = "mol"
-# Beyond this, energies overflow.
+# Largest number allowed. Energies of larger numbers overflow.
 _LARGEST = 1e150
-# Unwrapped ones first: in a periodic box the others jump.
+# Unwrapped positions come first, because the others jump in a periodic box.
 _POSITION_COLUMNS = ("xu", "x", "xsu", "xs")
 SCALED_COLUMNS = ("xs", "xsu")
 _WRAPPED = ("x", "xs")
@@ -28,21 +28,21 @@ _SAME_DISPLACEMENT = 1e-6
 
 @dataclass(frozen=True)
 class ChainLayout:
-    """How the columns of a dump become the state of a chain, decided from its first frame."""
+    """Rules from the first frame that turn the columns of a dump into states of a chain."""
 
-    displacement_column: str  #: Column that the displacements come from.
-    #: Of each body, the chain's first, its rows (sorted by id) from the contact outward.
+    displacement_column: str  #: Column of the displacements.
+    #: Rows (sorted by id) of the chain and of a free target, each from the contact outward.
     rows: tuple[NDArray[np.int64], ...]
     time_known: bool  #: Whether the frames carry the simulated time.
 
     @classmethod
     def from_frame(cls, frame: DumpFrame, targets: int = 0) -> "ChainLayout":
         """
-        Choose columns by the first frame, and number the particles from the wall outwards.
+        Return the layout for the first frame, with particles numbered from the wall outward.
 
-        Of a free target of `targets` particles the rows are told by the column ``mol``, else they
-        are those at the lowest x. Raises InputError if positions or velocities are missing, or the
-        bodies cannot be told apart.
+        The column ``mol`` marks the rows of a free target of `targets` particles. Without it, the
+        target has the particles at the lowest x. Raises InputError if positions or velocities are
+        missing, or if the bodies cannot be distinguished.
         """
         wanted = (DISPLACEMENT_COLUMN, *_POSITION_COLUMNS)
         position = next((name for name in _POSITION_COLUMNS if name in frame.columns), None)
@@ -87,14 +87,14 @@ class ChainLayout:
         return self.all_particles - self.particles
 
     def by_body(self, values: Array) -> list[Array]:
-        """Bring one value a particle from the order of ids to each body's, from the contact."""
+        """Reorder one value per particle from ids to each body's order, from the contact."""
         return [values[rows] for rows in self.rows]
 
     def displacements(self, frame: DumpFrame) -> list[Array]:
         """
         Return u_i = x_i - (i - 1) of the chain, and 1 - k + u_k = x_k of a free target.
 
-        They are exact where dumped, else from positions.
+        They are exact if the dump has them, and otherwise computed from positions.
         """
         name = self.displacement_column
         if name == DISPLACEMENT_COLUMN:
@@ -108,7 +108,7 @@ class ChainLayout:
 
     def state(self, frame: DumpFrame, timestep: float | None) -> ChainState:
         """
-        Return the state that a frame holds.
+        Return the state of the chain in a frame.
 
         `timestep` is the simulated time per step, for dumps that do not carry the time. Raises
         InputError if the number of particles has changed.
@@ -132,7 +132,7 @@ class ChainLayout:
             )
         motion = zip(self.displacements(frame), self.by_body(velocities), strict=True)
         arrays = [array for body in motion for array in body]
-        # All at once: Python's max passes over a nan that does not come first.
+        # One call for all numbers: Python's max ignores a nan that does not come first.
         largest = np.max(np.abs(np.concatenate((*arrays, [time]))))
         if not largest < _LARGEST:
             raise InputError(
@@ -172,7 +172,7 @@ def _rows_of_bodies(
 
 
 def _positions(frame: DumpFrame, name: str) -> Array:
-    """Return x in units of length, by images and box bounds of this very frame."""
+    """Return x in units of length, from the images and box bounds of the same frame."""
     values = frame.column(name)
     low, high = frame.bounds[0]
     if name in SCALED_COLUMNS:
@@ -187,7 +187,7 @@ def _positions(frame: DumpFrame, name: str) -> Array:
 
 
 def _refuse_wrapped(frame: DumpFrame, name: str, x: Array) -> None:
-    """Refuse a chain that leaves a periodic box at one end and comes in at the other."""
+    """Refuse a chain that leaves a periodic box at one end and enters at the other."""
     if name not in _WRAPPED or not frame.periodic_x or IMAGE_COLUMN in frame.columns:
         return
     length = float(frame.bounds[0, 1] - frame.bounds[0, 0])

@@ -1,4 +1,4 @@
-"""A chain at one moment, and the free target that it hits."""
+"""State of a chain at one time, and of the free target that it hits."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
@@ -10,41 +10,41 @@ from chaincor.lammps_inputs.arrays import Array
 
 @dataclass(frozen=True)
 class ChainState:
-    """The chain at one moment, and the free target that it hits, if there is one."""
+    """State of a chain at one time, and of a free target if there is one."""
 
     step: int  #: LAMMPS timestep number.
-    time: float  #: Simulated time; its origin is that of the dump.
-    #: u_i = x_i - (i - 1), particle 1 nearest the wall at x = 0; of shape (n,).
+    time: float  #: Simulated time, with the origin of the dump.
+    #: Displacements u_i = x_i - (i - 1), of shape (n,), with particle 1 nearest the wall at x = 0.
     displacements: Array
-    velocities: Array  #: Positive away from the wall; of shape (n,).
-    #: The same of a free target, from the contact outward: particle k is at 1 - k + u_k. Empty for
-    #: a wall; of shape (M,).
+    velocities: Array  #: Velocities, positive away from the wall, of shape (n,).
+    #: Displacements of a free target, of shape (M,), from the contact outward: particle k is at
+    #: 1 - k + u_k. Empty for a wall.
     target_displacements: Array = field(default_factory=lambda: np.empty(0))
-    #: See ``target_displacements``.
+    #: Velocities of a free target along x, of shape (M,); empty for a wall.
     target_velocities: Array = field(default_factory=lambda: np.empty(0))
 
     @property
     def gap(self) -> float:
-        """How far particle 1 is from the wall, or from the target's particle that it meets."""
+        """Distance of particle 1 from the wall, or from the target's particle at the contact."""
         target = self.target_displacements
         return float(self.displacements[0] - target[0] if target.size else self.displacements[0])
 
     @property
     def opening(self) -> float:
-        """How fast that grows."""
+        """Rate at which the gap grows."""
         target = self.target_velocities
         return float(self.velocities[0] - target[0] if target.size else self.velocities[0])
 
     @property
     def bodies(self) -> "list[ChainState]":
-        """The chain, and a free target in a mirror, in which it is a chain too."""
+        """States of the chain and of a free target, which is mirrored to look like a chain."""
         motions = [(self.displacements, self.velocities)]
         if self.target_velocities.size:
             motions.append((-self.target_displacements, -self.target_velocities))
         return [ChainState(self.step, self.time, *motion) for motion in motions]
 
     def separation(self, masses: Sequence[Array]) -> float:
-        """Return how fast the centres of mass of bodies of these masses move apart."""
+        """Return the velocity at which the centres of mass of the bodies separate."""
         return float(
             sum(
                 np.sum(m * body.velocities) / np.sum(m)
@@ -70,7 +70,7 @@ class ChainState:
 
     @property
     def all_bonds(self) -> list[tuple[int, int]]:
-        """Pairs of neighbours, counted from 0; none between the bodies."""
+        """Pairs of bonded neighbours, counted from 0; no pair joins the bodies."""
         n, both = self.displacements.size, self.displacements.size + self.target_displacements.size
         return [(i, i + 1) for i in range(both - 1) if i != n - 1]
 

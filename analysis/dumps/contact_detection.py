@@ -1,22 +1,21 @@
 """
-Find the contacts in a sequence of frames.
+Detection of contacts in a sequence of frames.
 
-Bonds cannot change the momentum of the chain, only the wall can: a contact with incoming speed
-v_q adds exactly 2 m_1 v_q, and nothing ever takes momentum towards the wall. So a step in the
-momentum between two frames is proof of a contact, and half of it over m_1 is the incoming speed if
-there was only one. Of a free target the same holds with the reduced mass of the two particles that
-meet in place of m_1, and their closing speed. A second frame written right after a contact, with
-particle 1 at the wall at just that speed, shows the contact itself. Else when it happened, and
-whether there was only one, is found in one of two ways.
+Only the wall can change the momentum of the chain. A contact with incoming speed v_q adds exactly
+2 m_1 v_q, and the momentum never decreases. So a rise of the momentum between two frames proves a
+contact. If there was only one, half of the rise over m_1 is the incoming speed. For a free target
+the reduced mass of the two particles at the contact takes the place of m_1, and the closing speed
+the place of v_q. If the second frame was written right after a contact, particle 1 is at the wall
+with this speed, and the frame itself shows the contact. Otherwise one of two methods finds the time
+and the number of contacts.
 
-*reintegration*, where the bond is known: the chain near the wall is integrated from the first of
-the two frames with exact impacts (DOP853 with event location). Contacts come out to the
-precision of the dump however far apart the frames are, and the momentum they give is checked
-against that of the second frame.
+*reintegration*, if the bond is known: the chain near the wall is integrated from the first of the
+two frames with exact impacts (DOP853 with event location). The contacts have the precision of the
+dump for any distance of the frames. Their momentum is checked against the second frame.
 
-*interpolation*, where it is not: between a frame and the contact particle 1 moves with about the
-mean of its two velocities. The two sides must fill the time between the frames; if they do not,
-there was more than one contact and the frames are too far apart to tell.
+*interpolation*, if the bond is unknown: between a frame and the contact, particle 1 moves at about
+the mean of its two velocities. The times on both sides must add up to the time between the frames.
+If they do not, there was more than one contact, and the frames are too far apart.
 """
 
 from collections.abc import Sequence
@@ -47,14 +46,13 @@ _MORE_PARTICLES = 30
 
 @dataclass(frozen=True)
 class DetectedContacts:
-    """Contacts found in a dump."""
+    """Contacts detected in a dump."""
 
-    #: When particle 1 hit the wall, on the clock of the dump, and how fast it came in; of shape
-    #: (f,).
+    #: Times of the contacts, on the clock of the dump, of shape (f,).
     times: Array
-    speeds: Array  #: See ``times``.
-    method: str  #: ``reintegration`` or ``interpolation``.
-    unresolved: int  #: Pairs of frames between which the number of contacts could not be told.
+    speeds: Array  #: Incoming speeds of particle 1, of shape (f,).
+    method: str  #: Method: ``reintegration`` or ``interpolation``.
+    unresolved: int  #: Number of pairs of frames with an unknown number of contacts in between.
     #: Largest difference between the momentum of the found contacts and that of the dump, in units
     #: of v0, over pairs of frames (0 for interpolation, which uses up that knowledge).
     worst_miss: float
@@ -111,7 +109,7 @@ class ContactDetector:
         self._speeds.append(speed)
 
     def feed(self, state: ChainState) -> None:
-        """Look for contacts between the previous state and this one."""
+        """Detect contacts between the previous state and the given state."""
         before, self._previous = self._previous, state
         if before is None:
             return
@@ -195,7 +193,7 @@ class ContactDetector:
 
 
 def _out_of_reach(before: ChainState, after: ChainState, speed: float) -> bool:
-    """Tell whether particle 1 cannot have been at the wall between two frames."""
+    """Return whether particle 1 cannot have been at the wall between two frames."""
     way = max(before.gap, 0.0) + max(after.gap, 0.0)
     speeds = np.abs(np.concatenate((before.all_velocities, after.all_velocities, [speed])))
     return way > _FASTEST * float(np.max(speeds)) * (after.time - before.time)
@@ -203,14 +201,14 @@ def _out_of_reach(before: ChainState, after: ChainState, speed: float) -> bool:
 
 def interpolate_contact(before: ChainState, after: ChainState, speed: float) -> tuple[float, float]:
     """
-    Return how long after one frame and how long before the next a contact happened.
+    Return the time from one frame to a contact, and the time from the contact to the next frame.
 
-    On each side particle 1 covers its distance from the wall at the mean of its velocity in the
-    frame and at the contact; the error is of third order in the time.
+    On each side, particle 1 covers its distance from the wall at the mean of its velocities in the
+    frame and at the contact. The error is of third order in the time.
 
-    The two estimates are independent: they add up to the time between the frames as far as they are
-    right. Neither is longer than ten times that, also where particle 1 does not move towards the
-    wall.
+    The two estimates are independent. If both are right, they add up to the time between the
+    frames. Each estimate is at most ten times this time, even if particle 1 does not move towards
+    the wall.
     """
     closing = 0.5 * (speed - before.opening)
     leaving = 0.5 * (speed + after.opening)
@@ -292,7 +290,7 @@ def reintegrate_contacts(
 def _near(
     body: ChainState, end_time: float, bond: Potential, masses: Array
 ) -> tuple[Array, Array, Array]:
-    """Return displacements, velocities and masses of particles that the contact may feel."""
+    """Return displacements, velocities and masses of particles that can affect the contact."""
     pace = _PARTICLES_PER_TIME * np.sqrt(bond.stiffness / float(np.min(masses)))
     count = int(pace * (end_time - body.time))
     count = min(count + _MORE_PARTICLES, body.velocities.size)

@@ -1,4 +1,4 @@
-"""Dumps of LAMMPS, streamed frame by frame: text, gzip or binary, whole or cut short."""
+"""Reader of LAMMPS dumps, frame by frame: text, gzip or binary, whole or cut short."""
 
 import gzip
 import zlib
@@ -22,11 +22,11 @@ _BINARY_MAGIC = b"DUMPCUSTOM"
 
 class Dump(Frames):
     """
-    A LAMMPS dump of style custom or yaml, read in constant memory.
+    LAMMPS dump of style custom or yaml, read in constant memory.
 
-    Text (``.lammpstrj``, ``.dump``), the same gzipped, or binary (``.bin``): what it is, is seen
-    from its content. Iterating yields a :class:`DumpFrame` at a time and can be repeated. A last
-    frame that is cut short, as a crash leaves it, ends the iteration and sets `truncated`. Raises
+    The content of the file decides its format: text (``.lammpstrj``, ``.dump``), gzipped text, or
+    binary (``.bin``). Iteration yields one :class:`DumpFrame` at a time and can be repeated. An
+    incomplete last frame, as after a crash, ends the iteration and sets `truncated`. Raises
     InputError if the file cannot be read, is empty, or is not a dump.
     """
 
@@ -53,8 +53,8 @@ class Dump(Frames):
         """
         Yield the frames in the order of the file; each stays valid after the next has been read.
 
-        `progress` is told the number of bytes of the file read so far. Raises InputError if the
-        file is damaged, or not even one frame is complete.
+        `progress` is called with the number of bytes read so far. Raises InputError if the file is
+        damaged, or if no frame is complete.
         """
         name, self.truncated = str(self.path), False
         text = YamlFrames(name) if self._is_yaml else TextFrames(name)
@@ -97,8 +97,8 @@ def _read_binary_frame(stream: IO[bytes], name: str) -> DumpFrame | None:
     """
     Read the next frame, of revision 2 as LAMMPS has written it since 2020 (``binary2txt.cpp``).
 
-    Numbers are float64 as LAMMPS holds them: no digits are lost and none are converted. `name` is
-    that of the file, for errors. Returns None at the end of the file.
+    Numbers are the float64 numbers of LAMMPS, without conversion. `name` is the name of the file in
+    errors. Returns None at the end of the file.
     """
     first = stream.read(8)
     if not first:

@@ -15,22 +15,22 @@ _LARGEST_WHOLE = 2.0**53
 
 
 class TruncatedFrameError(Exception):
-    """The file ends inside a frame, as after a crash; everything before is sound."""
+    """Error: the file ends inside a frame, as after a crash; all earlier frames are complete."""
 
 
 @dataclass(frozen=True)
 class DumpFrame:
-    """One frame, its columns converted only when asked for."""
+    """One frame of a dump, whose columns are converted on demand."""
 
     step: int  #: LAMMPS timestep number.
     time: float | None  #: Simulation time, where the dump carries it (``dump_modify time yes``).
     columns: tuple[str, ...]  #: Names of the columns.
     bounds: Array  #: Lower and upper bound of the box in x, y and z; of shape (3, 2).
-    #: Rows in the order of ids; None where they are in order already; of shape (n,).
+    #: Rows in the order of ids, of shape (n,); None if they are in order already.
     order: NDArray[np.int64] | None
-    #: Returns a column by its index, in the order of the file.
+    #: Function that returns a column by its index, in the order of the file.
     raw_column: Callable[[int], Array] = field(repr=False)
-    #: Returns the text of a column by its index; None for binary dumps.
+    #: Function that returns the text of a column by its index; None for binary dumps.
     raw_text: Callable[[int], list[bytes]] | None = field(default=None, repr=False)
     #: Whether the box is periodic along x, so that positions may be wrapped into it.
     periodic_x: bool = False
@@ -56,7 +56,7 @@ class DumpFrame:
         """
         Return a column of whole numbers, such as types, sorted by id; of shape (n,).
 
-        Raises InputError, which names the frame and the column, if one of them is none.
+        Raises InputError, with the frame and the column, if a number is not whole.
         """
         values = self.column(name)
         wrong = values[~(np.abs(values) < _LARGEST_WHOLE) | (values != np.floor(values))]
@@ -69,7 +69,7 @@ class DumpFrame:
 
     def significant_digits(self) -> int:
         """
-        Return how many digits the format of the dump keeps, as far as this frame shows it.
+        Return the number of digits that the dump's format keeps, as this frame shows it.
 
         ``%g`` drops trailing zeros, so the most digits of any number count; ids and other whole
         numbers say nothing.
@@ -101,17 +101,17 @@ class DumpFrame:
 
 class Frames(ABC):
     """
-    What is read: a dump, or a trajectory of another format; it can be gone through again.
+    Frames of a dump or of a trajectory in another format, for repeated iteration.
 
-    `truncated` says whether the last complete iteration met a frame cut short, as a crash leaves
-    it.
+    `truncated` says whether the last complete iteration found an incomplete frame, as after a
+    crash.
     """
 
     truncated = False
 
     @abstractmethod
     def frames(self, progress: Callable[[int], None] | None = None) -> Iterator[DumpFrame]:
-        """Yield the frames in the order of the file, of which `progress` is told the bytes read."""
+        """Yield the frames in the order of the file; `progress` gets the number of bytes read."""
 
     def __iter__(self) -> Iterator[DumpFrame]:
         return self.frames()

@@ -1,4 +1,4 @@
-"""A dump of one file a frame, as LAMMPS writes it where the name holds a ``*``."""
+"""Dump with one file for each frame, which LAMMPS writes if the name has a ``*``."""
 
 import re
 from collections.abc import Callable, Iterator, Sequence
@@ -34,7 +34,7 @@ def files_of(path: Path) -> list[Path]:
 
 
 class ManyFileDump(Frames):
-    """A dump of many files, each with a frame or more."""
+    """Dump of many files, each with one frame or more."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
@@ -64,7 +64,7 @@ class ManyFileDump(Frames):
 
 
 def pattern_of(paths: Sequence[Path]) -> Path | None:
-    """Return the pattern that LAMMPS wrote files under; None where they are no frames of a run."""
+    """Return the pattern of LAMMPS's file names; None if the files are not frames of a run."""
     name = paths[0].name
     for run in _DIGITS.finditer(name):
         first, last = name[: run.start()], name[run.end() :]
@@ -81,5 +81,5 @@ def pattern_of(paths: Sequence[Path]) -> Path | None:
 def _begins_at(path: Path, step: int) -> bool:
     try:
         return Dump(path).first().step == step
-    except InputError:  # whatever is wrong with it is told when it is read
+    except InputError:  # the reader reports faults of the file later
         return False

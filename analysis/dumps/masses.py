@@ -1,4 +1,4 @@
-"""Masses of the particles, from the wall outwards: from the dump, the job's files, or given."""
+"""Masses of the particles, from the wall outward: from the dump, the job's files, or the user."""
 
 import gzip
 import zlib
@@ -34,12 +34,12 @@ _TYPE_PLACE |= dict.fromkeys(("atomic", "charge", "sphere", "ellipsoid"), 1)
 class DeclaredMasses:
     """Masses as the files of a job declare them, for dumps that do not carry them."""
 
-    #: Mass of each type; empty where none is declared.
+    #: Mass of each type; empty without declarations.
     by_type: dict[int, float] = field(default_factory=dict)
-    #: Types in order of id, from the data file; None where they are not known; of shape (n,).
+    #: Types in order of id, from the data file, of shape (n,); None if they are unknown.
     types: NDArray[np.int64] | None = None
-    source: str = ""  #: Which file says so.
-    unclear: str | None = None  #: Why that cannot be relied on.
+    source: str = ""  #: File that declares the masses.
+    unclear: str | None = None  #: Reason why the declaration is unreliable; None if it is reliable.
 
 
 _NONE_DECLARED = DeclaredMasses()
@@ -97,10 +97,10 @@ def masses_of_bodies(
 
 def mass_resolution(frame: DumpFrame, layout: ChainLayout, masses: Array) -> Array:
     """
-    Return how far masses may be off because a dump prints few digits of them.
+    Return the error of masses due to the printed digits of a dump.
 
-    Half a unit of the last digit; 0 where the masses are not those of a column, or all alike, which
-    restitution does not depend on.
+    The error is half a unit of the last digit. It is 0 if the masses are not from a column, or if
+    they are equal, because restitution does not depend on a common factor.
     """
     if MASS_COLUMN in frame.columns and not are_equal(masses):
         printed = layout.by_body(frame.column(MASS_COLUMN))[0]
@@ -126,7 +126,7 @@ def _repeated(masses: ArrayLike, particles: int) -> Array:
 
 
 def _by_id(frame: DumpFrame, n: int, declared: DeclaredMasses) -> tuple[Array | None, str]:
-    """Return masses and who says so; or None and why not, empty if nothing says they differ."""
+    """Return masses and their source, or None and the reason; it is empty without declarations."""
     if MASS_COLUMN in frame.columns:
         return _repeated(frame.column(MASS_COLUMN), n), f"column '{MASS_COLUMN}' of the dump"
     if declared.unclear is not None:
@@ -152,7 +152,7 @@ def _by_id(frame: DumpFrame, n: int, declared: DeclaredMasses) -> tuple[Array | 
 
 def declared_masses(data: Path | None, commands: RunCommands) -> DeclaredMasses:
     """
-    Gather what a job declares of masses: section Masses, and the commands ``mass`` and ``set``.
+    Return the masses that a job declares in section Masses and by ``mass`` and ``set``.
 
     Raises InputError if the section cannot be read.
     """
@@ -174,7 +174,7 @@ def declared_masses(data: Path | None, commands: RunCommands) -> DeclaredMasses:
 def _masses_after(
     commands: Sequence[Command], in_data: dict[int, float], name: str, expanded: bool
 ) -> tuple[dict[int, float], str | None]:
-    """Return masses by type after the commands of a file, and why they cannot be relied on."""
+    """Return masses by type after the commands of a file, and the reason if they are unreliable."""
     reads_data = any(words[0] == "read_data" for words in commands)
     masses, unclear = {} if reads_data else dict(in_data), None
     for words in commands:

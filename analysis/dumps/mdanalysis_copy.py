@@ -1,4 +1,4 @@
-"""Trajectories that MDAnalysis reads, copied to arrays by a process that may crash alone."""
+"""Copies of trajectories in arrays, read by MDAnalysis in a process that may crash alone."""
 
 import tempfile
 import warnings
@@ -17,7 +17,7 @@ _NAMES = ("x", "vx", "steps", "times", "boxes")
 
 
 class CopiedTrajectory(NamedTuple):
-    """All frames of a trajectory, in float32 as MDAnalysis has them, mapped from disk."""
+    """Frames of a trajectory, in MDAnalysis's float32, mapped from disk."""
 
     x: NDArray[np.float32]  #: Positions along x; of shape (frames, n).
     vx: NDArray[np.float32]  #: Velocities along x; of shape (frames, n).

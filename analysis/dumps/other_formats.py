@@ -26,7 +26,7 @@ SYMBOL = "Ar"
 
 def read_states(dump: Path | str | Frames, timestep: float = 1.0) -> Iterator[ChainState]:
     """
-    Yield the states in a dump, one a frame.
+    Yield the state in each frame of a dump.
 
     Parameters
     ----------
@@ -59,7 +59,7 @@ def to_ase(
 
 def ase_atoms(state: ChainState, masses: Array, bond: "Potential | None" = None) -> "Atoms":
     r"""
-    Return a chain at one moment as ASE Atoms, in reduced units and float64.
+    Return the state of a chain as ASE Atoms, in reduced units and float64.
 
     A free target's particles, and their masses, follow those of the chain. The Atoms have positions
     (x, 0, 0), no cell and nothing periodic; arrays ``displacement`` and ``bonds`` (which neighbours
@@ -99,7 +99,7 @@ def write_extended_xyz(
     target_masses: Array | None = None,
 ) -> int:
     """
-    Write a dump as extended XYZ with all digits, frame by frame, and return how many there are.
+    Write a dump as extended XYZ with all digits, and return the number of frames.
 
     The file appears when it is complete. `dump`, `timestep` and `masses` are as for :func:`to_ase`;
     `target_masses`, of shape (M,), are those of a free target, from the contact outward, whose

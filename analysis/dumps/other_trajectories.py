@@ -1,5 +1,5 @@
 """
-Trajectories that are no LAMMPS dump of style custom, read through ASE and MDAnalysis.
+Readers of trajectories other than LAMMPS dumps of style custom, by ASE and MDAnalysis.
 
 These know formats that the readers here do not: extended XYZ (LAMMPS's ``dump extxyz``) and ASE's
 own keep float64 and are read by ASE; TRR and AMBER NetCDF come through MDAnalysis, which keeps
@@ -46,13 +46,13 @@ _SINGLE_DIGITS = 7
 
 
 def is_other_trajectory(path: Path) -> bool:
-    """Tell by the ending of a file whether ASE or MDAnalysis read it."""
+    """Return whether ASE or MDAnalysis reads a file, by its ending."""
     return path.suffix in _ASE_FORMATS or path.suffix in _MDANALYSIS_FORMATS
 
 
 def open_trajectory(path: Path | str) -> Frames:
     """
-    Open a dump of LAMMPS, or a trajectory of another format, which its ending tells.
+    Open a dump of LAMMPS, or a trajectory of another format by its ending.
 
     A ``*`` in the name stands for the numbers of many files, as it does for LAMMPS.
 

@@ -1,4 +1,4 @@
-"""What a finished script has printed, read back from its log."""
+"""Reader of the numbers that a finished script has printed to its log."""
 
 import math
 import re
@@ -19,7 +19,7 @@ _SAME_RUN = 1e-12
 
 
 def end_of(log: Path, most_bytes: int) -> str:
-    """Return the last of what was printed."""
+    """Return the end of the printed output."""
     with log.open("rb") as file:
         file.seek(max(0, log.stat().st_size - most_bytes))
         return file.read().decode("utf-8", "replace")
@@ -42,7 +42,7 @@ def printed_numbers(log: str, names: Iterable[str]) -> dict[str, float]:
 
 
 def stopped_with(log: str) -> str | None:
-    """Return, in one line, what LAMMPS or a job said when it stopped; None where it did not."""
+    """Return the message, in one line, with which LAMMPS or a job stopped; None without one."""
     said = _STOPPED.search(log)
     return None if said is None else " ".join(said[0].split())
 

@@ -1,4 +1,4 @@
-"""What the scripts and logs of a run say: its commands, units, springs, walls and steps."""
+"""Commands, units, springs, walls and steps of a run, from its scripts and logs."""
 
 import re
 from collections.abc import Iterable, Sequence
@@ -30,9 +30,9 @@ def is_computed(command: Command) -> bool:
 
 @dataclass(frozen=True)
 class DeclaredSetup:
-    """What can be told of a run by its commands."""
+    """Setup of a run, as its commands declare it."""
 
-    style: str = "lj"  #: Of the units.
+    style: str = "lj"  #: Style of the units.
     #: K and r0 of ``bond_style harmonic``, the only force; None for others.
     spring: tuple[float, float] | None = None
     #: Place of each face (``xlo``, ``xhi``) of ``fix wall/reflect``, as it is written.
@@ -52,7 +52,7 @@ class DeclaredSetup:
 
 @dataclass(frozen=True)
 class RunCommands:
-    """The commands of one run, as its logs echo them and its scripts hold them."""
+    """Commands of one run, from its logs and its scripts."""
 
     #: By file, in order. Logs repeat a command with what its variables stand for.
     logs: dict[Path, list[Command]]
@@ -84,7 +84,7 @@ class RunCommands:
 
     @property
     def files(self) -> dict[Path, list[Command]]:
-        """All commands by file, scripts first."""
+        """Commands by file, scripts first."""
         return self.scripts | self.logs
 
     @property

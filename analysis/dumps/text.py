@@ -1,4 +1,4 @@
-"""Read the text format of LAMMPS ``dump custom``, frame by frame."""
+"""Reader of the text format of LAMMPS ``dump custom``, frame by frame."""
 
 import itertools
 from typing import IO, Any
@@ -19,8 +19,8 @@ class TextFrames:
     """
     Reader of text frames from an open stream, with a name of the file for errors.
 
-    Only the columns that are asked for are converted to numbers: splitting a frame into words is
-    cheap, turning words of 17 digits into float64 is what costs.
+    Columns are converted to numbers on demand, because the conversion of 17 digits to float64 is
+    expensive, while the splitting of a frame into words is cheap.
     """
 
     def __init__(self, name: str):
@@ -88,7 +88,7 @@ class TextFrames:
         return count
 
     def _read_header(self, stream: IO[bytes]) -> tuple[int, dict[str, Any]] | None:
-        """Return the number of particles, and the fields of a frame that its header says."""
+        """Return the number of particles, and the fields of a frame from its header."""
         said: dict[str, Any] = {"time": None, "bounds": None}
         particles = None
         line = stream.readline()

@@ -1,4 +1,4 @@
-"""A dump seen in the chain's own units, with its wall at 0 and the chain coming from above."""
+"""View of a dump in the chain's units, with the wall at 0 and the chain at positive x."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
@@ -24,10 +24,10 @@ _EXACT_DIGITS = 16
 
 @dataclass(frozen=True)
 class DumpView:
-    """How the numbers of a dump become those of a chain that meets a wall at x = 0."""
+    """Transformation of a dump's numbers to a chain that hits a wall at x = 0."""
 
-    units: UnitSystem = CHAIN_UNITS  #: The chain's units in those of the dump.
-    wall: float = 0.0  #: Where the wall is, in the dump's units.
+    units: UnitSystem = CHAIN_UNITS  #: Units of the chain, in the dump's units.
+    wall: float = 0.0  #: Position of the wall, in the dump's units.
     upwards: bool = False  #: Whether the chain moves towards +x.
 
     def with_length_of(self, frame: DumpFrame) -> "DumpView":
@@ -97,7 +97,7 @@ class DumpView:
 
 
 class ViewedDump(Frames):
-    """A dump in the chain's units."""
+    """Dump in the chain's units."""
 
     def __init__(self, source: Frames, view: DumpView) -> None:
         self._source, self._view = source, view

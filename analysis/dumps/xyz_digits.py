@@ -1,4 +1,4 @@
-"""With how many digits the numbers of an extended XYZ file were printed."""
+"""Number of printed digits in an extended XYZ file."""
 
 from itertools import islice
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Read the frames of LAMMPS ``dump yaml``: the columns of ``dump custom`` in another text."""
+"""Reader of LAMMPS ``dump yaml``, which has the columns of ``dump custom`` in another text."""
 
 from typing import IO, Any
 

@@ -1,1 +1,1 @@
-"""Bonds: what a potential is, those that have a name, and a user's own."""
+"""Bonds: the interface of a potential, named bonds, and bonds of users."""

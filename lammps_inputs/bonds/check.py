@@ -1,4 +1,4 @@
-"""What is looked for in a bond whose formulas are not known: kinks, jumps, a wrong energy."""
+"""Checks of bonds without known formulas: kinks, jumps, and a wrong energy."""
 
 import sys
 from collections.abc import Sequence
@@ -12,11 +12,11 @@ from chaincor.lammps_inputs.errors import PotentialError
 if TYPE_CHECKING:
     from chaincor.lammps_inputs.bonds.potential import Potential
 
-# Strains looked at reach from nearly no length to a thousand lengths, closely enough about rest
+# Checked strains reach from nearly no length to a thousand lengths. Near rest they are close enough
 # for chains as slow as 1e-4.
 _SMALLEST, _SHORTEST, _LONGEST = 1e-4, -0.95, 1e3
 _COMPRESSED, _STRETCHED = 200, 300
-# Brackets are halved down to this part of the strain, or to this strain.
+# Brackets are halved down to this fraction of the strain, or to this strain.
 _NARROW, _NARROWEST = 1e-8, 1e-9
 # A change of slope within the narrowest bracket is a kink where it is this part of the larger
 # slope, which rounding (eps F/1e-9, some 1e-7 of it) stays far below, and where a bracket four
@@ -33,7 +33,7 @@ _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
 
 
 def scan_strains(bond: "Potential") -> Array:
-    """Return rising strains, geometric on both sides of rest, between which a bond is looked at."""
+    """Return increasing strains for the checks of a bond, geometric on both sides of rest."""
     low, high = max(bond.strain_min, _SHORTEST), min(bond.strain_max, _LONGEST)
     nearest = min(_SMALLEST, 1e-2 * -low, 1e-2 * high)
     return np.concatenate(
@@ -43,7 +43,7 @@ def scan_strains(bond: "Potential") -> Array:
 
 def find_kinks(bond: "Potential") -> tuple[float, ...]:
     """
-    Find the rising strains at which the stiffness of a bond jumps.
+    Return the strains at which the stiffness of a bond jumps, in increasing order.
 
     Brackets that overlap by half are halved, each about its largest second difference, until
     they are 1e-8 of the strain: what is left of the change of slope there is a kink. One in 1e-2 of
@@ -80,7 +80,7 @@ def find_kinks(bond: "Potential") -> tuple[float, ...]:
         kinked = np.abs(change) > _KINK * np.maximum(larger, _SMALLEST * scale)
         kinked &= np.abs(change) > _ROUNDINGS * sys.float_info.epsilon * size / near
         kinked &= np.abs(further) < _SAME * np.abs(change)
-        # Where the lines on both sides meet.
+        # The kink is at the intersection of the lines on both sides.
         met = middles + (above - below - near * (left + right)) / (left - right)
     places: list[float] = []
     for k in np.flatnonzero(kinked).tolist():
@@ -158,7 +158,8 @@ def refuse_mismatch(bond: "Potential", kinks: Sequence[float]) -> None:
             f"bond '{bond.name}' has no finite energy and force anywhere near length 1; expected "
             "functions of the strain r - 1"
         )
-    usual = known & (excess > 1.0) & (np.abs(middle) < 1.0)  # rather than where no bond goes
+    # report a strain that bonds reach in practice
+    usual = known & (excess > 1.0) & (np.abs(middle) < 1.0)
     worst = int(np.argmax(np.where(usual if usual.any() else known, excess, -1.0)))
     if excess[worst] > 1.0:
         work = float(halves[worst] / (high[worst] - low[worst]))

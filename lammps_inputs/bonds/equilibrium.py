@@ -1,5 +1,5 @@
 r"""
-Bond lengths in equilibrium: the density :math:`\exp(-U(s)/T)`, its integral and the inverse of it.
+Bond lengths in equilibrium: the density :math:`\exp(-U(s)/T)`, its integral and its inverse.
 
 A free chain with bonds between neighbours has no other coupling of their lengths: each is
 distributed as if it were alone. So a chain in equilibrium is drawn bond by bond, without a Markov
@@ -40,7 +40,7 @@ _MOST_PANELS = 20_000
 _UNRESOLVED = 1e-10
 # Rounding of an energy from which a constant was taken, in parts of T.
 _NOISE = 1e-8
-# Newton's steps end here, in units of half a panel, and rounding of them cannot matter.
+# Newton's steps end at this size, in units of half a panel. Their rounding has no effect.
 _CLOSE = 1e-14
 _AT_ONCE = 16_384
 
@@ -62,7 +62,7 @@ class BondDistribution:
     Made by :func:`bond_distribution`. Within a panel the density is a polynomial of degree 15.
     """
 
-    #: Of the panels: the first and the last are the ends of the density; of shape (P + 1,).
+    #: Edges of the panels, of shape (P + 1,). The first and the last are the ends of the density.
     edges: Array
     #: Legendre coefficients of the density in each panel, times half its width; of shape (16, P).
     densities: Array
@@ -113,7 +113,7 @@ class BondDistribution:
         """
         Return the strains below which a bond is with given probabilities, exact to 1e-15 of these.
 
-        Each is found by itself: it does not depend on what else is asked for.
+        Each strain is computed separately and does not depend on the other probabilities.
         """
         wanted = np.asarray(shares, dtype=float).ravel()
         found = np.empty_like(wanted)
@@ -149,7 +149,7 @@ class BondDistribution:
 
 
 def kept_by_bond(find: Callable[..., _Found]) -> Callable[..., _Found]:
-    """Keep what is found for a bond, the first argument, where it can be: it need not be hashed."""
+    """Cache the result for a bond, the first argument, if the bond allows it without a hash."""
     kept = lru_cache(maxsize=64)(find)
 
     @wraps(find)
@@ -166,7 +166,7 @@ def kept_by_bond(find: Callable[..., _Found]) -> Callable[..., _Found]:
 @kept_by_bond
 def bond_distribution(bond: Potential, temperature: float) -> BondDistribution:
     r"""
-    Return how the strain of a bond is distributed in equilibrium at :math:`k_B T`, an energy.
+    Return the distribution of a bond's strain in equilibrium at :math:`k_B T`, an energy.
 
     The density is :math:`\propto \exp(-U(s)/T)` of all strains, or of those at which the bond
     holds. Raises SceneError if it holds nothing in tension, or less than `LEAST_DEPTH` times T.
@@ -221,7 +221,7 @@ def _series(bond: Potential, temperature: float, begins: Array, ends: Array) -> 
 
 
 def _ends(bond: Potential, temperature: float) -> tuple[float, float]:
-    """Return the strains between which the density is drawn; refuse a temperature too high."""
+    """Return the ends of the density; refuse a temperature that is too high."""
     floor, ceiling = bond.crossing_strain, min(bond.barrier_strain, bond.strain_max)
     if bond.dissociation == 0.0:
         raise SceneError(
@@ -249,7 +249,7 @@ def _ends(bond: Potential, temperature: float) -> tuple[float, float]:
 
 
 def _energy_at(bond: Potential, strain: float) -> float:
-    """Return U at an end of the strains; inf where it is none, or no number."""
+    """Return U at an end of the strains; inf if there is no end or U is no number."""
     if math.isinf(strain):
         return math.inf
     with np.errstate(all="ignore"):

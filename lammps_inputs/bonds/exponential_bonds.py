@@ -1,4 +1,4 @@
-"""The bonds made of exponentials of the strain: Toda's and Morse's."""
+"""Bonds made of exponentials of the strain: Toda's and Morse's."""
 
 import math
 from collections.abc import Callable
@@ -15,12 +15,12 @@ from chaincor.lammps_inputs.errors import PotentialError
 
 
 class _Exponential(NamedBond):
-    """A bond of one inverse length, on which U depends as U(s; b) = U(b s; 1)/b^2."""
+    """Bond with one inverse length b, on which U depends as U(s; b) = U(b s; 1)/b^2."""
 
     becomes_hard = True
 
     def __post_init__(self) -> None:
-        """Refuse what is not a positive number, or whose square is none."""
+        """Refuse an inverse length that is not positive, or whose square is no positive number."""
         ((key, given),) = self.as_keys().items()
         if not SMALLEST <= given <= LARGEST:
             usual = type(self)().as_keys()[key]

@@ -1,4 +1,4 @@
-"""A bond whose energy is given as a formula."""
+"""Bond whose energy is given as a formula."""
 
 import math
 from collections.abc import Callable, Mapping
@@ -41,8 +41,8 @@ class Formula(UserBond):
     cancel.
     """
 
-    text: str  #: The energy, in one way of many to write it.
-    given: dict[str, float]  #: The parameters.
+    text: str  #: Formula of the energy in canonical form.
+    given: dict[str, float]  #: Values of the parameters, by name.
     smooth = True
     kinks = ()
 
@@ -198,12 +198,12 @@ class Formula(UserBond):
         return (low if low > -1.0 or holds else -math.inf), ends[1]
 
     def _find_barrier(self, high: float) -> float:
-        """Return the first stretched strain where the force pulls no longer."""
+        """Return the first positive strain at which the force does not pull."""
         strains = np.geomspace(self._near, min(1e3, 0.999 * high), 4000)
         return self._first_zero(strains, self.force(strains) > 1e-13 * self.stiffness, math.inf)
 
     def _find_inner_barrier(self, low: float) -> float:
-        """Return the end of the strains, or the first compressed one where the force pulls."""
+        """Return the end of the strains, or the first negative strain at which the force pulls."""
         end = 0.999 * min(1.0, -low)
         if end <= self._near:
             return low
@@ -211,7 +211,7 @@ class Formula(UserBond):
         return self._first_zero(strains, ~(self.force(strains) > 0.0), low)
 
     def _first_zero(self, strains: Array, beyond: NDArray[np.bool_], end: float) -> float:
-        """Return where the force vanishes before the first strain that lies beyond, or the end."""
+        """Return the zero of the force before the first strain beyond it, or the end."""
         from scipy.optimize import brentq
 
         if not np.any(beyond):

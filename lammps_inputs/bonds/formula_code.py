@@ -1,4 +1,4 @@
-"""From a formula to functions: differentiated by SymPy, written as Python of plain arithmetic."""
+"""Functions from a formula: SymPy differentiates it, and the result is plain Python arithmetic."""
 
 import hashlib
 from collections.abc import Callable, Sequence
@@ -22,12 +22,12 @@ SERIES_TERMS = 22
 
 
 class FormulaParameters(NamedTuple):
-    """What the kernel of a formula is told."""
+    """Parameters of a formula's kernel."""
 
-    #: The formula's parameters, sorted by name; one zero where it has none.
+    #: Parameters of the formula, sorted by name; one zero without parameters.
     given: tuple[float, ...]
     rest: float  #: Strain at rest, as the formula counts it.
-    near: float  #: Strains below this are left to the series.
+    near: float  #: Largest strain for which the series is used.
     #: Coefficients of the force over strain, from the constant on: -k, -k g_1, ...
     series: tuple[float, ...]
 
@@ -38,8 +38,8 @@ class FormulaCode:
 
     #: U, -U' and U'' as Python text in ``s`` and ``p[0]``, ``p[1]`` ...
     energy: str
-    force: str  #: See ``energy``.
-    curvature: str  #: See ``energy``.
+    force: str  #: Force -U' as Python text.
+    curvature: str  #: Stiffness U'' as Python text.
     #: What must not vanish: bases of powers that are no whole positive ones, arguments of log.
     guards: tuple[str, ...]
 
@@ -153,7 +153,7 @@ def _refuse_long(expression: "sympy.Expr", text: str) -> None:
 
 
 def _guards(expression: "sympy.Expr", strain: "sympy.Symbol") -> Sequence["sympy.Expr"]:
-    """Return what must keep its sign where the expression is smooth."""
+    """Return the expressions that keep their signs wherever the formula is smooth."""
     import sympy
     from sympy.codegen.cfunctions import log1p
 

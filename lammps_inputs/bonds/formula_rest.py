@@ -1,4 +1,4 @@
-"""Where a formula is at rest, its series there, and how many digits it keeps elsewhere."""
+"""Natural length of a formula, its series there, and its loss of digits elsewhere."""
 
 import math
 from collections.abc import Callable
@@ -14,9 +14,9 @@ from chaincor.lammps_inputs.errors import PotentialError
 _DIGITS = 40
 # Left out of the series at its end, as part of the force; the series is used no farther than this.
 _CUT, _FARTHEST = 1e-18, 0.25
-# The natural length is looked for, and allowed, between these strains.
+# Range of strains in which the natural length is searched and allowed.
 _NEAREST_REST, _SHORTEST_REST, _LONGEST_REST = 1e-7, -0.5, 1.0
-# Stiffnesses that are allowed.
+# Range of allowed stiffnesses.
 _SOFTEST, _STIFFEST = 1e-8, 1e8
 # What the double-precision force may be wrong by, as part of the larger of it and 1e-3 k |s|.
 LOST = 1e-11
@@ -36,7 +36,7 @@ def expand(
     code: FormulaCode, values: tuple[float, ...], refuse: Refuse
 ) -> tuple[Any, tuple[float, ...]]:
     """
-    Find where a formula is at rest, nearest to length 1, and expand its force there.
+    Find the natural length of a formula that is nearest to 1, and expand the force there.
 
     Returned are that strain, with many digits, and the series of force over strain: -k, -k g_1 ...
     Raises what `refuse` makes of what is wrong and what was expected, if there is no stable length
@@ -83,7 +83,7 @@ def _bracket(code: FormulaCode, values: tuple[float, ...], refuse: Refuse) -> tu
 
 
 def reach_of(series: tuple[float, ...]) -> float:
-    """Return the strain up to which what is left out of the series is no part of the force."""
+    """Return the strain up to which the truncation error of the series is negligible."""
     reach = _FARTHEST
     for k in range(len(series) - 6, len(series)):
         part = abs(series[k] / series[0])

@@ -1,4 +1,4 @@
-"""The text of a bond energy: checked against a small grammar before anything evaluates it."""
+"""Reader for the text of a bond energy, which is checked by a grammar before its evaluation."""
 
 import ast
 import keyword
@@ -74,7 +74,7 @@ def _checked(name: Any, value: Any) -> float:
 
 
 def canonical_text(text: str) -> str:
-    """Return one text for all that differ in blanks, idle brackets, and signs of powers."""
+    """Return a canonical text, without differences in blanks, brackets and signs of powers."""
     return ast.unparse(_parsed(text))
 
 
@@ -147,7 +147,7 @@ def _double(number: float) -> "sympy.Float":
 
 
 class _Reader:
-    """Turns the nodes that are allowed into numbers and SymPy expressions."""
+    """Converter of allowed nodes into numbers and SymPy expressions."""
 
     def __init__(self, text: str, symbols: Mapping[str, Any]) -> None:
         self._text, self._symbols = text, symbols

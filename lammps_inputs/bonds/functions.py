@@ -1,4 +1,4 @@
-"""Functions that bonds are written with: digits that the textbook form loses, and fast ones."""
+"""Functions for bonds: accurate forms where textbook forms lose digits, and fast forms."""
 
 import math
 from collections.abc import Callable, Sequence

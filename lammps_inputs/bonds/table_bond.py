@@ -72,7 +72,7 @@ class SplineBond(UserBond):
 
 
 class TableBond(SplineBond):
-    """The bond of a table; what is sent to worker processes is the table's text."""
+    """Bond of a table; worker processes get the text of the table."""
 
     def __init__(self, text: str, path: str, force: "CubicSpline", rows: Rows) -> None:
         self.text, self.path, self.rows = text, path, rows
@@ -181,7 +181,7 @@ def _only_section(text: str, path: str) -> Section:
 
 
 def _natural_strain(force: "CubicSpline", rows: Rows, path: str) -> float:
-    """Return the strain nearest to 0 of no force, within what digits and rows leave open."""
+    """Return the strain nearest to 0 without force, within the accuracy of digits and rows."""
     pushes = float(force(0.0))
     stiffness = -float(force(0.0, 1))
     # The bar of a collision holds what this moves.
@@ -202,7 +202,7 @@ def _natural_strain(force: "CubicSpline", rows: Rows, path: str) -> float:
 
 
 def _smooth(strains: Array, forces: Array) -> "CubicSpline | None":
-    """Return a spline without values beyond its data; None where its numbers overflow."""
+    """Return a spline without values beyond its data; None if its numbers overflow."""
     from scipy.interpolate import CubicSpline
 
     with np.errstate(all="ignore"):

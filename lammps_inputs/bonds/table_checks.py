@@ -1,4 +1,4 @@
-"""Comparisons of a table with itself: energies, and slopes, against its forces."""
+"""Consistency checks of a table: its energies and slopes against its forces."""
 
 import numpy as np
 
@@ -51,7 +51,7 @@ def fault_of_slopes(section: Section, path: str) -> str:
     Rows so far apart that these slopes differ by half say nothing of those at the ends.
     """
     given = section.header.get("FP", section.header.get("FPRIME", [0.0, 0.0]))
-    # As many write them who know no slopes, LAMMPS's manual too.
+    # Many tables have these values if the slopes are unknown, also in LAMMPS's manual.
     if given == [0.0, 0.0]:
         return ""
     for slope, end, name in (

@@ -1,5 +1,5 @@
 """
-What the rows of a bond table leave open: other bonds that such rows may have been taken from.
+Uncertainty of a bond table: other bonds from which equal rows may have been taken.
 
 A table stands for a function of which it gives some values, with so many digits. What lies
 between its rows is shown by leaving every second one out: of a smooth function with rows close
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from scipy.interpolate import CubicSpline
 
 
-# A cubic needs so many.
+# Number of rows that a cubic needs.
 LEAST_ROWS = 4
 # Fewer rows do not tell whether a spline through half of them errs by its order, or anyhow.
 _FEW = 16
@@ -32,7 +32,7 @@ _BESIDE = 3
 _ORDERS = range(3, 10)
 # A row is an outlier where without it all rows around agree so many times better than with it.
 _OUTLIER = 20.0
-# So many rows are looked at.
+# Number of rows that are checked.
 _CANDIDATES = 4
 # Tables that are altered have so many rows for each of the user's.
 _FINER = 4
@@ -41,7 +41,7 @@ _SHAKES = 6
 
 @dataclass(frozen=True)
 class Rows:
-    """The rows of a table."""
+    """Rows of a table."""
 
     #: Lengths less the natural one, and forces; of shape (rows,).
     strains: Array
@@ -103,12 +103,12 @@ class Rows:
         return least
 
     def errors(self) -> Array:
-        """Return about how far the force may be off at each row, of shape (rows,)."""
+        """Return the approximate error of the force at each row, of shape (rows,)."""
         missed, share = self.open_between()
         return missed * share + 3.0 * self.noise() + self.digits
 
     def largest_error(self, low: float, high: float) -> float:
-        """Return about how far the force may be off between two strains."""
+        """Return the approximate largest error of the force between two strains."""
         first, last = np.searchsorted(self.strains, (low, high))
         around = slice(max(first - 2, 0), last + 2)
         return float(np.max(self.errors()[around]))
@@ -144,7 +144,7 @@ class Rows:
         return found
 
     def outlier(self, path: str) -> str:
-        """Return what is wrong with a table of which one row lies off all others."""
+        """Return the fault of a table with one row that does not fit the others."""
         count = len(self.strains)
         if count < _FEW:
             return ""
@@ -178,7 +178,7 @@ def _cached_spline(strains: bytes, forces: bytes) -> "CubicSpline":
 
 
 def spline_through(strains: Array, forces: Array) -> "CubicSpline":
-    """Return the cubic spline of a table, going on beyond its ends."""
+    """Return the cubic spline of a table, which continues beyond its ends."""
     return _cached_spline(np.ascontiguousarray(strains).tobytes(), forces.tobytes())
 
 

@@ -30,18 +30,18 @@ _TEXT = ("CHECKU", "CHECKF")
 
 @dataclass(frozen=True)
 class Section:
-    """One section of a table, as it stands in a file."""
+    """One section of a table file."""
 
-    keyword: str  #: Its name; empty if the file has none.
+    keyword: str  #: Name of the section; empty without a name.
     #: Values of the line ``N rows FP slope slope EQ length``, by name.
     header: dict[str, list[float]]
     #: Length or angle, energy and force (NaN if the file has none), and one unit of the last digit
     #: of each; of shape (rows, 3).
     data: Array
     digits: Array  #: See ``data``.
-    #: Whether a line without numbers stands between header and rows.
+    #: Whether there is a line without numbers between header and rows.
     is_parted: bool = True
-    #: Lines among the rows that hold numbers and are no rows.
+    #: Lines with numbers between the rows that are not rows.
     odd_lines: tuple[str, ...] = field(default=())
 
     @cached_property
@@ -68,7 +68,7 @@ def section_text(keyword: str, header: str, columns: Iterable[Array]) -> str:
 
 @dataclass
 class _Draft:
-    """A section that is being read."""
+    """Section during reading."""
 
     keyword: str
     header: dict[str, list[float]]

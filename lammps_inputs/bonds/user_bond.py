@@ -1,4 +1,4 @@
-"""A bond of a user's own: Python functions of the strain."""
+"""Bond of a user, given by Python functions of the strain."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -21,7 +21,7 @@ _SOUND_SHARE, _FAR = 1e-4, 10.0
 
 class UserBond(Potential):
     r"""
-    A bond given by a user's own functions of the strain.
+    Bond given by a user's functions of the strain.
 
     The force must be continuous, vanish at natural length and be the derivative of the energy,
     :math:`F = -dU/ds`, which is checked. It may have kinks, strains at which the stiffness jumps,
@@ -112,7 +112,7 @@ class UserBond(Potential):
 
     @cached_property
     def kinks(self) -> tuple[float, ...]:
-        """Strains at which the stiffness jumps: those declared, and others found by looking."""
+        """Strains at which the stiffness jumps: declared kinks and kinks found by search."""
         found = find_kinks(self)
         apart = [s for s in found if all(abs(s - k) > 1e-7 for k in self._declared)]
         return tuple(sorted((*self._declared, *apart)))
@@ -126,7 +126,7 @@ class UserBond(Potential):
         return self._force(np.asarray(strain, dtype=float))
 
     def curvature(self, strain: ArrayLike) -> Array:
-        """Return -dF/ds by differences on one side of kinks; at a kink, on the compressed one."""
+        """Return -dF/ds by differences on one side of kinks, the compressed side at a kink."""
         s = np.asarray(strain, dtype=float)
         below = np.maximum(s - self._STEP, self.strain_min)
         above = np.minimum(s + self._STEP, self.strain_max)
@@ -163,7 +163,7 @@ class UserBond(Potential):
 
     @cached_property
     def convex_strain(self) -> float:  # type: ignore[override]
-        """Largest strain up to which the stiffness was seen to be positive; 0 without tension."""
+        """Largest strain up to which the stiffness was found positive; 0 without tension."""
         if self.dissociation == 0.0:
             return 0.0
         edges = scan_strains(self)
@@ -179,7 +179,7 @@ class UserBond(Potential):
 
 
 def _of_arrays(function: Callable, what: str) -> Callable[..., Array]:
-    """Return a function of arrays, also where the user's takes one number at a time."""
+    """Return a function of arrays, even if the user's function takes one number at a time."""
     three = np.array([-1e-3, 0.0, 1e-3])
     try:
         # Of two lengths: what always returns as many numbers is no function of a strain.
@@ -206,10 +206,10 @@ def _of_arrays(function: Callable, what: str) -> Callable[..., Array]:
 # An object, not a function within a function, which could not be sent to worker processes.
 @dataclass(frozen=True)
 class _OfArrays:
-    """A function of arrays; nan where a user's function of one number has no value."""
+    """Function of arrays; nan if a user's function of one number has no value."""
 
     function: Callable
-    takes_arrays: bool  #: Whether the user's function does.
+    takes_arrays: bool  #: Whether the user's function takes arrays.
 
     def __call__(self, strains: Array) -> Array:
         if self.takes_arrays:
