@@ -66,7 +66,7 @@ def measure_lammps_peers() -> FigureStream:
 
 
 def measure_reference_peers() -> FigureStream:
-    """Yield peers over the in-house schemes at 1e-11, and the in-house loops over C."""
+    """Yield ratios of peers to the reference engine at 1e-11, and of its loops to C."""
     for row in reference_engine.compare_integrators(0.4):
         for task in reference_engine.TASKS:
             for scheme, ending in (("order8", "8"), ("extrapolated14", "x14")):

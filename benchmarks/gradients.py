@@ -219,7 +219,7 @@ def cost(scene: Scene, result: Collision) -> float:
 
 
 def main() -> None:
-    """Print the comparisons; exit with 1 where one fails."""
+    """Print the comparisons; exit with 1 if one fails."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--scenes", type=int, default=30)
     parser.add_argument("--most", type=float, default=1e-6)

@@ -4,7 +4,7 @@ Commands and lines of the three sizes of a job, and what `lmp` alone makes of ea
 ``python -m benchmarks.job_sizes [--no-run] [SCENE ...]`` writes the plain script, the one with
 Verlet steps and the one that is made for the default tolerance of each scene, and prints how many
 commands and lines they have. Each is run by nothing but ``lmp -in in.chain``; beside its number
-stand the error that it prints, and how far it is from the in-house engine's at 1e-10.
+stand the error that it prints, and its distance from the reference engine at 1e-10.
 """
 
 import argparse

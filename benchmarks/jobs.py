@@ -3,9 +3,9 @@ Jobs of random scenes, run by `lmp` alone, against an independent value and the 
 
 ``python -m benchmarks.jobs [--scenes 20] [--seed 1] [--tolerance 1e-8]`` draws scenes, writes a job
 for each, runs it with nothing but ``lmp -in in.chain``, and prints by how much its restitution is
-off in units of its own printed bar; the value to compare with is the in-house engine's at 1e-11, by
-the printed error of which a bar may be missed. Costs are processor times, of ``lmp`` and of
-``chaincor run`` with the same tolerance, each a process of its own, one right after the other.
+off in units of its own printed bar. The reference is the reference engine at 1e-11, whose printed
+error is allowed in addition to the bar. Costs are processor times, of ``lmp`` and of ``chaincor
+run`` with the same tolerance, each a process of its own, one right after the other.
 """
 
 import argparse

@@ -29,7 +29,7 @@ MOST_SECONDS = 300
 
 
 def place_of(version: str) -> Path:
-    """Return the folder of a wheel, installed there where it is not yet."""
+    """Return the folder of a wheel, after installing it if needed."""
     folder = BUILDS / version
     if not folder.exists():
         install = ["install", "--quiet", "--no-deps", "--target", str(folder)]

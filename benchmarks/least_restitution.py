@@ -1,10 +1,10 @@
 """Chains that give back least: masses of harmonic chains before a hard wall, sought by gradient.
 
-Prints the least e = sqrt(eta) that was found for n = 2 to 10 masses: where the search that found it
-began, where it ended, how long all took, and what LAMMPS says. Searches begin at the best of many
-random chains, at the best chain that is shorter by one, a mass added, and where others ended. Ends
-are mostly corners, where a contact comes to be, and of many valleys some are seen: e is an upper
-bound of the least.
+Prints the least e = sqrt(eta) that was found for n = 2 to 10 masses: the start and end of its
+search, the time of all searches, and LAMMPS's result. Searches begin at the best of many random
+chains, at the best chain that is shorter by one, a mass added, and where others ended. Ends are
+mostly corners, where a contact comes to be, and of many valleys some are seen: e is an upper bound
+of the least.
 
 Run: python -m benchmarks.least_restitution [--chains 2-10] [--starts 5] [--seed 1]
 """
@@ -23,12 +23,12 @@ from chaincor.workflows.collision import collide
 Array = NDArray[np.float64]
 
 _VELOCITY = 0.1
-# Of masses over the last one.
+# Smallest and largest mass over the last one.
 _LIGHTEST, _HEAVIEST = 0.02, 50.0
 _SHARP, _OF_LAMMPS = 1e-9, 1e-6
 # Searches from one start, each from where the one before ended, and what is no gain.
 _SEARCHES, _SETTLED = 5, 1e-6
-# Of so many random chains for each search, the best are its starts.
+# Number of random chains per search, of which the best are its starts.
 _SEEN = 12
 # Masses that a shorter chain is given at its free end, over the one before.
 _ADDED = 0.2, 1.0

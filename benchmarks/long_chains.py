@@ -1,5 +1,5 @@
 """
-Long chains in-house: what a second core gives, and how the time grows with the length.
+Long chains in the reference engine: gain of a second core, and time against length.
 
     python -m benchmarks.long_chains [--particles 5000 20000 100000] [--cores 1 2] [--repeats 9]
     python -m benchmarks.long_chains --growth 2000 4000 8000 16000

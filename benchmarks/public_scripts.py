@@ -135,7 +135,7 @@ def followed(study: ScriptStudy) -> str:
     missed = []
     for each in numbers:
         truths = [judge.numbers[each.name].value for judge in judges]
-        # The truth is uncertain by the scatter of a few runs.
+        # The reference is uncertain by the scatter of a few runs.
         scatter = max(float(np.std(truths, ddof=1)), float(each.verdict.scatter[-1]))
         bar = 2.0 * scatter / math.sqrt(len(truths))
         found = [each_run.numbers[each.name].value for each_run in runs]

@@ -3,7 +3,7 @@ Errors of tables that others wrote, judged by LAMMPS and by rows that were held 
 
 Run: python -m benchmarks.public_tables FILE ... [--most 40] [--csv FILE]
 
-Of each section every second row is kept, and `check_table` says the error of the force. The
+Every second row of each section is kept, and `check_table` gives the error of the force. The
 installed LAMMPS interpolates the kept rows. Its forces are compared with the rows that were held
 out, and their means with the slopes of its energies over seven rows.
 """

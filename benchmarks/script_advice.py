@@ -1,4 +1,4 @@
-"""Whether the advice of `chaincor timestep` keeps its promise: six scripts, followed afresh."""
+"""Test of the advice of `chaincor timestep`: six scripts, with the advice followed."""
 
 import argparse
 import math
@@ -38,7 +38,7 @@ def main() -> None:
 
 
 def row(name: str) -> str:
-    """Study a script, follow the advice, and say what became of it."""
+    """Study a script, follow the advice, and return the result."""
     word, vary, seeds, tolerance, finer = CASES[name]
     script, pattern = SCRIPTS / f"{name}.in", rf"^{word} = (\S+)$"
     phases = None if seeds else 8
@@ -67,7 +67,7 @@ def row(name: str) -> str:
         def mean(step: float, runs: int) -> float:
             return float(np.mean([run(step * random.uniform(0.98, 1.0)) for _ in range(runs)]))
 
-        # The truth of a scattering number is a mean; its own error counts for the tolerance.
+        # The reference of a scattering number is a mean, whose error is added to the tolerance.
         judged = [
             mean(study.ladders[0].values[-1] / finer, 1)
             for _ in range(4 * JUDGES if seeds else JUDGES)

@@ -1,8 +1,8 @@
 """
 Honest bars of tables: coarse, short-digit and noisy rows of known functions, judged by these.
 
-Of each draw the table is run as `potential = "table"`, and the exact function as the named bond
-that it is. A bar holds if the two restitutions are no farther apart than it says.
+Each draw runs the table as `potential = "table"`, and the exact function as a named bond. A bar
+holds if the two restitutions differ by no more than the bar.
 
 Run: python -m benchmarks.table_rows [--draws 200] [--seed 1] [--csv FILE]
 """
@@ -41,7 +41,7 @@ class Draw:
 
 @dataclass(frozen=True)
 class Judged:
-    """What came of it: the true error and the bar; None where the table was refused."""
+    """Result of a draw: true error and bar; None if the table was refused."""
 
     error: float | None
     bar: float | None
@@ -49,7 +49,7 @@ class Judged:
 
     @property
     def holds(self) -> bool:
-        """Whether the bar is no less than the error."""
+        """Whether the bar is at least the error."""
         return self.error is None or self.bar is None or self.error <= self.bar
 
 

@@ -59,12 +59,12 @@ class Pair:
 
     @property
     def is_honest(self) -> bool:
-        """Whether the truth, which is good to its tolerance, lies within the bar."""
+        """Whether the reference, exact to its tolerance, lies within the bar."""
         return self.restitution_error is None or self.error <= self.restitution_error + _TRUTH
 
     @property
     def is_read(self) -> bool:
-        """Whether the number is that of the job's own run."""
+        """Whether the number belongs to the job's own run."""
         return abs(self.restitution - self.printed) <= self.data_error
 
 
@@ -81,7 +81,7 @@ def random_scene(random: np.random.Generator) -> tuple[Scene, float]:
         wall=str(random.choice(["event", "reflect"])),
         scheme="verlet",
         timestep=10 ** random.uniform(-2.5, -1.3) / ratio,
-        error=False,  # or the jobs' logs told it
+        error=False,  # otherwise the logs of the jobs contain it
         **{key: float(value) for key, value in speed.items()},
     )
     return scene, ratio

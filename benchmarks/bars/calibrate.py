@@ -32,11 +32,11 @@ FILE = Path(measured.__file__).with_name(measured.FILE)
 
 @dataclass(frozen=True)
 class Constant:
-    """How a constant follows from samples."""
+    """Rule that turns samples into a constant."""
 
     #: ``study(random, count)`` returns samples by key, under "" where there is one number only.
     study: Callable[[Random, int], Samples]
-    quantile: float  #: Of the samples; 1 is the largest of them, 0 the least.
+    quantile: float  #: Quantile of the samples; 1 is the largest, 0 the smallest.
     reserve: float  #: Factor on it, for scenes that were not drawn.
     #: Scenes, as a share of those asked for: some studies are dear, some constants need few.
     scenes: float = 1.0

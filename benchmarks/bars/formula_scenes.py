@@ -15,7 +15,7 @@ _MOST_PARTICLES = 60
 
 
 class Three(NamedTuple):
-    """What the judge's own forces are told."""
+    """Parameters of the judge's own forces."""
 
     p: float
     q: float
@@ -49,7 +49,7 @@ _FORMULAS = {
 
 @dataclass(frozen=True)
 class FormulaCase:
-    """What makes a scene, small enough to be sent to another process."""
+    """Parameters of a scene, small enough to be sent to another process."""
 
     kind: str
     p: float
@@ -74,7 +74,7 @@ class FormulaCase:
         return Scene(potential="formula", energy=text, parameters=parameters, **fields)
 
     def truth(self, folder: Path) -> tuple[float, float]:
-        """Return eta by the judge, and how well it is known."""
+        """Return eta by the judge, and its error."""
         force = morse_force if self.kind == "morse" else _FORMULAS[self.kind][2]
         told = Three(self.p, self.q, 2.0 ** (1.0 / 6.0) * self.q if self.kind == "mie" else 1.0)
         velocity = self.scene(folder).impact_velocity

@@ -77,7 +77,7 @@ def random_scene(random: np.random.Generator, engine: str | None = None) -> Scen
 
 
 def try_scene(scene: Scene) -> Trial:
-    """Run a scene and judge it by the in-house engine at a much tighter tolerance."""
+    """Run a scene and judge it by the reference engine at a much tighter tolerance."""
 
     def judged(bar):
         share = max(_JUDGE_SHARE * bar, _SHARPEST_JUDGE)
@@ -94,7 +94,7 @@ def draw_batch(random: np.random.Generator, _engine: str | None = None) -> Scene
 
 
 def try_in_batch(scene: Scene) -> Trial:
-    """As `try_scene`; the seconds are 0 where it was carried out alone after all."""
+    """Try a scene as `try_scene` in a batch; the seconds are 0 if it ran alone after all."""
 
     def judged(bar):
         share = max(_JUDGE_SHARE * bar, _SHARPEST_JUDGE)

@@ -1,4 +1,4 @@
-"""How often a verdict on a ladder of steps is right: drawn errors of known kinds, counted."""
+"""Count of right verdicts on ladders of steps with drawn errors of known kinds."""
 
 import argparse
 

@@ -145,7 +145,7 @@ def table_sensitivity(random: Random, count: int) -> Samples:
             error = abs(eta_of(scene, rough) - truth.restitution) - 1e-10
             error -= rounding_of(rough, scene)
             size = rough.details["table"]["force_error"] / scene.impact_velocity
-            # What falls below the step's own error and rounding says nothing.
+            # Values below the step's own error and rounding show nothing.
             if size > 1e-8:
                 samples.append(max(error, 0.0) / size)
     return found
@@ -198,7 +198,7 @@ def extrapolated_rounding(random: Random, count: int) -> Samples:
         scene, unit = _slow_scene(random)
         name: StepSchemeName = "extrapolated12"
         goal = max(0.1 * unit, 1e-10)
-        # Also at steps finer than the goal asks for.
+        # Steps finer than the target error needs are included.
         step = guess_step(scene, name, goal) * float(10 ** random.uniform(-0.7, 0.0))
         run = lammps.run(scene, Numerics(scheme=name, timestep=step))
         error = abs(eta_of(scene, run) - find_truth(scene).restitution)
@@ -229,7 +229,7 @@ def nudge_reserve(random: Random, count: int) -> Samples:
         except RunError:
             continue
         change = abs(one - other)
-        # Where nothing is amplified, plain rounding is in the bar.
+        # Without amplification, plain rounding is in the bar.
         if max(usual, change) > rounding_error("reference", scene):
             samples.append(change / max(usual, rounding_error("reference", scene)))
     return {"": samples}

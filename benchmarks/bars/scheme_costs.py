@@ -34,7 +34,7 @@ _REPEATS = 2
 
 
 def lammps_costs(random: Random, goal: float) -> dict[str, float]:
-    """Return the seconds of meeting a goal in LAMMPS, each scheme, in a scene drawn at random."""
+    """Return the seconds that each scheme takes to a target error in LAMMPS, in a random scene."""
     scene = draw_scene(random, most=300)
     truth = converge(scene, 0.03 * goal)
     scouting = watched_on(truth, scene)
@@ -60,7 +60,7 @@ def lammps_costs(random: Random, goal: float) -> dict[str, float]:
 
 
 def reference_costs(random: Random, goal: float) -> dict[str, float]:
-    """Return the seconds of meeting a goal in-house, each scheme, in a scene drawn at random."""
+    """Return the seconds that each scheme of the reference engine takes to a target error."""
     scene = draw_scene(random, most=300, potentials=("lj", "toda", "log", "power"))
     truth = converge(scene, max(0.03 * goal, 3e-14 * scene.particles))
     costs = {}
@@ -126,6 +126,6 @@ def best_table(losses: dict[float, dict[str, float]]) -> tuple[dict[str, float],
     table = {}
     for scheme in dict.fromkeys(path):
         last = max(k for k, each in enumerate(path) if each == scheme)
-        # Halfway to the next goal, which is a power of ten as all goals are.
+        # Halfway to the next target error; all target errors are powers of ten.
         table[scheme] = 0.0 if last == len(goals) - 1 else float(f"{goals[last] / 10**0.5:.1g}")
     return table, float(np.exp(total / len(goals)))

@@ -1,4 +1,4 @@
-"""How often means of correlated series are within their bars: drawn series, counted."""
+"""Count of drawn correlated series whose means are within their bars."""
 
 import argparse
 

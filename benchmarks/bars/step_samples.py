@@ -1,4 +1,4 @@
-"""How errors at equal steps, in units of the fastest bond, scatter between scenes."""
+"""Scatter between scenes of errors at equal steps, in units of the fastest bond."""
 
 import numpy as np
 

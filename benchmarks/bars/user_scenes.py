@@ -80,7 +80,7 @@ class StudyBond(UserBond):
 
 @dataclass(frozen=True)
 class UserCase:
-    """What makes a scene, small enough to be sent to another process."""
+    """Parameters of a scene, small enough to be sent to another process."""
 
     kind: str
     p: float
@@ -121,7 +121,7 @@ class UserCase:
         return path
 
     def truth(self, folder: Path) -> tuple[float, float]:
-        """Return eta by the judge, and how well it is known."""
+        """Return eta by the judge, and its error."""
         if self.kind == "table":
             spline = read_bond_table(self._table(folder)).users_force
             knots, terms = spline.x.copy(), spline.c.copy()

@@ -12,7 +12,7 @@ Memory = defaultdict[str, list[arb]]
 
 
 class Bond(Protocol):
-    """What a proof needs of a bond: U'(s) term by term and on boxes, and U(s)."""
+    """Bond for proofs: U'(s) term by term and on boxes, and U(s)."""
 
     # The energy above which a bond may come apart; None where it never does.
     breaks_at: Fraction | None

@@ -21,10 +21,10 @@ _BITS_A_TERM, _BITS_A_DIGIT = 3.0, 3.33
 
 @dataclass(frozen=True)
 class Certificate:
-    """What is proved of a collision."""
+    """Proved statements about a collision."""
 
     restitution: arb  #: A ball that holds eta.
-    contacts: int  #: How often the first particle meets the wall or the target.
+    contacts: int  #: Number of hits of the first particle on the wall or the target.
     last_contact_time: arb  #: From the first contact.
     steps: int  #: Taylor steps that the proof took.
 

@@ -14,7 +14,7 @@ GAP = 0
 
 def first_contact(step: Step, approach: int, *, leaves: bool) -> arb | None:
     """
-    Return when the gap first closes within a step; None where it is proved to stay open.
+    Return when the gap first closes within a step; None if it provably stays open.
 
     Parameters
     ----------
@@ -33,7 +33,7 @@ def first_contact(step: Step, approach: int, *, leaves: bool) -> arb | None:
     Raises
     ------
     NotProvedError
-        If it can be told neither that there is one nor that there is none.
+        If neither a contact nor its absence can be proved.
     """
     zero = arb(0)
     return _first(step, approach, zero, step.length, _MOST_HALVINGS, leaves=leaves)

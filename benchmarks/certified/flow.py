@@ -29,7 +29,7 @@ _WIDER, _TRIES = 1.2, 3
 
 
 class NotProvedError(Exception):
-    """What was to be proved cannot be, with these digits or by these means."""
+    """A statement cannot be proved with these digits or methods."""
 
 
 @dataclass(frozen=True)
@@ -92,7 +92,7 @@ def _polynomial(terms: list[arb], time: arb) -> arb:
 class Chain:
     """A chain of particles."""
 
-    bond: Bond  #: What joins them.
+    bond: Bond  #: Bond between neighbours.
     masses: tuple[arb, ...]  #: One mass a particle, the first nearest the wall.
 
     def step(self, state: State, terms: int, longest: float) -> Step:

@@ -23,7 +23,7 @@ class Case:
 
     @property
     def name(self) -> str:
-        """What the case is called: bond, number of particles, speed, what is special."""
+        """Name of the case: bond, number of particles, speed, special features."""
         special = "" if set(self.masses) == {1.0} else "-masses"
         special += "" if self.target_mass is None else "-target"
         return f"{self.potential}-{len(self.masses)}-{self.velocity:g}{special}"
@@ -64,7 +64,7 @@ class Row:
 
     @property
     def digits(self) -> int:
-        """How many decimal digits of eta are proved."""
+        """Number of proved decimal digits of eta."""
         share = Fraction(self.radius) / abs(Fraction(self.middle))
         digits = 0
         while share * 10 ** (digits + 1) <= 1:

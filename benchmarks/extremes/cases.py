@@ -24,7 +24,7 @@ CASES: tuple[tuple[str, dict[str, Any]], ...] = (
 
 @dataclass(frozen=True)
 class Row:
-    """What an engine does with a case."""
+    """Result of an engine for a case."""
 
     case: str
     engine: str
@@ -48,7 +48,7 @@ def ask(case: str, fields: dict[str, Any], engine: str) -> Row:
 
 
 def main() -> None:
-    """Print the table; fail if the in-house engine misses a bar."""
+    """Print the table; fail if the reference engine misses a bar."""
     print("| n = 20 | engine | answer | seconds |")
     print("|---|---|---|---|")
     missed = False

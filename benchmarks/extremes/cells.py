@@ -28,7 +28,7 @@ ENGINES = ("reference", "lammps")
 # LAMMPS takes ten seconds for a cell of 1000 particles: one bond of each kind does there.
 LAMMPS_LONGEST = 100
 LAMMPS_LONG = ("harmonic", "lj", "toda 10", "log", "power 3", "power 4")
-# What can be afforded of longer chains, in-house.
+# Affordable longer chains in the reference engine.
 LONG_CELLS = (
     *(("harmonic", 10_000, speed) for speed in (1e-12, 0.4, 1e3)),
     *((name, 10_000, 0.01) for name in ("lj", "toda 10", "log", "power 4")),
@@ -58,7 +58,7 @@ class Cell:
 
 @dataclass(frozen=True)
 class Found:
-    """What an engine, or the judge, says about a cell; the fields are those of a line."""
+    """Result of an engine or the judge for a cell, with the fields of a line."""
 
     potential: str
     particles: int

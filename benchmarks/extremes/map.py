@@ -162,7 +162,7 @@ def seconds_for(cell: Cell) -> float:
 
 class Map:
     """
-    What was found, in memory and in a file that grows.
+    Results, in memory and in a growing file.
 
     Parameters
     ----------

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from benchmarks.extremes.cells import ENGINES, TOLERANCE, Cell, Found
 from chaincor.workflows.errors import BarrierError, CrossingError
 
-# What the judge must be sure to.
+# Required accuracy of the judge.
 SUREST_JUDGE = 1e-8
 LONGEST_STEPPED_SPHERES = 100
 

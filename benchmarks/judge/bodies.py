@@ -63,7 +63,7 @@ class Bonds:
 
 @dataclass(frozen=True)
 class Bodies:
-    """What collides, along x: the target from its far end, then the chain."""
+    """Bodies of a collision along x: the target from its far end, then the chain."""
 
     #: A mass of inf is a wall; of shape (N,).
     masses: Array
@@ -77,7 +77,7 @@ class Bodies:
 
 @dataclass(frozen=True)
 class Seen:
-    """What one run saw."""
+    """Result of one run."""
 
     restitution: float  #: Square of the ratio of relative velocities of the centres of mass.
     contacts: int  #: Contacts; of soft bodies the overlaps.

@@ -60,7 +60,7 @@ class FirstPiece:
 
 @dataclass(frozen=True)
 class Judgement:
-    """What the judge saw."""
+    """Result of the judge."""
 
     restitution: float  #: (final momentum / initial momentum)^2; nan from rest.
     #: Difference of restitution, and the largest of a contact time, between the two runs.
@@ -70,14 +70,14 @@ class Judgement:
     #: When, and how fast particle 1 came in; of shape (contacts,).
     contact_times: Array
     contact_speeds: Array  #: See ``contact_times``.
-    last_contact_time: float  #: nan where there is none.
+    last_contact_time: float  #: nan if there is none.
     horizon: float  #: Time up to which the chain was followed.
     #: Change of the energy, relative; of the momentum less what the wall gave, relative to the
     #: momentum of all particles at the root-mean-square speed of the energy.
     energy_drift: float
     momentum_drift: float  #: See ``energy_drift``.
-    first_piece: FirstPiece  #: What could still return.
-    steps: int  #: Of the finer run.
+    first_piece: FirstPiece  #: First piece that could still return.
+    steps: int  #: Number of steps of the finer run.
     #: The last state.
     distance: float
     strains: Array  #: See ``distance``.

@@ -124,7 +124,7 @@ def judge(force, parameters, kink, particles, speed):
     force : callable
         -dU/dr, ``force(strain, parameters)``, of a stiffness of order 1.
     parameters : NamedTuple
-        What the force is told.
+        Parameters of the force.
     kink : float
         The strain at which its stiffness jumps; inf for none.
     particles : int

@@ -1,5 +1,5 @@
 """
-Heyoka's batch mode against the in-house engine, over eight collisions at once.
+Comparison of Heyoka's batch mode with the reference engine, over eight collisions at once.
 
     python -m benchmarks.peers.batches
 

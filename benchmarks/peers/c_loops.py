@@ -1,4 +1,4 @@
-"""The in-house loops over bonds against the same loops in C, compiled here."""
+"""Comparison of the reference engine's loops over bonds with the same loops in C."""
 
 import ctypes
 import subprocess

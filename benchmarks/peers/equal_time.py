@@ -39,7 +39,7 @@ WANTED = {1: 300.0, 4: 1e6}
 
 @dataclass(frozen=True)
 class EqualTime:
-    """What the event wall gains in one scene: factor of time to ratio of errors and setting."""
+    """Gain of the event wall in one scene: from factor of time to ratio of errors and setting."""
 
     name: str
     stock_error: float

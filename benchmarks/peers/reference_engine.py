@@ -1,5 +1,5 @@
 """
-The in-house engine against its peers, as ratios from one run.
+Comparison of the reference engine with its peers, as ratios from one run.
 
     python -m benchmarks.peers.reference_engine [--long] [--csv FILE]
 
@@ -41,7 +41,7 @@ from chaincor.workflows.engines.reference.moving import Motion, Stepper
 
 ERROR = 1e-11
 REPEATS = 15
-# What takes longer than this needs fewer repeats.
+# Longer runs need fewer repeats.
 SLOW, SLOW_REPEATS = 0.3, 3
 SPEEDS = (0.1, 0.4, 1.0)
 # Each costs some 4 % more than the one before: with a coarser choice, who just misses the error

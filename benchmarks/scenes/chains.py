@@ -20,7 +20,7 @@ def draw_chain(
     particles : int
         How many.
     engine : str or None
-        Drawn where it is None.
+        Drawn if it is None.
 
     Returns
     -------

@@ -20,7 +20,7 @@ from chaincor.workflows.engines.schemes import STEP_SCHEMES
 
 Array = NDArray[np.float64]
 State = tuple[float, Array, Array]
-# Of strains, the force on every particle.
+# Functions from strains to the force on every particle.
 Forces = Callable[[Array], Array]
 
 

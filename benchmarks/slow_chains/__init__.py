@@ -1,1 +1,1 @@
-"""What slow long chains lose: the studies behind ``docs/explanation/slow_chains.md``."""
+"""Energy loss of slow long chains: the studies behind ``docs/explanation/slow_chains.md``."""

@@ -15,7 +15,7 @@ from chaincor.analysis.slow_chains.harmonic import PressedEnd
 
 
 class _Ramp:
-    """What the free end would send back, were it linear in time."""
+    """Reflection of the free end if it were linear in time."""
 
     def __init__(self, rate: float) -> None:
         self._rate = rate

@@ -3,11 +3,11 @@ Chains of six bonds on the curve of slow long ones: 1 - eta at fixed y, and its 
 
     python -m benchmarks.slow_chains.lattices [--fit]
 
-Adds to ``lattices.csv`` beside itself what it lacks, by the in-house engine to 1e-3 of
-n^(2/3) (1 - eta). Each size is the mean over lengths within 6 %, whose scatter is the phase of the
-last contacts. All take an hour on a quiet core, half of it the chains of 10000; it may be stopped
-and goes on. Toda chains of any b are one, as lengths can be counted in 1/b: of b = 3 and 30 one
-long chain each shows it.
+Adds to ``lattices.csv`` beside itself what it lacks, by the reference engine to 1e-3 of n^(2/3) (1
+- eta). Each size is the mean over lengths within 6 %, whose scatter is the phase of the last
+contacts. All take an hour on a quiet core, half of it the chains of 10000; it may be stopped and
+goes on. Toda chains of any b are one, as lengths can be counted in 1/b: of b = 3 and 30 one long
+chain each shows it.
 """
 
 import argparse

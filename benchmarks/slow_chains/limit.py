@@ -56,7 +56,7 @@ def points() -> tuple[np.ndarray, np.ndarray]:
     steep = np.loadtxt(TABLE, delimiter=",", skiprows=1)
     for variable in np.unique(steep[:, 0]):
         here = steep[steep[:, 0] == variable]
-        # The finest grid that there is; where there are two, they show what the grids err by.
+        # The finest available grid. If there are two, they show the error of the grids.
         losses = here[np.argsort(here[:, 1]), 2]
         found[float(variable)] = losses[0] / variable
         if len(losses) > 1:

@@ -55,7 +55,7 @@ def spectral_loss(variable: float, order: int = 3) -> tuple[float, float]:
     """
     spacing = _SPACING / math.sqrt(max(1.0, variable / 5.0))
     fine, coarse = (_Front(variable, order - 2, step).loss() for step in (spacing, 1.4 * spacing))
-    # The smooth step errs by the third power of its width.
+    # The smooth step has an error of the third power of its width.
     change = (fine - coarse) / (1.4**3 - 1.0)
     return fine + change, abs(change)
 
@@ -86,7 +86,7 @@ class _Front:
         from scipy.special import erfc
 
         width = _SMOOTH * self.spacing
-        # A kernel without a second moment: smoothing errs by the fourth power of its width.
+        # A kernel without a second moment has a smoothing error of the fourth power of its width.
         z = self.x / width
         step = 0.5 * erfc(z) - 0.5 * z * np.exp(-(z**2)) / math.sqrt(math.pi)
         back = self._carried(1.0 - self._carried(step, falling=True), falling=False)

@@ -1,1 +1,1 @@
-"""What a sweep costs, and what is left of one that is killed."""
+"""Costs of sweeps, and results after a sweep is killed."""

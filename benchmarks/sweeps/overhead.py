@@ -135,7 +135,7 @@ def _processor_seconds() -> float:
 def main(speeds: int, repeats: int) -> None:
     """Measure and print."""
     with tempfile.TemporaryDirectory() as name:
-        measure(Path(name), 2, 2)  # compiles the in-house integrator, if that is to be done
+        measure(Path(name), 2, 2)  # compiles the reference engine if needed
         setup = setup_share()
         print(f"set-up inside collisions: {setup:.1%} of the integrations")
         for _ in range(repeats):

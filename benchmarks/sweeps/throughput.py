@@ -1,5 +1,5 @@
 """
-Collisions a second of an in-house sweep: cold chains together, over one by one.
+Speed of a sweep in the reference engine: batches of cold chains over single ones.
 
     python -m benchmarks.sweeps.throughput [--count 10000] [--alone 1000] [--rounds 2]
         [--potential lj toda] [--particles 20 100] [--speeds 0.01 0.5] [--tolerance 1e-6]

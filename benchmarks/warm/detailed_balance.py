@@ -22,9 +22,9 @@ so large that a chain which crosses it outward can (but for a part of the states
 not touch the wall any more: so the crossing is the end, and every contact before it counts, however
 late. Almost every chain does cross in the end: the states with the centre of mass nearer than L are
 of finite volume at a given energy, and a flow that keeps volumes leaves a finite one again
-(Poincare), but for a set of measure 0. What takes long are chains that leave slowly; as the flux of
-slow ones falls as V, so does their number. A program that gave up on them, or stopped at a fixed
-time, would find speeds too large: in this test 'argued' and 'open' ends are counted.
+(Poincare), but for a set of measure 0. Chains that leave slowly take long; their number falls as V,
+like their flux. A program that gave up on them, or stopped at a fixed time, would find speeds too
+large: in this test 'argued' and 'open' ends are counted.
 
 Tests: Kolmogorov and Smirnov's of K/T after; the mean of K/T, whose standard error is 1/sqrt(N);
 and McNemar's of the symmetry, of how many go from below T to above and back.
@@ -56,7 +56,7 @@ def thermal_speeds(temperature: float, mass: float, count: int, seed: int) -> np
 def measure(
     scene: Scene, samples: int, workers: int | None = None, timestep: float | None = None
 ) -> dict[str, Any]:
-    """Return what came out of so many collisions, and what the tests say."""
+    """Return the results of many collisions and of the tests."""
     assert scene.temperature is not None
     particles, temperature = scene.particles, scene.temperature
     speeds = thermal_speeds(temperature, particles, samples, seed=20041120)
@@ -89,7 +89,7 @@ def measure(
         "mean": float(np.mean(after)),
         "z": float((np.mean(after) - 1.0) * math.sqrt(count)),
         "p_mean": float(2.0 * stats.norm.sf(abs(np.mean(after) - 1.0) * math.sqrt(count))),
-        # Of the same samples: what the collision changed on average.
+        # Average change by the collision, over the same samples.
         "z_change": float(
             np.mean(after - before) / (np.std(after - before, ddof=1) / math.sqrt(count))
         ),
@@ -103,7 +103,7 @@ def measure(
 
 
 def _met(scene: Scene, speeds: np.ndarray, workers: int | None) -> tuple[Carried, dict[str, Any]]:
-    """Carry out collisions to the scene's tolerance; also returns how far they are from it."""
+    """Carry out collisions to the scene's tolerance, and return their errors too."""
     found = collide_many(scene, len(speeds), velocities=speeds, workers=workers, progress=True)
     etas = [np.nan if s.restitution is None else s.restitution for s in found.samples]
     bars = [s.restitution_error or np.nan for s in found.samples]

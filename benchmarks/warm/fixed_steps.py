@@ -3,7 +3,7 @@ Warm chains at one step for all: a distribution needs no single collision to be 
 
 Long chains amplify what steps miss, so that another step gives another number. Composed steps keep
 volumes in phase space, and can be reversed, as the motion does and can: numbers are then others of
-the same distribution. Where runs at three steps agree in it, this is seen, not assumed.
+the same distribution. Runs at three steps that agree in the distribution confirm this.
 """
 
 from dataclasses import dataclass
@@ -23,9 +23,9 @@ SCHEME = "order8"
 class Carried:
     """Collisions at one step."""
 
-    e: NDArray[np.float64]  #: Of speeds; nan where no end was found; of shape (samples,).
-    contacts: NDArray[np.int64]  #: How many there were; of shape (samples,).
-    endings: list[str]  #: How each ended.
+    e: NDArray[np.float64]  #: Restitution of speeds; nan if no end was found; of shape (samples,).
+    contacts: NDArray[np.int64]  #: Number of contacts; of shape (samples,).
+    endings: list[str]  #: Ending of each collision.
 
 
 def carry(

@@ -18,8 +18,8 @@ class Ladder:
     name: str  #: The LAMMPS variable.
     #: Coarse and fine end.
     coarse: float
-    fine: float  #: See ``coarse``.
-    rungs: int  #: How many values.
+    fine: float  #: Fine end.
+    rungs: int  #: Number of values.
     counts: bool = False  #: Whether they are whole numbers.
 
     def value(self, rung: int, phase: int, phases: int) -> float:

@@ -1,7 +1,7 @@
 """
 Compare runs that should differ by roundings alone: process count, last digit, restart.
 
-Their distance grows as exp(lambda t) where the motion is chaotic, until the runs have parted. In a
+The distance of the runs grows as exp(lambda t) in chaotic motion, until the runs have parted. In a
 crystal it does not grow. A difference from the beginning has another cause; the module names it.
 """
 

@@ -30,7 +30,7 @@ class Command(NamedTuple):
     """Command of a script, without its comment and with continued lines joined."""
 
     path: Path  #: The file it stands in.
-    number: int  #: Its first line.
+    number: int  #: Number of its first line.
     text: str
 
     @property

@@ -84,9 +84,9 @@ def measure_budget(
     """
     Measure the error budget by removing the causes of error one after the other.
 
-    Errors have signs: those of one event-wall run add up to its whole error. The error of the stock
-    wall is averaged over `phases` nearby steps. `oracle_seconds` is the largest time of each slow
-    run, with exact bonds and with wider floats.
+    Errors have signs. The errors of one event-wall run add up to its whole error. The error of the
+    stock wall is averaged over `phases` nearby steps. `oracle_seconds` is the largest time of each
+    slow run, with exact bonds and with wider floats.
     """
     advance(0.0)
     scene = truth.scene
