@@ -1,5 +1,5 @@
 """
-Results to physics. Needs no LAMMPS.
+Analysis of results, without LAMMPS.
 
 Pure functions of arrays: ``restitution``, ``contacts``, ``modes``, ``theory``, ``pair_theory``.
 From files: ``dumps`` (any dump, streamed; ASE and MDAnalysis, from and to), ``job_folder`` (which

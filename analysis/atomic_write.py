@@ -1,4 +1,4 @@
-"""Files that appear when they are complete, and never half written."""
+"""Writers of files that appear only when they are complete."""
 
 import errno
 import shutil
@@ -12,7 +12,7 @@ from typing import Any
 from chaincor.analysis.output_paths import judge_output, resolve_output
 from chaincor.lammps_inputs.errors import InputError
 
-# A full disk, one that is full for this user, and a file that may not be so large.
+# Errors of a full disk, of a user's quota, and of a limit on the size of files.
 _NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 
 
@@ -78,7 +78,7 @@ def publish(aside: Path, folder: Path) -> None:
 
 
 def _name_what_was_written(error: OSError, path: Path) -> None:
-    """Let an error say what the user named: a write knows no name, a copy that of its source."""
+    """Replace the path in an error by the user's path; a write has none, a copy its source's."""
     named = error.filename
     if named is None or (error.errno in _NO_ROOM and not Path(str(named)).is_relative_to(path)):
         error.filename = str(path)
@@ -88,8 +88,8 @@ def write_arrays(path: Path, arrays: Mapping[str, Any]) -> None:
     """
     Write arrays to an NPZ file, packed in memory first.
 
-    Where a disk is full, an unfinished archive of older NumPy versions complains when it is
-    forgotten, and nothing can keep that from the user's screen.
+    On a full disk, an unfinished archive of older NumPy versions prints an error when it is
+    deleted, and this output cannot be suppressed.
     """
     import numpy as np
 

@@ -1,4 +1,4 @@
-"""What limits the numbers got from a dump, in sentences."""
+"""Caveats on the results from a dump, in sentences."""
 
 import numpy as np
 
@@ -21,7 +21,7 @@ def collect_caveats(
     seen: Followed, *, drifts: tuple[float, float] | None, truncated: bool
 ) -> list[str]:
     """
-    Say what a reader of the results must know: nothing for a dump without blemish.
+    Return the caveats on the results; none for a dump without faults.
 
     `drifts` are relative changes of the energy from the first frame to the first after the last
     contact, and to the last; None where the bond is not known. `truncated` says whether the last
@@ -84,7 +84,7 @@ def _precision_caveats(reading: CollisionFrames) -> list[str]:
 
 
 def mode_caveats(frequencies: Array) -> list[str]:
-    """Say which modes cannot be told apart."""
+    """Return caveats on modes that cannot be distinguished."""
     groups = indistinct_modes(frequencies)
     if not groups:
         return []

@@ -1,4 +1,4 @@
-"""What figures and tables show of one analysed collision, of both bodies together."""
+"""Figures and data of tables for one analysed collision, for both bodies together."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -106,7 +106,7 @@ def draw_figures(analysis: CollisionAnalysis, folder: Path) -> None:
         )
     if not analysis.soft:
         figure, (upper, lower) = new_figure(2, 1, figsize=(6.0, 5.2), sharex=True)
-        # What two particles do that meet a wall.
+        # The dashed line is for two particles that hit a wall.
         alike = are_equal(analysis.masses) and not targets
         plot_contact_intervals(analysis.contact_times, stiffness=light if alike else None, ax=upper)
         plot_contact_speeds(analysis.contact_speeds, analysis.velocity, pair_line=alike, ax=lower)
@@ -131,7 +131,7 @@ def draw_figures(analysis: CollisionAnalysis, folder: Path) -> None:
 
 
 def animate(analysis: CollisionAnalysis, path: Path) -> None:
-    """Write a moving picture of one collision."""
+    """Write an animation of one collision."""
     from chaincor.analysis.figures.animation import animate_collision
 
     times = analysis.history.times

@@ -1,4 +1,4 @@
-"""The frames of a collision, from its start on, and what is known besides them."""
+"""Frames of a collision from its start, with the data known besides the dump."""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
@@ -25,7 +25,7 @@ EndArgument = Callable[[float, Array, Array, float, Potential], str | None]
 
 @dataclass(frozen=True, eq=False)
 class Known:
-    """What is known of a collision, in the chain's units; None where it is not."""
+    """Known data of a collision, in the chain's units; None if unknown."""
 
     #: The bonds' potential: gives energies, and contacts whatever the spacing of the frames.
     bond: Potential | None = None
@@ -53,7 +53,7 @@ NOTHING_KNOWN = Known()
 
 class CollisionFrames:
     """
-    The frames of a collision in order of time, and what the first of them says.
+    Frames of a collision in order of time, with the evidence of the first frame.
 
     Raises InputError if time, masses or speed are not known, or what is known contradicts the first
     frame.
@@ -213,7 +213,7 @@ def find_moving_start(
     velocities: Array, masses: Array, impact_velocity: float, slack: float, at_wall: bool
 ) -> Start:
     """
-    Tell by its momentum whether a chain with inner motion has met the wall.
+    Decide by the momentum whether a chain with internal motion has hit the wall.
 
     The velocity of its centre of mass may differ by `slack` from -v0, which such velocities do not
     show. `at_wall` says whether particle 1 is at the wall: then it may just have been turned round.

@@ -1,4 +1,4 @@
-"""Contacts of particle 1 with the wall: how many, when, how fast, how far apart."""
+"""Statistics of the contacts of particle 1 with the wall."""
 
 from dataclasses import dataclass
 
@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 
 @dataclass(frozen=True)
 class ContactStatistics:
-    """A list of contacts in a few numbers; None where there is nothing to average."""
+    """Statistics of a list of contacts; None if there is nothing to average."""
 
     count: int  #: f, the first contact included.
     per_particle: float  #: f/n.

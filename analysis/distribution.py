@@ -1,4 +1,4 @@
-"""The distribution of a quantity over samples, each with a numerical error bar of its own."""
+"""Distribution of a quantity over samples, each with its own numerical error bar."""
 
 import math
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ CONFIDENCE = 0.95
 
 @dataclass(frozen=True)
 class Quantile:
-    """A quantile of a distribution."""
+    """Quantile of a distribution."""
 
     probability: float  #: The part of all samples that is expected below it.
     value: float  #: Estimate.
@@ -26,7 +26,7 @@ class Quantile:
 
 @dataclass(frozen=True)
 class Share:
-    """A probability, from how often something happened."""
+    """Probability of an event, from its frequency in samples."""
 
     value: float  #: Part of the samples.
     #: Wilson's interval; samples whose error bars leave it open whether it happened count as both.
@@ -37,7 +37,7 @@ class Share:
 
 @dataclass(frozen=True)
 class Distribution:
-    r"""What samples say of a distribution."""
+    r"""Estimates of a distribution from samples."""
 
     count: int  #: Number N of samples.
     #: Mean, and standard deviation :math:`s` (of N - 1).

@@ -1,4 +1,4 @@
-"""The error bar of a restitution, cause by cause."""
+"""Error bar of a restitution, cause by cause."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -7,7 +7,7 @@ from typing import Any
 
 @dataclass(frozen=True)
 class ErrorBar:
-    """Error of the restitution, cause by cause; None where it was not measured."""
+    """Error of the restitution, cause by cause; None if a part was not measured."""
 
     step: float | None  #: From the run at another step.
     table: float  #: From the certified force error of the bond table.
@@ -25,10 +25,10 @@ class ErrorBar:
 
 def error_alone(details: Mapping[str, Any], bar: float) -> float:
     """
-    Return the error of a result's eta that the judge has no part in.
+    Return the error of a result's eta that does not depend on the reference engine.
 
-    The bar that LAMMPS's runs have for a tolerance holds their distance to an in-house run: by that
-    they would agree whatever they are. What counts is by how much LAMMPS's run differs from its own
-    at twice the step, with its table, rounding and ending.
+    With a tolerance, the error bar of LAMMPS's run includes the distance to a run of the reference
+    engine, so that the two would always agree. The error here comes from the difference of LAMMPS's
+    run and its own run at twice the step, with the parts of the table, rounding and ending.
     """
     return float(details.get("choice", {}).get("error_alone", bar))

@@ -1,4 +1,4 @@
-"""What the frames of a collision show, in one pass and constant memory, and how well."""
+"""One pass through the frames of a collision, in constant memory, with the error of eta."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -22,7 +22,7 @@ _SIDEWAYS = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class Followed:
-    """What the frames of a collision show, from the first to the last, and how they end."""
+    """Data from the frames of a collision, from the first to the last."""
 
     reading: CollisionFrames  #: The frames, read to the end.
     parted: ChainState  #: The state in the first frame after the last contact.
@@ -73,7 +73,7 @@ class Followed:
 
 
 def follow(reading: CollisionFrames) -> Followed:
-    """Read all frames of a collision; InputError if they hold no contact, or what cannot be."""
+    """Read all frames of a collision; raise InputError without a contact or for impossible data."""
     known, masses, velocity = reading.known, reading.masses, reading.velocity
     detector = ContactDetector(velocity, masses, known.bond, reading.resolution, known.soft)
     records = [Record(each, known.bond) for each in masses]

@@ -1,4 +1,4 @@
-"""From the frames of a dump to the physics of the collision, in one pass and constant memory."""
+"""Analysis of a collision from the frames of a dump, in one pass and constant memory."""
 
 from collections.abc import Callable, Iterable, Sequence
 

@@ -1,4 +1,4 @@
-"""The record of one finished collision, from which observables are computed."""
+"""Record of one finished collision, from which observables are computed."""
 
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -22,7 +22,7 @@ _ROUNDED = 1e-9
 
 @dataclass(frozen=True)
 class RunRecord:
-    """What is known when a collision is over: the scene, the raw outcome and its error bar."""
+    """Record of a finished collision: the scene, the raw outcome and its error bar."""
 
     scene: Scene
     #: Raw outcome of the engine, with its attributes as there.

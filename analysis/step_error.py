@@ -1,4 +1,4 @@
-"""The error of a whole run: as its log tells it, or estimated from a run at another step."""
+"""Error of a whole run, from its log or from a run at another step."""
 
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager, nullcontext
@@ -122,7 +122,7 @@ def _job_of(run: CollisionAnalysis) -> Job:
 
 
 def _difference(a: CollisionAnalysis, b: CollisionAnalysis) -> str | None:
-    """Return in what two runs are not one collision at two steps; None if they are."""
+    """Return the reason why two runs are not one collision at two steps, or None."""
     if a.particles != b.particles:
         return f"the number of particles ({a.particles} and {b.particles})"
     # Speeds read off a dump have its digits.
@@ -145,7 +145,7 @@ def _difference(a: CollisionAnalysis, b: CollisionAnalysis) -> str | None:
 
 
 def _bar(fine: CollisionAnalysis, coarse: CollisionAnalysis, steps: Sequence[float]) -> float | str:
-    """Return the error of the finer of two runs at two steps, or why they do not tell it."""
+    """Return the error of the finer of two runs, or the reason why it is unknown."""
     order, drift, coarse_drift = _job_of(fine).order, fine.energy_drift, coarse.energy_drift
     if fine.soft or fine.target is not None:
         return "the bars of two runs were measured for chains before a hard wall"

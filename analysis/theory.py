@@ -1,5 +1,5 @@
 r"""
-What can be said without a simulation, each with its source and the limit of its validity.
+Theoretical results without simulation, each with its source and the limit of its validity.
 
 NH is Nagahiro and Hayakawa, Phys. Rev. E 67, 036609 (2003); equation numbers are those of the
 paper. Where the paper has a slip, the function gives the corrected formula and says so. Units:

@@ -64,7 +64,7 @@ class ChainState:
 
     @property
     def all_positions(self) -> Array:
-        """Of the chain, then of the target, of shape (n + M,), along x."""
+        """Positions along x of the chain, then of the target, of shape (n + M,)."""
         rest = np.arange(self.displacements.size), -np.arange(self.target_displacements.size)
         return self.all_displacements + np.concatenate(rest)
 

@@ -27,7 +27,7 @@ from chaincor.analysis.dumps.chain_state import ChainState
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.potential import Potential
 
-# A gentler contact than this many v0 cannot be told from rounding in a dump of all digits.
+# A contact slower than this many v0 cannot be distinguished from rounding in a dump of all digits.
 _SMALLEST_SPEED = 1e-9
 # The two sides of an interpolated contact may fail to fill the time between frames by this much.
 _GAP = 0.25
@@ -72,7 +72,7 @@ class ContactDetector:
 
     `masses` are those of the chain, and of a free target, each from the contact outward;
     `velocity_resolution` is the half-width of the interval that a printed velocity of the size of
-    v0 stands for. Of `soft` bodies, which overlap when they meet, only the momentum is watched.
+    v0 stands for. For `soft` bodies, which overlap in a contact, only the momentum is used.
     """
 
     def __init__(

@@ -25,7 +25,7 @@ _SAME_MASS = 1e-5
 _LARGEST_MASS = 1e100
 # More types have no meaning in a chain.
 _MOST_TYPES = 10_000_000
-# Where the type stands in a line of the section Atoms.
+# Place of the type in a line of the section Atoms.
 _TYPE_PLACE = dict.fromkeys(("bond", "angle", "molecular", "full"), 2)
 _TYPE_PLACE |= dict.fromkeys(("atomic", "charge", "sphere", "ellipsoid"), 1)
 

@@ -79,7 +79,7 @@ class OtherTrajectory(Frames):
 
     def frames(self, progress: Callable[[int], None] | None = None) -> Iterator[DumpFrame]:
         """
-        Yield the frames in the order of the file; `progress` is told its size at the end.
+        Yield the frames in the order of the file; `progress` gets the size of the file at the end.
 
         Raises InputError if the file cannot be read or holds no velocities.
         """
@@ -89,7 +89,7 @@ class OtherTrajectory(Frames):
         while True:
             try:
                 with warnings.catch_warnings():
-                    # Of units and boxes that mean nothing here.
+                    # Warnings about units and boxes have no meaning here.
                     warnings.simplefilter("ignore")
                     frame = next(found, None)
             except InputError:

@@ -8,7 +8,7 @@ from pathlib import Path
 from chaincor.lammps_inputs.given_numbers import number_in
 
 _NUMBER = r"([-+.\deE]+|null|[-+]?(?:nan|inf))"
-# What LAMMPS, or a job, says when it stops without a result.
+# Messages of LAMMPS or of a job that stops without a result.
 _STOPPED = re.compile(
     r"^(ERROR.*|(UNFINISHED|UNBALANCED|TOO FAST|NO VELOCITY|NO STEP|UNKNOWN NAME|OTHER VELOCITY"
     r"|BEHIND THE WALL|MISMATCHED|BEGUN OTHERWISE): .*)$",

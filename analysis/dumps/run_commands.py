@@ -10,7 +10,7 @@ from chaincor.lammps_inputs.commands import commands_of
 from chaincor.lammps_inputs.errors import SceneError
 from chaincor.lammps_inputs.units.unit_system import CHAIN_UNITS, UnitSystem
 
-# What anything is told by; logs have many other lines.
+# Commands that declare the setup. Logs have many other lines.
 _TOLD = (
     *("units", "lattice", "atom_style", "pair_style", "bond_style", "bond_coeff"),
     *("read_data", "mass", "set", "fix", "timestep"),
@@ -136,7 +136,7 @@ def _text(path: Path) -> str:
 
 
 def _commands(parts: Iterable[str]) -> list[Command]:
-    """Return what is told by the parts of a file, each of which ends with a whole command."""
+    """Return the commands in the parts of a file, each of which ends with a whole command."""
     commands = (words.split() for part in parts for words in commands_of(part))
     return [command for command in commands if command[0] in _TOLD]
 

@@ -1,1 +1,1 @@
-"""Figures, one kind a module; each function takes an axes (or makes one) and returns it."""
+"""Figures, one kind in each module; each function draws into given or new axes and returns them."""

@@ -1,4 +1,4 @@
-"""A collision as a moving picture: particles on their line, and how fast each one goes."""
+"""Animation of a collision: particles on their line, and the velocity of each."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -102,7 +102,7 @@ def _progress(frames: int) -> Callable[[int, int], object]:
 def _stage(
     x: Array, v: Array, moments: Array, title: str, targets: int
 ) -> tuple["Figure", Callable[[int], tuple["Artist", ...]]]:
-    """Return a figure and what draws moment k into it; x and v are of shape (moments, n)."""
+    """Return a figure and a function that draws frame k; x and v have the shape (moments, n)."""
     from matplotlib.lines import Line2D
 
     n = x.shape[1]

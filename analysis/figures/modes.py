@@ -1,4 +1,4 @@
-"""The modes of a chain: how much energy each has after the collision, and in its course."""
+"""Figures of a chain's mode energies, during and after the collision."""
 
 from typing import TYPE_CHECKING
 
@@ -86,7 +86,7 @@ def plot_mode_heat_map(
         np.arange(1, share.shape[1] + 1),
         np.clip(share.T, norm.vmin, None),
         norm=norm,
-        # What holds nothing has the colour of the paper, in the dark as well.
+        # Modes without energy have the colour of the background, also in the dark design.
         cmap="magma_r",
         shading="nearest",
         rasterized=True,

@@ -1,4 +1,4 @@
-"""Plots of any quantity of many collisions against another, or against two."""
+"""Plots of a quantity of many collisions against one or two other quantities."""
 
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
@@ -100,7 +100,7 @@ def plot_means(
     ax: "Axes | None" = None,
 ) -> "Axes":
     """
-    Draw the mean of many collisions at each place of a curve, and how they scatter.
+    Draw the mean and the scatter of many collisions at each place of a curve.
 
     `curves` maps names to places along x and the distribution at each. The mean has its standard
     error; the bands lie between the quartiles, and between the quantiles of 5 and 95 %. Returns the
@@ -174,7 +174,7 @@ def _is_wide(values: Array) -> bool:
 
 
 def _edges(places: Array) -> Array:
-    """Return the borders half-way between places, on the scale they are drawn on."""
+    """Return the borders half-way between places, on the scale of the axis."""
     if len(places) == 1:
         return places[0] + 0.5 * np.array([-1.0, 1.0]) * (abs(places[0]) or 1.0)
     if _is_wide(places):

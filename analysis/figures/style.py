@@ -1,4 +1,4 @@
-"""What figures have in common: colours that everyone can tell apart, sizes, captions, places."""
+"""Common style of figures: distinguishable colours, sizes, legends and rest positions."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -98,7 +98,7 @@ def legend_above(ax: "Axes", columns: int = 3) -> None:
 
 def rest_positions(particles: int, targets: int = 0) -> Array:
     """
-    Return where particles are at rest, in natural bond lengths.
+    Return the rest positions of particles, in natural bond lengths.
 
     Particle 1 of the chain is at 0; the first `targets` are a free target's, from its far end to
     the contact, which is at 0, too.

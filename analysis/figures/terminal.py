@@ -1,4 +1,4 @@
-"""Pictures in characters: a chain before its wall with the speed of each part, a histogram."""
+"""Pictures in characters: a chain with its velocities, and a histogram."""
 
 import numpy as np
 from numpy.typing import ArrayLike

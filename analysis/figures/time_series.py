@@ -1,4 +1,4 @@
-"""The course of a collision: energy, lengths of bonds, times and speeds of contacts."""
+"""Figures of a collision against time: energies, bond lengths, times and speeds of contacts."""
 
 from typing import TYPE_CHECKING
 
@@ -114,7 +114,7 @@ def plot_contact_speeds(
 def _plot_by_contact(
     values: Array, look: tuple[str, str], line: float | None, label: str, ax: "Axes | None"
 ) -> "Axes":
-    """Draw values against the number of the contact, and what two particles do, in dashes."""
+    """Draw values against the number of the contact, with a dashed line for two particles."""
     ax = choose_axes(ax)
     number = np.arange(1, values.size + 1)
     ax.plot(number, values, color=look[0], marker=look[1], markersize=2.8, linestyle="none")

@@ -1,4 +1,4 @@
-"""World lines of a collision, with the sound that the first contact sends out."""
+"""World lines of a collision, with the sound from the first contact."""
 
 from typing import TYPE_CHECKING
 

@@ -1,1 +1,1 @@
-"""How a number changes along a ladder of ever finer steps: its order, its limit, its scatter."""
+"""Analysis of a number along a ladder of ever finer steps: its order, limit and scatter."""

@@ -1,4 +1,4 @@
-"""Powers of the step, fitted to a number along a ladder: one order, or what all orders bound."""
+"""Fits of powers of the step to a number along a ladder: one order, or a bound by all orders."""
 
 from dataclasses import dataclass, replace
 from typing import NamedTuple
@@ -7,12 +7,12 @@ import numpy as np
 
 from chaincor.lammps_inputs.arrays import Array
 
-# Orders that are looked for. Nothing converges faster in practice; slower than 0.25 is no order.
+# Range of fitted orders. No scheme converges faster in practice, and below 0.25 there is no order.
 LEAST_ORDER, MOST_ORDER = 0.25, 9.0
 _GRID = np.linspace(LEAST_ORDER, MOST_ORDER, 176)
 # Each refinement of the grid looks between the neighbours of its best order.
 _REFINEMENTS, _FINER = 9, 11
-# No order is claimed to be known better.
+# Smallest error of an order.
 _LEAST_ERROR = 1e-3
 # Two-sided 95 % of a Gaussian: all errors of this module are meant to hold that often.
 SURE = 1.96
@@ -27,7 +27,7 @@ _HIDDEN = 1.5
 # Scatter below this share of what a window spans does not weigh its rungs: a fit that clings to
 # the finest of them would not show what the coarsest does to it.
 _EVEN = 0.03
-# Powers of the step that a bias may fall with; where several agree with the means, all count.
+# Powers of the step for the bias. If several agree with the means, all of them count.
 _ORDERS = (1.0, 1.5, 2.0, 3.0, 4.0)
 # So many rungs tell a steepest slope; a power has to fit more than these.
 _LEAST_RUNGS = 3
@@ -44,14 +44,14 @@ _CHOSEN, _FEW_RUNS = 1.2, 2.2
 class OrderFit:
     r"""The law :math:`y = A + B h^p`, fitted to the finest rungs of a ladder."""
 
-    #: p, and what it holds within in 95 of 100 cases; inf where the data do not determine it.
+    #: Order p; inf if the data do not determine it.
     order: float
-    order_error: float  #: See ``order``.
-    #: A, the value at h = 0, likewise.
+    order_error: float  #: Error of p that holds in 95 of 100 cases.
+    #: Limit A, the value at h = 0.
     limit: float
-    limit_error: float  #: See ``limit``.
+    limit_error: float  #: Error of A that holds in 95 of 100 cases.
     slope: float  #: B, for h in units of the largest step.
-    rungs: int  #: How many of the finest rungs the law was fitted to.
+    rungs: int  #: Number of finest rungs in the fit.
 
     def bias(self, steps: Array) -> Array:
         """Return B h^p for steps in units of the largest one."""
@@ -60,7 +60,7 @@ class OrderFit:
 
 def fit_order(steps: Array, values: Array, errors: Array) -> OrderFit:
     r"""
-    Fit order and limit to as many of the finest rungs as a single power of h describes.
+    Fit order and limit to the finest rungs that a single power of h describes.
 
     Terms of higher order make a fit to coarse rungs wrong, few rungs make it uncertain. Every
     window of the finest rungs is fitted by weighted least squares, A and B linearly at each p. The
@@ -91,7 +91,7 @@ def fit_order(steps: Array, values: Array, errors: Array) -> OrderFit:
 
 
 def _beyond_chance(each: OrderFit, finer: OrderFit) -> tuple[float, float]:
-    """Return what order and limit of nested fits differ by beyond chance (Hausman's test)."""
+    """Return the differences in order and limit of nested fits beyond chance (Hausman's test)."""
     pairs = (
         (each.order - finer.order, each.order_error, finer.order_error),
         (each.limit - finer.limit, each.limit_error, finer.limit_error),
@@ -129,7 +129,7 @@ def _fit_window(steps: Array, values: Array, errors: Array) -> OrderFit:
     if inside and np.all(scale > 0.0):
         q, triangle = np.linalg.qr(jacobian / scale)
         if np.linalg.cond(triangle) < 1e8:
-            # What the law misses counts like scatter.
+            # Residuals of the law count like scatter.
             missed = (mean - limit - slope * powers) ** 2 * rungs / max(rungs - 3, 1)
             spread = np.maximum(chance, missed.mean()) * weights
             turned = np.linalg.solve(triangle, q.T)
@@ -142,7 +142,7 @@ def _fit_window(steps: Array, values: Array, errors: Array) -> OrderFit:
 
 
 def _misfit(steps: Array, mean: Array, weights: Array, orders: Array) -> Array:
-    """Return the weighted sum of squares that A and B leave at each order."""
+    """Return the weighted sum of squared residuals of the best A and B at each order."""
     powers = np.exp(np.log(steps)[None] * orders[:, None, None]).mean(axis=2)
     total = weights.sum()
     dx = powers - (powers @ weights / total)[:, None]
@@ -160,7 +160,7 @@ def _linear_fit(x: Array, y: Array, weights: Array) -> tuple[float, float]:
 
 
 class Means(NamedTuple):
-    """What a ladder's means say, in 95 of 100 cases."""
+    """Limit and bias from the means of a ladder, with bounds that hold in 95 of 100 cases."""
 
     value: float  #: Limit of fine steps.
     value_error: float

@@ -1,4 +1,4 @@
-"""Regular, irregular or noise: what the error of a number is like along a ladder of steps."""
+"""Classification of a number's error along a ladder of steps: regular, irregular or noise."""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -22,20 +22,20 @@ LEAST_DECAY = 0.5
 # Values of one rung are this many standard deviations from their mean at most, in the promise.
 SCATTER_RESERVE = 3.0
 _ROUNDING = 4e-15
-# What is seen by chance alone in 1 of 100 ladders.
+# Significance of tests: chance alone exceeds it in 1 of 100 ladders.
 _CHANCE = 0.01
 
 
 @dataclass(frozen=True)
 class LadderVerdict:
-    """What a ladder says of an error."""
+    """Verdict of a ladder on an error."""
 
     #: ``regular``: a smooth power of the step, so that the value can be extrapolated.
     #: ``irregular``: it jumps about between nearby steps, and shrinks with the step. ``noise``: it
     #: jumps about and the step has no part in it. ``bounded``: none of these is sure, and means
     #: bound the error without an order. ``cannot tell``: the number is the same everywhere.
     kind: Kind
-    reason: str  #: Why, in one sentence.
+    reason: str  #: Reason for the verdict, in one sentence.
     #: Power of the step: of the smooth error, or of the scatter where that is irregular; with what
     #: it holds within in 95 of 100 cases. None for noise, and where it cannot be told.
     order: float | None
@@ -65,7 +65,7 @@ def judge_ladder(
     steps: Array, values: Array, *, resolution: float = 0.0, seeded: bool = False
 ) -> LadderVerdict:
     """
-    Say what the error of a number is like, and why.
+    Classify the error of a number, with the reason.
 
     `steps` and `values`, of shape (R, M), are rung by rung from coarse to fine, the M steps of a
     rung all a little different; `resolution` is the unit of the last digit that the number is given

@@ -7,7 +7,7 @@ from chaincor.lammps_inputs.bonds.potential import NoParameters, Potential
 
 # Parameters whose squares and inverse squares floating point can hold.
 SMALLEST, LARGEST = 1e-100, 1e100
-# What a kernel takes: one number in compiled loops, else an array.
+# Argument of a kernel: one number in compiled loops, otherwise an array.
 Strain = TypeVar("Strain", float, Array)
 
 

@@ -28,7 +28,7 @@ _FEW = 16
 _LEAST_SHARE = 1.0 / 8.0
 # Rows to either side over which what is left out is averaged.
 _BESIDE = 3
-# Orders of differences that noise is told from.
+# Orders of the differences that give the noise.
 _ORDERS = range(3, 10)
 # A row is an outlier where without it all rows around agree so many times better than with it.
 _OUTLIER = 20.0

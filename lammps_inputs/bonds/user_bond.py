@@ -83,7 +83,7 @@ class UserBond(Potential):
         self.users_force = force
         self.energy_offset = float(self._energy(np.zeros(1))[0])
         at_rest = float(self.force(0.0))
-        # Of the compressed side where it has a kink there.
+        # At a kink the stiffness of the compressed side counts.
         self.stiffness = float(self.curvature(0.0))
         if not abs(at_rest) <= 1e-9 * abs(self.stiffness):
             raise PotentialError(
