@@ -1,1 +1,1 @@
-"""Tolerance in, numerics and error bar out."""
+"""Numerics and error bars for a tolerance."""

@@ -1,4 +1,4 @@
-"""A tolerance for many cold chains at once, which differ in speed: met as each is met alone."""
+"""Solution of many cold chains of different speeds at once, equal to their single solutions."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -24,28 +24,29 @@ from chaincor.workflows.engines.reference.batch.runner import Batch
 from chaincor.workflows.engines.reference.finish import End, LastContact, finish, kinetic_energy
 from chaincor.workflows.engines.rounding import rounding_error, rounding_matters
 
-# Longer chains are met one by one: so many runs are not enough for them, and their steps leave
-# nothing to be gained.
+# Largest chain in a batch. Longer chains are solved one by one: three runs do not suffice for them,
+# and their loops gain nothing from a batch.
 LONGEST_TOGETHER = LONGEST_TRUSTED
-# Fewer of a kind are met one by one: lanes would stay empty, and their loop has to be loaded.
+# Smallest batch: with fewer collisions lanes stay empty, and the loop has to be loaded.
 LEAST_TOGETHER = 16
-# What each takes in a batch of the time that it takes alone: 0.1 of short chains to 0.5.
+# Time of a collision in a batch over its time alone: 0.1 for short chains, up to 0.5.
 _TOGETHER_SHARE = 0.3
-# So many at most, and so many seconds of work, so that progress is seen and little is lost.
+# Largest number of collisions in a batch and its seconds of work, so that progress is visible and
+# an interruption loses little.
 _MOST_TOGETHER, _SECONDS_TOGETHER = 256, 0.5
 
 
-# What collisions must share to be carried out together: the bond (the objects of named ones are
-# shared), how many particles, and the scheme of the steps.
+# Properties that the collisions of a batch share: the bond (objects of named bonds are shared), the
+# number of particles, and the scheme.
 Kind = tuple[int, int, StepSchemeName]
 
 
 def kind_of(scene: Scene) -> Kind | None:
     """
-    Return with which others a collision may be carried out; None where it is met alone.
+    Return the kind of batch for a collision; None if it is solved alone.
 
-    Served are cold chains of unit masses before a hard wall, by the in-house engine with fixed
-    steps, to a tolerance that no rounding comes near.
+    Batches are for cold chains of unit masses before a hard wall, in the reference engine with
+    fixed steps, to a tolerance far above any rounding.
     """
     if scene.engine != "reference" or scene.explicit or not scene.line.is_standard:
         return None
@@ -67,10 +68,10 @@ def kind_of(scene: Scene) -> Kind | None:
 
 def batches(scenes: Sequence[Scene], parts: int) -> list[list[int]]:
     """
-    Share collisions out: those to be carried out together, and each of the others by itself.
+    Return the indices of the collisions of each batch; a collision solved alone is a list of one.
 
-    Returns their places. Those of a kind are divided into so many parts at least, if they are
-    enough; what comes of a collision does not depend on it.
+    The collisions of a kind are divided into at least `parts` batches if there are enough of them.
+    The result of a collision does not depend on this division.
     """
     foresee_frequency_ratio(scenes)
     kinds: dict[Kind | int, list[int]] = {}
@@ -88,7 +89,7 @@ def batches(scenes: Sequence[Scene], parts: int) -> list[list[int]]:
 
 
 def expected_of_task(scenes: Sequence[Scene]) -> list[float]:
-    """Return the expected seconds of each scene that a worker gets at once: one, or a batch."""
+    """Return the expected seconds of each scene of one task: a single scene or a batch."""
     share = 1.0 if len(scenes) == 1 else _TOGETHER_SHARE
     return [share * plan(scene).seconds for scene in scenes]
 
@@ -101,12 +102,12 @@ def _goal(scene: Scene, floor: float) -> float:
 
 def solve_batch(scenes: Sequence[Scene]) -> list[tuple[BoundedRun, Array] | None]:
     """
-    Meet the tolerances of scenes of one :func:`kind_of`, as far as that is done at once.
+    Solve scenes of one :func:`kind_of` to their tolerances, as far as a batch can.
 
-    Each is run at the step that usually meets its goal, at twice and at 1.3 times that. Where the
-    goal is not met so, or contacts come or go, it is to be met alone: None. Else returns what
-    ``solve_to_tolerance`` does for each, to the last bit, and the energies of its modes afterwards.
-    Nothing of this depends on which others there are.
+    Each scene is run at the step that usually suffices, at twice this step and at 1.3 times it. The
+    result is None if the target error is missed or the number of contacts differs; the scene must
+    then be solved alone. Otherwise it is the result of ``solve_to_tolerance`` to the last bit, and
+    the energies of the modes after the collision. No result depends on the other scenes.
     """
     foresee_frequency_ratio(scenes)
     kind = kind_of(scenes[0])
@@ -157,13 +158,14 @@ def compare_many(
     floor: Any,
 ) -> tuple[Array, Array, NDArray[np.bool_]]:
     """
-    Compare runs at some steps with those at `COARSER` times them.
+    Compare runs at some steps with runs at `COARSER` times these steps.
 
-    Returns, of shape (runs,), eta of the first, what it errs by, and whether all are settled and
-    have as many contacts. `line` is that of all, `floor` the rounding.
+    Return three arrays of shape (runs,): eta of the first runs, their errors, and whether all runs
+    are settled and have equally many contacts. `line` is common to all runs, `floor` is the
+    rounding.
     """
     fine, *coarse = runs
-    # As `eta_of` gives it for each.
+    # This equals `eta_of` for each run.
     e, *others = (
         centre_of_mass_velocity(run.velocities, line.chain_masses) / speeds for run in runs
     )
@@ -181,7 +183,7 @@ def compare_many(
 
 
 def _compared(scene: Scene, fine: ManyRuns, coarse: ManyRuns) -> tuple[Array, dict[str, Array]]:
-    """Return the mode energies of fine runs, and the `differences` of each to a coarse one."""
+    """Return the mode energies of fine runs, and their `differences` to coarse runs."""
     alike = fine.counts == coarse.counts
     contacts = np.where(fine.listed[:, None, :], np.abs(fine.contacts - coarse.contacts), 0.0)
     times, speeds = np.where(alike, np.max(contacts, axis=2).T, np.inf)

@@ -1,4 +1,4 @@
-"""The answer to a tolerance: a run, its error bar, and why it is not met where it is not."""
+"""Run with its error bar, and the reason if it misses its tolerance."""
 
 import math
 from dataclasses import dataclass, field
@@ -19,38 +19,38 @@ from chaincor.workflows.engines.schemes import STEP_SCHEMES
 from chaincor.workflows.engines.time_limit import time_limit
 from chaincor.workflows.measured import measured
 
-# With explicit numerics, the number at step h is proved by runs at these shares of it: half of it,
-# and, as phases of contacts make errors irregular, two that are no simple fraction.
+# With explicit numerics, a run at step h is proved by runs at these shares of h: a half and,
+# because phases of contacts make errors irregular, two that are no simple fractions.
 PROOF_STEPS = (0.5, 0.54, 0.93)
 # Error over the largest difference to those runs, by wall. In theory it is 4/3 for order 2 and near
-# 1 for higher ones; the stock wall's error does not shrink regularly, and a difference says its
-# size.
+# 1 for higher orders. The error of the stock wall does not shrink regularly, and the difference
+# shows its size.
 PROOF_SHARE: dict[str, float] = measured("proof_share")
 
-# |change of eta| * v0 / |force error|; the kinks of a linear table also cost the integrator its
-# order. By choice at least what long chains that break need.
+# Values of |change of eta| * v0 / |force error|. The kinks of a linear table also reduce the order
+# of the integrator. The lower limits are choices that suffice for long chains that break.
 TABLE_SENSITIVITY: dict[str, float] = measured("table_sensitivity", {"spline": 2.0, "linear": 5.0})
 
-# Single velocities and times feel a table and rounding more than their mean does.
+# Factor for single velocities and times, which depend on tables and rounding more than the mean.
 ARRAY_SENSITIVITY: float = measured("array_sensitivity")
 
 
 @dataclass(frozen=True)
 class BoundedRun:
-    """A run that was asked to meet a tolerance."""
+    """Run with its error bar."""
 
-    outcome: Outcome  #: The run that gives the number.
-    bar: ErrorBar  #: Its error.
-    #: Change of the in-house eta when all roundings change, as far as it was looked for.
+    outcome: Outcome  #: Outcome of the run.
+    bar: ErrorBar  #: Error bar of the run.
+    #: Change of eta in the reference engine when all rounding changes, as far as it was measured.
     rounding_sensitivity: float = 0.0
-    #: Why the tolerance is not met, where it was compared with one and is not.
+    #: Reason why the run misses its tolerance; None if it does not, or was not compared with one.
     reason: str | None = None
-    #: PilotRun, choice and proof, for the record.
+    #: Pilot run, choice and proof, for the record.
     details: dict[str, Any] = field(default_factory=dict)
 
     @property
     def error(self) -> float:
-        """All of the bar; inf where there is none."""
+        """Total of the error bar; inf if there is none."""
         return math.inf if self.bar.total is None else self.bar.total
 
 
@@ -63,10 +63,10 @@ def bounded_run(
     sensitivity: float = 0.0,
 ) -> BoundedRun:
     """
-    Gather the error bar of a run, not yet compared with a tolerance.
+    Return a run with its error bar, not yet compared with a tolerance.
 
-    `step` is its error due to the finite step, `other` a run that it differs from by more than
-    that, or by how much in each array; `tries` are the steps and errors on the way. For
+    `step` is its error due to the finite step. `other` is a run that differs by more than this
+    error, or the difference in each array. `tries` are the steps and errors of the search. For
     `sensitivity` see :func:`error_bar`.
     """
     bar = error_bar(outcome, scene, step, sensitivity)
@@ -77,7 +77,7 @@ def bounded_run(
 
 
 def reason_missed(found: BoundedRun, tolerance: float) -> str | None:
-    """Say why a tolerance is not met; None where it is."""
+    """Return the reason why a tolerance is missed; None if it is not."""
     outcome, bar = found.outcome, found.bar
     if bar.total is None or bar.step is None or bar.total <= tolerance:
         return None
@@ -106,13 +106,13 @@ def reason_missed(found: BoundedRun, tolerance: float) -> str | None:
 
 
 def decade_above(floor: float, tolerance: float) -> float:
-    """Return the goal of a tolerance where roundings leave this floor."""
+    """Return the target error of a tolerance with a given rounding floor."""
     return max(decade_within(tolerance), decade_within(floor))
 
 
 def decade_within(tolerance: float) -> float:
     """Return the largest power of ten that is not above a tolerance."""
-    # The logarithm of a power of ten may come out a last digit short of a whole number.
+    # The logarithm of a power of ten may be slightly below an integer.
     return 10.0 ** math.floor(math.log10(tolerance) + 1e-9)
 
 
@@ -120,8 +120,8 @@ def table_error(outcome: Outcome, scene: Scene) -> float:
     """
     Return the error of eta due to the bond table, from its certificate.
 
-    That is the force error in units of v0 (the scale of all forces), times the measured
-    sensitivity; zero without a table.
+    It is the force error in units of v0 (the scale of all forces), times the measured sensitivity;
+    zero without a table.
     """
     certificate = outcome.details.get("table")
     if certificate is None:
@@ -136,10 +136,10 @@ def table_error_of(style: str, force_error: float, scene: Scene) -> float:
 
 def ending_error(outcome: Outcome, scene: Scene) -> float:
     r"""
-    Return how much eta could change by contacts that may still come.
+    Return the largest change of eta by contacts that may still come.
 
-    :math:`(2 \bar v + w) w/v_0^2` with the mean velocity that they could give, w; zero where the
-    end is proved or argued.
+    It is :math:`(2 \bar v + w) w/v_0^2`, where w is the change of the mean velocity that they could
+    cause; zero if the end is proved or argued.
     """
     if outcome.ending.missed_momentum == 0.0:
         return 0.0
@@ -152,10 +152,10 @@ def error_bar(
     outcome: Outcome, scene: Scene, step: float | None, sensitivity: float = 0.0
 ) -> ErrorBar:
     """
-    Gather the error bar of a run.
+    Return the error bar of a run.
 
-    `step` is the error due to the finite step, `sensitivity` the change of the in-house eta when
-    all roundings change, where they were measured.
+    `step` is the error due to the finite step. `sensitivity` is the change of eta in the reference
+    engine when all rounding changes. Both are given only if they were measured.
     """
     if outcome.engine == "lammps":
         sensitivity *= coarsening(outcome.scheme)
@@ -174,10 +174,10 @@ def error_bar(
 
 def differences(first: Outcome, second: Outcome, scene: Scene) -> dict[str, float]:
     """
-    Return how far the arrays of two runs at different steps lie apart.
+    Return the differences between the arrays of two runs at different steps.
 
-    By array, the largest absolute difference of contact times and speeds, velocities and mode
-    energies; inf where the numbers of contacts differ.
+    The result has, for each array, the largest absolute difference: contact times and speeds,
+    velocities and mode energies. It is inf if the numbers of contacts differ.
     """
     stiffness, masses = scene.bond.stiffness, scene.line.chain_masses
     pairs = {
@@ -195,7 +195,7 @@ def differences(first: Outcome, second: Outcome, scene: Scene) -> dict[str, floa
 
 
 def farthest(one: Array, other: Array) -> float:
-    """Return the largest absolute difference of two arrays; inf where they differ in length."""
+    """Return the largest absolute difference of two arrays; inf if their lengths differ."""
     if len(one) != len(other):
         return math.inf
     return float(np.max(np.abs(one - other), initial=0.0))
@@ -205,10 +205,10 @@ def spread_of(
     scene: Scene, outcome: Outcome, other: Outcome | dict[str, float]
 ) -> dict[str, float]:
     """
-    Return by array how far two runs lie apart, for comparisons with other integrators.
+    Return the spread of each array between two runs, for comparison with other integrators.
 
-    `other` is one of them, or the :func:`differences`. What both err by together is included:
-    tables and rounding.
+    `other` is one of the runs, or the :func:`differences`. Errors common to both runs, from tables
+    and rounding, are included.
     """
     apart = differences(outcome, other, scene) if isinstance(other, Outcome) else other
     floor = table_error(outcome, scene) + rounding_of(outcome, scene)

@@ -1,4 +1,4 @@
-"""Meeting a tolerance with LAMMPS: choosing scheme, step and table, proving, refining."""
+"""Solution to a tolerance with LAMMPS: choice of scheme, step and table, proof, and refinement."""
 
 import math
 import time
@@ -60,44 +60,45 @@ from chaincor.workflows.errors import (
 )
 from chaincor.workflows.measured import measured
 
-# The table may use this share of the tolerance: it costs little more for being exact, a step much.
+# Share of the tolerance for the table: an exact table costs little more, a smaller step much.
 _TABLE_SHARE = 0.01
-# The reference solution for choosing a step must be sharper than the tolerance; its own error is in
-# the bar.
+# Target error of the reference run, as a share of the tolerance. Its error is part of the error
+# bar.
 TRUTH_SHARE = 0.03
-# What a tolerance may choose, once it is measured: what a script can have, and steps that need
-# Python.
+# Schemes that a tolerance may choose once they are measured: for scripts, and with Python.
 SCRIPTED_SCHEMES: tuple[StepSchemeName, ...] = tuple(
     name for name in SCHEME_ORDERS if name in measured("usual_error")
 )
 LAMMPS_SCHEMES: tuple[StepSchemeName, ...] = (*SCRIPTED_SCHEMES, "extrapolated12")
 _ALWAYS: StepSchemeName = "order8"
-# LAMMPS kicks, drifts and kicks; the in-house engine drifts first, with half the error.
+# Error of LAMMPS's kick-drift-kick steps over the error of the reference engine, which drifts
+# first.
 _LAMMPS_OVER_IN_HOUSE = 2.0
-# LAMMPS's number is proved by a run at so many times its step.
+# Factor on the step of the run that proves a LAMMPS run.
 COARSER = 2.0
-# What both take of one of them, and how much of the time that is left they may be expected to take:
-# forecasts are good to a factor of two.
+# Cost of both runs in units of one, and share of the remaining time that they may be expected to
+# take, because forecasts are good to a factor of two.
 LAMMPS_RUNS = 1.0 + 1.0 / COARSER
 _TIME_SHARE = 0.5
 _MOST_REFINEMENTS = 5
-# What too long a step makes of a collision that the in-house integrator carried to its end, within
+# Errors that too long a step causes in a collision that the reference engine has finished within
 # the range of the bonds.
 _CURED_BY_STEPS = (TimestepError, LostAtomsError, CrossingError, BondRangeError)
-# Extrapolated steps amplify rounding; they may use this share of the tolerance for it. It decides
-# costs only, as the sum is proved.
+# Share of the tolerance for the rounding that extrapolated steps amplify. It affects only the cost,
+# because the sum is proved.
 _ROUNDING_SHARE = 0.4
-# Past kinks a tolerance is bought with Verlet steps alone: a minute of them, at some 20 ns a bond
-# and 1 us a step.
+# Largest work of Verlet steps for bonds that pass kinks: about a minute, at some 20 ns for each
+# bond and 1 us for each step.
 _MOST_BOND_STEPS = 1e9
 
 
 class LammpsSearch:
     """
-    Numerics for a goal, chosen with the in-house integrator alone, and runs of LAMMPS with them.
+    Search for LAMMPS numerics, which the reference engine chooses and LAMMPS runs check.
 
-    Steps get ever smaller, or tables ever better; each is run at twice the step, too. `sensitivity`
-    is the rounding sensitivity of the in-house eta, where that matters; `schemes` may be chosen.
+    Steps get ever smaller, or tables ever better; each step is also run at twice its size.
+    `sensitivity` is the rounding sensitivity of eta, if it matters; `schemes` are the schemes to
+    choose from.
     """
 
     def __init__(
@@ -110,15 +111,15 @@ class LammpsSearch:
         self.scene, self.target_error, self.sensitivity = scene, target_error, sensitivity
         amplified = amplified_rounding("lammps", sensitivity, scene)
         self.floor = max(rounding_error("lammps", scene), amplified)
-        # Below the rounding floor a finer step buys nothing.
+        # Below the rounding floor a finer step gains nothing.
         self.reachable = max(target_error - self.floor, self.floor)
-        solver_of(scene, (LAMMPS,))  # or says why not
+        solver_of(scene, (LAMMPS,))  # raises RunError if LAMMPS cannot run the scene
         self.pilot = pilot_run(scene, TRUTH_SHARE * self.reachable)
         usual = usual_schemes(scene, self.reachable, schemes, sensitivity)
         self.numerics = choose_numerics(scene, self.reachable, self.pilot, usual)
 
     def within_time(self, numerics: Numerics) -> Numerics:
-        """Return numerics with a longer step, but a stable one, where runs would take too long."""
+        """Return numerics with a longer, stable step if the runs would take too long."""
         limit, scene = time_limit(), self.scene
         if limit.end == math.inf:
             return numerics
@@ -133,7 +134,7 @@ class LammpsSearch:
         return replace(numerics, timestep=max(longer, numerics.timestep))
 
     def attempt(self, step: float) -> Attempt[tuple[Outcome, Outcome]]:
-        """Run at a step."""
+        """Run at a step and at twice the step."""
         scene, truth, target_error = self.scene, self.pilot.reference, self.target_error
         numerics = self.numerics = replace(self.numerics, timestep=step)
         fine, coarse = lammps.run_at_steps(scene, numerics, (step, COARSER * step))
@@ -142,7 +143,7 @@ class LammpsSearch:
             scene, fine, [coarse]
         )
         error = max(steps_record, abs(eta_of(scene, fine) - truth.restitution)) + truth.error
-        # Where an in-house motion is in doubt about a late contact, so is this one.
+        # If the reference run is in doubt about a late contact, this run is too.
         doubt = truth.outcome.ending.missed_momentum
         fine = replace(fine, ending=fine.ending.doubted(doubt))
         bar = error_bar(fine, scene, error, self.sensitivity)
@@ -160,7 +161,7 @@ class LammpsSearch:
         elif numerics.force_error is not None:
             smaller = replace(numerics, force_error=0.1 * numerics.force_error)
         else:
-            done = True  # what is off is the table, or rounding
+            done = True  # the error comes from the table or rounding
         done |= not done and self.within_time(smaller) is not smaller
         if not done:
             self.numerics = smaller
@@ -174,11 +175,11 @@ def solve_with_lammps(
     schemes: Sequence[StepSchemeName] = LAMMPS_SCHEMES,
 ) -> BoundedRun:
     """
-    Choose LAMMPS's numerics with the in-house integrator, then prove them with both.
+    Choose the numerics of LAMMPS with the reference engine, then prove them with both engines.
 
-    The number is from a step h. Its error is the distance to the reference solution, plus the error
-    of that, but not less than what a run of LAMMPS at 2h tells by the order of the scheme. For
-    `sensitivity` and `schemes` see :class:`LammpsSearch`.
+    The result is from a step h. Its error is the distance to the reference run, plus the error of
+    the reference run, but at least the value that a LAMMPS run at 2h gives by the order of the
+    scheme. For `sensitivity` and `schemes` see :class:`LammpsSearch`.
     """
     started = time.perf_counter()
     search = LammpsSearch(scene, target_error, sensitivity, schemes)
@@ -189,18 +190,18 @@ def solve_with_lammps(
     error, runs = ran[-1].error, ran[-1].found
     assert runs is not None
     fine, coarse = runs
-    # Both runs of LAMMPS may err alike: the in-house one tells of that.
+    # Both LAMMPS runs may have the same error, which the reference run reveals.
     apart = [differences(fine, run, scene) for run in (coarse, search.pilot.outcome)]
     farther = {name: max(each[name] for each in apart) for name in apart[0]}
     found = bounded_run(scene, fine, error, farther, steps_record(ran), sensitivity)
     if found.error > target_error and search.numerics.scheme not in COMPOSITIONS:
-        # More exact at a price: rounding is not amplified.
+        # Composed steps cost more but do not amplify rounding.
         return solve_with_lammps(scene, target_error, sensitivity, SCRIPTED_SCHEMES)
     found.details["choice"] |= {
         "seconds": chosen,
         "in_house_restitution": search.pilot.reference.restitution,
         "in_house_error": search.pilot.reference.error,
-        # What LAMMPS tells without the in-house number: how far both runs are apart.
+        # error from LAMMPS alone: the difference between its two runs
         "error_alone": found.error - error + largest_difference(scene, fine, [coarse]),
     }
     return replace(found, details=found.details | {"scouting": search.pilot.to_dict()})
@@ -213,15 +214,16 @@ def choose_numerics(
     schemes: Sequence[StepSchemeName],
 ) -> Numerics:
     """
-    Return a scheme for a tolerance, with the step and table it needs.
+    Return a scheme for a tolerance, with the step and table that it needs.
 
-    `schemes` are tried in turn, but for cold chains of equal masses in that of their costs here.
-    Returns the first that meets the tolerance. Past kinks that are Verlet steps, which are as exact
-    there as any others, and far quicker.
+    `schemes` are tried in turn; for unequal masses, two bodies and warm chains they are sorted by
+    their measured costs first. The first scheme that reaches the tolerance is returned. If bonds
+    pass kinks, this is Verlet, which is as exact there as any other scheme and far quicker.
     """
     truth = pilot.reference
     numerics = Numerics(scheme="verlet", bond_range=pilot.table_range(scene))
-    # A spline cannot hold a kink; straight lines between rows of which one lies on it do.
+    # A spline cannot represent a kink; straight lines between rows can, if one row lies on the
+    # kink.
     style: TableStyle = "linear" if truth.kinked and scene.bond.kinks else "spline"
     if not scene.bond.is_harmonic:
         force_error = _TABLE_SHARE * tolerance * scene.impact_velocity / TABLE_SENSITIVITY[style]
@@ -239,8 +241,9 @@ def choose_numerics(
         if (estimate := estimate_step(scene, scheme, target_errors[scheme], truth)) is not None
     )
     if not scene.line.has_equal_masses:
-        # By the steps that these lead to expect. Long flights between contacts, and heavy particles
-        # among light ones, amplify errors: what usually costs least, low orders, may cost most.
+        # Sort by the costs that the estimated steps imply. Long flights between contacts, and heavy
+        # particles among light ones, amplify errors, and the usually cheapest low orders may then
+        # cost most.
         guessed = sorted(guessed, key=lambda each: STEP_SCHEMES[each[0]].evaluations / each[1])
     for scheme, guess in guessed:
         coarse = find_step(scene, scheme, target_errors[scheme], truth, guess)
@@ -253,7 +256,7 @@ def choose_numerics(
 
 
 def coarser_target_error(scene: Scene, scheme: StepSchemeName, target_error: float) -> float:
-    """Return the in-house error at `COARSER` times a step with which LAMMPS meets a goal."""
+    """Return the reference engine's error at `COARSER` times the step that LAMMPS needs."""
     share = share_of_difference(effective_order(scene, scheme), COARSER)
     return STEP_SHARE * target_error / (_LAMMPS_OVER_IN_HOUSE * share)
 
@@ -269,15 +272,15 @@ def usual_schemes(
     schemes: Sequence[StepSchemeName] = LAMMPS_SCHEMES,
     sensitivity: float = 0.0,
 ) -> list[StepSchemeName]:
-    """Return those of the schemes that serve, the usually cheapest for a tolerance first."""
+    """Return the schemes that LAMMPS can use, the usually cheapest for a tolerance first."""
     serving = [
         scheme for scheme in schemes if serves_in_lammps(scene, scheme, tolerance, sensitivity)
     ]
     table = measured("lammps_schemes")
     usual = [name for name in serving if tolerance > table.get(name, math.inf)]
-    # As the table has them, loose to tight.
+    # The table lists schemes from loose to tight tolerances.
     first = max(usual, key=lambda name: table[name], default=_ALWAYS)
-    # Of the others, those of nearly its order.
+    # Schemes of nearly the same order follow.
     others = SCRIPTED_SCHEMES if first == "verlet" else SCRIPTED_SCHEMES[::-1]
     return [first, *(name for name in others if name != first)]
 
@@ -288,8 +291,8 @@ def serves_in_lammps(
     """
     Return whether a scheme may be chosen for a tolerance.
 
-    Extrapolated steps are for cold chains at a wall, which they were measured with, and where the
-    rounding that they amplify leaves room; for `sensitivity` see :class:`LammpsSearch`.
+    Extrapolated steps are for cold chains at a wall, with which they were measured, and only if the
+    rounding that they amplify leaves room. For `sensitivity` see :class:`LammpsSearch`.
     """
     if scheme in COMPOSITIONS:
         return True

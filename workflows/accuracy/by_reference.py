@@ -1,4 +1,4 @@
-"""Meeting a tolerance with the in-house engines; the reference solution for others."""
+"""Solution to a tolerance with the reference engine, and converged runs for other engines."""
 
 from dataclasses import replace
 
@@ -27,16 +27,17 @@ from chaincor.workflows.engines.rounding import rounding_error, rounding_matters
 from chaincor.workflows.errors import CrossingError, RunError
 from chaincor.workflows.measured import measured
 
-# Error of an adaptive run against its difference to those at ten and a hundred times its accuracy.
-# By choice 0.3, nearly three times what 20 scenes showed at most: they are few.
+# Error of an adaptive run over its differences to runs at ten and a hundred times its accuracy. The
+# lower limit of 0.3 is a choice, nearly three times the largest value of 20 scenes, because they
+# are few.
 _ADAPTIVE_SHARES = tuple(measured("adaptive_share", 0.3) * weight for weight in (1.0, 0.4))
-# Kinks make it fall irregularly: as of fixed steps, three times as much.
+# Kinks make the error fall irregularly; as for fixed steps, the shares are three times as large.
 _IRREGULAR_SHARES = tuple(3.0 * share for share in _ADAPTIVE_SHARES)
 _MOST_REFINEMENTS = 15
-# Where adaptive steps would take hours, hard spheres answer wherever they are good to three digits,
-# with the bar that they have.
+# If adaptive steps would take hours, hard spheres are used whenever they are good to three digits,
+# with their own error bar.
 _ROUGH_SPHERES = 1e-3
-# Of the exact propagator, which only rounds: against itself in higher precision it is below this.
+# Error of the exact propagator, which only rounds; compared with higher precision it is below this.
 MODAL_ERROR = 1e-13
 
 
@@ -44,10 +45,10 @@ def solve_with_reference(
     scene: Scene, target_error: float, sensitivity: float, known: Outcome | None = None
 ) -> BoundedRun:
     """
-    Run a scene with the engine that does most with least: exact where it can be.
+    Run a scene with the cheapest reference solver, an exact one if possible.
 
-    `sensitivity` is the rounding sensitivity of eta, where that matters; `known` the collision
-    followed to its end at some step, else that is done here.
+    `sensitivity` is the rounding sensitivity of eta, if it matters. `known` is the collision
+    followed to its end at some step; by default this is done here.
     """
     solver = solver_of(scene, IN_HOUSE)
     if solver is EXACT_MODES:
@@ -74,12 +75,12 @@ def solve_with_reference(
 
 
 def _as_spheres(scene: Scene, deviation: float) -> BoundedRun:
-    """Answer with hard spheres: how far off their times, speeds and modes are is not known."""
+    """Return the result of hard spheres; the errors of its times, speeds and modes are unknown."""
     return bounded_run(scene, HARD_SPHERES.run(scene), deviation, {})
 
 
 def _solve_irregularly(scene: Scene, target_error: float, sensitivity: float) -> BoundedRun:
-    """Refine without trust in an order: bonds of users may have kinks."""
+    """Refine without assuming an order, because bonds of users may have kinks."""
     found = refine_irregularly(scene, target_error, rounding_error("reference", scene))
     if found.stalled or rounding_matters("reference", scene, target_error):
         sensitivity = sensitivity or find_rounding_sensitivity(scene)
@@ -87,7 +88,7 @@ def _solve_irregularly(scene: Scene, target_error: float, sensitivity: float) ->
 
 
 def _solve_with_adaptive_steps(scene: Scene, target_error: float) -> BoundedRun:
-    """Ask the adaptive integrator for ever more accuracy until three runs agree."""
+    """Run the adaptive integrator at increasing accuracy until three runs agree."""
     floor = rounding_error("reference", scene)
     shares = _ADAPTIVE_SHARES if scene.bond.smooth else _IRREGULAR_SHARES
     accuracy = max(target_error, floor)
@@ -95,7 +96,7 @@ def _solve_with_adaptive_steps(scene: Scene, target_error: float) -> BoundedRun:
 
     def attempt(accuracy: float) -> Attempt[Outcome]:
         fine = ADAPTIVE_STEPS.run(scene, None, accuracy)
-        # An error shrinks by less than ten now and then: one difference can be small by chance.
+        # The error sometimes shrinks by less than ten, and one difference can be small by chance.
         eta = eta_of(scene, fine)
         error = max(
             share * abs(eta_of(scene, run) - eta)
@@ -111,16 +112,16 @@ def _solve_with_adaptive_steps(scene: Scene, target_error: float) -> BoundedRun:
 
 def converge(scene: Scene, target_error: float) -> ConvergedRun:
     """
-    Refine the in-house integrator until its error is below a goal, or steps help no more.
+    Refine the reference engine until its error is below a target error, or steps help no more.
 
-    Harmonic chains are exact. The error has the rounding in it. Raises RunError, what stopped the
+    Harmonic chains are exact. The error includes rounding. Raises the RunError that stopped the
     finest runs.
     """
     if EXACT_MODES.supports(scene):
         return exact_modes(scene)
     floor = rounding_error("reference", scene)
     if is_smooth(scene):
-        # What steps of LAMMPS are tried with in-house is compiled for this scheme, too.
+        # Trial steps for LAMMPS in the reference engine use the same compiled scheme.
         found = refine_regularly(scene, target_error, "order8", floor, None)
     else:
         found = refine_irregularly(scene, target_error, floor)
@@ -129,7 +130,7 @@ def converge(scene: Scene, target_error: float) -> ConvergedRun:
 
 def exact_modes(scene: Scene) -> ConvergedRun:
     """
-    Return the exact collision of a harmonic chain, for LAMMPS to follow.
+    Return the exact collision of a harmonic chain, for comparison with LAMMPS.
 
     Its error is the rounding of modes. Raises CrossingError if particles pass through each other,
     which LAMMPS cannot follow.
@@ -149,7 +150,7 @@ def modal_error(scene: Scene) -> float:
     """
     Return the error of eta of an exact propagation, beyond that of a plain chain at a wall.
 
-    Light particles between heavy ones, and long bodies that bounce often, amplify rounding: what
-    some changes of all roundings change, with a reserve of three.
+    Light particles between heavy ones, and long bodies with many contacts, amplify rounding. The
+    error is the effect of some changes of all rounding, with a reserve of three.
     """
     return 0.0 if scene.line.is_standard else 3.0 * modal.rounding_sensitivity(scene)

@@ -1,4 +1,4 @@
-"""What a run costs, as measured: for forecasts, and steps that fit into a time limit."""
+"""Measured cost of LAMMPS runs, for forecasts and for steps that fit into a time limit."""
 
 import datetime
 import json
@@ -25,44 +25,45 @@ from chaincor.workflows.engines.schemes import STEP_SCHEMES
 from chaincor.workflows.versions import processor
 
 _FILE = "cost_model.json"
-# Before each Verlet step Python looks where bodies of unequal masses are, as no bound tells when
-# they meet: so many stages' time, 15 to 20 us where one is 1.9.
+# Cost in stages of a check of the gap by Python before each Verlet step, 15 to 20 us against 1.9
+# us. Bodies of unequal masses need it, because no bound gives the time of their contact.
 _LOOK = 8.0
 # Repeats of a measurement, chains and steps in it, and rows of its tables.
 _REPEATS = 7
 _SHORT_CHAIN, _LONG_CHAIN = 20, 1000
 _STEPS = {_SHORT_CHAIN: 20_000, _LONG_CHAIN: 1_000}
 _ROWS = 1_001
-# At rest but for a tremble: nothing leaves its table, nothing comes near the wall.
+# Velocity of a chain almost at rest: no bond leaves its table, and nothing comes near the wall.
 _TREMBLE = 1e-4
 
 
 @dataclass(frozen=True)
 class CostModel:
-    """Seconds taken by the parts of a LAMMPS run."""
+    """Seconds of the parts of a LAMMPS run."""
 
     measured_on: str  #: Date and machine of the measurement.
-    step: float  #: One Verlet step inside a run, apart from its bonds.
-    #: One bond in one step, by kind of bond.
+    step: float  #: Seconds of one Verlet step inside a run, without its bonds.
+    #: Seconds of one harmonic bond in one step.
     harmonic_bond: float
-    linear_bond: float  #: See ``harmonic_bond``.
-    spline_bond: float  #: See ``harmonic_bond``.
-    #: Added by one stage of a composition, or one part of an extrapolated step: a ``run`` command,
-    #: and what makes its Verlet steps longer or shorter.
+    linear_bond: float  #: Seconds of one bond with a linear table in one step.
+    spline_bond: float  #: Seconds of one bond with a spline table in one step.
+    #: Seconds added by one stage of a composition, or one part of an extrapolated step: a ``run``
+    #: command, and the change of its Verlet steps.
     stage: float
-    #: Added by one contact with Verlet: blind windows, the shortened step, the reversal.
+    #: Seconds added by one contact with Verlet: steps without checks, the shortened step, the
+    #: reversal.
     contact: float
 
     def integration(self, scene: Scene, numerics: Numerics, duration: float) -> float:
         """
-        Return the expected seconds of integrating some simulated time.
+        Return the expected seconds to integrate a simulated time.
 
-        LAMMPS flies little farther than to the last contact.
+        LAMMPS runs little longer than to the last contact.
         """
         harmonic = scene.bond.is_harmonic
         per_bond = self.harmonic_bond if harmonic else getattr(self, f"{numerics.table}_bond")
         scheme = STEP_SCHEMES[numerics.scheme]
-        # A free target has bonds of its own, and meets no more often than its shorter body allows.
+        # A free target has bonds of its own, and the shorter body limits the number of contacts.
         targets = scene.target_particles or 0
         bonds = scene.particles - 1 + max(targets - 1, 0)
         contacts = 0.9 * (min(scene.particles, targets) if targets else scene.particles)
@@ -76,13 +77,13 @@ class CostModel:
         return (steps + contacts) * (per_step + scheme.runs * self.stage)
 
     def save(self, path: Path) -> None:
-        """Write the model; the file's folder is made."""
+        """Write the model to a file, and make its folder."""
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(json.dumps(asdict(self), indent=2) + "\n")
 
 
 def user_cost_model_path() -> Path:
-    """Return where ``chaincor tradeoff --calibrate`` keeps this machine's model."""
+    """Return the path where ``chaincor tradeoff --calibrate`` keeps this machine's model."""
     return user_config_path("chaincor") / _FILE
 
 
@@ -91,7 +92,7 @@ def cost_model() -> CostModel:
     """
     Return this machine's model, or the one that comes with the program.
 
-    Where the file of this machine cannot be used, one line on stderr says so.
+    If this machine's file cannot be used, one line on stderr says so.
     """
     path = user_cost_model_path()
     try:
@@ -116,10 +117,10 @@ def shipped_cost_model() -> CostModel:
 
 def calibrate(repeats: int = _REPEATS) -> CostModel:
     """
-    Measure what LAMMPS costs, in some seconds.
+    Measure the cost of LAMMPS, in some seconds.
 
-    Every cost is the least of repeats that are taken in turns, in seconds of the processor: what
-    else the machine does only adds to them.
+    Every cost is the least of several repeats in turns, in processor seconds, because other work on
+    the machine only adds to them.
     """
     jobs: dict[str, Callable[[], float]] = {
         "harmonic short": lambda: _time_step(_SHORT_CHAIN, None),
@@ -136,7 +137,7 @@ def calibrate(repeats: int = _REPEATS) -> CostModel:
             times[name].append(job())
         collisions.append(_time_collision())
     cost = {name: min(values) for name, values in times.items()}
-    # Two lengths of chain tell a step's own cost from that of its bonds.
+    # Two lengths of chain separate the cost of a step from the cost of its bonds.
     bonds = {_SHORT_CHAIN: _SHORT_CHAIN - 1, _LONG_CHAIN: _LONG_CHAIN - 1}
     harmonic = (cost["harmonic long"] - cost["harmonic short"]) / (
         bonds[_LONG_CHAIN] - bonds[_SHORT_CHAIN]
@@ -163,7 +164,7 @@ def calibrate(repeats: int = _REPEATS) -> CostModel:
 def _chain(
     particles: int, style: TableStyle | None = None, scheme: StepSchemeName = "verlet"
 ) -> Iterator[LammpsChain]:
-    """Set a chain up, harmonic or with a table of a style."""
+    """Set up a chain, harmonic or with a table of a style."""
     potential = "harmonic" if style is None else "lj"
     scene = Scene(potential=potential, particles=particles, velocity=_TREMBLE)
     table = None if style is None else tabulate(scene.bond, (0.9, 1.1), style, _ROWS)
@@ -186,7 +187,7 @@ def _time_step(particles: int, style: TableStyle | None) -> float:
 
 
 def _time_stage() -> float:
-    """Return the seconds of one stage of a composition, its step included, n = 100, harmonic."""
+    """Return the seconds of one stage of a composition, with its step, for n = 100, harmonic."""
     steps = 60
     with _chain(100, scheme="order8") as chain:
         chain.step()
@@ -198,7 +199,7 @@ def _time_stage() -> float:
 
 
 def _time_setup() -> float:
-    """Return the seconds of setting a harmonic chain up, which a collision is timed with."""
+    """Return the seconds to set up a harmonic chain, which the time of a collision includes."""
     started = time.thread_time()
     with _chain(100):
         pass
@@ -206,7 +207,7 @@ def _time_setup() -> float:
 
 
 def _time_collision() -> tuple[float, int, int]:
-    """Return seconds, force evaluations and contacts of a collision with Verlet and its set-up."""
+    """Return seconds with set-up, force evaluations and contacts of a Verlet collision."""
     scene = Scene(potential="harmonic", particles=100, velocity=0.1)
     started = time.thread_time()
     outcome = lammps.run(scene, Numerics(scheme="verlet", timestep=0.0125))

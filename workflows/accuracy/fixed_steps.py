@@ -1,4 +1,4 @@
-"""Meeting a tolerance with fixed steps of smooth bonds: three agree, or finer ones do not help."""
+"""Solution to a tolerance with fixed steps of smooth bonds, refined until three steps agree."""
 
 import math
 from collections.abc import Sequence
@@ -28,40 +28,40 @@ from chaincor.workflows.engines.rounding import amplified_rounding, rounding_err
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
 from chaincor.workflows.measured import measured
 
-# Schemes, and above which goal each is usually the cheapest.
+# Schemes, and the target error above which each is usually the cheapest.
 _SCHEMES: dict[StepSchemeName, float] = measured("reference_schemes")
-# This one amplifies rounding least: longer chains than so many particles, where contacts that graze
-# make much of the last digit, take it at any goal. Costs only.
+# Scheme that amplifies rounding least. Long chains, in which grazing contacts depend on the last
+# digit, use it for any target error. It affects only the cost.
 _PLAINEST: StepSchemeName = "srkn14"
-# Bodies that need more steps tried amplify more than usual.
+# Bodies that need more attempts than this amplify errors more than usual.
 _USUAL_TRIES = 3
-# Chains of more particles than this that need finer steps than usual have their roundings looked
-# at, and are met one by one.
+# Chains of more particles than this that need finer steps than usual are solved one by one, with a
+# measurement of their rounding.
 LONGEST_TRUSTED = 250
-# Where contacts come or go with the step, and in bodies that amplify what steps miss, the error is
-# taken for so many times what the runs tell: of 141 chains with one heavy mass, at three steps
-# each, three were off by up to 2.1 times that.
+# Factor on the error if the number of contacts depends on the step, and for bodies that amplify
+# errors of steps. Among 141 chains with one heavy mass, at three steps each, three had errors of up
+# to 2.1 times the estimate.
 _RESERVE = 3.0
-# Unequal masses, two bodies and warm chains amplify what steps miss: of 527 chains with one heavy
-# mass 51 had too small a bar while the order of the scheme was trusted. The near run then has to
-# leave all velocities in this part of their change at twice the step (of order 4: 0.12), or as they
-# are.
+# Largest change of all velocities in the near run, as a part of their change at twice the step
+# (0.12 at order 4), or against the velocities themselves. Unequal masses, two bodies and warm
+# chains amplify errors of steps: among 527 chains with one heavy mass, 51 had too small an error
+# bar while the order of the scheme was trusted.
 _NEARER, _SAME = 0.15, 1e-9
-# Steps of this usual error resolve a long chain. Whether its contacts hinge on the last digit,
-# longer ones do not tell: those of lj chains of 3000 and 4000 particles (0.4 v*) do not at
-# H = 0.063, and seem to at 0.126; those of 4500 to 10000 do at any.
+# Usual error of steps that resolve a long chain. Longer steps do not show whether contacts depend
+# on the last digit. In lj chains of 3000 and 4000 particles (0.4 v*) contacts do not depend on it
+# at H = 0.063, and seem to at 0.126; in chains of 4500 to 10000 they do at any step.
 _RESOLVED = 2e-11
 _MOST_REFINEMENTS = 15
 _LEAST_STEP = 1e-5
 
 
 def usual_scheme(target_error: float) -> StepSchemeName:
-    """Return the scheme of fixed steps that usually meets a goal most cheaply."""
+    """Return the scheme of fixed steps that is usually cheapest for a target error."""
     return next(name for name, least in _SCHEMES.items() if target_error > least)
 
 
 def plain_scheme(scene: Scene, target_error: float, sensitivity: float) -> StepSchemeName:
-    """Return the usual scheme, or one that amplifies rounding less where there is much of it."""
+    """Return the usual scheme, or the one that amplifies rounding least if there is much of it."""
     scheme = usual_scheme(target_error)
     if scene.line.has_equal_masses:
         much = scene.particles > LONG
@@ -75,7 +75,7 @@ def solve_with_fixed_steps(
     scene: Scene, target_error: float, sensitivity: float, followed: Outcome | None = None
 ) -> BoundedRun:
     """
-    Start from the usual step of a scheme and refine until three steps agree.
+    Return the solution from the usual step of a scheme, refined until three steps agree.
 
     For `sensitivity` and `followed` see
     :func:`chaincor.workflows.accuracy.by_reference.solve_with_reference`.
@@ -99,7 +99,7 @@ def _meet_with_scheme(
     sensitivity: float,
     followed: Outcome | None,
 ) -> BoundedRun:
-    """Refine the steps of one scheme, and ask what comes after them and what roundings make."""
+    """Refine the steps of one scheme, then examine the end and the effect of rounding."""
     floor = rounding_error("reference", scene)
     found = refine_regularly(scene, target_error, scheme, floor, followed)
     fine, error, proof = found.outcome, found.error, found.proofs[0]
@@ -110,20 +110,21 @@ def _meet_with_scheme(
         error = max(error, abs(eta_of(scene, whole) - eta_of(scene, fine)))
         fine = with_doubts(whole, (fine, proof))
     silent = fine.longest_silence > sound_round_trip(scene.longest_body, scene.slow_stiffness)
-    # Light particles between heavy ones, bodies and warm chains were looked at before, at a step
-    # that is long for those that need many tries. What comes after a long silence of a chain that
-    # broke amplifies rounding, too; where a step makes or takes a contact, roundings may as well,
-    # and in long chains that need finer steps than usual.
+    # Scenes with unequal masses, two bodies or warm chains have had their rounding examined before,
+    # at a step that is long for bodies that need many tries. A chain that broke amplifies rounding
+    # after a long time without a contact. If the number of contacts depends on the step, it may
+    # also depend on rounding, and so it may in long chains that need finer steps than usual.
     refined = scene.particles > LONGEST_TRUSTED and len(found.tries) > 1
     matters = sensitivity > 0.0 or refined or rounding_matters("reference", scene, target_error)
     hard = not scene.line.has_equal_masses and len(found.tries) > _USUAL_TRIES
     if (scene.line.has_equal_masses and matters) or silent or found.grazes or found.stalled or hard:
-        amplification = STEP_SCHEMES[scheme].amplification  # which the bar multiplies with
+        amplification = STEP_SCHEMES[scheme].amplification  # the error bar multiplies by this
         changed = found.nudged or nudged_change(scene, scheme, step, fine)
         sensitivity = max(sensitivity, changed / amplification)
         sure = not scene.line.has_equal_masses and fine.ending.kind == "proved"
         if silent and max(amplification * sensitivity, error) > target_error and not sure:
-            # Where roundings decide how hard it is, they may decide whether another one comes.
+            # If rounding decides how hard this contact is, it may also decide whether another one
+            # comes.
             another = 2.0 * float(fine.contact_speeds[-1])
             fine = replace(fine, ending=fine.ending.doubted(another))
     return bounded_run(scene, fine, error, proof, found.tries, sensitivity)
@@ -131,15 +132,15 @@ def _meet_with_scheme(
 
 def with_doubts(outcome: Outcome, others: Sequence[Outcome]) -> Outcome:
     """
-    Return an outcome whose end is in doubt where those of others are, or their last hits differ.
+    Return an outcome whose end is in doubt if other outcomes disagree on late contacts.
 
     The others are the same collision at other steps.
     """
     ending = outcome.ending
     for other in others:
         ending = ending.doubted(other.ending.missed_momentum)
-        # A graze in mid collision that one run has and the other has not is part of their
-        # difference; what comes after the other's last contact may be the first of more.
+        # A grazing contact in mid collision that only one run has is part of their difference. A
+        # contact after the other's last contact may be the first of more.
         sooner, later = sorted((outcome, other), key=lambda each: float(each.contact_times[-1]))
         same = int(np.argmin(np.abs(later.contact_times - sooner.contact_times[-1])))
         ending = ending.doubted(2.0 * float(np.sum(later.contact_speeds[same + 1 :])))
@@ -147,7 +148,7 @@ def with_doubts(outcome: Outcome, others: Sequence[Outcome]) -> Outcome:
 
 
 def first_step(scene: Scene, scheme: StepSchemeName, reachable: float) -> float:
-    """Return the step that is tried first for an error: one usually does."""
+    """Return the first step to try for an error; usually it suffices."""
     return 0.5 * guess_step(scene, scheme, STEP_SHARE * reachable / usual_share(scheme))
 
 
@@ -175,10 +176,10 @@ def refine_regularly(
 @dataclass
 class _Search:
     """
-    Runs at ever smaller steps, each at `COARSER` times its step as well.
+    Search with runs at ever smaller steps, each compared with runs at `COARSER` times its step.
 
-    What follows the last contact is looked at once, in the run `known`. `nudged` is the change of
-    eta by other roundings, where these account for what steps differ by.
+    The motion after the last contact is examined once, in the run `known`. `nudged` is the change
+    of eta by other rounding, if this explains the difference between steps.
     """
 
     scene: Scene
@@ -202,34 +203,34 @@ class _Search:
         error, regular = self._error(fine, proofs)
         resolved = step <= first_step(scene, scheme, _RESOLVED)
         if scene.particles > LONG and resolved and not regular and error > target_error:
-            # Where roundings account for what steps differ by, finer ones do not help either.
+            # If rounding explains the difference between steps, finer steps do not help.
             enough = error / amplified_rounding("reference", 1.0, scene)
             changed = nudged_change(scene, scheme, step, fine, enough)
             self.nudged = changed if changed >= enough else 0.0
         done = error + floor <= target_error or error < 0.3 * floor or step < _LEAST_STEP
-        # What contacts after an open end could change, no step makes less.
+        # No finer step reduces the error from contacts after an open end.
         ending = ending_error(self.known, scene)
         done |= scene.particles > LONG and regular and error <= ending > target_error
         if done and self.nudged == 0.0 and differ(fine, [self.known]):
-            # The end was taken over from a run with other contacts: this one may have one more.
+            # The end comes from a run with other contacts, so this run may have one more.
             whole = run_reference(scene, scheme, step)
             late, self.known = differ(fine, [whole]), whole
             if late:
                 return Attempt(step, math.inf, [whole, *proofs], following=step)
             fine = whole
-        share = 0.5  # where no order holds: this run serves as one to compare the next with
+        share = 0.5  # without an order: this run then serves for comparison with the next
         if regular:
             order = effective_order(scene, scheme)
-            # Below the rounding floor a finer step buys nothing.
+            # Below the rounding floor a finer step gains nothing.
             share = by_order(STEP_SHARE * max(target_error, floor), error, order, 0.3)
         return Attempt(step, error, [fine, *proofs], done or self.nudged > 0.0, step * share)
 
     def _proofs(self, fine: Outcome, last: Outcome | None) -> list[Outcome]:
         """
-        Return runs at `COARSER` times a run's step; `last` is one that may be among them.
+        Return runs at `COARSER` times the step of a run; `last` may be one of them.
 
-        Of a long chain only the first, where that misses the goal with other contacts: as no order
-        holds then, the second would tell nothing.
+        For a long chain, only the first run is taken if it misses the target error with other
+        contacts. No order holds then, and the second run would prove nothing.
         """
         scene = self.scene
         assert fine.timestep is not None
@@ -246,7 +247,7 @@ class _Search:
         return runs
 
     def _error(self, fine: Outcome, proofs: Sequence[Outcome]) -> tuple[float, bool]:
-        """Return the error of a run's step, and whether it falls as an order lets it."""
+        """Return the error of a run's step, and whether it falls with the order of the scheme."""
         far, *nearer = (difference_to(self.scene, fine, run) for run in proofs)
         amplifies = not self.scene.line.has_equal_masses
         if amplifies and nearer and not _converge(fine, proofs[1], proofs[0]):
@@ -260,9 +261,9 @@ class _Search:
 
 def _converge(fine: Outcome, near: Outcome, coarse: Outcome) -> bool:
     """
-    Return whether all velocities come the nearer to those of a run the nearer its step is.
+    Return whether all velocities approach those of a run as the step approaches its step.
 
-    Where they do not, motions differ that agree in eta by chance.
+    If they do not, the motions differ and agree in eta by chance.
     """
     small, large = (
         float(np.max(np.abs(run.velocities - fine.velocities))) for run in (near, coarse)

@@ -1,4 +1,4 @@
-"""Meeting an error with bonds whose smoothness is not known: no order of convergence is trusted."""
+"""Solution to a target error for bonds of unknown smoothness, without an order of convergence."""
 
 import math
 from dataclasses import dataclass
@@ -24,28 +24,29 @@ from chaincor.workflows.engines.reference.kernels import kernels_for
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
 from chaincor.workflows.errors import RunError
 
-# A bond that passes a kink within a step costs an error of second order whose sign depends on
-# where in the step that was: two runs may agree by luck. Four coarser ones, at steps that share no
-# phase, seldom do: with errors that are independent and Gaussian, all four differ from the finest
+# A bond that passes a kink within a step causes an error of second order whose sign depends on the
+# place of the kink in the step, so two runs may agree by luck. Four coarser runs, at steps that
+# share no phase, seldom do: with independent Gaussian errors, all four differ from the finest run
 # by less than 1/1.5 of its error in 2 cases of 1000.
 COARSER = (2.0, 1.86, 1.73, 1.61)
 KINKED_SHARE = 1.5
-# Where no order can be relied on, a composition errs least between its evaluations.
+# Without a reliable order, this composition has the smallest error for its evaluations.
 SCHEME: StepSchemeName = "order8"
-# Where no kink was found, half as much as order 2 would need is taken at any order.
+# If no kink was found, half of the share for order 2 is taken, at any order.
 _SEEMINGLY_SMOOTH_SHARE = 1.0
-# A scheme of higher order whose error falls no faster than this, twice, meets kinks nobody named.
+# If the error of a scheme of higher order falls no faster than this power, twice, the bonds have
+# kinks that were not declared.
 _LOST_ORDER = 3.0
 _MOST_REFINEMENTS = 20
-# Bond steps and steps of one run, some seconds: compiled, and where NumPy steps the chain.
+# Largest work of one run, some seconds: bond steps of compiled loops, and steps in NumPy.
 _MOST_BOND_STEPS, _MOST_ARRAY_STEPS = 2e9, 1e5
-# Bonds of the run that gives eta may stretch this much more than those of the first, coarse one.
+# Reserve for strains of later runs beyond those of the first, coarse run.
 _RESERVE = 1.2
 _FIRST_STEP = 0.0125
 
 
 def meets_kinks(scene: Scene) -> bool:
-    """Return whether bonds pass kinks of their potential in a coarse run, or none can be made."""
+    """Return whether bonds pass kinks in a coarse run, or whether this run fails."""
     kinks = scene.bond.kinks
     if not kinks or scene.particles == 1:
         return False
@@ -59,7 +60,7 @@ def meets_kinks(scene: Scene) -> bool:
 
 
 def least_step(scene: Scene, scheme: StepSchemeName, duration: float) -> float:
-    """Return the smallest step whose run over a duration takes some seconds at most."""
+    """Return the smallest step with which a run over a duration takes some seconds at most."""
     parts = STEP_SCHEMES[scheme]
     steps = _MOST_ARRAY_STEPS
     if kernels_for(scene.bond, parts).compiled:
@@ -68,10 +69,10 @@ def least_step(scene: Scene, scheme: StepSchemeName, duration: float) -> float:
 
 
 def first_step(scene: Scene, scheme: StepSchemeName, reachable: float, kinked: bool) -> float:
-    """Return the step that is tried first for an error."""
+    """Return the first step to try for an error."""
     share = _share(scene, kinked)
     step = 0.5 * guess_step(scene, scheme, STEP_SHARE * reachable / share)
-    # Sound crosses the chain and comes back: about as long as most collisions take.
+    # A sound round trip is about the duration of most collisions.
     crossings = 2.0 * scene.longest_body / scene.slow_stiffness**0.5
     return max(step, least_step(scene, scheme, crossings))
 
@@ -83,10 +84,10 @@ def _share(scene: Scene, kinked: bool) -> float:
 
 def refine_irregularly(scene: Scene, target_error: float, floor: float) -> ConvergedRun:
     """
-    Refine the in-house integrator until its error is below a goal, or costs too much.
+    Refine the reference engine until its error is below a target error, or costs too much.
 
-    Where bonds meet kinks, and where no order is seen, Verlet steps are taken. `floor` is the error
-    from rounding, below which finer steps buy nothing. Raises RunError, what stopped the finest
+    Verlet steps are taken if bonds pass kinks or if no order is seen. `floor` is the error from
+    rounding, below which finer steps gain nothing. Raises the RunError that stopped the finest
     runs.
     """
     kinked = meets_kinks(scene)
@@ -98,7 +99,7 @@ def refine_irregularly(scene: Scene, target_error: float, floor: float) -> Conve
 
 @dataclass
 class _Search:
-    """Runs at ever smaller steps, each at `COARSER` times its step as well."""
+    """Search with runs at ever smaller steps and at `COARSER` times each step."""
 
     scene: Scene
     target_error: float
@@ -140,7 +141,7 @@ class _Search:
 def _observed_order(
     last: Attempt[list[Outcome]] | None, step: float, error: float, most: float
 ) -> float:
-    """Return the order by which errors fell from the last step to this one."""
+    """Return the order with which errors fell from the last step to this one."""
     if last is None or error <= 0.0:
         return most
     fell = math.log(max(last.error, 1e-300) / error)

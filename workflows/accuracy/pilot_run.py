@@ -1,4 +1,4 @@
-"""PilotRun: what a short in-house run says about a collision before LAMMPS runs it."""
+"""Pilot run: a run of the reference engine that gives the facts for a later LAMMPS run."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -17,36 +17,36 @@ from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.engines.reference.coarse_run import bonds_in_flight
 from chaincor.workflows.errors import RunError
 
-# The range of bonds is settled long before eta is.
+# Target error of a pilot run for the range of bonds, which converges long before eta.
 _SCOUTING_GOAL = 1e-4
-# Steps that follow bonds as sharp as this take a second to cross a hundred particles; LAMMPS, with
-# the far longer step that a scene asks for, says by itself what it cannot follow.
+# Largest frequency ratio of a pilot run, for which a hundred particles take a second. LAMMPS, with
+# the far longer step of a scene, reports itself if it cannot follow the bonds.
 _SHARPEST = 1e4
-# LAMMPS asks what comes when a contact is late, and for some steps more that may be no contact.
+# Factor on the time after which LAMMPS looks for the end, for the steps until it stops.
 _ASKED_WITHIN = 1.3
 
 
 @dataclass(frozen=True)
 class PilotRun:
-    """What an in-house run says about a collision before LAMMPS runs it."""
+    """Facts about a collision from a run of the reference engine, for a later LAMMPS run."""
 
-    reference: ConvergedRun  #: The run: its eta and error, and whether it passes kinks.
-    #: Shortest and longest bond until LAMMPS stops, some time after the last contact.
+    reference: ConvergedRun  #: Converged run, with its eta and error, and whether bonds pass kinks.
+    #: Shortest bond until LAMMPS stops, some time after the last contact.
     flight_min: float
-    flight_max: float  #: See ``flight_min``.
+    flight_max: float  #: Longest bond until LAMMPS stops.
 
     @property
     def outcome(self) -> Outcome:
-        """The run that gives the number."""
+        """Outcome of the run."""
         return self.reference.outcome
 
     @property
     def end(self) -> ScoutedEnd:
-        """What a script must know of the end."""
+        """Facts about the end that a script needs."""
         return scouted_end(self.outcome)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return what is known, for the record."""
+        """Return the facts for the record."""
         run, end = self.outcome, self.end
         return {
             "bond_min": run.bond_min,
@@ -66,8 +66,8 @@ class PilotRun:
         """
         Return the shortest and longest bond that a bond table must hold.
 
-        Where bonds may have broken, with room for the pieces to fly on until LAMMPS looks for the
-        end.
+        If bonds may have broken, the range has room for fragments that fly on until LAMMPS looks
+        for the end.
         """
         longest = self.flight_max
         nearly_broken = scene.bond.energy(longest - 1.0) >= 0.6 * scene.bond.dissociation
@@ -79,11 +79,11 @@ class PilotRun:
 
 def pilot_run(scene: Scene, target_error: float, fly_on: float | None = None) -> PilotRun:
     """
-    Run a scene in-house to a target error of eta.
+    Return the pilot run of a scene for a target error of eta.
 
-    `fly_on` is for how long after the last contact bonds are watched too; by default until LAMMPS
-    has asked what comes, and for frames as long as they are taken. Raises RunError, as
-    :func:`converge`.
+    `fly_on` is the time after the last contact during which bonds are examined. By default it lasts
+    until LAMMPS has looked for the end, and as long as frames are taken. Raises RunError as
+    :func:`converge` does.
     """
     return watched_on(converge(scene, target_error), scene, fly_on)
 
@@ -103,7 +103,7 @@ def watched_on(found: ConvergedRun, scene: Scene, fly_on: float | None = None) -
 
 
 def usual_pilot_run(scene: Scene, fly_on: float | None = None) -> PilotRun | None:
-    """Run a scene in-house, well enough for the range of its bonds; None where that cannot be."""
+    """Return a pilot run for the range of bonds; None if the scene cannot be run."""
     if EXACT_MODES.supports(scene):
         return watched_on(exact_modes(scene), scene, fly_on)
     if frequency_ratio(scene) > _SHARPEST:

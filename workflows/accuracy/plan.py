@@ -1,4 +1,4 @@
-"""Plan: what a scene is run with, chosen before anything runs."""
+"""Plan of a scene: solver, numerics and cost, chosen before anything runs."""
 
 import math
 from dataclasses import dataclass, replace
@@ -41,50 +41,53 @@ from chaincor.workflows.engines.fragment_bounds import breaking_energy
 from chaincor.workflows.engines.rounding import rounding_error
 from chaincor.workflows.errors import CostError, RunError
 
-# The in-house runs until they agree, or until the step of LAMMPS is chosen, in runs of one step.
+# Cost of the reference runs until they agree, or until the step of LAMMPS is chosen, in runs of one
+# step.
 _IN_HOUSE_RUNS = 2.1
-# How many broken bonds the energy suffices for where motions are usually so different that one step
-# seldom meets a target error.
+# Number of broken bonds that the energy must suffice for, so that motions usually differ so much
+# that one step seldom reaches a target error.
 _SHATTERED = 33.0
-# Longer chains, which no cache holds, were not measured.
+# Longest chain of the cost measurements; longer chains fit no cache.
 _MOST_MEASURED = 500
 
 
 @dataclass(frozen=True)
 class Plan:
     """
-    What a scene is run with.
+    Solver and numerics of a scene.
 
-    Where a tolerance is asked, steps are those tried first: the runs themselves may ask for finer
-    ones, and the step of LAMMPS is chosen by the reference run.
+    With a tolerance, steps are the first ones to try: the runs may need finer steps, and the
+    reference run decides the step of LAMMPS.
     """
 
-    scene: Scene  #: The collision.
-    solver: Solver  #: Gives the number.
-    scheme: str | None  #: Of its steps; None where it has no fixed ones.
-    numerics: Numerics | None  #: Of its first run; None where it has no fixed steps.
-    #: Steps of the runs that prove the number, in units of its own.
+    scene: Scene  #: Collision.
+    solver: Solver  #: Solver that gives the result.
+    scheme: str | None  #: Scheme of its steps; None without fixed steps.
+    numerics: Numerics | None  #: Numerics of its first run; None without fixed steps.
+    #: Steps of the runs that prove the result, in units of its own step.
     proofs: tuple[float, ...]
-    target_error: float | None  #: Error that numerics are chosen for; None with explicit ones.
-    seconds: float  #: Expected on one core, everything included.
-    refusal: str | None = None  #: Why nothing can be run.
-    reference: "Plan | None" = None  #: The reference run that the step of LAMMPS is chosen by.
-    #: Takes over where it is good to the target error, which a run of three particles shows.
+    #: Target error for the choice of numerics; None with explicit numerics.
+    target_error: float | None
+    seconds: float  #: Expected seconds on one core, everything included.
+    refusal: str | None = None  #: Reason why nothing can be run.
+    reference: "Plan | None" = None  #: Plan of the reference run that decides the step of LAMMPS.
+    #: Solver that replaces the first if it reaches the target error, which a run of three particles
+    #: shows.
     instead: Solver | None = None
 
     @property
     def regular(self) -> bool:
-        """Whether fixed steps of smooth bonds are taken, which have an order."""
+        """Whether the plan has fixed steps of smooth bonds, which have an order."""
         return self.solver is FIXED_STEPS and is_smooth(self.scene)
 
     @property
     def may_take_longer(self) -> bool:
-        """Whether several times the forecast is usual: for chains longer than measured."""
+        """Whether several times the forecast is usual: for chains longer than the measured ones."""
         return self.scene.longest_body > _MOST_MEASURED and not EXACT_MODES.supports(self.scene)
 
     @property
     def usually_shatters(self) -> bool:
-        """Whether vibrations usually take the energy that breaks several bonds."""
+        """Whether vibrations usually have the energy to break several bonds."""
         energy = 0.5 * self.scene.particles * self.scene.impact_velocity**2
         return energy > _SHATTERED * breaking_energy(self.scene.bond)
 
@@ -113,7 +116,7 @@ class Plan:
 
 def plan(scene: Scene, tolerance: float | None = None) -> Plan:
     """
-    Choose what a scene is run with, without a run.
+    Return the plan of a scene, without a run.
 
     Parameters
     ----------
@@ -132,7 +135,7 @@ def plan(scene: Scene, tolerance: float | None = None) -> Plan:
     asked = scene.asked_tolerance if tolerance is None else tolerance
     if asked is None:
         return _given(scene)
-    # A tolerance below rounding is not worked for.
+    # The target error is never below rounding.
     target_error = decade_above(rounding_error(scene.engine, scene), asked)
     if scene.engine == "lammps":
         return _with_lammps(scene, target_error)
@@ -195,15 +198,16 @@ def _with_lammps(scene: Scene, target_error: float) -> Plan:
         seconds = EXACT_MODES.forecast(scene)
         reference = Plan(scene, EXACT_MODES, None, None, (), target_error, seconds)
     else:
-        # The scheme that steps of LAMMPS are tried with in-house, too.
+        # Trial steps for LAMMPS in the reference engine use this scheme, too.
         reference = _with_fixed_steps(scene, TRUTH_SHARE * target_error, "order8")
     usual = usual_schemes(scene, target_error)[0]
     numerics = _in_lammps(scene, usual, target_error)
     run = LAMMPS.forecast(scene, numerics)
-    if scene.bond.kinks:  # past which Verlet steps are as exact as any, on a table that holds them
+    # at kinks Verlet steps are as exact as any, with a table that holds the kinks
+    if scene.bond.kinks:
         numerics = replace(_in_lammps(scene, "verlet", target_error), table="linear")
         run = LAMMPS.forecast(scene, numerics)
-    elif usual == "verlet":  # which is taken where it is cheaper than this
+    elif usual == "verlet":  # taken if it is cheaper than this
         run = LAMMPS.forecast(scene, _in_lammps(scene, "order8", target_error))
     seconds = OVERHEAD["lammps"] + LAMMPS_RUNS * run + reference.seconds
     proofs = (COARSER,)
@@ -212,7 +216,7 @@ def _with_lammps(scene: Scene, target_error: float) -> Plan:
 
 
 def _in_lammps(scene: Scene, scheme: StepSchemeName, target_error: float) -> Numerics:
-    """Return a scheme in LAMMPS with the step that usually meets a target error."""
+    """Return the numerics of LAMMPS with the step that usually reaches a target error."""
     step = guess_step(scene, scheme, coarser_target_error(scene, scheme, target_error)) / COARSER
     if scheme == "verlet":
         step = max(step, least_step(scene, duration_of(scene)))

@@ -1,4 +1,4 @@
-"""Runs of the in-house integrator at several steps, or with other roundings, to be compared."""
+"""Runs of the reference engine at several steps, or with other rounding, for comparison."""
 
 import math
 import sys
@@ -26,32 +26,32 @@ from chaincor.workflows.accuracy.step_proof import difference
 from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.engines.reference import stepping
 
-# Longer chains have contacts that graze the wall and make much of the last digit.
+# Chains longer than this have grazing contacts that depend on the last digit.
 LONG = 1500
-# By how many units of rounding the impact velocity is changed. Of lj chains of 3000 at 0.39 v*,
-# one in three has other last contacts than the rest, and eta 0.7833 to 0.7842 in place of 0.7813:
-# two nudges and three steps all agreed. Eight and three do so by chance in one case of a hundred.
+# Changes of the impact velocity in units of rounding. Among lj chains of 3000 at 0.39 v*, one in
+# three has other last contacts than the rest, and eta of 0.7833 to 0.7842 instead of 0.7813. Two
+# nudges and three steps all agreed there; eight and three agree by chance in one case of a hundred.
 _NUDGES = (-5.0, 3.0)
 _NUDGES_OF_LONG = (*_NUDGES, -9.0, 7.0, -2.0, 11.0, -14.0, 5.0)
-# Steps for this error resolve whatever amplifies rounding.
+# Target error of steps that resolve the amplification of rounding.
 _GOAL = 1e-9
-# Where the usual step does not run: a thousandth of it.
+# Largest number of halvings if the usual step does not run: down to a thousandth of it.
 _MOST_HALVINGS = 10
-# An estimate from one step is taken with this reserve: the next step's error is a different draw,
-# and to miss the goal costs another search, while 0.3 costs a tenth of the step at order 8. It
-# decides costs only, as the step found is proved.
+# Reserve of an estimate from one step. The error of the next step differs by chance, and to miss
+# the target error costs another search, while 0.3 costs a tenth of the step at order 8. It affects
+# only the cost, because the step is proved.
 _RESERVE = 0.3
 _MOST_TRIES = 5
 
 
 def eta_of(scene: Scene, outcome: Outcome) -> float:
-    """Return the restitution of an outcome: of relative translation, where the target is free."""
+    """Return the restitution of an outcome; for a free target, of the relative translation."""
     e = relative_velocity(scene.line, outcome) / scene.impact_velocity
     return e * e
 
 
 def largest_difference(scene: Scene, run: Outcome, others: Iterable[Outcome]) -> float:
-    """Return how far the restitution of other runs is from that of one, at most."""
+    """Return the largest difference of the restitution between a run and other runs."""
     eta = eta_of(scene, run)
     return max(abs(eta_of(scene, other) - eta) for other in others)
 
@@ -67,7 +67,7 @@ def difference_to(scene: Scene, run: Outcome, other: Outcome) -> float:
 
 
 def relative_velocity(line: Line, outcome: Outcome) -> float:
-    """Return how fast the bodies part: the chain's centre of mass against the target's."""
+    """Return the velocity with which the centres of mass of both bodies separate."""
     target = outcome.target_velocities[::-1] if line.targets else np.zeros(1)
     return line.separation(np.concatenate((target, outcome.velocities)))
 
@@ -75,39 +75,35 @@ def relative_velocity(line: Line, outcome: Outcome) -> float:
 def run_reference(
     scene: Scene, scheme: StepSchemeName, timestep: float, known: Outcome | None = None
 ) -> Outcome:
-    """
-    Run the in-house integrator with one scheme and step.
-
-    For `known` see :func:`chaincor.workflows.engines.reference.stepping.run`.
-    """
+    """Run the reference engine with one scheme and step."""
     return stepping.run(scene, Numerics(scheme=scheme, timestep=timestep), known=known)
 
 
 @dataclass(frozen=True)
 class ConvergedRun:
-    """A collision at ever smaller steps."""
+    """Collision at ever smaller steps."""
 
-    outcome: Outcome  #: The run that gives the number.
-    #: Runs at larger steps, the first at twice its step; the same run where it has no step.
+    outcome: Outcome  #: Outcome of the best run.
+    #: Runs at larger steps, the first at twice the step; the run itself if it has no step.
     proofs: list[Outcome]
-    restitution: float  #: Its eta.
-    error: float  #: Its error, of the step alone or with the rounding.
-    seconds: float  #: Integration time of all runs that were compared.
-    stalled: bool = False  #: Whether smaller steps had stopped to help.
+    restitution: float  #: Restitution eta of the run.
+    error: float  #: Error of eta, from the step alone or including rounding.
+    seconds: float  #: Integration time of all compared runs.
+    stalled: bool = False  #: Whether smaller steps no longer helped.
     tries: list[dict[str, float]] = field(default_factory=list)  #: Steps and errors on the way.
-    first: Outcome | None = None  #: The run whose end all others took over, where they did.
-    #: Change of eta by other roundings, where that is why steps do not help; else 0.
+    first: Outcome | None = None  #: Run whose end all others took over, if they did.
+    #: Change of eta by other rounding, if this is why smaller steps do not help; else 0.
     nudged: float = 0.0
-    kinked: bool = False  #: Whether bonds pass kinks, where no scheme has an order above 2.
+    kinked: bool = False  #: Whether bonds pass kinks, at which no scheme has an order above 2.
 
     @property
     def grazes(self) -> bool:
-        """Whether a step makes or takes a contact."""
+        """Whether the number of contacts depends on the step."""
         return differ(self.outcome, self.proofs)
 
 
 def differ(fine: Outcome, proofs: Sequence[Outcome]) -> bool:
-    """Return whether runs have not all as many contacts."""
+    """Return whether the numbers of contacts of runs differ."""
     return any(len(run.contact_times) != len(fine.contact_times) for run in proofs)
 
 
@@ -119,11 +115,11 @@ def refined(
     kinked: bool = False,
 ) -> ConvergedRun:
     """
-    Return the best of several tries, each of a run and its proofs, with what it errs by.
+    Return the best of several attempts, each with a run and its proofs, and its error.
 
-    Where smaller steps have stopped to help, or the collision forgets them for its roundings, which
-    have `nudged` it, the truth may be wherever one of the last runs went. Where each step is
-    another nudge, the finest is no better than the first, whose end may have been followed.
+    If smaller steps no longer help, or rounding (`nudged`) decides the collision, the true eta may
+    be anywhere in the range of the last few runs. If each step is only another nudge, the finest
+    run is no better than the first, whose end may have been followed.
     """
     ran = [(each.error, each.found or []) for each in that_ran(tries)]
     error, runs = min(ran, key=lambda each: each[0])
@@ -134,7 +130,7 @@ def refined(
         runs = alike[0][1] if forgets else runs
         error = largest_difference(scene, runs[0], (run for _, each in alike for run in each))
     nudged = max(nudged, error) if forgets else 0.0
-    # A run may be compared with those at two steps.
+    # A run may be compared with runs at two steps, but its time counts once.
     seconds = sum({id(run): run.seconds for _, each in ran for run in each}.values())
     found = runs[0], runs[1:], eta_of(scene, runs[0]), error, seconds
     return ConvergedRun(*found, stuck, steps_record(tries), first, nudged, kinked)
@@ -144,16 +140,16 @@ def nudged_change(
     scene: Scene, scheme: StepSchemeName, step: float, plain: Outcome, enough: float = math.inf
 ) -> float:
     """
-    Return how much eta of a run changes for impact velocities a few units of rounding away.
+    Return the change of eta for impact velocities that differ by a few units of rounding.
 
-    That is the largest change, or the first that is `enough`.
+    It is the largest change, or the first that reaches `enough`.
     """
     worst, eta = 0.0, eta_of(scene, plain)
     for ulps in _NUDGES_OF_LONG if scene.particles > LONG else _NUDGES:
         change = 1.0 + ulps * sys.float_info.epsilon
         if scene.line.has_equal_masses:
             nudged, near = scene.replace(speed=None, velocity=change * scene.impact_velocity), step
-        else:  # given velocities are not changed: another step rounds everything as well
+        else:  # given velocities stay; another step also changes all rounding
             nudged, near = scene, change * step
         other = run_reference(nudged, scheme, near, plain)
         worst = max(worst, abs(eta_of(nudged, other) - eta))
@@ -164,12 +160,12 @@ def nudged_change(
 
 def find_rounding_sensitivity(scene: Scene) -> float:
     """
-    Return how much eta changes when all roundings change.
+    Return the change of eta when all rounding changes.
 
-    That is the largest change for impact velocities a few units in the last place away, with a step
-    that depends on the scene alone; for bonds that fixed steps can follow.
+    It is the largest change for impact velocities a few units in the last place away, with a step
+    that depends on the scene alone. It needs bonds that fixed steps can follow.
     """
-    # A warm chain that comes slowly is thrown back to the target long after it was there.
+    # A slow warm chain may be thrown back to the target long after its first contacts.
     follow = scene.temperature is not None
 
     def attempt(step: float) -> Attempt[float]:
@@ -183,7 +179,7 @@ def find_rounding_sensitivity(scene: Scene) -> float:
 
 
 def _error_at(scene: Scene, scheme: StepSchemeName, step: float, truth: ConvergedRun) -> float:
-    """Return the error of eta at a step; RunError where it is too large to run at all."""
+    """Return the error of eta at a step; raises RunError if the step is too large to run."""
     outcome = run_reference(scene, scheme, step, truth.outcome)
     return max(abs(eta_of(scene, outcome) - truth.restitution), 1e-17)
 
@@ -192,9 +188,9 @@ def estimate_step(
     scene: Scene, scheme: StepSchemeName, target_error: float, truth: ConvergedRun
 ) -> float | None:
     """
-    Estimate, from one run and with a reserve, the step whose error is a goal.
+    Return an estimate of the step for a target error, from one run and with a reserve.
 
-    None where even a much smaller step does not run.
+    Return None if even a much smaller step does not run.
     """
     order = effective_order(scene, scheme)
 
@@ -213,7 +209,7 @@ def estimate_step(
 def find_step(
     scene: Scene, scheme: StepSchemeName, target_error: float, truth: ConvergedRun, start: float
 ) -> float | None:
-    """Return a step whose error is within a goal, near the largest; None if none was found."""
+    """Return a step that reaches a target error, near the largest; None if none was found."""
     order = effective_order(scene, scheme)
 
     def attempt(step: float) -> Attempt[None]:

@@ -1,4 +1,4 @@
-"""Refining: run at a step, see what it errs by, and take a smaller one, until that is enough."""
+"""Refinement of steps: run at ever smaller steps until the error is small enough."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -9,49 +9,51 @@ from chaincor.workflows.errors import CostError, RunError, TimestepError
 
 Found = TypeVar("Found")
 
-# Steps that get smaller so many times without halving the error show that it is not the steps':
-# each is 0.8 of the last at most, of order 4 at least, which should halve the error every time.
+# Number of refinements without halving of the error after which the error does not come from the
+# steps. Each step is 0.8 of the last at most and the order at least 4, so the error should halve
+# every time.
 STALLED = 3
-# Too large a step also makes particles meet or bonds break: so many steps, each about half of the
-# one before, must say the same: a sixteenth of a guessed step is stable beyond doubt.
+# Number of steps, each about half of the one before, that must fail alike before the failure
+# counts. Too large a step also makes particles meet or bonds break, but a sixteenth of a guessed
+# step is stable beyond doubt.
 _CONFIRMATIONS = 4
 
 
 @dataclass(frozen=True)
 class Attempt(Generic[Found]):
-    """What came of one step."""
+    """Result of one step."""
 
-    step: float  #: The step, or whatever else is made smaller.
-    error: float  #: That of the number with it; inf where it did not run.
-    found: Found | None = None  #: Its runs; None where it did not run.
+    step: float  #: Step, or another quantity that is refined.
+    error: float  #: Error with this step; inf if it did not run.
+    found: Found | None = None  #: Runs of the step; None if it did not run.
     done: bool = False  #: Whether the search ends here.
-    following: float = 0.0  #: The next step.
-    #: Whether the next one is of another kind: what did not help so far does not count.
+    following: float = 0.0  #: Next step.
+    #: Whether the next step is of another kind, so that earlier errors do not count.
     anew: bool = False
-    refusal: RunError | None = None  #: What stopped it.
+    refusal: RunError | None = None  #: Error that stopped the step.
 
 
 @dataclass(frozen=True)
 class Policy:
-    """How a search goes on."""
+    """Policy of a search."""
 
-    most: int  #: Steps that are tried.
-    refused: float = 0.5  #: What is taken of a step that did not run.
-    #: What may be cured by a smaller step; anything else ends the search.
+    most: int  #: Largest number of steps.
+    refused: float = 0.5  #: Factor on a step that did not run.
+    #: Errors that a smaller step may cure; any other error ends the search.
     retried: tuple[type[RunError], ...] = (RunError,)
-    believed: bool = True  #: Whether several refusals of one name are believed.
-    stalls: bool = False  #: Whether the search ends where smaller steps have stopped to help.
+    believed: bool = True  #: Whether repeated errors of one kind end the search.
+    stalls: bool = False  #: Whether the search ends if smaller steps no longer help.
 
 
 def refine(
     step: float, attempt: Callable[[float], Attempt[Found]], policy: Policy
 ) -> list[Attempt[Found]]:
     """
-    Try ever smaller steps; return all in turn.
+    Return the attempts at ever smaller steps, in order.
 
-    `attempt` runs at a step, and says what it errs by, whether that is enough, and which is next.
-    Where time is up, what was found before serves. Raises RunError, what several steps agree on or
-    what no smaller step cures; CostError where time is up and nothing was found.
+    `attempt` runs at a step and returns its error, whether this is enough, and the next step. If
+    the time is up, the attempts so far are returned. Raises RunError if several steps agree on it
+    or if no smaller step cures it, and CostError if the time is up and no step has run.
     """
     tries: list[Attempt[Found]] = []
     while len(tries) < policy.most:
@@ -74,7 +76,7 @@ def refine(
 def by_order(
     target_error: float, error: float, order: float, least: float, most: float = 0.8
 ) -> float:
-    """Return the share of a step with which its error is a goal, between two bounds."""
+    """Return the factor on a step that brings its error to the target error, within bounds."""
     return min(max((target_error / max(error, 1e-300)) ** (1.0 / order), least), most)
 
 
@@ -92,7 +94,7 @@ def has_stalled(tries: Sequence[Attempt[Found]]) -> bool:
 
 
 def that_ran(tries: Sequence[Attempt[Found]]) -> list[Attempt[Found]]:
-    """Return the steps that ran; raise what stopped the last where none did."""
+    """Return the attempts that ran; raise the last error if no attempt ran."""
     ran = [each for each in tries if each.refusal is None]
     if not ran:
         assert tries[-1].refusal is not None
@@ -101,15 +103,11 @@ def that_ran(tries: Sequence[Attempt[Found]]) -> list[Attempt[Found]]:
 
 
 def steps_record(tries: Sequence[Attempt[Found]], name: str = "timestep") -> list[dict[str, float]]:
-    """Return steps and errors, for the record."""
+    """Return the steps and errors for the record."""
     return [{name: each.step, "step_error": each.error} for each in tries]
 
 
 def _is_believed(tries: Sequence[Attempt[Found]]) -> bool:
-    """
-    Return whether steps that became ever smaller agree on what stops them.
-
-    The last few have been stopped by the same name, one that a smaller step does not cure.
-    """
+    """Return whether the last few steps failed with one error that no smaller step cures."""
     kinds = [type(each.refusal) for each in tries[-_CONFIRMATIONS:]]
     return len(kinds) == _CONFIRMATIONS and set(kinds) == {kinds[0]} - {TimestepError, type(None)}

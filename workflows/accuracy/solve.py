@@ -1,4 +1,4 @@
-"""Tolerance in, numerics and error bar out."""
+"""Solution of a scene to a tolerance: choice of numerics, runs and error bar."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -15,18 +15,20 @@ from chaincor.workflows.engines.rounding import amplified_rounding, rounding_mat
 from chaincor.workflows.engines.time_limit import time_limit
 from chaincor.workflows.errors import ToleranceError
 
-# Where one goal is missed: rounding may take more of a short step than was foreseen, by up to one
-# decade; more decades are missed only where nothing converges, and then the bar is not small.
+# Number of looser target errors to try if one is missed. The rounding of a short step may exceed
+# its forecast by up to one decade. More decades are missed only if nothing converges, and the error
+# bar is not small then.
 _MOST_LOOSER = 2
 
 
 def solve_to_tolerance(scene: Scene, tolerance: float) -> BoundedRun:
     """
-    Run a scene with the numerics that usually meet a tolerance most cheaply, and prove it.
+    Run a scene with the numerics that usually reach a tolerance at the least cost, and prove it.
 
-    Numerics are chosen for goals that are powers of ten, the largest within the tolerance or, where
-    that is below rounding, the first below rounding. Where a goal is missed the next looser one is
-    tried, too, and the smallest bar counts. Raises ToleranceError if that says nothing of eta.
+    Numerics are chosen for target errors that are powers of ten: the largest within the tolerance
+    or, if this is below rounding, the first below rounding. If a target error is missed, the next
+    looser one is tried too, and the smallest error bar counts. Raises ToleranceError if this bar is
+    useless.
     """
     if is_warm(scene) and (usual := WarmSolver(scene).solve_alone()):
         return usual
@@ -37,11 +39,11 @@ def solve_to_tolerance(scene: Scene, tolerance: float) -> BoundedRun:
     loosest = target_error * 10.0**_MOST_LOOSER
     best = found = solve_goal(scene, target_error, sensitivity)
     for _ in range(_MOST_LOOSER):
-        # What contacts after an open end could change, no step makes less; and where refinement
-        # stalled above the roundings, a smaller bar at looser steps would be luck.
+        # No finer step reduces the error from contacts after an open end. If refinement stalled
+        # above the rounding, a smaller bar at longer steps would be luck.
         assert found.bar.step is not None
         stalled = found.bar.step > max(target_error, found.bar.rounding)
-        # Nor is it less where steps that amplify no rounding leave more than the loosest goal.
+        # Looser targets are also hopeless if amplified rounding exceeds the loosest of them.
         hopeless = (
             loosest
             < found.bar.rounding
@@ -51,7 +53,7 @@ def solve_to_tolerance(scene: Scene, tolerance: float) -> BoundedRun:
         if found.error - found.bar.ending <= target_error or stalled or hopeless or short:
             break
         target_error *= 10.0
-        # What roundings make of a collision they make of it at any step: none is lucky.
+        # The amplification of rounding belongs to the collision, at any step.
         sensitivity = max(sensitivity, found.rounding_sensitivity)
         known = (found.outcome,) if in_house else ()
         found = solve_goal(scene, target_error, sensitivity, *known)
@@ -67,17 +69,18 @@ def solve_to_tolerance(scene: Scene, tolerance: float) -> BoundedRun:
 
 def target_error_of(planned: Plan) -> tuple[float, float]:
     """
-    Return the target error of a plan, and the rounding sensitivity of the in-house eta.
+    Return the target error of a plan, and the rounding sensitivity of eta.
 
-    The latter where numerics hinge on it, else 0: cold chains at a wall are nudged in-house with
-    the steps that resolve them, as coarse ones may tell of far more.
+    The sensitivity is 0 unless the numerics depend on it. The reference engine measures it by
+    nudges of cold chains at a wall, with steps that resolve them, because coarse steps may
+    overestimate it.
     """
     scene, target_error = planned.scene, planned.target_error
     assert target_error is not None
-    # Light particles between heavy ones amplify more than equal ones ever do.
+    # Light particles between heavy ones amplify rounding more than equal ones ever do.
     matters = not scene.line.has_equal_masses
     matters |= scene.engine == "lammps" and rounding_matters("lammps", scene, target_error)
-    # Modes know no chaos, and steps that are too long for the bonds say nothing.
+    # Modes have no chaos, and steps that are too long for the bonds measure nothing.
     stepped = planned.solver in (FIXED_STEPS, LAMMPS) and not EXACT_MODES.supports(scene)
     if not (matters and stepped and planned.solver.resolves(scene)):
         return target_error, 0.0

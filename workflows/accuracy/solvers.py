@@ -1,4 +1,4 @@
-"""The solvers of a collision in order of preference, and why each may not support a scene."""
+"""Solvers of a collision in order of preference, each with its reason to refuse a scene."""
 
 import math
 from abc import ABC, abstractmethod
@@ -21,44 +21,44 @@ from chaincor.workflows.engines.reference import adaptive, hard_sphere, modal, s
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
 from chaincor.workflows.errors import RunError
 
-# Processor times measured for 130 collisions, 10 to 500 particles at 0.01 to 4 v* and tolerances of
-# 1e-4 to 1e-9: the overhead of a collision with LAMMPS, and in-house.
+# Processor time of a collision besides its runs, with LAMMPS and with the reference engine.
+# Measured for 130 collisions, 10 to 500 particles at 0.01 to 4 v* and tolerances of 1e-4 to 1e-9.
 _LAMMPS_SECONDS = 0.025
 _IN_HOUSE_SECONDS = 0.002
-# One stage of the in-house integrator, and one bond in it.
+# Time of one stage of the reference engine, and of one bond in it.
 _IN_HOUSE_STAGE = 1e-7
 _IN_HOUSE_BOND = 1e-9
-# Modes, by pairs of modes and windows of time, of which both are as many as particles. Measured for
-# 1000 to 4000.
+# Time of modes for each pair of a mode and a window of time; there are as many of either as
+# particles. Measured for 1000 to 4000.
 _MODAL_PAIR = 7e-8
-# Adaptive steps, by pairs of particles and digits of the frequency ratio.
+# Time of adaptive steps for each pair of particles and decimal digit of the frequency ratio.
 _ADAPTIVE_PAIR = 5e-5
-# Adaptive steps of beads, by pairs of them.
+# Time of adaptive steps for each pair of beads.
 _BEAD_PAIR = 3e-5
-# A run of adaptive steps takes up to 8e-10 s times (n ln(ratio))^3 (log bonds; others less in long
-# chains), a minute for this much.
+# Limit of (n ln(ratio))^3 for adaptive steps: about a minute. A run takes up to 8e-10 s times this
+# number (log bonds; other bonds take less in long chains).
 _MOST_STEPPED = 7.5e10
 
 
 class Solver(ABC):
-    """One way to compute a collision."""
+    """Method that computes a collision."""
 
-    name: ClassVar[str]  #: What it is called in plans.
-    engine: ClassVar[str]  #: The engine of a scene that names it.
-    #: Largest ratio of frequencies, of the most compressed bond or a soft contact and of a bond at
-    #: rest, that its steps follow.
+    name: ClassVar[str]  #: Name in plans.
+    engine: ClassVar[str]  #: Engine of the scenes that it solves.
+    #: Largest frequency ratio that its steps can follow: the most compressed bond, or a soft
+    #: contact, against a bond at rest.
     sharpest: ClassVar[float] = math.inf
 
     @abstractmethod
     def refusal(self, scene: Scene) -> str | None:
-        """Return in one line why a scene is not supported; None where it is."""
+        """Return the reason, in one line, why a scene is not supported; None if it is."""
 
     def supports(self, scene: Scene) -> bool:
         """Return whether a scene is supported."""
         return self.refusal(scene) is None
 
     def resolves(self, scene: Scene) -> bool:
-        """Return whether its steps follow the fastest bond or contact."""
+        """Return whether its steps can follow the fastest bond or contact."""
         return frequency_ratio(scene) <= self.sharpest
 
     @abstractmethod
@@ -68,19 +68,19 @@ class Solver(ABC):
     @abstractmethod
     def run(self, scene: Scene, numerics: Numerics | None, accuracy: float = 1e-6) -> Outcome:
         """
-        Carry a collision out.
+        Run a collision.
 
-        Fixed steps and LAMMPS take `numerics`, adaptive steps take `accuracy`.
+        Fixed steps and LAMMPS use `numerics`, adaptive steps use `accuracy`.
         """
 
 
 class ExactModes(Solver):
-    """Harmonic chains as sums of modes."""
+    """Propagation of harmonic chains by their modes."""
 
     name, engine = "exact modes", "reference"
 
     def refusal(self, scene: Scene) -> str | None:
-        """Return why a scene has no modes to be carried along."""
+        """Return the reason why a scene cannot be propagated by modes."""
         if modal.supports(scene):
             return None
         if not scene.bond.is_harmonic:
@@ -94,18 +94,18 @@ class ExactModes(Solver):
         return _IN_HOUSE_SECONDS + _MODAL_PAIR * scene.longest_body**2
 
     def run(self, scene: Scene, numerics: Numerics | None = None, accuracy: float = 0.0) -> Outcome:
-        """Carry the modes along."""
+        """Propagate the modes."""
         return modal.run(scene)
 
 
 class FixedSteps(Solver):
-    """The reference engine with steps of one length."""
+    """Reference engine with steps of one length."""
 
     name, engine = "fixed steps", "reference"
-    sharpest = 60.0  # beyond, adaptive steps of a plain chain take less processor time
+    sharpest = 60.0  # beyond this ratio, adaptive steps of a plain chain take less processor time
 
     def refusal(self, scene: Scene) -> str | None:
-        """Return why adaptive steps are cheaper."""
+        """Return the reason why adaptive steps are cheaper."""
         if scene.bond.only_pushes:
             return f"{scene.label} beads only push: their steps adapt to their overlaps"
         if not scene.line.is_standard or self.resolves(scene):
@@ -129,12 +129,12 @@ class FixedSteps(Solver):
 
 
 class AdaptiveSteps(Solver):
-    """The reference engine with steps as short as the stiffest bond needs."""
+    """Reference engine with steps as short as the stiffest bond needs."""
 
     name, engine = "adaptive steps", "reference"
 
     def refusal(self, scene: Scene) -> str | None:
-        """Return why no such steps are taken."""
+        """Return the reason why adaptive steps are not taken."""
         if scene.bond.only_pushes:
             return None
         if not scene.line.is_standard:
@@ -158,12 +158,12 @@ class AdaptiveSteps(Solver):
 
 
 class HardSpheres(Solver):
-    """The limit of high speed."""
+    """Limit of high speed."""
 
     name, engine = "hard spheres", "reference"
 
     def refusal(self, scene: Scene) -> str | None:
-        """Return why the limit is not reached."""
+        """Return the reason why the limit is not reached."""
         if scene.bond.only_pushes:
             return "beads of a power law become no hard spheres at any speed"
         if FIXED_STEPS.supports(scene):
@@ -171,7 +171,7 @@ class HardSpheres(Solver):
         return None
 
     def forecast(self, scene: Scene, numerics: Numerics | None = None) -> float:
-        """Return the expected seconds: those of three particles."""
+        """Return the expected seconds, which a run of three particles takes."""
         return _IN_HOUSE_SECONDS
 
     def run(self, scene: Scene, numerics: Numerics | None = None, accuracy: float = 0.0) -> Outcome:
@@ -183,10 +183,10 @@ class Lammps(Solver):
     """LAMMPS, with fixed steps."""
 
     name, engine = "LAMMPS", "lammps"
-    sharpest = 300.0  # beyond, millions of steps would be needed
+    sharpest = 300.0  # beyond this ratio, millions of steps would be needed
 
     def refusal(self, scene: Scene) -> str | None:
-        """Return what LAMMPS's fixed steps cannot follow: the contact or the bonds."""
+        """Return the contact or the bonds as the reason why LAMMPS's fixed steps fail."""
         if scene.bond.only_pushes:
             return "LAMMPS gets no scenes of hertz beads yet. Use engine 'reference'"
         if EXACT_MODES.supports(scene) or self.resolves(scene):
@@ -231,15 +231,15 @@ SOLVERS: tuple[Solver, ...] = (
     LAMMPS,
 )
 IN_HOUSE = tuple(solver for solver in SOLVERS if solver.engine == "reference")
-# What any collision takes besides its runs.
+# Overhead in seconds of any collision besides its runs.
 OVERHEAD = {"lammps": _LAMMPS_SECONDS, "reference": _IN_HOUSE_SECONDS}
 
 
 def solver_of(scene: Scene, among: Iterable[Solver] | None = None) -> Solver:
     """
-    Return the first solver that supports a scene, of those of its engine where none are given.
+    Return the first solver that supports a scene, by default among the solvers of its engine.
 
-    Raises RunError, with the reason of the last one, where no solver does.
+    Raises RunError with the reason of the last solver if none supports the scene.
     """
     reason = ""
     own = (solver for solver in SOLVERS if solver.engine == scene.engine)
@@ -255,7 +255,8 @@ def duration_of(scene: Scene) -> float:
     """
     Return the expected time from the start to the last contact.
 
-    Sound crosses the chain and comes back, at the low speeds at which that takes longest.
+    It is a sound round trip at the low speeds at which this takes longest, plus the time to the
+    first contact and the duration of a soft contact.
     """
     duration = 2.2 * scene.longest_body / math.sqrt(scene.slow_stiffness)
     duration += float(scene.line.strains[scene.line.gap]) / scene.impact_velocity

@@ -1,4 +1,4 @@
-"""Guessing, without a run, the in-house step that meets an error."""
+"""Guess of the step of the reference engine that reaches a target error, without a run."""
 
 import math
 from collections.abc import Iterable
@@ -14,14 +14,15 @@ from chaincor.workflows.engines.compositions import COMPOSITIONS
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
 from chaincor.workflows.measured import measured
 
-# Steps are chosen for this share of a goal: half, as the bar must have room for the rest. It
-# decides costs only, as the sum is proved.
+# Share of the target error for steps: half, because the error bar needs room for the rest. It
+# affects only the cost, because the sum is proved.
 STEP_SHARE = 0.5
-# A stage of weight w is stable while 2 |w| H < 2 for the fastest mode; stay a tenth below.
+# A stage of weight w is stable while 2 |w| H < 2 for the fastest mode; the share keeps a tenth
+# below.
 _STABILITY_SHARE = 0.9
-# A bond that is compressed to a curvature k needs steps shorter by sqrt(k). The steps of
-# DEFAULT_TIMESTEPS, and those that a scene cannot name, with the errors of eta that chains of about
-# 100 have with them; only the first guess depends on these.
+# A bond that is compressed to a curvature k needs steps shorter by sqrt(k). These are the steps of
+# DEFAULT_TIMESTEPS and of schemes without a default, and the errors of eta with them for chains of
+# about 100. Only the first guess depends on them.
 USUAL_STEPS: dict[str, float] = {
     **DEFAULT_TIMESTEPS,
     "srkn14": 1.0,
@@ -29,21 +30,21 @@ USUAL_STEPS: dict[str, float] = {
     "extrapolated14": 0.8,
 }
 _USUAL_ERROR: dict[str, float] = measured("usual_error")
-# By which power of the step errors fall from that on, where it is not the order, which holds for
-# shorter steps only; and by how much more than the median nine scenes in ten err, where that is not
-# about twice.
+# Power of the step with which errors fall, if it is not the order, which then holds for shorter
+# steps only; and the error that nine scenes in ten stay below over the median, if it is not about
+# two.
 _USUAL_ORDERS = {"srkn14": 9}
 _USUAL_SCATTER = {"srkn14": 20.0}
-# Of steps that are no compositions: up to where they are stable; and up to where the longest of
-# their Verlet steps, in LAMMPS, leaves bonds within a table that is not much longer for it.
+# Largest steps of schemes that are no compositions: up to their stability, and in LAMMPS as long as
+# their longest Verlet step does not need a much longer bond table.
 _LARGEST = {"srkn14": 1.4, "extrapolated12": 0.7, "extrapolated14": 1.2}
 
 
 def frequency_ratio(scene: Scene) -> float:
     """
-    Return how much faster than at rest the most compressed bond swings, or a soft contact.
+    Return the frequency of the most compressed bond, or a soft contact, over its value at rest.
 
-    That is sqrt(U''(shortest)/U''(1)), 1 or more, by a guess at the shortest bond.
+    It is sqrt(U''(shortest)/U''(1)), 1 or more, with a guess of the shortest bond.
     """
     line, bond = scene.line, scene.bond
     if bond.only_pushes:
@@ -51,7 +52,7 @@ def frequency_ratio(scene: Scene) -> float:
     sharpest = 1.0
     if line.heaviest_pair > 0.0:
         energy = pair_energy(line)
-        # A user's own object need not be hashable.
+        # An object of a user may not be hashable.
         if isinstance(scene.potential, str):
             if (bond, energy) not in _compressed:
                 _keep_compressed(bond, [energy])
@@ -81,13 +82,13 @@ def foresee_frequency_ratio(scenes: Iterable[Scene]) -> None:
 
 
 def pair_energy(line: Line) -> float:
-    """Return the energy that the bond of two particles gets that meet at 2 v0."""
+    """Return the energy of the bond between two particles that collide at 2 v0."""
     v0 = float(np.max(np.abs(line.velocities)))
     return 2.0 * line.heaviest_pair * (v0 * v0)
 
 
-# A sweep asks for the same speeds with many lengths: the strain of bonds that hold an energy, and
-# U'' there.
+# Cache of the strain of bonds that hold an energy, and U'' there: a sweep needs the same speeds for
+# many lengths.
 _compressed: dict[tuple[Potential, float], tuple[float, float]] = {}
 _MOST_KEPT = 100_000
 
@@ -105,7 +106,7 @@ def _compressed_by(bond: Potential, energies: list[float]) -> list[tuple[float, 
 
 
 def contact_is_stiffest(scene: Scene) -> bool:
-    """Return whether it is the contact of soft bodies that swings fastest, not a bond."""
+    """Return whether the contact of soft bodies, not a bond, has the highest frequency."""
     if not scene.line.soft:
         return False
     return frequency_ratio(scene) <= math.sqrt(scene.line.contact_rate / scene.fast_stiffness)
@@ -118,10 +119,10 @@ def is_smooth(scene: Scene) -> bool:
 
 def effective_order(scene: Scene, scheme: StepSchemeName) -> float:
     """
-    Return by which power of the step errors fall at least.
+    Return the least power of the step with which errors fall.
 
-    A soft contact of a power q that is no whole number costs an error of order q + 1 where the
-    bodies touch and part; steps graded there make it small, but not of another order.
+    A soft contact of a power q that is not an integer causes an error of order q + 1 where the
+    bodies touch and part. Graded steps make this error small, but do not change its order.
     """
     order, onset = float(STEP_SCHEMES[scheme].order), scene.line.contact.onset
     return order if onset is None else min(order, onset + 1.0)
@@ -144,12 +145,12 @@ def _heaviest(scheme: StepSchemeName) -> float:
 
 
 def guess_step(scene: Scene, scheme: StepSchemeName, target_error: float) -> float:
-    """Guess the step that meets an error."""
+    """Return a guess of the step that reaches a target error."""
     return usual_step(scheme, target_error, scene.fast_stiffness) / frequency_ratio(scene)
 
 
 def usual_step(scheme: StepSchemeName, target_error: float, stiffness: float) -> float:
-    """Return the step that meets an error with bonds that are hardly compressed."""
+    """Return the usual step for a target error with bonds that are hardly compressed."""
     order = _USUAL_ORDERS.get(scheme, STEP_SCHEMES[scheme].order)
     error = _USUAL_SCATTER.get(scheme, 1.0) * _USUAL_ERROR[scheme]
     usual = USUAL_STEPS[scheme] * (target_error / error) ** (1.0 / order)

@@ -1,4 +1,4 @@
-"""What the rows and digits of a user's bond table leave open of the restitution."""
+"""Error of the restitution from the limited rows and digits of a user's bond table."""
 
 from dataclasses import replace
 from typing import TYPE_CHECKING
@@ -17,26 +17,28 @@ from chaincor.workflows.engines.reference import stepping
 if TYPE_CHECKING:
     from scipy.interpolate import CubicSpline
 
-# Below this share of the tolerance the rows are not looked at more closely.
+# Share of the tolerance below which the error of the rows is only estimated.
 _NEGLIGIBLE = 0.1
-# Altered tables are run with twice the step of the answer, which its bar was proved with; where
-# that has no fixed length, with twice this one.
+# Step for altered tables if the run has no fixed step. Otherwise they use twice the step of the
+# run, at which its error bar was proved.
 _STEP = 0.05
-# How much the change by what lies between rows counts. Slow chains ask the stiffness at one length.
-# With rows twice as far apart a spline's stiffness errs eight times more, not sixteen times as its
-# force, and by t(1 - t)(1 - 2t) of the place t between two rows: up to twice more than both
-# altered tables show, which leave out even and odd rows. Half as much again for faster chains.
+# Factor on the change of eta from the values between rows. Slow chains depend on the stiffness at
+# one length. With rows twice as far apart, the error of a spline's stiffness is eight times larger,
+# not sixteen times like the error of its force. It varies as t(1 - t)(1 - 2t) with the place t
+# between two rows, up to twice more than both altered tables show, which leave out even and odd
+# rows. A reserve of a half is for faster chains.
 _BETWEEN = 3.0
-# A standard deviation from six shakes is itself uncertain by a third.
+# Factor on the standard deviation from six random changes, which is itself uncertain by a third.
 _SHAKEN = 4.0
 
 
 def with_rows(scene: Scene, bounded_run: BoundedRun, tolerance: float | None) -> BoundedRun:
     """
-    Return an answer whose bar for the table holds what a user's rows leave open; else the same.
+    Return a run whose error bar includes the error of a user's table.
 
-    It is of the spline through the rows. Raises TableError if no such table can be told from one
-    with which the collision cannot be carried out.
+    The run is for the spline through the rows; for other bonds it is returned unchanged. Raises
+    TableError if the table cannot be distinguished from a table with which the collision cannot be
+    run.
     """
     error = rows_error(scene, bounded_run.outcome, tolerance or 0.0)
     if error == 0.0:
@@ -47,10 +49,10 @@ def with_rows(scene: Scene, bounded_run: BoundedRun, tolerance: float | None) ->
 
 def rows_error(scene: Scene, outcome: Outcome, tolerance: float) -> float:
     """
-    Return how far eta may be off because a user's table has so many rows and digits.
+    Return the error of eta from the limited rows and digits of a user's table.
 
-    `outcome` is of the spline through the rows. Zero for other bonds; raises TableError as
-    :func:`with_rows` does.
+    `outcome` is for the spline through the rows. The error is zero for other bonds. Raises
+    TableError as :func:`with_rows` does.
     """
     bond = scene.bond
     if not isinstance(bond, TableBond):
@@ -87,11 +89,11 @@ def rows_error(scene: Scene, outcome: Outcome, tolerance: float) -> float:
 
 
 def _bond_of(force: "CubicSpline") -> SplineBond:
-    """Return a bond with that force, moved so that it has none at length 1."""
+    """Return a bond with a force, shifted so that it vanishes at length 1."""
     from scipy.interpolate import CubicSpline
 
     zeros = force.roots(extrapolate=False)
     zero = float(zeros[np.argmin(np.abs(zeros))])
-    # What altered bonds reach beyond the rows they do by little: the outer cubics go on.
+    # Altered bonds go little beyond the rows, where the outer cubics are continued.
     reach = 0.05 * float(force.x[-1] - force.x[0])
     return SplineBond(CubicSpline(force.x - zero, force(force.x)), "altered table", reach)

@@ -1,4 +1,4 @@
-"""A tolerance for warm chains before a hard wall, of many seeds and speeds at once or of one."""
+"""Solver to a tolerance for warm chains before a hard wall, for many seeds and speeds at once."""
 
 import math
 from functools import cached_property
@@ -28,26 +28,27 @@ from chaincor.workflows.engines.rounding import arithmetic_error
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
 from chaincor.workflows.errors import CostError, RunError
 
-# Sharper goals are met one by one: there what rounding becomes has to be looked at.
+# Smaller target errors need single runs, whose amplification of rounding is examined.
 SHARPEST_GOAL = 1e-8
-# Energy for the most compressed bond of a warm chain, in units of T: decides the first step only.
+# Energy of the most compressed bond of a warm chain, in units of T; decides only the first step.
 _HOTTEST_BOND = 5.0
-# Steps are those of a ladder of this ratio, so that they depend on speeds in few places.
+# Ratio of a ladder of steps, so that steps depend on the speed in few places.
 _STEP_LADDER = 0.8
-# First steps are guessed for energies on a ladder of this ratio.
+# Logarithmic ratio of a ladder of energies, for which the first steps are guessed.
 _ENERGY_LADDER = math.log(1.1)
-# At twice this step, in units of 1/frequency, orders begin to hold; it decides costs only.
+# Largest step, in units of 1/frequency: at twice this step, orders begin to hold. It affects only
+# the cost.
 _LARGEST_STEP = 0.33
-# Of those that need more, most never converge.
+# Largest number of refinements: collisions that need more mostly never converge.
 _MOST_REFINEMENTS = 7
-# Steps with this error miss less than rounding does: finer ones gain nothing.
+# Smallest useful error of a step, below the rounding.
 _SMALLEST_ERROR = 1e-16
-# Rounding may take this part of a goal.
+# Largest share of rounding in a target error.
 _ROUNDING_SHARE = 0.1
 
-# What is known of a collision: whether the tolerance is met, where nothing else counts if it is
-# not; eta and the parts of its bar; the step; how often and until when, after the first contact,
-# the chain hit the wall; and whether its end is proved, else argued.
+# Result of a collision: whether the tolerance is met (the other fields count only then); eta and
+# the parts of its error bar; the step; the number of contacts and the time of the last one after
+# the first; and whether the end is proved or else argued.
 MET = np.dtype(
     [
         ("met", bool),
@@ -63,7 +64,7 @@ MET = np.dtype(
 
 
 def is_warm(scene: Scene) -> bool:
-    """Return whether the tolerance of a scene is met here."""
+    """Return whether `WarmSolver` supports a scene."""
     if scene.engine != "reference" or scene.explicit or scene.temperature is None:
         return False
     asked = scene.asked_tolerance
@@ -73,11 +74,11 @@ def is_warm(scene: Scene) -> bool:
 
 class WarmSolver:
     """
-    Meets the tolerance of a scene for many initial states, or for its own.
+    Solver of a scene, accepted by :func:`is_warm`, for many initial states or for its own.
 
-    :func:`is_warm` takes it; bonds, masses and tolerance are those of all. Each collision is run at
-    H, 2 H and 1.3 H, which prove its error (``step_proof``). That holds what the collision makes of
-    rounding, too, which is another one in every run.
+    Bonds, masses and tolerance are common to all collisions. Each is run at H, 2 H and 1.3 H, which
+    prove its error (``step_proof``). This error includes amplified rounding, because rounding
+    differs in every run.
     """
 
     def __init__(self, scene: Scene) -> None:
@@ -91,20 +92,20 @@ class WarmSolver:
 
     @cached_property
     def batch(self) -> Batch:
-        """What carries many out; its loops are loaded when it is first asked for."""
+        """Batch of many collisions, whose loops are loaded at its first use."""
         return Batch(self._line, self._scene.bond, self.scheme)
 
     def share(self, velocity: float) -> int:
-        """Return how many to meet at once, so that progress is seen."""
+        """Return the number of collisions to solve at once, so that progress is visible."""
         return self.batch.share(self._step(max(self._rungs_of(velocity)[0], 0)))
 
     def solve(self, starts: StartStates, velocities: Array) -> Any:
         """
-        Carry many collisions out.
+        Solve many collisions.
 
-        `velocities` are their impact velocities, of shape (samples,). Returns a record array of
-        `MET`; what comes of one does not depend on which others there are. Raises RunError if it
-        was stopped.
+        `velocities` are the impact velocities, of shape (samples,). Return a record array of `MET`.
+        The result of a collision does not depend on the others. Raises RunError if the batch was
+        stopped.
         """
         rungs, last_rungs = np.array([self._rungs_of(v) for v in velocities.tolist()]).T
         found = np.zeros(len(starts), MET).view(np.recarray)
@@ -125,13 +126,13 @@ class WarmSolver:
             found.last_contact_time[done] = runs.last_contact_times[met]
             tries[now] += 1
             left[now] = ~met & (tries[now] < _MOST_REFINEMENTS) & (rungs[now] < last_rungs[now])
-            # Late contacts of chains that broke have more to them than a step, and late ends.
+            # Late contacts and late ends of chains that broke need more than a finer step.
             left[now[runs.settled & self._may_come_late(runs) | runs.endless]] = False
             rungs[now] = np.minimum(self._finer(rungs[now], errors, tries[now]), last_rungs[now])
         return found
 
     def solve_alone(self) -> BoundedRun | None:
-        """Meet the tolerance of the scene itself; None where more has to be looked at."""
+        """Return the solution of the scene; None if it needs a closer examination."""
         scene, velocity = self._scene, self._scene.impact_velocity
         rung, last_rung = self._rungs_of(velocity)
         floor = float(self._rounding(StartStates.of([self._line]), np.array([velocity]))[0])
@@ -152,7 +153,7 @@ class WarmSolver:
         return _LARGEST_STEP / self._scene.fast_stiffness**0.5 * _STEP_LADDER**rung
 
     def _rungs_of(self, velocity: float) -> tuple[int, int]:
-        """Return the first and the last step to try; -1 where bonds are too sharp for any."""
+        """Return the first and the last rung to try; -1 if bonds are too sharp for fixed steps."""
         energy = velocity**2 + _HOTTEST_BOND * (self._scene.temperature or 0.0)
         place = math.ceil(math.log(energy) / _ENERGY_LADDER)
         if place not in self._rungs:
@@ -175,12 +176,12 @@ class WarmSolver:
         return max(math.ceil(smaller), 0)
 
     def _finer(self, rung: Any, error: Any, tries: Any) -> Any:
-        """Return the step to try next, after so many that were."""
+        """Return the rung to try next after a number of tries."""
         with np.errstate(divide="ignore"):
             wanted = np.divide(STEP_SHARE * self._goal, error)
         wanted = wanted ** (1.0 / STEP_SCHEMES[self.scheme].order)
         shrink = np.log(np.where(np.isfinite(error), wanted, 0.5)) / math.log(_STEP_LADDER)
-        # What converges late, as it amplifies what steps miss, needs larger strides.
+        # A collision that amplifies errors of steps converges late and needs larger changes.
         return rung + np.clip(np.ceil(shrink), tries, 5 + tries).astype(np.int64)
 
     def _rounding(self, starts: StartStates, velocities: Array) -> Array:
@@ -192,7 +193,7 @@ class WarmSolver:
     def _compare(
         self, starts: StartStates, steps: Array, velocities: Array, floor: Array
     ) -> tuple[ManyRuns, Array, Array]:
-        """Run at three steps; return what the finest gave, its eta, and what that errs by."""
+        """Run at three steps; return the finest runs, their eta and their errors."""
         fine = self.batch.follow(starts, steps)
         eta, errors = np.full((2, len(steps)), np.inf)
         sound = np.flatnonzero(fine.settled & ~self._may_come_late(fine))
@@ -209,17 +210,18 @@ class WarmSolver:
         return fine, eta, errors
 
     def _may_come_late(self, runs: ManyRuns) -> NDArray[np.bool_]:
-        """Return where no proof speaks against a late contact: one has been waited for longer."""
-        # Two contacts were farther apart than the quiet time of an argued end.
+        """Return whether a late contact is possible after an unproved end."""
+        # Two contacts were farther apart than the sound round trip of an argued end.
         return np.asarray((runs.longest_silences > self._quiet) & ~runs.proved)
 
     def _compare_alone(
         self, step: float, floor: float
     ) -> tuple[tuple[Outcome, Outcome] | None, float, bool]:
         """
-        Do the same with the stepping engine, whose steps cost one chain half of those of a batch.
+        Compare runs of the stepping engine, whose steps cost half of a batch's for a single chain.
 
-        Returns the run and that at twice the step, the error, and whether finer steps do not help.
+        Return the run and the run at twice its step, the error, and whether finer steps do not
+        help.
         """
         scene, scheme = self._scene, self.scheme
         try:
