@@ -1,10 +1,10 @@
 r"""Compare derivatives of eta with central differences, over scenes of all kinds; and their cost.
 
-Of each scene the derivatives by its speed, and along a random direction of its masses, its state,
-or by a parameter, beside differences of collisions with half the step of the derivative, whose
-order is 8, extrapolated to no difference (Ridders). A row of docs/sensitivity.md for each scene
-has the worst of them, and what the derivatives cost in runs of the same step. Ends with 1 where one
-differs by more than asked.
+Each scene gives the derivatives by its speed, and along a random direction of its masses, its
+state, or by a parameter, beside differences of collisions with half the step of the derivative,
+whose order is 8, extrapolated to no difference (Ridders). A row of docs/sensitivity.md for each
+scene has the worst of them, and what the derivatives cost in runs of the same step. Ends with 1
+if one differs by more than allowed.
 
 A derivative that is a sum of terms is known to a part of these, not of what is left of them: a
 harmonic chain has the same eta at any speed. Along a direction the terms are those of its

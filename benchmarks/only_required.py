@@ -1,5 +1,5 @@
 """
-What it saves to model only what a scene requires: each economy against doing without it.
+Savings by modelling only what a scene requires: each economy against doing without it.
 
     python -m benchmarks.only_required [--repeats 5]
 

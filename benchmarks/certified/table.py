@@ -45,7 +45,7 @@ class Case:
 @dataclass(frozen=True)
 class Row:
     """
-    What was proved: the restitution is within `radius` of `middle`, both exact decimal numbers.
+    Proved statement: the restitution is within `radius` of `middle`, both exact decimal numbers.
     """
 
     case: str  #: Name of the case.

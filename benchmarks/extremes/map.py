@@ -4,7 +4,7 @@ The map of the extremes: is every answer right, or a clear refusal?
     python -m benchmarks.extremes.map [-o FOLDER] [--workers 2] [--quick]
         [--picture docs/images/extremes_map.png]
 
-Potential x speed x number of particles x engine. What is finished is kept in FOLDER/cells.jsonl, a
+Potential x speed x number of particles x engine. Finished cells are kept in FOLDER/cells.jsonl, a
 line each, so that the same command goes on where it was stopped. (A results store does not serve:
 it keeps neither the judges, which are not scenes, nor time-outs.)
 

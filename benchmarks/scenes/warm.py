@@ -12,7 +12,7 @@ _MOST_PARTICLES = 60
 _COLDEST, _WARMEST = 1e-8, 1.0
 # Impact over thermal speed of a particle.
 _SLOWEST, _FASTEST = 0.1, 30.0
-# Of v*, from where bonds are broken by the impact, or get sharp.
+# Speed, in v*, from which the impact breaks bonds or makes them sharp.
 _FASTEST_IMPACT = 1.2
 
 

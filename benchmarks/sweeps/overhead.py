@@ -1,5 +1,5 @@
 """
-What a sweep costs beyond its integrations, and what a second process brings.
+Costs of a sweep beyond its integrations, and the gain of a second process.
 
 ``python -m benchmarks.sweeps.overhead [SPEEDS [REPEATS]]`` runs one set of collisions (3
 potentials, 5 sizes from 10 to 200, SPEEDS speeds from 0.01 to 5 v*, tolerance 1e-6, LAMMPS; 67
