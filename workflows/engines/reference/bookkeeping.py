@@ -1,4 +1,4 @@
-"""What a run keeps count of, and what the end of a contact and of a step change in it."""
+"""Scalar state of a run, and its changes at the end of a contact and of a step."""
 
 import math
 from typing import Any
@@ -8,38 +8,39 @@ import numpy as np
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.workflows.engines.contact_search import SEARCH_FIELDS
 
-# Why a loop came back: all steps done, the end may be near, no room for more contacts, more
-# contacts in one step than make sense, a strain that is not allowed.
+# Reasons why a loop returned: all steps done, the end may be near, no room for more contacts, too
+# many contacts in one step, a strain that is not allowed.
 DONE, ARGUE, FULL, CROWDED, OUTSIDE = range(5)
 
-# The end is looked for when particle 1 has been away for so many mean intervals between contacts.
+# Time after a contact, in mean intervals between contacts, after which the end is sought.
 PATIENCE = 2.0
 # Room for the contacts of one step.
 SPARE_CONTACTS = 64
-# A contact within a step is likely where the parabola that the gap follows at first ends lower
-# than this part of the way that the impact velocity would take it.
+# A contact within a step is likely if the initial parabola of the gap ends below this part of the
+# distance that the impact velocity covers in the step.
 LIKELY = 0.05
 
-# One type for all: loops are found by the types that they are told, and of each view of records
-# NumPy would make a new one.
+# All ledgers have one type, because loops are found by the types of their arguments, and NumPy
+# would make a new type for each view of records.
 LEDGER: Any = np.dtype(
     (
         np.record,
         [
             ("position", "f8"),  # x of the first particle; before a hard wall the gap
-            ("last_position", "f8"),  # the same when the last contact ended
+            ("last_position", "f8"),  # position at the end of the last contact
             ("impact_velocity", "f8"),  # v0
-            ("contact_mass", "f8"),  # reduced mass of the particles that meet
-            ("momentum", "f8"),  # of the relative motion of the bodies, from the impulses
-            ("chain_momentum", "f8"),  # of the chain when soft bodies touched
-            ("first_contact", "f8"),  # when the bodies first met
-            ("last_contact", "f8"),  # when the last contact ended
-            ("argue_after", "f8"),  # the end is argued when so much time has passed since then
-            ("argue_first", "f8"),  # the same after the first contact
-            ("patience", "f8"),  # and that is so many mean intervals between contacts
-            ("shortest_share", "f8"),  # of a step, next to moments of touching and parting
-            ("grading", "f8"),  # steps beside them, over how far their nearer end stays away
-            ("strain_min", "f8"),  # smallest and largest strain met
+            ("contact_mass", "f8"),  # reduced mass of the particles in contact
+            ("momentum", "f8"),  # momentum of the relative motion of the bodies, from the impulses
+            ("chain_momentum", "f8"),  # momentum of the chain when soft bodies touched
+            ("first_contact", "f8"),  # time of the first contact
+            ("last_contact", "f8"),  # time at which the last contact ended
+            ("argue_after", "f8"),  # time after the last contact from which the end is argued
+            ("argue_first", "f8"),  # the same time after the first contact
+            ("patience", "f8"),  # this time in mean intervals between contacts
+            # shortest substep near touching and parting, in parts of a step
+            ("shortest_share", "f8"),
+            ("grading", "f8"),  # length of graded substeps over the distance of their nearer end
+            ("strain_min", "f8"),  # smallest and largest strain so far
             ("strain_max", "f8"),
             ("contact_min", "f8"),  # the same up to the last contact
             ("contact_max", "f8"),
@@ -47,15 +48,15 @@ LEDGER: Any = np.dtype(
             ("strain_ceiling", "f8"),
             ("steps", "i8"),  # full steps done
             ("contacts", "i8"),
-            ("soft", "i8"),  # whether bodies overlap when they meet
-            ("touching", "i8"),  # whether they do now
+            ("soft", "i8"),  # whether bodies overlap in a contact
+            ("touching", "i8"),  # whether bodies overlap now
             ("active", "i8"),  # bonds that have begun to move
-            ("evaluations", "i8"),  # of all bond forces
-            ("step_evaluations", "i8"),  # of one step
-            ("substeps", "i8"),  # in the log
+            ("evaluations", "i8"),  # evaluations of all bond forces
+            ("step_evaluations", "i8"),  # evaluations of one step
+            ("substeps", "i8"),  # number of substeps in the log
             *SEARCH_FIELDS,
-            # Of a chain in a batch: when its step began, what is left of it, up to where its next
-            # move goes, and what is known of that, see ``batch.lanes``.
+            # For a chain in a batch: the time at which its step began, the rest of this step, the
+            # end of its next move, and the knowledge of this move, see ``batch.lanes``.
             ("begun", "f8"),
             ("left", "f8"),
             ("move", "f8"),
@@ -67,9 +68,10 @@ LEDGER: Any = np.dtype(
 
 def argue_when_silent(ledger: Any, stiffness: float) -> None:
     """
-    Let loops come back for the end after `PATIENCE` mean intervals without a contact.
+    Let loops return for the end after `PATIENCE` mean intervals without a contact.
 
-    `stiffness` is U''(1) over the least mass: it tells the interval while there is one contact.
+    `stiffness` is U''(1) over the least mass; it gives the interval while there is only one
+    contact.
     """
     ledger["patience"] = PATIENCE
     ledger["argue_first"] = PATIENCE * math.pi / math.sqrt(2.0 * stiffness)
@@ -77,18 +79,18 @@ def argue_when_silent(ledger: Any, stiffness: float) -> None:
 
 
 def never_argue(ledger: Any) -> None:
-    """Let loops not come back for the end, however long there is no contact."""
+    """Let loops never return for the end."""
     ledger["argue_after"] = ledger["argue_first"] = ledger["patience"] = math.inf
 
 
 def is_likely(ledger: Any, start: tuple[float, float, float], ahead: float) -> bool:
-    """Return whether a contact is likely within a time, by the gap, its rate and that of it."""
+    """Return whether a contact is likely within a time, by the gap and its derivatives."""
     reached = start[0] + ahead * (start[1] + 0.5 * ahead * start[2])
     return reached < LIKELY * ahead * ledger.impact_velocity
 
 
 def record_contact(ledger: Any, contacts: Array, moment: float, speed: float) -> None:
-    """Note a contact that begins, at a moment, with a closing speed."""
+    """Record the start of a contact, with its time and closing speed."""
     contacts[0, ledger.contacts] = moment
     contacts[1, ledger.contacts] = speed
     if ledger.contacts == 0:
@@ -97,16 +99,16 @@ def record_contact(ledger: Any, contacts: Array, moment: float, speed: float) ->
 
 
 def note_impulse(ledger: Any, contacts: Array, given: float) -> None:
-    """Note the momentum that the last contact gave the chain."""
+    """Record the impulse of the last contact on the chain."""
     contacts[2, ledger.contacts - 1] = given
     ledger.momentum += given
 
 
 def note_parting(ledger: Any, moment: float, low: float, high: float) -> None:
     """
-    Note when a contact ended, and after how much silence the end is argued from now on.
+    Record the end of a contact, and set the time after which the end is argued.
 
-    `low` and `high` are the smallest and the largest strain of that moment.
+    `low` and `high` are the smallest and the largest strain at this moment.
     """
     ledger.last_contact = moment
     ledger.contact_min = min(ledger.strain_min, low)
@@ -119,10 +121,10 @@ def note_parting(ledger: Any, moment: float, low: float, high: float) -> None:
 
 
 def extremes(values: Array, count: int) -> tuple[float, float]:
-    """Return the smallest and the largest of the first numbers; what is no number stays."""
+    """Return the smallest and the largest of the first numbers; a NaN stays."""
     low, high = np.inf, -np.inf
     for i in range(count):
-        # Also true of what is not a number.
+        # The condition is also true for a NaN.
         if not low <= values[i] and low == low:
             low = values[i]
         if not high >= values[i] and high == high:
@@ -131,13 +133,13 @@ def extremes(values: Array, count: int) -> tuple[float, float]:
 
 
 def widen(ledger: Any, low: float, high: float) -> bool:
-    """Note the smallest and the largest strain of a moment; return whether they are allowed."""
+    """Record the extreme strains of a moment; return whether they are allowed."""
     ledger.strain_min = min(ledger.strain_min, low)
     ledger.strain_max = max(ledger.strain_max, high)
     return low > ledger.strain_floor and high < ledger.strain_ceiling
 
 
 def may_be_over(ledger: Any, step: float) -> bool:
-    """Return whether the bodies part and have been silent for so long that the end is argued."""
+    """Return whether the bodies separate and the end may be argued after a long silence."""
     away = ledger.steps * step - ledger.last_contact
     return ledger.momentum > 0.0 and away >= ledger.argue_after and not ledger.touching
