@@ -31,11 +31,11 @@ class Known:
     bond: Potential | None = None
     impact_velocity: float | None = None  #: v0; that of the first frame by default.
     timestep: float | None = None  #: Simulated time per step, for dumps that do not carry the time.
-    #: Of the chain, and of a free target, each from the contact outward; those of the dump, else 1,
-    #: by default.
+    #: Masses of the chain and of a free target, each from the contact outward. By default they are
+    #: the masses in the dump, or else 1.
     masses: Sequence[Array] | None = None
     targets: int = 0  #: Particles of a free target; 0 for a wall.
-    soft: bool = False  #: Whether the bodies overlap when they meet.
+    soft: bool = False  #: Whether the bodies overlap in a contact.
     #: ``f(u_1, strains, velocities, time_since_contact, bond)`` returning why no contact can
     #: follow, or None; asked where all masses are alike. Without it only the time since the last
     #: contact speaks.
@@ -80,7 +80,7 @@ class CollisionFrames:
         resolution = self.first.resolution("vx", self.first.significant_digits())
         #: Half-width of the interval that a velocity printed in the first frame stands for.
         self.resolution = float(np.max(resolution))
-        #: Of the chain, and of a free target, each from the contact outward.
+        #: Masses of the chain and of a free target, each from the contact outward.
         self.masses = known.masses or masses_of_bodies(self.first, self.layout)[0]
         # As the target sees it, whose particles all rest if it is cold.
         target = self.opening.target_velocities

@@ -16,12 +16,12 @@ CONFIDENCE = 0.95
 class Quantile:
     """Quantile of a distribution."""
 
-    probability: float  #: The part of all samples that is expected below it.
+    probability: float  #: Expected part of all samples below the quantile.
     value: float  #: Estimate.
-    #: Interval that holds it with the confidence, whatever the distribution: two of the ordered
-    #: samples; -inf or inf where there are too few.
+    #: Lower end of the confidence interval, which is valid for any distribution. Both ends are
+    #: ordered samples, or -inf and inf if there are too few samples.
     low: float
-    high: float  #: See ``low``.
+    high: float  #: Upper end of the interval.
 
 
 @dataclass(frozen=True)
@@ -29,10 +29,10 @@ class Share:
     """Probability of an event, from its frequency in samples."""
 
     value: float  #: Part of the samples.
-    #: Wilson's interval; samples whose error bars leave it open whether it happened count as both.
+    #: Lower end of Wilson's interval. Samples whose error bars leave the event open count as both.
     low: float
-    high: float  #: See ``low``.
-    doubtful: int  #: How many these are.
+    high: float  #: Upper end of the interval.
+    doubtful: int  #: Number of samples whose error bars leave the event open.
 
 
 @dataclass(frozen=True)
@@ -73,7 +73,7 @@ class Distribution:
         r"""
         Return of how many samples the mean has a standard error: :math:`(s/\epsilon)^2`.
 
-        None where one sample says nothing of their scatter.
+        The result is None for one sample, which has no scatter.
         """
         if not math.isfinite(self.deviation):
             return None
@@ -120,7 +120,7 @@ def share_above(values: ArrayLike, errors: ArrayLike, threshold: float) -> Share
     """
     x, bars = np.asarray(values, dtype=float), np.asarray(errors, dtype=float)
     surely = int(np.count_nonzero(x - bars > threshold))
-    # What has no bar may be anywhere.
+    # A sample without an error bar may have any value.
     possibly = int(np.count_nonzero(~(x + bars <= threshold)))
     return Share(
         float(np.mean(x > threshold)),

@@ -111,7 +111,7 @@ def _energies(seen: Followed) -> list[list[EnergySplit]]:
 def _each_body(
     seen: Followed, energies: Sequence[Sequence[EnergySplit]], origin: float
 ) -> list[BodyAnalysis]:
-    """Return what is told of each body; a target's velocity is along x."""
+    """Return the results for each body; a target's velocity is along x."""
     reading, found = seen.reading, []
     k = stiffness_of(reading.known.bond)
     states = zip(reading.masses, reading.opening.bodies, seen.last.bodies, strict=True)
@@ -132,7 +132,7 @@ def _each_body(
 
 
 def _momentum_residual(seen: Followed) -> float:
-    """Return what a wall's contacts do not explain, of two bodies by how much both have changed."""
+    """Return the momentum that contacts do not explain; for two bodies, the change of its sum."""
     reading = seen.reading
     masses, v0 = reading.masses, reading.velocity
     if len(masses) == 1:

@@ -1,4 +1,4 @@
-"""The collision in time: a record of bounded size of something of unknown length."""
+"""Record of a collision in time, of bounded size for any number of frames."""
 
 from typing import Generic, TypeVar
 
@@ -33,7 +33,7 @@ class Thinned(Generic[Item]):
         self.stride = 1
 
     def feed(self, item: Item) -> None:
-        """Offer the next item, which is kept if its turn comes."""
+        """Add the next item, which is kept if its number is a multiple of k."""
         if self._count % self.stride == 0:
             if len(self._items) == self._limit:
                 self._items = self._items[::2]
@@ -44,14 +44,14 @@ class Thinned(Generic[Item]):
         self._count += 1
 
     def items(self) -> list[Item]:
-        """Return what was kept, in order: at most the limit, and the last item."""
+        """Return the kept items in order: at most the limit, and the last item."""
         if self._items and self._last is not None and self._items[-1] is not self._last:
             return [*self._items, self._last]
         return list(self._items)
 
 
 class Record:
-    """What is kept of every state of a chain that passes by."""
+    """Record of selected data from every state of a chain."""
 
     def __init__(self, masses: Array, bond: Potential | None):
         self._masses = masses
@@ -65,7 +65,7 @@ class Record:
         self.count = 0
 
     def feed(self, state: ChainState) -> None:
-        """Take in the next state."""
+        """Add the next state to the record."""
         self.count += 1
         self._states.feed(state)
         v, m = state.velocities, self._masses

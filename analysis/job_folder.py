@@ -61,7 +61,7 @@ class Job:
 
     @cached_property
     def commands(self) -> RunCommands:
-        """What its logs and scripts hold."""
+        """Commands in the logs and scripts of the job."""
         return RunCommands.read(self.logs, self.scripts)
 
     @cached_property

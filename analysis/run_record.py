@@ -30,7 +30,7 @@ class RunRecord:
     bar: ErrorBar  #: Error bar of eta.
     restitution: float  #: Eta.
     reason: str | None  #: Why a tolerance is not met; None where it is, or none was asked for.
-    details: dict[str, Any]  #: What the search for the numerics found.
+    details: dict[str, Any]  #: Results of the search for the numerics.
     seconds_total: float  #: Wall-clock time of everything.
     versions: dict[str, str]
     #: Time between looks at bonds where the outcome has no time step; None where it is not fixed.
@@ -78,7 +78,7 @@ class RunRecord:
 
     @property
     def bond_range_source(self) -> str:
-        """Which run tells the shortest and longest bond."""
+        """Name of the run that gives the shortest and longest bond."""
         if self.outcome.engine != "lammps":
             return "every step"
         if self.pilot is None:
@@ -129,7 +129,7 @@ class RunRecord:
 
     @cached_property
     def bodies_given(self) -> dict[str, Any]:
-        """What the scene says of its bodies; nothing for a cold chain of unit masses and a wall."""
+        """Bodies of the scene; empty for a cold chain of unit masses and a wall."""
         if self.line.is_standard:
             return {}
         given, state = given_bodies(self.scene), self.scene.initial_state

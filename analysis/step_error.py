@@ -166,7 +166,7 @@ def _bar(fine: CollisionAnalysis, coarse: CollisionAnalysis, steps: Sequence[flo
         drifts = (abs(drift), abs(coarse_drift), abs(drift - coarse_drift))
         return REFLECT_RESERVE * max(difference, *drifts) + digits
     ratio = (steps[1] / steps[0]) ** order
-    # Where the difference is within the digits, these say what is known.
+    # If the difference is within the digits, the digits decide the error.
     error = max(difference / (ratio - 1.0), abs(drift), abs(coarse_drift) / ratio)
     return EVENT_RESERVE * error + digits * (1.0 + EVENT_RESERVE / (ratio - 1.0))
 

@@ -2,7 +2,7 @@ r"""
 Theoretical results without simulation, each with its source and the limit of its validity.
 
 NH is Nagahiro and Hayakawa, Phys. Rev. E 67, 036609 (2003); equation numbers are those of the
-paper. Where the paper has a slip, the function gives the corrected formula and says so. Units:
+paper. If the paper has a slip, the function gives the corrected formula and says so. Units:
 bond length and particle mass 1; energies of modes are given for impact speed v0.
 """
 

@@ -54,12 +54,12 @@ class ChainState:
 
     @property
     def all_displacements(self) -> Array:
-        """Of the chain, then of the target, of shape (n + M,)."""
+        """Displacements of the chain, then of the target, of shape (n + M,)."""
         return np.concatenate((self.displacements, self.target_displacements))
 
     @property
     def all_velocities(self) -> Array:
-        """Of the chain, then of the target, of shape (n + M,)."""
+        """Velocities of the chain, then of the target, of shape (n + M,)."""
         return np.concatenate((self.velocities, self.target_velocities))
 
     @property

@@ -28,7 +28,7 @@ def draw_moment(
     Draw one state of a chain in characters.
 
     Above, the velocities in units of v0, from -1.5 to 1.5 (those beyond are drawn at the edge);
-    below, the chain. Where particles share a column, it shows their mean velocity.
+    below, the chain. If particles share a column, it shows their mean velocity.
 
     Particle 1 comes first, the wall is at x = 0; `longest` is the distance from it that the last
     column shows. There are `rows` lines, an odd number, and one more. Where the first `targets`

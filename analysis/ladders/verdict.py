@@ -36,14 +36,16 @@ class LadderVerdict:
     #: bound the error without an order. ``cannot tell``: the number is the same everywhere.
     kind: Kind
     reason: str  #: Reason for the verdict, in one sentence.
-    #: Power of the step: of the smooth error, or of the scatter where that is irregular; with what
-    #: it holds within in 95 of 100 cases. None for noise, and where it cannot be told.
+    #: Power of the step of the smooth error, or of the scatter of an irregular error. It is None
+    #: for noise, and if it is unknown.
     order: float | None
-    order_error: float | None  #: See ``order``.
-    #: The best value and its error, likewise: extrapolated, of the finest rungs, or the mean of all
-    #: runs. None where it cannot be told.
+    #: Error of the order that holds in 95 of 100 cases; None without an order.
+    order_error: float | None
+    #: Best value: extrapolated, from the finest rungs, or the mean of all runs. It is None if it is
+    #: unknown.
     value: float | None
-    value_error: float | None  #: See ``value``.
+    #: Error of the value that holds in 95 of 100 cases; None without a value.
+    value_error: float | None
     #: Bound on the systematic error of each rung, the error of `value` included; of shape (R,).
     bias: Array
     scatter: Array  #: Standard deviation of one run, by rung; of shape (R,).

@@ -22,7 +22,7 @@ _NARROW, _NARROWEST = 1e-8, 1e-9
 # slope, which rounding (eps F/1e-9, some 1e-7 of it) stays far below, and where a bracket four
 # times as wide sees no more than the last factor more: of a smooth curve it would see four times.
 _KINK, _SAME = 1e-4, 2.0
-# Of a force, and of what it cancels from, in four differences of it.
+# Rounding of a force, and of the terms that cancel in it, in four differences of the force.
 _ROUNDINGS = 64.0
 # A step of the force itself is this much more than the slopes on both sides explain.
 _JUMP = 4.0

@@ -36,7 +36,7 @@ _RESOLVED = 4e-15
 _FIRST_PANELS = 24
 _MOST_HALVINGS = 40
 _MOST_PANELS = 20_000
-# What may stay unresolved, of an energy with little jumps or noise, in parts of the whole.
+# Fraction of the whole that may stay unresolved if an energy has small jumps or noise.
 _UNRESOLVED = 1e-10
 # Rounding of an energy from which a constant was taken, in parts of T.
 _NOISE = 1e-8

@@ -40,7 +40,8 @@ class FormulaCode:
     energy: str
     force: str  #: Force -U' as Python text.
     curvature: str  #: Stiffness U'' as Python text.
-    #: What must not vanish: bases of powers that are no whole positive ones, arguments of log.
+    #: Expressions that must not vanish: bases of powers without positive whole exponents, and
+    #: arguments of log.
     guards: tuple[str, ...]
 
     def function(self, text: str, values: tuple[float, ...], digits: Any = None) -> Callable:
@@ -89,7 +90,7 @@ def _kernel_of(name: str, formula: str, power: str, factors: list[float]) -> Cal
     scope: dict[str, Any] = {"__builtins__": {}, "__name__": __name__} | known
     exec(compile(text, f"<{name} {digest}>", "exec"), scope)
     kernel: Callable = scope["enclose"](exponential, exp_less_one)
-    # Compiled loops are told apart by qualified names, and found again on disk by their code.
+    # Qualified names distinguish compiled loops, and the code finds them again on disk.
     kernel.__qualname__ = f"{name}_{digest}"
     return kernel
 

@@ -18,7 +18,7 @@ _CUT, _FARTHEST = 1e-18, 0.25
 _NEAREST_REST, _SHORTEST_REST, _LONGEST_REST = 1e-7, -0.5, 1.0
 # Range of allowed stiffnesses.
 _SOFTEST, _STIFFEST = 1e-8, 1e8
-# What the double-precision force may be wrong by, as part of the larger of it and 1e-3 k |s|.
+# Largest error of the double-precision force, relative to the larger of the force and 1e-3 k |s|.
 LOST = 1e-11
 Refuse = Callable[[str, str], PotentialError]
 

@@ -1,4 +1,4 @@
-"""What bonds that have names have in common: how people and scenes call them."""
+"""Base class of bonds with a name: titles, keys in scenes and parameters."""
 
 from typing import Any, ClassVar, TypeVar
 
@@ -12,23 +12,23 @@ Strain = TypeVar("Strain", float, Array)
 
 
 class NamedBond(Potential):
-    """A bond with a name."""
+    """Bond with a name."""
 
     smooth = True
-    title: ClassVar[str]  #: What people call it.
+    title: ClassVar[str]  #: Title of the bond in texts.
     #: Keys in scenes, and what its class calls these parameters; those without default must be
     #: given.
     keys: ClassVar[dict[str, str]] = {}
     #: Parameters for a bond of this kind, by the names of its class, where it has no defaults.
     example: ClassVar[dict[str, Any]] = {}
-    #: The NamedTuple of those parameters that its kernels are told.
+    #: NamedTuple of the parameters that the kernels take.
     told: ClassVar[Any] = NoParameters
     #: Names that its kernel closes over, as formulas of the parameters.
     constants: ClassVar[dict[str, str]] = {}
 
     @property
     def parameters(self) -> tuple[Any, ...]:  # type: ignore[override]
-        """Of the kernels."""
+        """Parameters of the kernels."""
         return self.told._make(float(getattr(self, name)) for name in self.told._fields)
 
     def as_keys(self) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""What a bond potential is: energy, force and curvature as functions of the strain."""
+"""Interface of a bond potential: energy, force and curvature as functions of the strain."""
 
 import math
 from abc import ABC, abstractmethod
@@ -19,12 +19,12 @@ _GRID = 64
 
 
 class NoParameters(NamedTuple):
-    """What the kernel of a potential without parameters is told."""
+    """Empty parameters, for the kernel of a potential without parameters."""
 
 
 @dataclass(frozen=True)
 class LogLength:
-    """A bond that shrinks without bound, as a function of y = ln r."""
+    """Bond that can shrink without bound, as a function of y = ln r."""
 
     kernel: Callable  #: ``kernel(y, parameters)``: -dU/dr and 1/r, for compiled loops.
     energy: Callable  #: U of an array of y.
@@ -32,7 +32,7 @@ class LogLength:
 
 class Potential(ABC):
     """
-    A bond between neighbours, whose natural length counts as 1.
+    Bond between neighbours, with the natural length as unit of length.
 
     Strain is s = r - 1 (positive: stretched). Energies are zero at s = 0; forces are -dU/dr
     (positive: the bond pushes its ends apart). Units: natural bond length, particle mass and, for
@@ -42,7 +42,7 @@ class Potential(ABC):
     name: str  #: The name used in scenes.
     #: Strains must stay between these: strain_min is -1 where r > 0 is needed, -inf otherwise.
     strain_min: float = -math.inf
-    strain_max: float = math.inf  #: See ``strain_min``.
+    strain_max: float = math.inf  #: Largest strain.
     dissociation: float = math.inf  #: U at infinite length; inf for a bond that cannot break.
     #: Whether the force is known to have derivatives of every order.
     smooth: ClassVar[bool] = False
@@ -65,8 +65,9 @@ class Potential(ABC):
     #: ``f(strain, parameters)`` for compiled loops, of -dU/dr and of U''; None where only the
     #: methods exist.
     force_kernel: Callable | None = None
-    curvature_kernel: Callable | None = None  #: See ``force_kernel``.
-    #: What the kernels must be told, by name: a NamedTuple.
+    #: ``f(strain, parameters)`` of U'' for compiled loops, or None.
+    curvature_kernel: Callable | None = None
+    #: Parameters of the kernels, as a NamedTuple.
     parameters: tuple[Any, ...] = NoParameters()
     #: A user's own ``f(strain)``, which a compiler may try where there is no kernel.
     users_force: Callable | None = None
@@ -203,7 +204,7 @@ class Potential(ABC):
         return float(self.compressed_strains(np.array([energy]))[0])
 
     def compressed_strains(self, energies: Array) -> Array:
-        """Return the same for many energies, of the shape (energies,); each as by itself."""
+        """Return the compressed strains for many energies, of shape (energies,)."""
         floor = max(self.strain_min, -1.0)
         # Distance to the floor, found by its logarithm: log bonds get as short as exp(-energy).
         low, high = np.full(len(energies), -700.0), np.zeros(len(energies))
@@ -258,7 +259,7 @@ class Potential(ABC):
 
 
 def stiffness_of(bond: Potential | None) -> float:
-    """Return U'' at rest; 1 of a bond that is not known."""
+    """Return U'' at rest; 1 for an unknown bond."""
     return 1.0 if bond is None else bond.stiffness
 
 

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 LEAST_ROWS = 4
 # Fewer rows do not tell whether a spline through half of them errs by its order, or anyhow.
 _FEW = 16
-# What leaving out rows shows counts at least this much: in theory it would be 1/16.
+# Smallest weight of the error that omitted rows show. In theory the weight would be 1/16.
 _LEAST_SHARE = 1.0 / 8.0
 # Rows to either side over which what is left out is averaged.
 _BESIDE = 3
