@@ -68,8 +68,8 @@ def with_table_of_a_run(scene: Scene, numerics: Numerics) -> Numerics:
     """
     Give a collision's runs the same bond table.
 
-    Where a table turns out too short LAMMPS may read beyond its end what lies in memory, and the
-    widened table is then not the same in two runs.
+    If a table is too short, LAMMPS may read beyond its end what lies in memory, and the widened
+    table is then not the same in two runs.
     """
     try:
         table = lammps.run(scene, numerics).details["table"]

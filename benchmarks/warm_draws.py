@@ -28,7 +28,7 @@ POTENTIALS = {
     "power, order 4": {"potential": "power", "power_order": 4, "power_c": 1.0},
     "formula": {"potential": "formula", "energy": "cosh(4*s)/16"},
 }
-# Of what a bond holds, or of 0.1 where it holds.
+# Energies over the depth of a bond, or over 0.1 for unbreakable bonds.
 PARTS = (1e-4, 1e-2, 1.0)
 MASSES = np.array([1.0, 3.0, 2.0, 0.5])
 _NONE = np.zeros(0)
@@ -73,7 +73,7 @@ def main() -> None:
     found: list[float] = []
 
     def next_seeds(modes: int = 0) -> list[int]:
-        # Of the same seeds all cases have the same numbers, and the same p-value.
+        # With equal seeds, all cases have the same numbers, and the same p-value.
         first = given.seed + (len(found) // 2 + modes) * given.states
         return list(range(first, first + given.states))
 

@@ -6,8 +6,8 @@ Measure the constants that error bars and choices rest on, and write the file th
 
 Each constant is a quantile over random scenes of what the scene would have needed, times a reserve,
 rounded up to two digits. Without names all are measured, which takes about an hour; with names the
-others stay as they are. What no study here measures, and
-the least that a constant is taken for, are choices: their reasons stand beside them in the code.
+others stay as they are. Constants without a study here, and the least that a constant is taken for,
+are choices: their reasons stand beside them in the code.
 """
 
 import argparse

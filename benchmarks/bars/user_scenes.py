@@ -74,7 +74,7 @@ class StudyBond(UserBond):
 
     @property
     def parameters(self):
-        """What it is told."""
+        """Parameters of the scene."""
         return self._parameters
 
 

@@ -8,8 +8,8 @@ the velocities v_i. In the frame of the wall, between contacts,
 
 The motion is analytic: where a box B around x(0) in complex space has x(0) + z f(B) inside B for
 all abs(z) <= R, it exists for these z and stays in B (Picard and Lindeloef), so that by Cauchy's
-estimate its Taylor coefficients are at most rho / R^k, rho being the half-width of B. What follows
-after the last coefficient that was computed is a geometric series.
+estimate its Taylor coefficients are at most rho / R^k, rho being the half-width of B. The rest
+after the last computed coefficient is a geometric series.
 """
 
 from collections import defaultdict

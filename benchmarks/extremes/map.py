@@ -47,7 +47,7 @@ from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.campaign.pool import ProcessPool
 from chaincor.workflows.errors import BarrierError, CrossingError, RunError, WorkerDiedError
 
-# Of processor time, for each answer and each judge, by the number of particles from which on.
+# Seconds of processor time for each answer and each judge, from these numbers of particles on.
 SECONDS = {1: 60.0, 1000: 300.0, 10_000: 1800.0}
 # Two runs of the judge at these accuracies; the difference is the error of the finer. Where it is
 # not sure enough, long chains that break amplify errors, up to a million times: then the next two.

@@ -3,8 +3,8 @@ Comparison of Heyoka's batch mode with the reference engine, over eight collisio
 
     python -m benchmarks.peers.batches
 
-Lennard-Jones chains of 100 particles at eight speeds, each to its last contact, whose time both are
-told, with eta within 1e-11. Heyoka carries all eight in the lanes of a vector, ours one after the
+Lennard-Jones chains of 100 particles at eight speeds, each to its last contact, whose time both
+know, with eta within 1e-11. Heyoka carries all eight in the lanes of a vector, ours one after the
 other. For both, the coarsest setting counts that suffices for all eight; times are of the
 processor, the least of some turns, and without compiling.
 """

@@ -6,12 +6,12 @@ How often a warm chain comes back faster than it came, and the second law's boun
 
 Figure and table ``warm_gain``: mean e and P(e > 1) over the impact speed in units of the thermal
 speed of one particle, :math:`\sqrt{T/m}`, for n = 10, 50 and 100. All samples have one step, as a
-distribution needs no sample to be right: see ``fixed_steps``. What is drawn is from a quarter of
-the step given. With the step itself, and with half of it, the same seeds are carried out, and
-McNemar's test says whether as many samples rise above 1 by the larger step as fall below.
+distribution needs no sample to be right: see ``fixed_steps``. Samples are drawn at a quarter of the
+given step. With the step itself, and with half of it, the same seeds are carried out, and McNemar's
+test says whether as many samples rise above 1 by the larger step as fall below.
 
 Table ``warm_bounds``. Tasaki (cond-mat/0408481) bounds what a body in equilibrium can gain at a
-wall: its momentum exceeds that before by :math:`O(\sqrt{M T})` at most. What is tested is this. The
+wall: its momentum exceeds that before by :math:`O(\sqrt{M T})` at most. The test is this. The
 collision maps the flux :math:`|V|\,dP\,d\Gamma = dK\,d\Gamma`, with :math:`K = M V^2/2`, onto
 itself and keeps :math:`K + H` (see ``detailed_balance``). So, of the energies K alone, it is a
 stochastic map that keeps :math:`\pi(K) = e^{-K/T}/T`. Let K have the density p before and q after.
@@ -22,7 +22,7 @@ Then :math:`\sup q/\pi \le \sup p/\pi`. With K spread evenly over a window of th
 
 and as :math:`P' \ge P + x\sqrt{2MT}` implies :math:`K' \ge K + x^2 T`, the momentum exceeds that
 before by :math:`x \sqrt{2 M T}` with a probability of at most :math:`e^{1 - x^2}`: Tasaki's
-statement. (Of an impact speed without any spread there is no such bound: sup p is infinite.) And as
+statement. (For an impact speed without spread there is no such bound: sup p is infinite.) And as
 relative entropy to :math:`\pi` never grows, with S the entropies of p and q, :math:`\langle K'
 \rangle - \langle K \rangle \le T (S_q - S_p)`. Here :math:`S_p = \ln T`, and a mean bounds an
 entropy, :math:`S_q \le 1 + \ln \langle K' \rangle`:
