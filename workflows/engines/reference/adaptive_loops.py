@@ -139,9 +139,9 @@ def array_rates(force: Callable) -> Callable:
 
 def build_step(rates: Callable, register: Callable) -> tuple[Callable, Callable]:
     """
-    Return ``take``, one step of any size, and ``estimate``, its error over the one allowed.
+    Return ``take``, one step of any size, and ``estimate``, its error over the allowed error.
 
-    Both work on a path of `Arrays` or others of their names.
+    Both work on a path of `Arrays` or of arrays with the same names.
     """
     extremes = register(bookkeeping.extremes)
 

@@ -1,15 +1,15 @@
 r"""
-The loops for beads that only push: adaptive steps of order 8 that end where the bodies touch.
+Loops for beads that only push: adaptive steps of order 8 that end where the bodies touch.
 
 The state of N beads along x is one array, :math:`(x_1, s_1 \dots s_{N-1}, v_1 \dots v_N)`. One of
-the gaps s is that between the bodies, with a contact law of its own. A step on which the bodies
-touch or part ends there: the step to that moment is taken with the same method.
+the gaps s lies between the bodies, with a contact law of its own. A step on which the bodies touch
+or part ends there; the same method takes the step to that moment.
 
-The end is proved by an energy. Take velocities w that rise along x, as near to those of the beads
-as may be. As no pair pulls, the forces do no work against a motion at w, so that
-:math:`K = \sum m (v - w)^2/2 + U` never grows, and no bead is ever faster against its w than
-:math:`\sqrt{2 K/m}`. Where two bodies that are apart have velocities w that differ by more than
-both can be faster, they never touch again.
+The end is proved by an energy. Take velocities w that rise along x and are as close to the
+velocities of the beads as possible. No pair pulls, so the forces do no work against a motion at w,
+and :math:`K = \sum m (v - w)^2/2 + U` never grows. No bead is ever faster against its w than
+:math:`\sqrt{2 K/m}`. If two bodies that are apart have velocities w that differ by more than the
+sum of these bounds, they never touch again.
 """
 
 from collections.abc import Callable
@@ -29,10 +29,11 @@ from chaincor.workflows.engines.reference.adaptive_loops import (
     build_step,
 )
 
-# Why `advance` came back.
+# Reasons why `advance` returned.
 OVER, FULL, STUCK, LATE, PAUSE = range(5)
 
-# Steps taken in search of a moment, which rounding ends earlier, and what rounding leaves of it.
+# Largest number of steps in the search for a moment, which rounding ends earlier, and relative
+# resolution left by rounding.
 _MOST_EVALUATIONS = 100
 _RESOLUTION = 4e-16
 
@@ -41,59 +42,60 @@ LEDGER: Any = np.dtype(
         np.record,
         [
             ("time", "f8"),
-            ("step", "f8"),  # to be tried next
+            ("step", "f8"),  # size of the next step to try
             ("longest", "f8"),  # time at which the run stops
             ("next_frame", "f8"),
             ("frame_interval", "f8"),
-            ("momentum", "f8"),  # of the chain, when the bodies touched
-            ("last_contact", "f8"),  # when the last contact ended
-            ("strain_min", "f8"),  # smallest and largest strain met
+            ("momentum", "f8"),  # momentum of the chain when the bodies touched
+            ("last_contact", "f8"),  # time at which the last contact ended
+            ("strain_min", "f8"),  # smallest and largest strain so far
             ("strain_max", "f8"),
             ("contact_min", "f8"),  # the same up to the last contact
             ("contact_max", "f8"),
-            ("gap", "i8"),  # which of the strains
-            ("soft", "i8"),  # whether bodies overlap when they meet
-            ("touching", "i8"),  # whether they do now
+            ("gap", "i8"),  # index of the gap among the strains
+            ("soft", "i8"),  # whether bodies overlap in a contact
+            ("touching", "i8"),  # whether bodies overlap now
             ("contacts", "i8"),
             ("frames", "i8"),
             ("free", "i8"),  # whether the bodies are known not to touch again
             ("steps", "i8"),
             ("evaluations", "i8"),
-            ("pause", "i8"),  # steps after which it comes back
+            ("pause", "i8"),  # number of steps after which `advance` returns
         ],
     )
 )
 
 
 class BeadArrays(NamedTuple):
-    """What the loops work on; names as in ``adaptive_loops.Arrays``."""
+    """Arrays that the loops change in place, with names as in ``adaptive_loops.Arrays``."""
 
-    state: Array  #: Of shape (2N,), as the next seven; `slopes` of shape (stages + 1, 2N).
-    last: Array  #: Right after the last contact.
+    state: Array  #: Current state; this array and the next six are of shape (2N,).
+    last: Array  #: State right after the last contact.
     kept: Array
     trial: Array
     scale: Array
     part: Array
     rising: Array
     slopes: Array
-    trial_slopes: Array  #: Of the same shape.
-    errors: Array  #: Of shape (2, 2N).
-    contacts: Array  #: Times, closing speeds, momentum given; of shape (3, capacity).
-    frames: Array  #: Of shape (capacity, 2N).
-    masses: Array  #: Of shape (N,); infinite for a rigid wall.
+    #: Rates of change within a partial step, like `slopes` of shape (stages + 1, 2N).
+    trial_slopes: Array
+    errors: Array  #: Errors of both embedded orders; of shape (2, 2N).
+    contacts: Array  #: Times, closing speeds and impulses; of shape (3, capacity).
+    frames: Array  #: Snapshots; of shape (capacity, 2N).
+    masses: Array  #: Masses, infinite for a rigid wall; of shape (N,).
 
 
 class BeadParameters(NamedTuple):
-    """What forces depend on."""
+    """Parameters of the forces and masses."""
 
-    bond: Any  #: Of the bond's kernel.
-    contact: Any  #: Of the contact law's kernel.
-    inverse: Array  #: 1/m; of shape (N,).
+    bond: Any  #: Parameters of the kernel of the bond.
+    contact: Any  #: Parameters of the kernel of the contact law.
+    inverse: Array  #: Inverse masses 1/m; of shape (N,).
     gap: int
 
 
 class BeadPath(NamedTuple):
-    """A step of any size from the state that is kept."""
+    """Path of one step of any size from the state before the step."""
 
     arrays: BeadArrays
     method: Tableau
@@ -124,9 +126,10 @@ def bead_rates(bond: Callable, contact: Callable) -> Callable:
 
 def build_bead_flight(bond: Callable, rates: Callable, register: Callable) -> Callable:
     """
-    Return the loop ``advance(ledger, arrays, method, parameters)``.
+    Return the loop of the adaptive engine for beads.
 
-    It moves the beads until something needs the caller. `bond` is the force of one strain.
+    ``advance(ledger, arrays, method, parameters)`` moves the beads until an event needs the caller,
+    and returns the reason. `bond` is the force of one strain.
     """
     extremes = register(bookkeeping.extremes)
     take, estimate = build_step(rates, register)
@@ -144,7 +147,7 @@ def build_bead_flight(bond: Callable, rates: Callable, register: Callable) -> Ca
         beads = masses.shape[0]
         if ledger.touching or state[1 + gap] < 0.0:
             return False
-        # Half the largest velocity before a bead, and half the smallest behind it.
+        # Each w is the mean of the largest velocity up to a bead and the smallest from it on.
         first = 1 if masses[0] == np.inf else 0
         top = 0.0 if first else -np.inf
         for i in range(first, beads):
@@ -161,7 +164,7 @@ def build_bead_flight(bond: Callable, rates: Callable, register: Callable) -> Ca
             energy += 0.5 * masses[i] * (state[beads + i] - rising[i]) ** 2
         for i in range(beads - 1):
             if i != gap and state[1 + i] < 0.0:
-                # At least U, as the force rises with the overlap.
+                # This is at least U, because the force rises with the overlap.
                 energy -= state[1 + i] * bond(state[1 + i], parameters.bond)
         faster = np.sqrt(2.0 * energy * parameters.inverse[gap])
         faster += np.sqrt(2.0 * energy * parameters.inverse[gap + 1])
@@ -183,7 +186,7 @@ def build_bead_flight(bond: Callable, rates: Callable, register: Callable) -> Ca
 
     @register
     def begin(ledger: Any, arrays: BeadArrays, parameters: BeadParameters) -> None:
-        # The gap is closed, and closes: bodies touch, or a hard contact is over at once.
+        # The gap is zero and closes: soft bodies touch, and a hard contact is over at once.
         state, gap, contacts = arrays.state, ledger.gap, arrays.contacts
         beads = arrays.masses.shape[0]
         speed = state[beads + gap] - state[beads + gap + 1]
@@ -203,7 +206,8 @@ def build_bead_flight(bond: Callable, rates: Callable, register: Callable) -> Ca
 
     @register
     def moment_of(step: float, sign: float, path: BeadPath) -> float:
-        # Where sign*gap, negative at first, becomes positive: Newton's method, kept in a bracket.
+        # Find the moment at which sign*gap, negative at first, becomes positive: Newton's method
+        # with a bracket.
         arrays, gap = path.arrays, path.parameters.gap
         beads = arrays.masses.shape[0]
         low, high = 0.0, step
@@ -256,7 +260,7 @@ def build_bead_flight(bond: Callable, rates: Callable, register: Callable) -> Ca
             if not error < 1.0:
                 np.positive(kept, state)
                 ledger.step = step * max(SHRINK, SAFETY * error ** (-1.0 / ORDER))
-                # What is no number compares as false.
+                # A NaN compares as false.
                 if not ledger.step > 0.0:
                     ledger.step = step * SHRINK
                 refusals += 1

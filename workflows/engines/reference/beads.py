@@ -1,4 +1,4 @@
-"""The adaptive engine for beads that only push, before a wall or a target, hard or soft."""
+"""Adaptive engine for beads that only push, before a wall or a target, hard or soft."""
 
 import math
 import time
@@ -23,23 +23,23 @@ from chaincor.workflows.engines.reference.finish import (
 from chaincor.workflows.engines.time_limit import check_time, steps_at_once
 from chaincor.workflows.errors import TimestepError
 
-# Errors of single steps allowed, relative to the accuracy asked of the restitution.
+# Allowed error of a single step, relative to the accuracy of the restitution, and its floor.
 _LOCAL_SHARE = 0.03
 _FINEST_LOCAL = 1e-15
-# Times are those in which two beads that meet stop each other; the first step is a small part of
-# one, and collisions of n beads are followed for so many times (n + 10) of them.
+# First step, and time for n beads over (n + 10), in units of the time in which two colliding beads
+# stop each other.
 _FIRST_STEP, _FOLLOWED = 0.01, 1000.0
-# Motion that is shown goes on for so many after the end.
+# Time in these units by which snapshots continue after the end.
 _SHOWN = 5.0
 
 
 def run(scene: Scene, accuracy: float, frame_interval: float | None, scheme: str) -> Outcome:
     """
-    Carry beads through their collision with steps that adapt to their overlaps.
+    Run the collision of beads with steps that adapt to their overlaps.
 
-    The accuracy is the error aimed at in the restitution. Snapshots, if there is a time between
-    them, are taken by partial steps beside the motion. Raises TimestepError if no step however
-    small is accurate, UnfinishedCollisionError if the bodies do not part.
+    `accuracy` is the target error of the restitution. Snapshots at multiples of `frame_interval`
+    are taken by partial steps that leave the motion unchanged. Raises TimestepError if no step,
+    however small, is accurate, and UnfinishedCollisionError if the bodies do not part.
     """
     flight = _Flight(scene, accuracy, frame_interval)
     flight.warm_up()
@@ -85,7 +85,7 @@ def _compile(bond: Callable, contact: Callable) -> Callable:
 
 
 class _Flight:
-    """A collision in progress: the arrays of the loops, and when to stop them."""
+    """Collision in progress: the arrays of the loops, and the decision when to stop."""
 
     def __init__(self, scene: Scene, accuracy: float, frame_interval: float | None) -> None:
         from scipy.integrate import DOP853
@@ -132,17 +132,17 @@ class _Flight:
                 return int(status)
 
     def warm_up(self) -> None:
-        """Load or compile the loops, which is not integration."""
+        """Load or compile the loops, so that this time does not count as integration."""
         longest, self.ledger.longest = float(self.ledger.longest), -1.0
         self._advance()
         self.ledger.longest = longest
 
     def run(self) -> None:
-        """Fly until it is proved that the bodies do not touch again."""
+        """Integrate until it is proved that the bodies do not touch again."""
         self._until(loops.OVER)
 
     def fly_on(self) -> None:
-        """Record the bodies on, for a fifth of the collision and some times of one contact."""
+        """Record snapshots for a fifth of the collision more and some times of one contact."""
         self.ledger.free = 1
         self.ledger.longest = 1.2 * self.ledger.time + _SHOWN * self._unit
         self._until(loops.LATE)
@@ -168,7 +168,7 @@ class _Flight:
         self.arrays = self.arrays._replace(contacts=contacts, frames=frames)
 
     def collected(self, first: float) -> Frames | None:
-        """Return the snapshots since the first contact, if any were asked for."""
+        """Return the snapshots since the first contact; None if no interval was given."""
         if self._interval is None:
             return None
         states = self.arrays.frames[: int(self.ledger.frames)]
