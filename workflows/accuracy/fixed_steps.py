@@ -261,7 +261,7 @@ class _Search:
 
 def _converge(fine: Outcome, near: Outcome, coarse: Outcome) -> bool:
     """
-    Return whether all velocities approach those of a run as the step approaches its step.
+    Return whether the near run has velocities much closer to the fine run than the coarse run.
 
     If they do not, the motions differ and agree in eta by chance.
     """

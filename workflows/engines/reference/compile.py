@@ -165,10 +165,7 @@ class LoopCompiler:
         return copy
 
     def _known(self, value: Any) -> Any:
-        """
-        Return a registered copy of a plain function; other values, and copies, are returned as they
-        are.
-        """
+        """Return a registered copy of a plain function, and any other value unchanged."""
         if not isinstance(value, FunctionType) or value.__qualname__.endswith(self.label):
             return value
         return self.register(value)

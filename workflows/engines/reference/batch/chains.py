@@ -68,7 +68,8 @@ class ManyRuns(Rows):
     #: Whether no end was found for as long as collisions are followed, so that other steps find
     #: none either; of shape (runs,).
     endless: NDArray[np.bool_]
-    endings: NDArray[np.object_]  #: Ends that were looked for; of shape (runs,).
+    #: End of each run, or None if it was not sought; of shape (runs,).
+    endings: NDArray[np.object_]
     durations: Array  #: Simulated time from the first contact to the end; of shape (runs,).
     evaluations: NDArray[np.int64]  #: Evaluations of all bond forces; of shape (runs,).
     #: Strains right after the last contact; of shape (runs, n - 1).
@@ -188,7 +189,7 @@ class Chains:
             statuses=np.full(count, MOVING),
         )
         self.durations = np.zeros(count)  # simulated time from the first contact to the end
-        self.endings = np.full(count, None)  # ends that were looked for
+        self.endings = np.full(count, None)  # end of each chain, or None if it was not sought
 
     def times(self) -> Array:
         """Return the time of each chain since its start."""
