@@ -14,9 +14,9 @@ from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.errors import InputError
 
-# What the first frame shows. ``incoming``: every particle still has the velocity -v0;
-# ``reflected``: particle 1 has just been turned round; ``moving`` and ``turned``: the same of a
-# chain that comes with inner motion, known by its momentum; ``late``: the collision is under way.
+# State in the first frame. ``incoming``: every particle still has the velocity -v0; ``reflected``:
+# particle 1 has just been reflected; ``moving`` and ``turned``: the same states of a chain with
+# internal motion, found from its momentum; ``late``: the collision has already begun.
 Start = Literal["incoming", "reflected", "moving", "turned", "late"]
 # Digits of the shortest formats of dumps.
 _SAME_SPEED = 1e-4

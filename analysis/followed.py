@@ -50,7 +50,7 @@ class Followed:
 
     @cached_property
     def argument(self) -> str | None:
-        """Why no contact with a hard wall follows: ``proved``, ``argued``, or None."""
+        """Reason that no contact with a hard wall follows: ``proved``, ``argued``, or None."""
         known, masses, last = self.reading.known, self.reading.masses[0], self.last
         ask, bond = known.end_argument, known.bond
         if bond is None or ask is None or known.targets or known.soft or not are_equal(masses):
@@ -63,10 +63,10 @@ class Followed:
     @property
     def finished(self) -> bool:
         """
-        Whether the collision is over in the last frame as far as can be told.
+        Whether the collision is over in the last frame, as far as the frames show.
 
-        That is where the chain recedes, and that no contact follows is proved, argued, or has been
-        shown by silence for longer than sound needs to cross the chain and come back.
+        The chain must recede. Also, the absence of later contacts must be proved or argued, or no
+        contact must have occurred for longer than sound needs to cross the chain and return.
         """
         known = self.alone or self.argument is not None
         return self.parting and (known or self.since_contact > self.sound_returns)
@@ -103,7 +103,7 @@ def follow(reading: CollisionFrames) -> Followed:
 
 def restitution_precision(seen: Followed, e: float) -> float:
     """
-    Return a bound on the error of eta that the few digits of a dump cause.
+    Return a bound on the error of eta due to the printed digits of a dump.
 
     Half-units of printed numbers are propagated into it; `e` is the ratio of speeds.
     """
@@ -112,7 +112,7 @@ def restitution_precision(seen: Followed, e: float) -> float:
     epsilon = float(np.finfo(float).eps)
 
     def off(frame: DumpFrame, steps: int) -> float:
-        """Return how far the relative velocity in a frame may be off."""
+        """Return the largest error of the relative velocity in a frame."""
         half = reading.layout.by_body(frame.resolution("vx", digits))
         printed = sum(
             float(np.sum(m * h)) / float(np.sum(m)) for m, h in zip(masses, half, strict=True)
@@ -139,7 +139,7 @@ def restitution_precision(seen: Followed, e: float) -> float:
 
 
 def _refuse_sideways(frame: DumpFrame, impact_velocity: float) -> None:
-    """Refuse motion that a one-dimensional analysis would leave out."""
+    """Refuse sideways motion, which a one-dimensional analysis would ignore."""
     for name in {"vy", "vz"}.intersection(frame.columns):
         largest = float(np.max(np.abs(frame.column(name))))
         if not largest <= _SIDEWAYS * impact_velocity:

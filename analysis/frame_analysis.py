@@ -34,7 +34,7 @@ def analyze_frames(
     """
     Analyse a collision frame by frame.
 
-    `notes` are caveats known beforehand; `progress` is told the number of bytes read so far. Raises
+    `notes` are caveats known beforehand; `progress` gets the number of bytes read so far. Raises
     InputError if the frames do not show a collision of a chain, or contradict what is known, or
     masses differ and are not known.
     """
@@ -158,7 +158,7 @@ def _largest_restitution(energy: float | None, reading: CollisionFrames) -> floa
     masses = [float(np.sum(m)) for m in reading.masses]
     reduced = 1.0 / sum(1.0 / mass for mass in masses)
     if len(masses) > 1:
-        # What both do as one body stays.
+        # The energy of the common motion of both bodies is conserved.
         energy -= 0.5 * _momentum(reading.opening, reading.masses) ** 2 / sum(masses)
     bound = energy / (0.5 * reduced * reading.velocity**2)
     return bound if bound > 1.0 + _ROUNDINGS else 1.0

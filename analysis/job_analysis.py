@@ -1,4 +1,4 @@
-"""The dump of a job, analysed with what its other files know."""
+"""Analysis of the dump of a job, with data from its other files."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -37,7 +37,7 @@ def analyze_job(
     target_particles: int | None = None,
 ) -> CollisionAnalysis:
     """
-    Analyse the dump of a job, with what its other files know.
+    Analyse the dump of a job, with data from its other files.
 
     Parameters
     ----------
@@ -141,10 +141,10 @@ def analyze_job(
 
 def target_particles_of(job: Job, first: DumpFrame, given: int | None = None) -> int:
     """
-    Return how many particles are a free target's; 0 for a wall.
+    Return the number of particles of a free target; 0 for a wall.
 
-    That is told by `given`, by ``scene.toml``, or by the first frame of the dump, whose column
-    ``mol`` is 1 in the chain and 2 in the target. Raises InputError where these differ.
+    The number comes from `given`, from ``scene.toml``, or from the first frame of the dump, whose
+    column ``mol`` is 1 in the chain and 2 in the target. Raises InputError if these differ.
     """
     scene = job.told_scene
     told: dict[str, int] = {}
@@ -163,7 +163,7 @@ def target_particles_of(job: Job, first: DumpFrame, given: int | None = None) ->
 
 
 def _with_scene(told: Known, job: Job, layout: ChainLayout) -> tuple[Known, list[str]]:
-    """Complete what a user told by the scene of the job, or by the springs of its script."""
+    """Complete the user's data by the scene of the job, or by the springs of its script."""
     scene = job.told_scene
     if scene is None or job.scene is None:
         if told.bond is not None or job.commands.setup.spring is None:

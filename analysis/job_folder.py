@@ -1,4 +1,4 @@
-"""A folder with a LAMMPS job: which file is the dump, the data file, the scene, the script."""
+"""Search of a folder for the files of a LAMMPS job: dump, data file, scene, scripts, logs."""
 
 import gzip
 import re
@@ -32,19 +32,19 @@ _DUMP_COMMAND = re.compile(r"^[^#\n]*\b(write_dump\s+\S+|dump\s+\S+\s+\S+)\s+cus
 
 @dataclass(frozen=True)
 class Job:
-    """The files of a job."""
+    """Files of a job."""
 
     dump: Path  #: LAMMPS dump of style custom, or a trajectory that ASE or MDAnalysis read.
     data: Path | None = None  #: LAMMPS data file.
     scene: Path | None = None  #: ``scene.toml``.
-    #: Input scripts and LAMMPS logs.
+    #: Input scripts.
     scripts: tuple[Path, ...] = ()
-    logs: tuple[Path, ...] = ()  #: See ``scripts``.
-    seen: DumpView | None = None  #: How to see its dump, where a user said so.
+    logs: tuple[Path, ...] = ()  #: LAMMPS logs.
+    seen: DumpView | None = None  #: View of the dump that a user gave; None without one.
 
     @property
     def files(self) -> list[tuple[str, Path]]:
-        """What is read of it: each file, and what that is."""
+        """Files of the job, each with its role."""
         found = {
             "dump": files_of(self.dump) if is_pattern(self.dump) else (self.dump,),
             "data file": (self.data,),
@@ -56,7 +56,7 @@ class Job:
 
     @cached_property
     def told_scene(self) -> Scene | None:
-        """What its scene says; None where it has none. SceneError if that is none."""
+        """Scene of the job; None without a scene. Raises SceneError for a faulty scene."""
         return None if self.scene is None else Scene.from_file(self.scene)
 
     @cached_property
@@ -66,17 +66,17 @@ class Job:
 
     @cached_property
     def masses(self) -> DeclaredMasses:
-        """What these and the data file say of masses, in the units of the dump."""
+        """Masses that the scripts, logs and data file declare, in the units of the dump."""
         return declared_masses(self.data, self.commands)
 
     @cached_property
     def view(self) -> DumpView:
         """
-        How to see its dump, by what lies beside it.
+        View of the dump, from the files beside it.
 
-        Units are those of ``units.toml``; without one, and without a scene, those in which its
-        springs and masses are 1. The wall is that of ``fix wall/reflect``; of two, the chain flies
-        to one. What a user said comes before all of it.
+        The units come from ``units.toml``. Without this file and a scene, they are the units
+        in which springs and masses of the run are 1. The wall is the wall of ``fix wall/reflect``,
+        and of two walls the one that the chain approaches. A view from the user has priority.
         """
         if self.seen is not None:
             return self.seen
@@ -102,7 +102,7 @@ class Job:
 
     @property
     def order(self) -> int | None:
-        """Order of convergence of the run: 0 for the stock wall, None where it is not known."""
+        """Order of convergence of the run: 0 for the stock wall, None if unknown."""
         if self.commands.stock_wall:
             return 0
         scene = self.told_scene
@@ -110,12 +110,12 @@ class Job:
 
     @property
     def step(self) -> float | None:
-        """The step that it was set up with, in the chain's units; None where nothing tells it."""
+        """Initial step of the run, in the chain's units; None if it is unknown."""
         step = self.commands.first_timestep
         return None if step is None else step / self.view.units.time
 
     def frames(self) -> Frames:
-        """Open its dump, in the chain's units; exactly as it is where it is in them."""
+        """Open the dump in the chain's units; numbers in these units stay exact."""
         source = open_trajectory(self.dump)
         return source if self.view == DumpView() else ViewedDump(source, self.view)
 
@@ -160,7 +160,7 @@ def find_jobs(
     scene: Path | str | None = None,
 ) -> tuple[Job | None, tuple[Job, ...]]:
     """
-    Find the job in a folder, and those in the folders below it, in order of their names.
+    Find the job in a folder, and the jobs in the folders below it, in order of their names.
 
     `scene` is that of all of them. There is None in the folder itself where it holds no dump, and
     one below does; of jobs whose files are named none below is looked for. Raises InputError as
@@ -216,7 +216,7 @@ def _is_there(path: Path) -> bool:
 
 
 def _why_no_dump(folder: Path, scripts: list[Path], scene: Path) -> str:
-    """Say that a folder has no dump, and how it gets one."""
+    """Return the message that a folder has no dump, with the remedy."""
     found = f"{folder} holds no LAMMPS dump of style custom, and no trajectory that ASE or "
     found += "MDAnalysis read"
     empty = [

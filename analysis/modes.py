@@ -10,9 +10,9 @@ Particles of unequal masses have modes of their own: the eigenvectors of
 from the tridiagonal matrix of the strains, :math:`k B M^{-1} B^T`, which has the same frequencies
 but the zero of the translation: so that one is exact and costs no digits of the others.
 
-Where frequencies agree to rounding, as those of vibrations at the two ends of a chain with light
-ends, any mixture of their modes is a mode, and the last digit of a mass decides which one is found.
-Their energies are then shared among them evenly: only the sum means something.
+If frequencies agree to rounding, as for vibrations at the two ends of a chain with light ends, any
+mixture of their modes is a mode, and the last digit of a mass decides the computed mixture. The
+energy is then divided equally among these modes, because only the sum has a meaning.
 """
 
 from dataclasses import dataclass
@@ -25,8 +25,8 @@ from chaincor.analysis.restitution import bond_strains, centre_of_mass_velocity
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.potential import Potential
 
-# Of the largest squared frequency: modes whose squares are nearer to each other cannot be told
-# apart. A mass that is off by an epsilon shifts squares by an epsilon of the largest.
+# Fraction of the largest squared frequency. Modes with closer squares cannot be distinguished. A
+# mass with an error of an epsilon shifts squares by an epsilon of the largest.
 _INDISTINCT = 1e-12
 
 
@@ -59,7 +59,7 @@ def mode_frequencies(
 
 def indistinct_modes(frequencies: ArrayLike) -> list[tuple[int, int]]:
     """
-    Return which modes of a chain cannot be told apart, as their frequencies agree to rounding.
+    Return the modes of a chain that cannot be distinguished, as frequencies agree to rounding.
 
     Parameters
     ----------

@@ -29,11 +29,11 @@ _HIDDEN = 1.5
 _EVEN = 0.03
 # Powers of the step for the bias. If several agree with the means, all of them count.
 _ORDERS = (1.0, 1.5, 2.0, 3.0, 4.0)
-# So many rungs tell a steepest slope; a power has to fit more than these.
+# Number of rungs that give a steepest slope. A power has to fit more rungs.
 _LEAST_RUNGS = 3
 # A power is given up where noise alone would miss it as far in 1 of 20 ladders.
 _CHANCE = 0.05
-# Where no power fits, the bias falls to step 0 as steeply as between the finest rungs, times this.
+# If no power fits, the slope between the finest rungs times this factor continues to step 0.
 _NO_LAW = 2.0
 # A choice among windows makes bars too short, and among verdicts, where a rung has few runs: by
 # 1 + this over them, as `benchmarks.bars.ladders` counts with 4 and 8.

@@ -151,7 +151,7 @@ def _noise(h: Array, values: Array, scatter: Array, seeded: bool) -> LadderVerdi
 
 
 def _bounded(reason: str, h: Array, values: Array, scatter: Array) -> LadderVerdict:
-    """What means say where there is no order, with a scatter that all rungs tell together."""
+    """Return the verdict from means without an order, with a scatter from all rungs together."""
     means = judge_means(h, values, _smooth_scatter(h, scatter))
     reason += "; means bound the error"
     return LadderVerdict("bounded", reason, None, None, *means, scatter)

@@ -131,10 +131,10 @@ def refuse_mismatch(bond: "Potential", kinks: Sequence[float]) -> None:
     """
     Refuse a bond whose force is not the derivative of its energy.
 
-    Between neighbouring strains of :func:`scan_strains` the work of the force, by Gauss's rule
-    with 8 points, must be what the energy loses; the rule's own error is told by halving, and
-    rounding by the size of the energies. Raises PotentialError, with the strain at which they
-    differ most.
+    Between neighbouring strains of :func:`scan_strains`, the work of the force by Gauss's rule with
+    8 points must equal the loss of energy. Halved intervals give the error of the rule, and the
+    size of the energies gives the rounding. Raises PotentialError with the strain at which work and
+    loss differ most.
     """
     # Gauss's rule knows no kinks: intervals end at them.
     edges = np.unique(np.concatenate((scan_strains(bond), kinks)))
@@ -146,8 +146,8 @@ def refuse_mismatch(bond: "Potential", kinks: Sequence[float]) -> None:
         halves = _work(bond, low, middle)[0] + _work(bond, middle, high)[0]
         mismatch = np.abs(energies[:-1] - energies[1:] - halves)
         rounding = 64.0 * sys.float_info.epsilon
-        # What formulas cancel to give a small energy is of the size of stiffness times length
-        # squared, and of the constant that an energy carries.
+        # Terms that cancel in a small energy are as large as stiffness times length squared, and
+        # as the constant in an energy.
         size_at_rest = _slope_at_rest(bond, scan_strains(bond)) + abs(bond.energy_offset)
         rounding *= np.abs(energies[:-1]) + np.abs(energies[1:]) + size_at_rest
         allowed = _WORK * size + 4.0 * np.abs(halves - whole) + rounding

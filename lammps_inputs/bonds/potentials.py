@@ -1,7 +1,7 @@
 """
-The bonds that have names: everything that is particular to one of them is said here.
+Bonds with names, with all definitions that are specific to one of them.
 
-Those of exponentials are in ``exponential_bonds`` beside this, the keys of all in scenes here.
+Bonds made of exponentials are in ``exponential_bonds``. The keys of all bonds in scenes are here.
 
 A bond is a class. Its formula for U is a method, those of the force -dU/dr and of U'' are kernels:
 plain functions, which arrays and compiled loops share. They are written so that nothing cancels at
@@ -10,8 +10,8 @@ can print as JavaScript, too.
 `BondKeys` holds what scenes say of bonds; options, form and doctor are made from it and from the
 class attributes.
 
-A kernel uses only what a compiler for scalars also knows. What it calls it closes over, as compiled
-loops need it, and its qualified name tells its compiled loops from others.
+A kernel uses only functions that a compiler for scalars knows. The functions that it calls are in
+its closure, as compiled loops need them. Its qualified name distinguishes its compiled loops.
 """
 
 import math
@@ -196,17 +196,17 @@ class Power(NamedBond):
 
     @property
     def force_kernel(self) -> Callable:  # type: ignore[override]
-        """The kernel of this order."""
+        """Kernel of the force for this order."""
         return power_kernels(int(self.order))[0]
 
     @property
     def curvature_kernel(self) -> Callable:  # type: ignore[override]
-        """The same of U''."""
+        """Kernel of U'' for this order."""
         return power_kernels(int(self.order))[1]
 
     @property
     def anharmonic_order(self) -> int:  # type: ignore[override]
-        """The order itself."""
+        """Order of the anharmonic term."""
         return self.order
 
     def energy(self, strain: ArrayLike) -> Array:
@@ -243,7 +243,7 @@ _CLASSES: tuple[type[NamedBond], ...] = (
     Hertz,
 )
 NAMED_POTENTIALS: dict[str, type[NamedBond]] = {cls.name: cls for cls in _CLASSES}
-# Those of chains that hold together, which LAMMPS, fixed steps and the live page know, too.
+# Bonds of chains that hold together, which LAMMPS, fixed steps and the live page know, too.
 CHAIN_POTENTIALS = {k: cls for k, cls in NAMED_POTENTIALS.items() if not cls.only_pushes}
 POTENTIAL_NAMES = (*NAMED_POTENTIALS, "table", "formula")
 # What only bonds of one kind have in scenes.
@@ -303,10 +303,10 @@ def _known(value: Any) -> Any:
 
 class BondKeys(BaseModel):
     """
-    What a scene says of its bonds by name.
+    Keys of a scene for its bonds.
 
-    Beside a number the form of the live page is told how to call it, what is usual, and between
-    which limits it lies there: numbers, or a function of the scene, in JavaScript.
+    For each number, the form of the live page gets a label, a default value and limits. Limits are
+    numbers, or functions of the scene in JavaScript.
     """
 
     model_config = ConfigDict(arbitrary_types_allowed=True)
