@@ -263,7 +263,7 @@ def _converge(fine: Outcome, near: Outcome, coarse: Outcome) -> bool:
     """
     Return whether the near run has velocities much closer to the fine run than the coarse run.
 
-    If they do not, the motions differ and agree in eta by chance.
+    Otherwise the motions differ and agree in eta by chance.
     """
     small, large = (
         float(np.max(np.abs(run.velocities - fine.velocities))) for run in (near, coarse)
