@@ -183,8 +183,12 @@ def _with_fixed_steps(
         scheme = "verlet" if scene.bond.kinks else irregular.SCHEME
         step = irregular.first_step(scene, scheme, reachable, kinked=scheme == "verlet")
         proofs = irregular.COARSER
-    numerics = Numerics(scheme=scheme, timestep=step)
-    seconds = OVERHEAD["reference"] + _IN_HOUSE_RUNS * FIXED_STEPS.forecast(scene, numerics)
+    numerics = forecast_with = Numerics(scheme=scheme, timestep=step)
+    if contact_is_stiffest(scene):
+        # Steps during a stiff contact are shortened below the least step of the flight.
+        shorter = first_step(scene, plain_scheme(scene, target_error, 0.0), reachable)
+        forecast_with = replace(numerics, timestep=min(step, shorter))
+    seconds = OVERHEAD["reference"] + _IN_HOUSE_RUNS * FIXED_STEPS.forecast(scene, forecast_with)
     return Plan(scene, FIXED_STEPS, scheme, numerics, proofs, target_error, seconds)
 
 
