@@ -1,5 +1,6 @@
 """Record of one finished collision, from which observables are computed."""
 
+import math
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -35,6 +36,8 @@ class RunRecord:
     versions: dict[str, str]
     #: Time between looks at bonds where the outcome has no time step; None where it is not fixed.
     looks: float | None = None
+    #: Raw outcomes of the same collision that this one was compared with.
+    others: tuple[Any, ...] = field(default=(), repr=False)
     #: Mode energies of shape (n,), where they are known already.
     known_energies: Array | None = field(default=None, repr=False)
 
@@ -68,6 +71,25 @@ class RunRecord:
             return self.known_energies
         state = self.outcome.displacements, self.outcome.velocities
         return mode_energies(*state, self.scene.bond.stiffness, self.line.chain_masses)
+
+    # ---- contacts -------------------------------------------------------------------------------
+
+    @property
+    def contacts_range(self) -> tuple[int, int] | None:
+        """Fewest and most contacts of the runs that were compared; None where all agree."""
+        counts = [len(each.contact_times) for each in (self.outcome, *self.others)]
+        return None if min(counts) == max(counts) else (min(counts), max(counts))
+
+    @property
+    def last_contact_error(self) -> float | None:
+        """
+        Return the error bar of the time of the last contact.
+
+        The bar is the largest difference of contact times between runs, with the errors that the
+        runs share. None where no run was compared, or the numbers of contacts differ.
+        """
+        error = self.details.get("spread", {}).get("contact_times")
+        return error if error is not None and math.isfinite(error) else None
 
     # ---- bonds ----------------------------------------------------------------------------------
 

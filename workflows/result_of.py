@@ -35,6 +35,7 @@ def result_of(
         restitution=eta_of(scene, outcome),
         reason=bounded_run.reason,
         details=found,
+        others=bounded_run.others,
         seconds_total=time.perf_counter() - started,
         versions=versions(),
         looks=modal.SAMPLE_INTERVAL if modal.supports(scene) else None,

@@ -68,9 +68,12 @@ class MeasuredOutcome:
         "how often particle 1 meets the wall or the target, the first time included",
         Row(
             "contacts",
-            "{0.contacts}, the last at t = {0.last_contact_time:.6g}",
+            lambda o: (
+                f"{lines.count_text(o.contacts, o.contacts_range)}, the last at "
+                f"t = {o.last_contact_time:.6g}"
+            ),
             contacts_line,
-            also=("last_contact_time",),
+            also=("contacts_range", "last_contact_time"),
             words=("t", "last contact", "hits"),
         ),
         run=lambda r: len(r.outcome.contact_times),
@@ -78,12 +81,24 @@ class MeasuredOutcome:
         in_dumps="how often particle 1 meets the wall or the target, the first time included; null "
         "where the frames are too far apart to count",
     )
+    contacts_range: tuple[int, int] | None = observable(
+        "fewest and most contacts of the runs that were compared, where these disagree",
+        rare=True,
+        run=lambda r: r.contacts_range,
+    )
     last_contact_time: float = observable(
         "time of the last contact, counted from the first, in units of sqrt(mass/stiffness)",
         unit="time",
         symbol="t",
         run=lambda r: float(r.outcome.contact_times[-1]),
         dump=lambda a: a.contact_statistics.last_time,
+    )
+    last_contact_error: float | None = observable(
+        "error bar of the time of the last contact, where it is known",
+        unit="time",
+        symbol="+-",
+        rare=True,
+        run=lambda r: r.last_contact_error,
     )
     ending: str = observable(
         "how sure it is that no further contact comes: proved (energy and momentum rule it out), "

@@ -34,6 +34,11 @@ def root_text(value: float, error: float | None, *, relative: bool = False) -> s
     return f"e   = {root_of_known(value, error)}{_of(relative)}"
 
 
+def count_text(count: int, of_runs: Sequence[int] | None) -> str:
+    """Return a number of contacts, or the range of it where runs disagree."""
+    return str(count) if of_runs is None else f"{of_runs[0]} to {of_runs[1]}"
+
+
 def ending_text(ending: str, *, missed: bool) -> str:
     """Say how sure it is that no contact follows; a run that misses its tolerance proves less."""
     certain = f"{ending} for this run" if missed and ending == "proved" else ending

@@ -153,3 +153,31 @@ def test_the_bar_of_the_stock_wall_is_called_statistical(result):
     # Without a bar there is nothing to qualify; the event wall's bar is no statistical one.
     for other in ({"restitution_error": None}, {"wall": "event"}):
         assert "statistical" not in rows_of(dataclasses.replace(stock, **other))[0][1]
+
+
+def test_numbers_of_contacts_that_disagree_become_a_range(result):
+    assert result.contacts_range is None
+    torn = dataclasses.replace(result, contacts=7, contacts_range=(5, 7))
+    assert dict(rows_of(torn))["contacts"].startswith("5 to 7, the last at t = ")
+    assert "5 to 7 contacts, the last at t = " in repr(torn)
+
+
+def test_the_time_of_the_last_contact_has_a_bar():
+    found = collide(Scene(particles=5, tolerance=1e-5, engine="reference"))
+    exact = collide(Scene(particles=5, tolerance=1e-10, engine="reference"))
+    off = abs(found.last_contact_time - exact.last_contact_time)
+    assert 0.0 < off <= found.last_contact_error + exact.last_contact_error
+    assert found.to_dict()["last_contact_error"] == found.last_contact_error
+    # No run was made to compare this one with.
+    alone = collide(Scene(particles=3, scheme="verlet", timestep=0.01, error=False))
+    assert alone.last_contact_error is None
+
+
+def test_runs_that_differ_in_contacts_give_their_range():
+    # A step of 0.4 adds a contact, which the run at half of it does not have.
+    found = collide(Scene(particles=50, scheme="verlet", timestep=0.4, engine="reference"))
+    exact = collide(Scene(particles=50, tolerance=1e-6, engine="reference"))
+    low, high = found.contacts_range
+    assert low <= exact.contacts < found.contacts <= high
+    assert found.last_contact_error is None
+    assert exact.contacts_range is None

@@ -47,6 +47,8 @@ class BoundedRun:
     reason: str | None = None
     #: Pilot run, choice and proof, for the record.
     details: dict[str, Any] = field(default_factory=dict)
+    #: Runs of the same collision that the run was compared with.
+    others: tuple[Outcome, ...] = ()
 
     @property
     def error(self) -> float:
@@ -73,7 +75,8 @@ def bounded_run(
     details: dict[str, Any] = {"spread": spread_of(scene, outcome, other)}
     if tries is not None:
         details["choice"] = {"tries": tries}
-    return BoundedRun(outcome, bar, sensitivity, details=details)
+    others = (other,) if isinstance(other, Outcome) else ()
+    return BoundedRun(outcome, bar, sensitivity, details=details, others=others)
 
 
 def reason_missed(found: BoundedRun, tolerance: float) -> str | None:

@@ -204,7 +204,8 @@ def solve_with_lammps(
         # error from LAMMPS alone: the difference between its two runs
         "error_alone": found.error - error + largest_difference(scene, fine, [coarse]),
     }
-    return replace(found, details=found.details | {"scouting": search.pilot.to_dict()})
+    details = found.details | {"scouting": search.pilot.to_dict()}
+    return replace(found, details=details, others=(coarse, search.pilot.outcome))
 
 
 def choose_numerics(

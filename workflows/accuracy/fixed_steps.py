@@ -127,7 +127,8 @@ def _meet_with_scheme(
             # comes.
             another = 2.0 * float(fine.contact_speeds[-1])
             fine = replace(fine, ending=fine.ending.doubted(another))
-    return bounded_run(scene, fine, error, proof, found.tries, sensitivity)
+    bounded = bounded_run(scene, fine, error, proof, found.tries, sensitivity)
+    return replace(bounded, others=tuple(found.proofs))
 
 
 def with_doubts(outcome: Outcome, others: Sequence[Outcome]) -> Outcome:

@@ -97,7 +97,8 @@ def _run_as_given(planned: Plan) -> BoundedRun:
         # Errors of arrays exceed differences of arrays by the same factor as for eta.
         spreads = [spread_of(scene, outcome, run) for run in others]
         details["spread"] = {name: share * max(s[name] for s in spreads) for name in spreads[0]}
-    return BoundedRun(outcome, error_bar(outcome, scene, step), details=details)
+    bar = error_bar(outcome, scene, step)
+    return BoundedRun(outcome, bar, details=details, others=tuple(others))
 
 
 def collide_scenes(scenes: Sequence[Scene]) -> list[Collision | Exception | None]:

@@ -5,6 +5,7 @@ from html import escape
 from typing import TypeVar
 
 from chaincor.analysis.observables import TERMS, Observed, rows_of
+from chaincor.analysis.showing.lines import count_text
 from chaincor.analysis.showing.numbers import root_of_known, with_error
 from chaincor.workflows.showing.text import closing, heading
 
@@ -75,6 +76,6 @@ def _line(result: Observed) -> tuple[str, ...]:
         speed,
         with_error(result.restitution, result.restitution_error),
         root_of_known(result.kinematic_restitution, result.restitution_error),
-        str(result.contacts),
+        count_text(result.contacts, result.contacts_range),
         f"{result.ending}{missed}",
     )

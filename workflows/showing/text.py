@@ -1,7 +1,7 @@
 """A result in lines of text, as ``chaincor run`` prints it."""
 
 from chaincor.analysis.observables import Observed, rows_of
-from chaincor.analysis.showing.lines import masses_text
+from chaincor.analysis.showing.lines import count_text, masses_text
 from chaincor.analysis.showing.numbers import (
     impact_speed,
     named_lines,
@@ -17,6 +17,7 @@ def describe(result: Observed) -> str:
 
 def describe_shortly(result: Observed) -> str:
     """Describe a result in three lines: what collided, what came out, how it was run."""
+    counted = count_text(result.contacts, result.contacts_range)
     asked = ""
     if result.tolerance_met is False:
         asked = f"; tolerance {result.tolerance:g} NOT MET: {result.reason}"
@@ -25,7 +26,7 @@ def describe_shortly(result: Observed) -> str:
             ", ".join(heading(result)),
             f"eta = {with_error(result.restitution, result.restitution_error)}, "
             f"e = {root_of_known(result.kinematic_restitution, result.restitution_error)}, "
-            f"{result.contacts} contact{'s' if result.contacts != 1 else ''}, the last at "
+            f"{counted} contact{'' if counted == '1' else 's'}, the last at "
             f"t = {result.last_contact_time:.6g}",
             f"{closing(result)[0]}; end {result.ending}{asked}",
         ]
