@@ -72,8 +72,8 @@ class RunCommands:
         """
         Return the commands of some names by file, and whether variables stand for their values.
 
-        They are those of the logs that have any, and where none has, of all scripts. What a run
-        prints on the screen begins like a log and repeats no commands.
+        They are those of the logs that have any, and where none has, of all scripts. The
+        screen output of a run begins like a log and repeats no commands.
         """
         of_logs, of_scripts = (
             {path: [c for c in commands if c[0] in names] for path, commands in each.items()}

@@ -31,7 +31,7 @@ def draw_moment(
     below, the chain. If particles share a column, it shows their mean velocity.
 
     Particle 1 comes first, the wall is at x = 0; `longest` is the distance from it that the last
-    column shows. There are `rows` lines, an odd number, and one more. Where the first `targets`
+    column shows. There are `rows` lines, an odd number, and one more. If the first `targets`
     particles are those of a free target, from its far end, `lowest` is what the first column shows,
     and no wall is drawn.
     """

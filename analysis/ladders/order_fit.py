@@ -18,8 +18,8 @@ _LEAST_ERROR = 1e-3
 SURE = 1.96
 # Weights from few runs, and a choice among windows, make Gaussian bars 1.2 times too short.
 _WIDER = 1.2 * SURE
-# What coarse rungs are seen to do to a fit is taken this many times: windows are not scaled copies
-# of each other, as the geometric series would have it.
+# Factor on the observed effect of coarse rungs on a fit, because windows are not scaled copies of
+# each other, as the geometric series assumes.
 _RESERVE = 1.5
 # A bend that chance hides moves the limit as well: bars so many times longer hold in 95 of 100
 # ladders of order 1 in `benchmarks.bars.ladders`.
@@ -175,7 +175,7 @@ def judge_means(steps: Array, values: Array, scatter: Array) -> Means:
     squares, weighted by the scatter. All p that the misfit does not exclude count: the limit lies
     in the union of their intervals, and the bias of a rung is at most the largest :math:`|B| h^p`
     with its own error. The widest window of rungs that some p fits is taken; of three rungs, of
-    which one power or another always nearly fits, nothing is believed. Where none fits, the
+    which one power or another always nearly fits, nothing is believed. If no power fits, the
     steepest slope between the three finest rungs, twice, down to step 0, stands for what is left.
 
     `steps` and `values`, of shape (R, M), are rung by rung from coarse to fine; `scatter`, of shape

@@ -28,17 +28,17 @@ _ROUNDING = 1e-12
 
 class Formula(UserBond):
     r"""
-    A bond given by a formula for its energy.
+    Bond given by a formula for its energy.
 
-    U is a function of the strain ``s``, or the length ``r`` = 1 + s, and of named parameters.
-    Natural length is where the force vanishes nearest to length 1; strains count from it, so that
-    a chain at rest has none, and U and -dU/ds are zero there. Near it a series of the force is
-    used, for which the formula is expanded with 40 digits: nothing cancels at any strain. Speeds,
-    energies and times are those of the formula. The speed scale v* is that of
+    U is a function of the strain ``s``, or the length ``r`` = 1 + s, and of named parameters. The
+    natural length is the zero of the force nearest to length 1. Strains count from it, so that a
+    chain at rest has no strain, and U and -dU/ds vanish there. Near rest, a series of the force is
+    used, expanded from the formula with 40 digits, so that no digits cancel at any strain. Speeds,
+    energies and times are in the units of the formula. The speed scale v* follows from
     :math:`U(x^*) = k (x^* - x_0)^2`, with the stiffness k and the natural length of the formula.
 
-    Raises PotentialError if it is no formula, it has no stable length near 1, kinks, or its digits
-    cancel.
+    Raises PotentialError if the text is no formula, or if the bond has no stable length near 1, has
+    kinks, or loses digits by cancellation.
     """
 
     text: str  #: Formula of the energy in canonical form.
@@ -192,7 +192,7 @@ class Formula(UserBond):
         low = ends[0]
         if abs(low + 1.0) < _ROUNDING:
             low = -1.0
-        # Where particles can meet, at finite energy or of longer bonds, engines see for themselves.
+        # Engines detect whether particles reach each other, at finite energy or with longer bonds.
         energy = self._functions["energy"](np.float64(self._rest + low))
         holds = low == -1.0 and not math.isfinite(energy)
         return (low if low > -1.0 or holds else -math.inf), ends[1]

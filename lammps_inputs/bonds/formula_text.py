@@ -25,8 +25,8 @@ _EXPECTED = (
 )
 _RESERVED = (STRAIN, LENGTH, "pi", *FUNCTIONS)
 
-# Of what a person writes none of these is felt; what they keep out would take minutes to
-# differentiate, or to compile.
+# No formula written by a person reaches these limits. Longer formulas would take minutes to
+# differentiate or to compile.
 _LONGEST_TEXT, _MOST_NODES, _DEEPEST, _MOST_PARAMETERS = 400, 160, 24, 20
 _LARGEST, _SMALLEST, _HIGHEST_POWER = 1e100, 1e-100, 99
 _OPERATIONS: dict[type[ast.operator], Callable] = {

@@ -69,7 +69,7 @@ def _exponentials() -> tuple[Callable, Callable]:
     """
     Return exp(x) and exp(x) - 1, written out, as no compiler vectorises a call of exp.
 
-    What they call they close over, as compiled loops need it.
+    The functions that they call are in their closure, as compiled loops need them.
     """
 
     def parts(exponent: Any) -> tuple[Any, Any]:

@@ -246,7 +246,7 @@ NAMED_POTENTIALS: dict[str, type[NamedBond]] = {cls.name: cls for cls in _CLASSE
 # Bonds of chains that hold together, which LAMMPS, fixed steps and the live page know, too.
 CHAIN_POTENTIALS = {k: cls for k, cls in NAMED_POTENTIALS.items() if not cls.only_pushes}
 POTENTIAL_NAMES = (*NAMED_POTENTIALS, "table", "formula")
-# What only bonds of one kind have in scenes.
+# Keys in scenes that only bonds of one kind have.
 BOND_KEYS = {key: cls.name for cls in _CLASSES for key in cls.keys}
 BOND_KEYS |= {"bond_file": "table", "energy": "formula", "parameters": "formula"}
 WHOLE_KEYS = tuple(

@@ -139,7 +139,7 @@ class UserBond(Potential):
         """
         Return the stiffness of a bond that is compressed to a small part of an energy.
 
-        Where this is far from U'' at rest, that is a difference over a step in which the force is
+        If this is far from U'' at rest, that is a difference over a step in which the force is
         not linear, and says nothing of the sound: U may rise like s^4, or like s^1.5.
         """
         if self.smooth:
@@ -182,7 +182,8 @@ def _of_arrays(function: Callable, what: str) -> Callable[..., Array]:
     """Return a function of arrays, even if the user's function takes one number at a time."""
     three = np.array([-1e-3, 0.0, 1e-3])
     try:
-        # Of two lengths: what always returns as many numbers is no function of a strain.
+        # Two lengths of arrays are tried, because a function that always returns an equal number of
+        # values is no function of the strain.
         returned = [(part, np.asarray(function(part))) for part in (three, three[1:])]
         takes_arrays = all(
             found.shape == part.shape and np.can_cast(found.dtype, float, "same_kind")
