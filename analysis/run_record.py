@@ -99,11 +99,16 @@ class RunRecord:
         return self.details.get("scouting")
 
     @property
+    def _pilot_has_bonds(self) -> bool:
+        """Whether a run of the reference engine has the contacts of this one by LAMMPS."""
+        return self.pilot is not None and self.pilot["bond_min"] is not None
+
+    @property
     def bond_range_source(self) -> str:
         """Name of the run that gives the shortest and longest bond."""
         if self.outcome.engine != "lammps":
             return "every step"
-        if self.pilot is None:
+        if not self._pilot_has_bonds:
             return "LAMMPS, at contacts and at looks between them"
         return "in-house scouting run, every step, and LAMMPS at contacts"
 
@@ -111,7 +116,8 @@ class RunRecord:
     def bond_range(self) -> tuple[float, float]:
         """One plus the least and the largest strain of a bond."""
         low, high = self.outcome.bond_min, self.outcome.bond_max
-        if self.outcome.engine == "lammps" and self.pilot is not None:
+        if self._pilot_has_bonds:
+            assert self.pilot is not None
             low, high = min(low, self.pilot["bond_min"]), max(high, self.pilot["bond_max"])
         return low, high
 
@@ -125,10 +131,13 @@ class RunRecord:
 
         An extreme is at most half a step h from an end, and a strain has
         :math:`|\ddot s| \le 4 F/m` with the largest force F and the lightest mass m: no farther
-        than :math:`h^2 F/2m`. It is None if steps have no fixed length.
+        than :math:`h^2 F/2m`. It is None if steps have no fixed length, or if LAMMPS
+        alone looked at bonds.
         """
         if self.scene.longest_body < 2:
             return 0.0
+        if self.outcome.engine == "lammps" and not self._pilot_has_bonds:
+            return None
         step = self.outcome.timestep if self.pilot is None else self.pilot["timestep"]
         step = self.looks if step is None else step
         if step is None:

@@ -1,13 +1,14 @@
 """
 Compare the bars of plain cold chains, on fine grids of speed, with runs 1000 times tighter.
 
-    python -m benchmarks.bars.plain_scenes [--count 20000] [--seed 1]
+    python -m benchmarks.bars.plain_scenes [--count 20000] [--seed 1] [--particles 2 3 4]
 
 Chains of a kind are carried out together; those that are met one by one are left out. Prints how
 many are outside their bars, and the median of bar over error.
 """
 
 import argparse
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -22,14 +23,20 @@ _TOGETHER, _TIGHTER = 250, 1e-3
 _ROUNDING = 2e-13
 
 
-def compare_group(random: np.random.Generator) -> list[tuple[Scene, float, float]]:
-    """Return scenes of one kind at neighbouring speeds, each with its bar and its error."""
+def compare_group(
+    random: np.random.Generator, sizes: Sequence[int] = _SIZES
+) -> list[tuple[Scene, float, float]]:
+    """
+    Return scenes of one kind at neighbouring speeds, each with its bar and its error.
+
+    `sizes` are the numbers of particles to draw from.
+    """
     start = float(10.0 ** random.uniform(-2.5, 0.0))
     speeds = start * (1.0 + random.uniform(0.001, 0.01) * np.arange(_TOGETHER))
     potential, power = str(random.choice(_POTENTIALS)), {"power_order": 4, "power_c": 1.0}
     first = Scene(
         potential=potential,
-        particles=int(random.choice(_SIZES)),
+        particles=int(random.choice(sizes)),
         speed=float(speeds[0]),
         engine="reference",
         tolerance=float(10.0 ** random.integers(-6, -3)),
@@ -55,10 +62,11 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[1])
     parser.add_argument("--count", type=int, default=20000)
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--particles", type=int, nargs="+", default=_SIZES)
     given = parser.parse_args()
     random, ratios, outside = np.random.default_rng(given.seed), [], 0
     while len(ratios) < given.count:
-        for scene, bar, error in compare_group(random):
+        for scene, bar, error in compare_group(random, given.particles):
             ratios.append(bar / max(error, _ROUNDING))
             if error > bar + _ROUNDING:
                 outside += 1

@@ -204,7 +204,7 @@ def solve_with_lammps(
         # error from LAMMPS alone: the difference between its two runs
         "error_alone": found.error - error + largest_difference(scene, fine, [coarse]),
     }
-    details = found.details | {"scouting": search.pilot.to_dict()}
+    details = found.details | {"scouting": search.pilot.beside(scene, fine)}
     return replace(found, details=details, others=(coarse, search.pilot.outcome))
 
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.schemes import StepSchemeName
+from chaincor.workflows.accuracy.bond_range import bonds_from_start
 from chaincor.workflows.accuracy.reference_runs import (
     ConvergedRun,
     largest_difference,
@@ -55,7 +56,7 @@ def meets_kinks(scene: Scene) -> bool:
         outcome = run_reference(scene, "verlet", step)
     except RunError:
         return True
-    low, high = _RESERVE * (outcome.bond_min - 1.0), _RESERVE * (outcome.bond_max - 1.0)
+    low, high = (_RESERVE * (length - 1.0) for length in bonds_from_start(scene, outcome))
     return any(low <= kink <= high for kink in kinks)
 
 

@@ -5,6 +5,7 @@ from typing import Any
 
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.script_plan import ScoutedEnd
+from chaincor.workflows.accuracy.bond_range import bonds_from_start, bonds_to_contact
 from chaincor.workflows.accuracy.by_reference import converge, exact_modes
 from chaincor.workflows.accuracy.reference_runs import ConvergedRun
 from chaincor.workflows.accuracy.solvers import EXACT_MODES
@@ -31,7 +32,7 @@ class PilotRun:
     """Facts about a collision from a run of the reference engine, for a later LAMMPS run."""
 
     reference: ConvergedRun  #: Converged run, with its eta and error, and whether bonds pass kinks.
-    #: Shortest bond until LAMMPS stops, some time after the last contact.
+    #: Shortest bond from the initial state until LAMMPS stops, after the last contact.
     flight_min: float
     flight_max: float  #: Longest bond until LAMMPS stops.
 
@@ -44,6 +45,22 @@ class PilotRun:
     def end(self) -> ScoutedEnd:
         """Facts about the end that a script needs."""
         return scouted_end(self.outcome)
+
+    def beside(self, scene: Scene, run: Outcome) -> dict[str, Any]:
+        """
+        Return the facts for the record of a run by LAMMPS.
+
+        Bonds are those up to the last contact of that run: fragments of a broken chain may have
+        further contacts in the pilot run alone. They are None where the reference engine does not
+        have the contacts of LAMMPS.
+        """
+        known, contacts = self.to_dict(), len(run.contact_times)
+        if contacts == len(self.outcome.contact_times):
+            return known
+        last = float(run.contact_times[-1])
+        found = bonds_to_contact(scene, self.outcome, contacts, last)
+        shortest, longest = found or (None, None)
+        return known | {"bond_min": shortest, "bond_max": longest}
 
     def to_dict(self) -> dict[str, Any]:
         """Return the facts for the record."""
@@ -91,7 +108,7 @@ def pilot_run(scene: Scene, target_error: float, fly_on: float | None = None) ->
 def watched_on(found: ConvergedRun, scene: Scene, fly_on: float | None = None) -> PilotRun:
     """Return the pilot run of a converged run; for `fly_on` see :func:`pilot_run`."""
     outcome = found.outcome
-    shortest, longest = outcome.bond_min, outcome.bond_max
+    shortest, longest = bonds_from_start(scene, outcome)
     if scene.longest_body > 1 and not scene.bond.is_harmonic:
         if fly_on is None:
             fly_on = _ASKED_WITHIN * PATIENCE / scene.slow_stiffness**0.5

@@ -9,6 +9,7 @@ from chaincor.lammps_inputs.bonds.table_bond import SplineBond, TableBond
 from chaincor.lammps_inputs.errors import ChaincorError, TableError
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.accuracy.bond_range import bonds_from_start
 from chaincor.workflows.accuracy.bounded_run import BoundedRun, reason_missed, table_error_of
 from chaincor.workflows.accuracy.reference_runs import eta_of
 from chaincor.workflows.engines.outcome import Outcome
@@ -57,7 +58,8 @@ def rows_error(scene: Scene, outcome: Outcome, tolerance: float) -> float:
     bond = scene.bond
     if not isinstance(bond, TableBond):
         return 0.0
-    force_error = bond.rows.largest_error(outcome.bond_min - 1.0, outcome.bond_max - 1.0)
+    shortest, longest = bonds_from_start(scene, outcome)
+    force_error = bond.rows.largest_error(shortest - 1.0, longest - 1.0)
     estimate = table_error_of("spline", force_error, scene)
     if estimate <= _NEGLIGIBLE * tolerance:
         return estimate

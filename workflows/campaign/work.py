@@ -80,16 +80,18 @@ def _run_as_given(planned: Plan) -> BoundedRun:
     scene, numerics = planned.scene, planned.numerics
     assert numerics is not None
     details: dict[str, Any] = {}
+    pilot = usual_pilot_run(scene) if planned.solver is LAMMPS else None
     # The reference engine sees its bonds.
-    if planned.solver is LAMMPS and (pilot := usual_pilot_run(scene)) is not None:
+    if pilot is not None:
         numerics = replace(numerics, bond_range=pilot.table_range(scene))
-        details["scouting"] = pilot.to_dict()
     timesteps = [share * numerics.timestep for share in (1.0, *planned.proofs)]
     if planned.solver is LAMMPS:
         outcome, *others = lammps.run_at_steps(scene, numerics, timesteps)
     else:
         runs = (replace(numerics, timestep=step) for step in timesteps)
         outcome, *others = (planned.solver.run(scene, each) for each in runs)
+    if pilot is not None:
+        details["scouting"] = pilot.beside(scene, outcome)
     step = None
     if others:
         share = PROOF_SHARE[numerics.wall]

@@ -49,11 +49,12 @@ class ChainCollision:
         self._order = np.append(np.arange(n + targets)[: n - 1 : -1], np.arange(n))
         self.contacts: list[Contact] = []
         self.after_contact = self._state()
-        # Shortest and longest bond so far, including the flight after the last contact; then the
-        # values up to the last contact.
+        # Shortest and longest bond since the first contact, including the flight after the
+        # last contact; then the values up to the last contact.
         lengths = self.chain.lengths() if scene.longest_body > 1 else np.ones(1)
         self.shortest_seen, self.longest_seen = float(lengths.min()), float(lengths.max())
         self.shortest, self.longest = self.shortest_seen, self.longest_seen
+        self._touched = False
         self.ending: Ending | None = None
         dumped = scene.dump is not None and frame_interval is None
         self.frames_at_contacts = dumped and scene.frame_interval is None
@@ -127,6 +128,7 @@ class ChainCollision:
             if self.flight.time > longest:
                 raise unfinished_error(self.scene, self.flight.time)
         self.flight.meeting.reset()
+        self._touched = False
         self.chain.restore(start)
         self.chain.stages_done = stages
         self.flight.time *= -1.0
@@ -176,6 +178,10 @@ class ChainCollision:
                 "its absolute length, so particles that pass through each other come out wrong: "
                 "lower the speed or the timestep, or use engine 'reference'"
             )
+        if not self.contacts and not self._touched:
+            # The range of bonds begins with the first contact; soft bodies are in it for a while.
+            self.shortest_seen, self.longest_seen = shortest, longest
+            self._touched = self.flight.meeting.touching
         self.shortest_seen = min(self.shortest_seen, shortest)
         self.longest_seen = max(self.longest_seen, longest)
         barrier = self.bond.barrier_strain

@@ -40,7 +40,7 @@ LEDGER: Any = np.dtype(
             # shortest substep near touching and parting, in parts of a step
             ("shortest_share", "f8"),
             ("grading", "f8"),  # length of graded substeps over the distance of their nearer end
-            ("strain_min", "f8"),  # smallest and largest strain so far
+            ("strain_min", "f8"),  # smallest and largest strain since the first contact
             ("strain_max", "f8"),
             ("contact_min", "f8"),  # the same up to the last contact
             ("contact_max", "f8"),
@@ -96,6 +96,13 @@ def record_contact(ledger: Any, contacts: Array, moment: float, speed: float) ->
     if ledger.contacts == 0:
         ledger.first_contact = moment
     ledger.contacts += 1
+
+
+def begin_range(ledger: Any, low: float, high: float) -> None:
+    """Let the range of strains begin at the first contact, whose extremes are `low` and `high`."""
+    if ledger.contacts == 1 and low <= high:
+        ledger.strain_min = low
+        ledger.strain_max = high
 
 
 def note_impulse(ledger: Any, contacts: Array, given: float) -> None:

@@ -153,7 +153,7 @@ def build_event(source: KernelSpec, stages: VerletKernels, take_step: Callable) 
     record_contact, note_parting = map(
         register, (bookkeeping.record_contact, bookkeeping.note_parting)
     )
-    note_impulse = register(bookkeeping.note_impulse)
+    note_impulse, begin_range = map(register, (bookkeeping.note_impulse, bookkeeping.begin_range))
 
     @register
     def direction(ledger: Any) -> float:
@@ -210,23 +210,25 @@ def build_event(source: KernelSpec, stages: VerletKernels, take_step: Callable) 
         strain, velocity = state
         ledger.position = close(ledger.position, state, parameters)
         speed = -gap_derivatives(ledger.position, state, parameters)[1]
+        low, high = extremes(strain, bonds, parameters)
         if not wall and ledger.touching:
             ledger.touching = 0
             given = momentum_of(masses, velocity) - ledger.chain_momentum
             note_impulse(ledger, contacts, given)
         elif not wall and ledger.soft:
             record_contact(ledger, contacts, moment, speed)
+            begin_range(ledger, low, high)
             ledger.touching = 1
             ledger.chain_momentum = momentum_of(masses, velocity)
             return
         else:
             record_contact(ledger, contacts, moment, abs(speed))
+            begin_range(ledger, low, high)
             given = 2.0 * ledger.contact_mass * abs(speed)
             bounce(state, given, parameters)
             note_impulse(ledger, contacts, given)
         ledger.last_position = ledger.position
         copy(strain, velocity, last, bonds)
-        low, high = extremes(strain, bonds, parameters)
         note_parting(ledger, moment, low, high)
 
     find = build_contact_search(state_after=state_after, register=register)

@@ -94,6 +94,9 @@ def run(scene: Scene, frame_interval: float | None = None) -> Outcome:
     collision = _Collision(scene, line, frame_interval)
     ending = collision.run()
     seconds = time.perf_counter() - started
+    low, high = collision.strain_min, collision.strain_max
+    if low > high:  # bodies of one particle have no bonds
+        low = high = 0.0
     last = collision.state(collision.departure, collision.contact_times[-1])
     begin = line.first if line.at_wall else 0  # a hard wall is no particle there
     speeds = np.array(collision.contact_speeds)
@@ -106,7 +109,7 @@ def run(scene: Scene, frame_interval: float | None = None) -> Outcome:
             contact_speeds=speeds,
             impulses=2.0 * line.contact_mass * speeds,
             position=float(last.displacements[begin]),
-            bond_range=(1.0 + collision.strain_min, 1.0 + collision.strain_max),
+            bond_range=(1.0 + low, 1.0 + high),
         ),
         End(ending, collision.time, 0),
         scheme="modal",
@@ -159,8 +162,8 @@ class _Collision:
         self.contact_times: list[float] = []
         self.contact_speeds: list[float] = []
         self.time = 0.0
-        self.strain_min = self.strain_max = 0.0
-        self._note(gap.strain_modes)
+        # From the first contact to the last.
+        self.strain_min, self.strain_max = math.inf, -math.inf
 
     def run(self) -> Ending:
         """Integrate until the collision ends and return its end."""
@@ -200,8 +203,8 @@ class _Collision:
     ) -> None:
         """Record the contacts that the loop found."""
         for k in range(len(speeds)):
-            self._sample_flight(float(flights[k]))
             if self.contact_times:
+                self._sample_flight(float(flights[k]))
                 now = self.contact_times[-1] + float(flights[k])
                 self._take_snapshots(now)
             else:  # time counts from the first contact

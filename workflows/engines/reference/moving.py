@@ -165,8 +165,9 @@ class Motion:
         ledger["shortest_share"] = 1.0 if line.contact.smooth else events.SHORTEST_SHARE
         ledger["grading"] = events.GRADING
         ledger["strain_floor"], ledger["strain_ceiling"] = allowed_strains(bond)
-        ledger["strain_min"] = ledger["contact_min"] = min(float(np.min(bonds, initial=0.0)), 0.0)
-        ledger["strain_max"] = ledger["contact_max"] = max(float(np.max(bonds, initial=0.0)), 0.0)
+        if bonds.size > 0:
+            ledger["strain_min"] = ledger["contact_min"] = float(np.min(bonds))
+            ledger["strain_max"] = ledger["contact_max"] = float(np.max(bonds))
         ledger["step_evaluations"] = scheme.evaluations
         ledger["active"] = len(strains)
         last, kept, trial = (now.copied() for _ in range(3))

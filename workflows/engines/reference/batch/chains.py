@@ -158,8 +158,9 @@ class Chains:
         ledgers["impact_velocity"] = approach
         ledgers["position"] = starts.strains[:, 0]
         ledgers["momentum"] = line.reduced_mass * -approach
-        ledgers["strain_min"] = np.minimum(np.min(strain, axis=1, initial=0.0), 0.0)
-        ledgers["strain_max"] = np.maximum(np.max(strain, axis=1, initial=0.0), 0.0)
+        if strain.size > 0:
+            ledgers["strain_min"] = np.min(strain, axis=1)
+            ledgers["strain_max"] = np.max(strain, axis=1)
         for name in ("min", "max"):
             ledgers[f"contact_{name}"] = ledgers[f"strain_{name}"]
         contacts = np.zeros((count, *first.arrays.contacts.shape))

@@ -59,7 +59,9 @@ def build_carry(source: KernelSpec, _stages: VerletKernels, split: bool) -> Call
     record_contact, note_parting = map(
         register, (bookkeeping.record_contact, bookkeeping.note_parting)
     )
-    note_impulse, widen = map(register, (bookkeeping.note_impulse, bookkeeping.widen))
+    note_impulse, widen, begin_range = map(
+        register, (bookkeeping.note_impulse, bookkeeping.widen, bookkeeping.begin_range)
+    )
 
     @register
     def push(queue: Queue, s: int) -> None:
@@ -184,6 +186,7 @@ def build_carry(source: KernelSpec, _stages: VerletKernels, split: bool) -> Call
         ledger.left -= ledger.move
         now = ledger.begun + (rows.steps[s] - ledger.left)
         record_contact(ledger, contacts, now, speed)
+        begin_range(ledger, places.low[k], places.high[k])
         note_impulse(ledger, contacts, 2.0 * ledger.contact_mass * speed)
         note_parting(ledger, now, places.low[k], places.high[k])
         note(s, k, rows.last_strains, rows.last_velocities, new)

@@ -27,8 +27,8 @@ def build_move(source: KernelSpec, stages: VerletKernels, build_step: Callable) 
     state and their state after the last contact to the third. `scratch` is three states. `block` is
     (first, end, begin, stop, is_front): the block is computed with the bonds `begin` to `stop`, and
     `is_front` says that it ends with the bonds in motion. `limits` holds the smallest and largest
-    strain so far, the allowed range, and the strain from which a bond counts as moving. The results
-    go to `found`.
+    strain so far, the allowed range, the strain from which a bond counts as moving, and the
+    number of contacts so far. The results go to `found`.
     """
     take_step = source.register(build_step(stages))
     copy, count_outside, extremes = stages.copy, stages.count_outside, stages.extremes
@@ -39,14 +39,14 @@ def build_move(source: KernelSpec, stages: VerletKernels, build_step: Callable) 
         scratch: tuple[State, State, State],
         block: tuple[int, int, int, int, bool],
         log: Array,
-        limits: tuple[float, float, float, float, float],
+        limits: tuple[float, float, float, float, float, float],
         rule: StepCoefficients,
         found: Array,
     ) -> None:
         old, new, last = states
         here, there, trial = scratch
         first, end, begin, stop, is_front = block
-        low, high, floor, ceiling, threshold = limits
+        low, high, floor, ceiling, threshold, contacts = limits
         old_strain, old_velocity = old.strain[begin:], old.velocity[begin:]
         particles = old.velocity.shape[0]
         rule = StepCoefficients(rule.fractions, slice_parameters(rule.parameters, begin, particles))
@@ -64,6 +64,9 @@ def build_move(source: KernelSpec, stages: VerletKernels, build_step: Callable) 
             strain, velocity = here
             mine = strain[own : end - begin]
             if log[1, k] > 0.0:
+                contacts += 1.0
+                if contacts == 1.0:  # the range of strains begins here
+                    low, high = extremes(mine, end - first, rule.parameters)
                 if begin == 0:
                     velocity[0] = abs(velocity[0])
                 if k == last_contact:

@@ -56,7 +56,7 @@ def load(stepper: "Stepper") -> Callable:
     state, nothing = State(np.zeros(1), np.zeros(2)), np.zeros((2, 0))
     move(
         *((state, state, state), (state, state, state)),
-        *((0, 1, 0, 1, True), nothing, (0.0,) * 5),
+        *((0, 1, 0, 1, True), nothing, (0.0,) * 6),
         *(stepper.rule, np.zeros(loop.OUTSIDE + 1)),
     )
     return move
@@ -171,6 +171,7 @@ class _Blocks:
             float(ledger["strain_floor"]),
             float(ledger["strain_ceiling"]),
             motion.FRONT_THRESHOLD * float(ledger["impact_velocity"]),
+            float(ledger["contacts"]),
         )
         blocks = self._cut(substeps.shape[1])
         states = old, new, self._last

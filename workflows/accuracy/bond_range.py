@@ -1,0 +1,73 @@
+"""Ranges of bond lengths: from the initial state, and up to one of the contacts."""
+
+import math
+
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.engines.lammps.contact import approach_time
+from chaincor.workflows.engines.outcome import Outcome
+from chaincor.workflows.engines.reference import bookkeeping
+from chaincor.workflows.engines.reference.coarse_run import CoarseRun, coarse_step
+from chaincor.workflows.engines.reference.moving import Motion, Stepper
+
+# Steps between looks for the first contact.
+_APPROACH_STEPS = 64
+
+
+def bonds_from_start(scene: Scene, outcome: Outcome) -> tuple[float, float]:
+    """
+    Return the shortest and the longest bond from the initial state to the last contact.
+
+    The `outcome` has the range from the first contact on. The flight before that is followed with
+    coarse steps; in a cold chain no bond moves there.
+    """
+    line, bond = scene.line, scene.bond
+    shortest, longest = outcome.bond_min, outcome.bond_max
+    if line.cold or scene.longest_body == 1:
+        return shortest, longest
+    step = coarse_step(bond, shortest - 1.0, line.lightest)
+    stepper = Stepper.of(line, bond, "verlet", step)
+    moving = Motion.in_state(stepper, line.strains, line.velocities, scene.impact_velocity)
+    ceiling = float(moving.ledger["strain_ceiling"])
+    ahead = CoarseRun(moving, 0.0, step, clearance=0.0, ceiling=ceiling)
+    ahead.fly(approach_time(scene))
+    low, high = (float(ahead.moving.ledger[name]) for name in ("strain_min", "strain_max"))
+    return min(shortest, 1.0 + low), max(longest, 1.0 + high)
+
+
+def bonds_to_contact(
+    scene: Scene, like: Outcome, contacts: int, last: float
+) -> tuple[float, float] | None:
+    """
+    Return the shortest and the longest bond from the first contact to a later one.
+
+    The later one is contact number `contacts`, which begins at the time `last` since the first. The
+    scheme and the step are those of the run `like`, by the reference engine. None where the motion
+    has another number of contacts by then, or fixed steps do not carry it.
+    """
+    if like.timestep is None or scene.longest_body == 1:
+        return None
+    step = like.timestep
+    moving = Motion.at_start(scene, Stepper.of(scene.line, scene.bond, like.scheme, step))
+    ledger = moving.ledger
+    bookkeeping.never_argue(ledger)
+    latest = math.ceil(approach_time(scene) / step)
+    while ledger["contacts"] == 0 and ledger["steps"] <= latest:
+        if not _advance(moving, int(ledger["steps"]) + _APPROACH_STEPS):
+            return None
+    goal = math.ceil((float(ledger["first_contact"]) + last) / step) + 1
+    if not _advance(moving, goal):
+        return None
+    while ledger["touching"]:  # soft bodies part later
+        goal += 1
+        if not _advance(moving, goal):
+            return None
+    if ledger["contacts"] != contacts:
+        return None
+    return 1.0 + float(ledger["contact_min"]), 1.0 + float(ledger["contact_max"])
+
+
+def _advance(moving: Motion, goal: int) -> bool:
+    """Take steps until `goal` are done; return whether all strains were allowed."""
+    while (status := moving.advance(goal)) == bookkeeping.FULL:
+        moving.make_room()
+    return status == bookkeeping.DONE
