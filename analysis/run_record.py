@@ -110,7 +110,7 @@ class RunRecord:
             return "every step"
         if not self._pilot_has_bonds:
             return "LAMMPS, at contacts and at looks between them"
-        return "in-house scouting run, every step, and LAMMPS at contacts"
+        return "pilot run, every step, and LAMMPS at contacts"
 
     @cached_property
     def bond_range(self) -> tuple[float, float]:

@@ -5,7 +5,7 @@ The standing benchmarks, as ratios from one run, kept in a dated CSV.
 
 Measured side by side: a run with events against a bare `run N` of LAMMPS; the error of the event
 wall against the stock recipe's in the same time; LAMMPS at 1e-10 against heyoka and SciPy's
-DOP853; the in-house engine against both at 1e-11; its loops against C. Each figure goes into
+DOP853; the reference engine against both at 1e-11; its loops against C. Each figure goes into
 ``benchmarks/history/<date>.csv``; a ratio that is much worse than in the file before is a
 regression, and is said so. Figures are shown as they come; all take three minutes of a processor.
 """

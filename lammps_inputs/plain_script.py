@@ -82,7 +82,7 @@ def render_plain(scene: Scene, plan: ScriptPlan, approach: float, wishes: JobWis
     """
     if plan.end is None:
         raise SceneError(
-            "a plain script is asked for, and no in-house run tells how long this collision "
+            "a plain script is asked for, and no reference run tells how long this collision "
             "takes; leave --plain out: other scripts look for the end themselves"
         )
     assert scene.timestep is not None

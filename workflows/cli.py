@@ -60,7 +60,7 @@ COMMANDS = {
         },
     ),
     "validate": CommandFacts(
-        "Compare LAMMPS, the in-house integrator and your own.",
+        "Compare LAMMPS, the reference engine and your own.",
         ("lammps", "jinja2", *_IN_HOUSE),
         {**_SOME_SCENES, "matplotlib": "--plot"},
     ),

@@ -32,7 +32,7 @@ def result():
 
 @pytest.fixture(scope="module")
 def states(result):
-    # The first frame of the in-house engine is that after the first contact; LAMMPS's one before.
+    # The first frame of the reference engine is that after the first contact; LAMMPS's one before.
     frames = result.replay.record(0.5)
     frames.velocities[0] = -SCENE.impact_velocity
     frames.target_velocities[0] = 0.0

@@ -133,7 +133,7 @@ def test_golden_job_of_graded_steps(update_golden):
 
 def test_a_job_without_scouting_says_so():
     text = render("event", "lj-spline", plan={"end": None})
-    assert "# No in-house run could tell when the last contact comes" in text
+    assert "# No reference run could tell when the last contact comes" in text
     assert "end proved" not in text
 
 

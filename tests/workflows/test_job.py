@@ -171,7 +171,7 @@ def test_a_late_contact_is_waited_for(tmp_path):
     assert number(done.stdout, "restitution") == pytest.approx(0.80498439256, abs=1e-3)
     assert number(done.stdout, "last_contact_time") == pytest.approx(38.808724, abs=1e-2)
     assert re.search(
-        r"^ending = silence; the in-house run had 27 contacts, the last at 38\.80\d*, "
+        r"^ending = silence; the reference run had 27 contacts, the last at 38\.80\d*, "
         r"end (proved|argued)$",
         done.stdout,
         re.MULTILINE,
@@ -194,8 +194,8 @@ def test_a_job_that_was_not_scouted_says_so(tmp_path, monkeypatch):
     write_job(Scene(particles=10, speed=0.4, scheme="verlet"), tmp_path)
     done = run_lmp(tmp_path)
     assert done.returncode == 0
-    assert re.search("^ending = silence alone: no in-house run could tell", done.stdout, re.M)
-    assert "# No in-house run could tell" in (tmp_path / "in.chain").read_text()
+    assert re.search("^ending = silence alone: no reference run could tell", done.stdout, re.M)
+    assert "# No reference run could tell" in (tmp_path / "in.chain").read_text()
 
 
 @pytest.mark.slow
@@ -293,7 +293,7 @@ def test_a_job_runs_slower_chains_on_request(fields, wall, tmp_path):
     slower = scene.replace(speed=None, velocity=0.6 * scene.impact_velocity)
     done = run_lmp(tmp_path, "-var", "velocity", repr(slower.impact_velocity))
     assert done.returncode == 0, done.stdout[-2000:]
-    assert "ending = silence alone: no in-house run was made at this velocity" in done.stdout
+    assert "ending = silence alone: no reference run was made at this velocity" in done.stdout
     # The table is that of the job.
     scouting = usual_pilot_run(scene, flown_on(scene))
     numerics = replace(Numerics.from_scene(slower), bond_range=scouting.table_range(scene))

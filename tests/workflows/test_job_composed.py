@@ -140,7 +140,7 @@ def test_another_step_has_an_error_of_its_own(tmp_path):
 
 @pytest.mark.slow
 def test_a_late_contact_interrupts_the_silence(tmp_path):
-    """Without the in-house run the Verlet steps of the silence find it, and it is taken exactly."""
+    """Without the reference run the Verlet steps of the silence find it, and locate it."""
     scene = Scene(particles=28, speed=1.47, tolerance=1e-6)
     plan = plan_script(scene)
     write_job(scene, tmp_path)

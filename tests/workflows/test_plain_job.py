@@ -41,7 +41,7 @@ def test_lmp_alone_gives_the_number_of_the_stock_wall(tmp_path, name):
 
 
 def test_warm_bonds_stay_in_their_table(tmp_path):
-    # What the stock wall gets wrong sends them farther than the in-house run has seen.
+    # What the stock wall gets wrong sends them farther than the reference run has seen.
     scene = Scene(particles=20, speed=0.3, temperature=1e-3, seed=1)
     write_job(scene, tmp_path, plain=True)
     assert 0.0 < run_alone(tmp_path) < 1.0

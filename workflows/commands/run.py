@@ -37,7 +37,9 @@ Examples:
 
 @click.command(cls=SceneCommand, epilog=_EXAMPLES)
 @scene_options()
-@option("--animate FILE", "draw the motion, computed again by the in-house engine, as .gif or .mp4")
+@option(
+    "--animate FILE", "draw the motion, computed again by the reference engine, as .gif or .mp4"
+)
 @option("--watch", "play the motion in the terminal", name="watched")
 @option("--most-hours H", "most hours that it may take [default: 24]", POSITIVE)
 @option(

@@ -132,8 +132,8 @@ def _keep_jobs(into: "IntoStore", folder: Path) -> None:
     jobless = sum(scene.engine != "lammps" for scene in into.todo)
     if jobless:
         say(
-            f"chaincor: note: {jobless} of {len(into.todo)} collisions are run in-house, "
-            "without a LAMMPS job that --keep-jobs could keep",
+            f"chaincor: note: {jobless} of {len(into.todo)} collisions are run by the reference "
+            "engine, without a LAMMPS job that --keep-jobs could keep",
             err=True,
         )
     for place, scene in enumerate(into.todo):

@@ -171,7 +171,7 @@ class Claim:
             return f"the error of our own number, {finding.error:.2g}, is too large to say"
         apart = sum(point.agrees is False for point in points)
         if apart > _DISAGREEMENTS_ALLOWED * len(points):
-            return f"LAMMPS and the in-house engine disagree on {apart} of {len(points)} points"
+            return f"LAMMPS and the reference engine disagree on {apart} of {len(points)} points"
         return ""
 
     def errors_away(self, finding: Finding) -> float:

@@ -72,7 +72,7 @@ def describe_study(study: Tradeoff) -> str:
         f"    {'kept':>5}  {'eta':>7}  {'contact':>7}  {'modes':>7}  {'time':>8}  setting",
     ]
     for engine, rows in study.cheapest.items():
-        lines.append(f"  {'LAMMPS' if engine == 'lammps' else 'in-house engine'}")
+        lines.append(f"  {'LAMMPS' if engine == 'lammps' else 'reference engine'}")
         lines += [
             f"    {row.error:.0e}  {row.measured_error:7.1e}  {row.contact_time_error:7.1e}  "
             f"{row.mode_energy_error:7.1e}  {format_seconds(row.seconds):>8}  "
@@ -197,7 +197,7 @@ def _page(study: Tradeoff) -> dict[str, Any]:
         "contacts": truth.contacts,
         "advice": study.advice,
         "cheapest": {
-            "LAMMPS" if engine == "lammps" else "in-house engine": [
+            "LAMMPS" if engine == "lammps" else "reference engine": [
                 (row, describe(row.setting), format_seconds(row.seconds)) for row in rows
             ]
             for engine, rows in study.cheapest.items()

@@ -77,7 +77,7 @@ def find_truth(scene: Scene) -> Truth:
     else:
         found = converge(scene, _GOAL)
         order = STEP_SCHEMES[found.outcome.scheme].order
-        source = f"in-house engine, order {order}, H = {found.outcome.timestep:.4g}"
+        source = f"reference engine, order {order}, H = {found.outcome.timestep:.4g}"
     outcome = found.outcome
     rounding = np.finfo(float).eps * scene.particles
     bare = Truth(

@@ -12,7 +12,7 @@ from chaincor.workflows.engines.reference import modal
 
 
 def exact(scene):
-    """Return eta by modes, or by the in-house engine to 1e-11."""
+    """Return eta by modes, or by the reference engine to 1e-11."""
     return collide(scene.replace(engine="reference"), tolerance=1e-11)
 
 

@@ -91,7 +91,7 @@ def test_a_tabulated_harmonic_bond_is_refused_as_an_object_too():
 @pytest.mark.parametrize(
     ("options", "complaint"),
     [
-        (("--keep-jobs", "kept"), "1 of 1 collisions are run in-house"),
+        (("--keep-jobs", "kept"), "1 of 1 collisions are run by the reference engine"),
         (("--dry-run", "--keep-jobs", "kept"), "it leaves out --keep-jobs"),
         (("--dry-run", "--scheduler", "tcp://x:1"), "it leaves out --scheduler"),
     ],

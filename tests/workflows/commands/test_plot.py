@@ -13,7 +13,7 @@ SPEEDS = (0.02, 0.05, 0.1)
 
 @pytest.fixture(scope="module")
 def collisions():
-    """Two potentials, three lengths, three speeds: 18 collisions by the in-house engine."""
+    """Two potentials, three lengths, three speeds: 18 collisions by the reference engine."""
     scenes = [
         Scene(potential=potential, particles=n, velocity=v, engine="reference", tolerance=1e-6)
         for potential in ("lj", "toda")

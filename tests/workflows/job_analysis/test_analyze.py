@@ -46,7 +46,7 @@ def test_an_analysis_shows_itself_in_three_lines(folder):
 def test_a_dump_that_begins_right_after_two_bodies_met(tmp_path):
     scene = HARMONIC.replace(target_particles=3)
     run = collide(scene.replace(dump=tmp_path / "chain.dump"))
-    # The first frame of the in-house engine is that after the first contact.
+    # The first frame of the reference engine is that after the first contact.
     for beside in (False, True):
         if beside:
             (tmp_path / "scene.toml").write_text(scene.to_toml())

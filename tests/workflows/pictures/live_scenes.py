@@ -1,4 +1,4 @@
-"""Thirty scenes for the live page, and what the in-house engine makes of them."""
+"""Thirty scenes for the live page, and what the reference engine makes of them."""
 
 from functools import cache
 from typing import Any
@@ -105,7 +105,7 @@ def page_scene(fields: dict[str, Any]) -> dict[str, Any]:
 
 @cache
 def reference(name: str) -> Collision:
-    """Return the in-house engine's result of a scene."""
+    """Return the reference engine's result of a scene."""
     result = collide(Scene(engine="reference", **SCENES[name]), tolerance=TOLERANCE)
     assert isinstance(result, Collision)
     return result

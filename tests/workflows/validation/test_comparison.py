@@ -158,7 +158,7 @@ def test_pieces_and_bonds_are_those_of_the_last_contact():
     validation = validate(Scene(potential="lj", particles=50, speed=1.2, tolerance=1e-6))
     found = {each.quantity: each for each in validation.comparisons}
     assert found["fragments"].difference == 0
-    # Both engines see the longest bond at the steps of in-house runs.
+    # Both engines see the longest bond at the steps of reference runs.
     assert found["bond_max"].difference < 1e-2
     assert validation.agrees
 
@@ -204,7 +204,7 @@ def test_where_runs_differ_in_their_contacts_neither_number_nor_velocities_are_j
 
 
 def test_lammps_is_judged_by_what_its_own_runs_tell(monkeypatch):
-    # With a wrong in-house number the bar holds the distance to it, and tells nothing of LAMMPS.
+    # With a wrong reference number the bar holds the distance to it, and tells nothing of LAMMPS.
     scene = Scene(potential="lj", particles=5, speed=0.4)
     exact = collide(scene.replace(engine="reference"), tolerance=1e-12).restitution
 

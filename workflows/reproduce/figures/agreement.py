@@ -34,7 +34,7 @@ def examine_points(measured: Measurements) -> dict[str, Any]:
     failed = [
         (p.source is not None and engine == "LAMMPS", f"{_name(p)}, {engine}: {answer.failure}")
         for p in points
-        for engine, answer in (("LAMMPS", p.lammps), ("in-house engine", p.in_house))
+        for engine, answer in (("LAMMPS", p.lammps), ("reference engine", p.in_house))
         if answer is not None and not answer.result
     ]
     relative = [increase.largest_relative_error for increase in increases(measured).values()]
@@ -97,15 +97,15 @@ def figure(measured: Measurements) -> Figure:
 
     return Figure(
         key="agreement",
-        title="LAMMPS against the in-house engine",
+        title="LAMMPS against the reference engine",
         caption=(
             f"The differences themselves, of all {len(points)} points that both engines computed: "
             f"half are below {median:.1g}, {np.count_nonzero(found > asked)} are above the error "
             "asked (line). A point disagrees if it differs by more than LAMMPS's run and another "
-            "at twice its step do, with its table and rounding and the in-house error bar: "
+            "at twice its step do, with its table and rounding and the reference error bar: "
             f"{np.count_nonzero(found > allowed)} do; none differs by more than {worst:.2g} of "
             "that sum, which is wide and could hardly fail. LAMMPS's error bar is shorter, and has "
-            "no part in this: it holds the distance to an in-house run ([how far to trust "
+            "no part in this: it holds the distance to a reference run ([how far to trust "
             "this](#trust))."
         ),
         alt=(

@@ -40,7 +40,7 @@ def figure(flights: tuple[FreeFlight, ...]) -> Figure:
             "two sides moving apart exceeds its remaining binding energy; pieces are what is left "
             "between broken bonds. They can be one again: by a third piece, or by their own "
             f"vibration{_rejoined(flights)}. The state that LAMMPS ended in and that of the "
-            "in-house engine are both right within the error bar of η, but chains with much inner "
+            "reference engine are both right within the error bar of η, but chains with much inner "
             "energy make such differences grow: where the counts from the two states differ, a "
             "line joins them above, and a white dot is in the middle: there the count is "
             "undetermined. Bottom: e = √η, the ratio of speeds that others call the coefficient of "

@@ -64,7 +64,7 @@ def difference_over_velocities(
     ours, where = _by_lammps(measured)
     both = [[quantity(p, a) for a in p.answers] for p in ours if len(p.answers) == 2]
     if len(both) < 2:
-        raise NoNumber("no in-house result to compare with")
+        raise NoNumber("no reference result to compare with")
     by_lammps, in_house = (np.array(values) for values in zip(*both, strict=True))
     return Finding(
         float(np.max(np.ptp(by_lammps, axis=0))),

@@ -199,7 +199,7 @@ def figure(measured: Measurements) -> Figure:
             "2.61 from its theory, and says that they disagree: the theory with its dropped factor "
             f"put back gives {_theory():.2f}, further still from every value here. C depends on "
             "the speed and on n, by [the curve of slow chains](#slow_chains); dotted, its limit for"
-            f" n → ∞ and then v₀ → 0. Chains beyond {compared} are by the in-house engine alone."
+            f" n → ∞ and then v₀ → 0. Chains beyond {compared} are by the reference engine alone."
         ),
         alt=(
             "Curves mostly rise with speed, to 0.6 at n = 100 and 0.85 at n = 2000, and fall again "

@@ -265,7 +265,7 @@ def test_a_proof_whose_bonds_leave_the_table_has_a_wider_one():
 
 
 def test_a_late_contact_is_waited_for():
-    """The in-house integrator, asked what comes, tells of the 27th; LAMMPS finds it by itself."""
+    """The reference engine, asked what comes, tells of the 27th; LAMMPS finds it by itself."""
     scene = Scene(particles=28, speed=1.47)
     outcome = lammps.run(scene, Numerics(scheme="order8", timestep=0.05))
     assert len(outcome.contact_times) == 27
@@ -276,7 +276,7 @@ def test_a_late_contact_is_waited_for():
 
 @pytest.mark.slow
 def test_impatience_changes_nothing(monkeypatch):
-    """When the in-house integrator is asked what comes is a question of cost alone."""
+    """When the reference engine is asked what comes is a question of cost alone."""
     scene, numerics = Scene(particles=12, speed=1.5), Numerics(scheme="order6", timestep=0.05)
     plain = lammps.run(scene, numerics)
     for patience in (1.0, 10.0):

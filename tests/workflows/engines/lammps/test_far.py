@@ -94,7 +94,7 @@ def test_a_state_put_back_has_its_tables_back(tmp_path):
 
 @pytest.mark.slow
 def test_a_chain_that_breaks_and_hits_again_is_followed():
-    """Log, n = 100, at 1.122 v*: the in-house engine gives 0.78340539076 to 2e-10."""
+    """Log, n = 100, at 1.122 v*: the reference engine gives 0.78340539076 to 2e-10."""
     result = collide(Scene(potential="log", particles=100, speed=1.12201845), tolerance=1e-5)
     assert result.fragments == 1
     assert abs(result.restitution - 0.78340539) < result.restitution_error < 1e-5

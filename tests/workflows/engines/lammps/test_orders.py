@@ -31,7 +31,7 @@ def restitution_of(run, scheme, timestep):
 
 @pytest.fixture(scope="module")
 def truth():
-    """Return eta by the in-house integrator, good to 1e-13: (0.04/0.15)^8 of 3e-10."""
+    """Return eta by the reference engine, good to 1e-13: (0.04/0.15)^8 of 3e-10."""
     return restitution_of(stepping.run, "order8", 0.03)
 
 

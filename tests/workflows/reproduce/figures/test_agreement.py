@@ -50,7 +50,7 @@ def test_what_lammps_was_not_given_is_told_from_what_has_no_result(health):
     assert health["not_given"] == ["lj, n = 100, 4 v*, LAMMPS: RunError: too sharp"]
     assert [text.split(":")[0] for text in health["failures"]] == [
         "lj, n = 100, 5 v*, LAMMPS",
-        "lj, n = 100, 5 v*, in-house engine",
+        "lj, n = 100, 5 v*, reference engine",
     ]
 
 

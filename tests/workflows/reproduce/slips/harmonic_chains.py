@@ -239,7 +239,7 @@ def _contacts_bracket() -> Slip:
         "eqs. (8), (9), numbers in brackets",
         "Δt = 2.31, f = 0.867 n at n = 500",
         f"Δt = {mean:.3f}, f = {count} = {count / 500:.3f} n",
-        f"0.867 × 500 = {0.867 * 500:.1f} is no whole number; the in-house engine has {count} "
+        f"0.867 × 500 = {0.867 * 500:.1f} is no whole number; the reference engine has {count} "
         "contacts. Possible cause: with one or two contacts missed, "
         f"f = {f_one:.3f} n or {f_two:.3f} n, Δt = {interval_one:.3f} or {interval_two:.3f} and "
         f"v = {speed_one:.3f} v₀ or {speed_two:.3f} v₀, between which the paper's three lie",
