@@ -28,11 +28,12 @@ test-elsewhere: .venv/ready-test  ## the whole suite as on other machines; takes
 coverage: .venv/ready-coverage  ## which lines no test runs; loops that Numba compiles count as not run
 	$(BIN)/python -m pytest -n auto --dist worksteal --cov=chaincor --cov=analysis --cov=lammps_inputs --cov=workflows --cov-report=term-missing:skip-covered
 
-check: .venv/ready-check  ## formatting, lint, types, order of imports
+check: .venv/ready-check  ## formatting, lint, types, order of imports, prose
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+	$(BIN)/python -m tests.prose
 
 bench: .venv/ready-bench  ## ratios against peers, measured in one run
 	$(BIN)/python -m benchmarks

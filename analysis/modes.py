@@ -156,9 +156,9 @@ def mode_energies(
     -------
     numpy.ndarray of shape (..., n)
         Energies; j = 0 is the translation. For harmonic bonds the sum over j >= 1 is exactly the
-        vibrational energy; for others see :func:`anharmonic_remainder`. Where bonds are stretched
-        far, or broken, these energies mean nothing: see :func:`kinetic_mode_energies`. Modes that
-        :func:`indistinct_modes` names have the mean of their energies each.
+        vibrational energy; for others see :func:`anharmonic_remainder`. If bonds are broken or
+        stretched far, these energies have no meaning: see :func:`kinetic_mode_energies`. Modes
+        that :func:`indistinct_modes` names have the mean of their energies each.
     """
     if masses is not None and not are_equal(np.asarray(masses, dtype=float)):
         return _unequal_energies(displacements, velocities, stiffness, np.asarray(masses, float))

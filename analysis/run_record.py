@@ -86,7 +86,7 @@ class RunRecord:
         Return the error bar of the time of the last contact.
 
         The bar is the largest difference of contact times between runs, with the errors that the
-        runs share. None where no run was compared, or the numbers of contacts differ.
+        runs share. The bar is None if no run was compared or the numbers of contacts differ.
         """
         error = self.details.get("spread", {}).get("contact_times")
         return error if error is not None and math.isfinite(error) else None

@@ -39,10 +39,11 @@ def analyze_folder(
     """
     Analyse the job in a folder, and the same collision at other steps in folders below it.
 
-    `scene` takes the place of a ``scene.toml`` beside the dump, `known` are what else
-    :func:`~chaincor.analysis.job_analysis.analyze_job` is told; `watch` is entered while a dump is
-    read, and gives what to tell how far; `see` tells units and wall of a dump. Returns the analysis
-    of the run at the finest step, its `restitution_error` as its own log or the others tell it.
+    `scene` replaces a ``scene.toml`` beside the dump. `known` are the other arguments of
+    :func:`~chaincor.analysis.job_analysis.analyze_job`. `watch` is entered while a dump is read and
+    yields a function that reports the progress. `see` receives units and wall of a dump. Returns
+    the analysis of the run at the finest step; its `restitution_error` comes from its own log or
+    from the other steps.
     Raises InputError if there is no job, or only jobs below that are not one collision.
     """
     job, below = find_jobs(folder, data=data, dump=dump, scene=scene)

@@ -52,7 +52,7 @@ def main() -> None:
     parser.add_argument("scenes", nargs="*", default=list(SCENES), metavar="SCENE")
     parser.add_argument("--no-run", action="store_true")
     given = parser.parse_args()
-    print("| scene | size | commands | lines | restitution | error told | off |")
+    print("| scene | size | commands | lines | restitution | error given | off |")
     print("|---|---|---|---|---|---|---|")
     for name in given.scenes:
         scene, wishes = SCENES[name]

@@ -25,7 +25,7 @@ from chaincor.workflows.engines.reference import adaptive, hard_sphere, modal, s
 from chaincor.workflows.engines.reference.look_ahead import LookAhead
 from chaincor.workflows.engines.reference.moving import Motion
 
-# Of the table's force: a thousandth of what v0 = 1e-3 and eta to 1e-9 need.
+# Error of the table's force: a thousandth of the error allowed by v0 = 1e-3 and eta to 1e-9.
 FORCE_ERROR = 1e-12
 WIDE = (0.8, 1.8)
 

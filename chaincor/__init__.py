@@ -1,10 +1,10 @@
 """
-A one-dimensional chain hits a rigid wall: how much of its energy comes back, and how sure is that?
+Compute the restitution of a one-dimensional chain at a wall, with an error bar.
 
-What most scripts need is here, imported at first use, so that ``import chaincor`` costs nothing:
-``from chaincor import Scene, collide``. Everything else has its place in ``chaincor.lammps_inputs``
-(a scene, and the files LAMMPS reads), ``chaincor.analysis`` (results to physics; needs no LAMMPS)
-and ``chaincor.workflows`` (running things).
+The names that most scripts need are here: ``from chaincor import Scene, collide``. They are
+imported at first use, so ``import chaincor`` costs nothing. Scenes and LAMMPS files are in
+``chaincor.lammps_inputs``, the step from results to physics is in ``chaincor.analysis`` (which
+needs no LAMMPS), and everything that runs is in ``chaincor.workflows``.
 """
 
 import importlib

@@ -34,8 +34,8 @@ extensions = [
     "public_names",
 ]
 exclude_patterns = ["_build", "course/slides", "examples", "reference/api/modules.rst"]
-# Docstrings name classes without their module. Where two modules have one of that name, the plain
-# name is shown without a link.
+# Docstrings name classes without their module. If two modules have a class of one name, the name
+# is shown without a link.
 suppress_warnings = ["ref.python"]
 
 myst_enable_extensions = ["dollarmath", "attrs_inline"]

@@ -1,6 +1,6 @@
 """The limit of memory that a program was started with, which libraries meet without naming it."""
 
-# What Python, NumPy, Numba and LAMMPS need together before they compute anything.
+# Memory that Python, NumPy, Numba and LAMMPS need together before they compute anything.
 _LEAST_MEGABYTES = 1000
 
 

@@ -129,7 +129,7 @@ def _irregular(
 
 
 def _noise(h: Array, values: Array, scatter: Array, seeded: bool) -> LadderVerdict:
-    """The mean of all runs, and the largest bias of order 1 or more that noise may hide."""
+    """Return the mean of all runs and the largest bias of order 1 or more that noise may hide."""
     from scipy.stats import t
 
     rungs, columns = values.shape
@@ -190,8 +190,8 @@ def _spread_of_rungs(h: Array, values: Array, resolution: float) -> Array:
     """
     Return the standard deviation of each rung.
 
-    Of numbers with all digits, runs of a rung that agree in all had as many steps each: they tell
-    no scatter, which is taken from the rungs around.
+    Runs of a rung that agree in all digits had the same number of steps, so they show no scatter.
+    The scatter of such a rung comes from the rungs beside it.
     """
     spread = values.std(axis=1, ddof=1)
     told = np.ptp(values, axis=1) > 0.0

@@ -18,7 +18,7 @@ def _in_units(velocity: float, v_star: float | None) -> float | None:
 
 @dataclass(frozen=True, repr=False, kw_only=True)
 class Bodies:
-    """What collides."""
+    """Observables of the bodies that collide."""
 
     potential: str = observable(
         "name of the bond",

@@ -19,9 +19,9 @@ class Row:
 
     label: str  #: Name at the beginning of the line.
     #: Text of a run's result: a format that is filled with the result as ``{0}``, or a function of
-    #: the result. None leaves the line out.
+    #: the result. The line is left out if the text is None.
     run: str | Callable[[Any], str | None] | None = None
-    dump: str | Callable[[Any], str | None] | None = None  #: The same of the analysis of a dump.
+    dump: str | Callable[[Any], str | None] | None = None  #: Text of the analysis of a dump.
     also: tuple[str, ...] = ()  #: Further observables in the line.
     definition: str | None = None  #: Meaning of a line that shows only a part of its observable.
     words: tuple[str, ...] = ()  #: Other words by which people look the line up.
@@ -36,7 +36,7 @@ class Row:
 @dataclass(frozen=True)
 class Observable:
     """
-    What is known of one printed number.
+    Description of one printed number.
 
     The name is the attribute of a result, the JSON key and the store column.
     """

@@ -15,7 +15,7 @@ FloatArray = NDArray[np.float64]
 
 @dataclass(frozen=True, repr=False, kw_only=True)
 class MeasuredOutcome:
-    """What came out."""
+    """Observables of the outcome of a collision."""
 
     restitution: float = observable(
         "K_r/K_i, final over initial kinetic energy of the centre of mass; with a free target, of "

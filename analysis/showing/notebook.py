@@ -1,4 +1,4 @@
-"""Where a session shows what it is given: a notebook, or pyplot where that is in use."""
+"""Display of figures in a session: in a notebook, or by pyplot if pyplot is in use."""
 
 import contextlib
 import io
@@ -60,9 +60,9 @@ def session_axes(settings: Any) -> "Axes":
     """
     Return axes of a new figure that the session shows by itself.
 
-    In a notebook it appears below the cell that made it, with all that the cell still does to it.
-    Where the session has imported pyplot the figure is one of pyplot's, for ``plt.show()``;
-    otherwise it is nobody's: ``ax.figure.savefig(...)``. `settings` are matplotlib's.
+    In a notebook the figure appears below its cell, with all later changes made in the cell. If the
+    session has imported pyplot, ``plt.show()`` shows the figure; otherwise use
+    ``ax.figure.savefig(...)``. `settings` are matplotlib's.
     """
     with _only(settings):
         if "matplotlib.pyplot" in sys.modules:

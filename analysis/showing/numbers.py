@@ -1,4 +1,4 @@
-"""Numbers with as many digits as are known, and the lines in which results are told."""
+"""Numbers with as many digits as are known, and the lines in which results are printed."""
 
 import math
 from collections.abc import Iterable
@@ -25,7 +25,7 @@ def root_of_known(root: float, error: float | None) -> str:
     return f"{root:.6g}" if lost < 2e-6 else known_digits(root, lost)
 
 
-# Of a run whose error is not known, more digits would promise too much.
+# More digits of a run whose error is unknown would promise too much.
 _FINEST = 1e-12
 
 
@@ -43,5 +43,5 @@ def impact_speed(velocity: float, v_star: float | None) -> str:
 
 
 def named_lines(rows: Iterable[tuple[str, str]]) -> list[str]:
-    """Return a line for each name and what is told of it."""
+    """Return a line for each name and its text."""
     return [f"{name:22} {text}" for name, text in rows]

@@ -1,4 +1,4 @@
-"""What the constants of error bars are measured by: each function draws scenes and returns samples.
+"""Samples for the constants of error bars: each function draws scenes and returns samples.
 
 A sample is the constant that this one scene would have needed.
 """

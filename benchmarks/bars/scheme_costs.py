@@ -27,8 +27,8 @@ from chaincor.workflows.errors import RunError
 GOALS = tuple(10.0**-k for k in range(2, 12))
 # Lower orders gain a tenth at 1e-2, nothing from 1e-4 on.
 IN_HOUSE_SCHEMES = ("order8", "srkn14", "extrapolated12", "extrapolated14")
-# What a scheme that cannot meet an error, or that is foreseen to take as many times longer than
-# another, is charged for it.
+# Cost factor of a scheme that cannot meet an error, or that is expected to take so many times
+# longer than another scheme.
 HOPELESS = 5.0
 _REPEATS = 2
 

@@ -12,7 +12,9 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--draws", type=int, default=1000)
     draws = parser.parse_args().draws
-    print("| samples | correlation time | not told | within 1 bar | 2 bars | 3 bars | bar / true |")
+    print(
+        "| samples | correlation time | not given | within 1 bar | 2 bars | 3 bars | bar / true |"
+    )
     print("|---" * 7 + "|")
     for count in (100, 200, 1000):
         for time in (0, 1, 3, 10, 30, 100):

@@ -22,9 +22,9 @@ Its verdict is by rule:
 
 The judge is a method of another kind than that of the answer, with tighter tolerances: Dormand and
 Prince's order 8 for what composed or extrapolated Verlet steps, modes, LAMMPS or the limit of hard
-spheres answered, and composed steps for what Dormand and Prince's answered. Where the limit of hard
-spheres cannot be stepped at all (n above 100, or log bonds beyond the range of numbers), it is
-judged by eta = 1 and counted apart.
+spheres answered, and composed steps for what Dormand and Prince's answered. If the limit of hard
+spheres cannot be stepped at all (n above 100, or log bonds beyond the range of numbers), the cell
+is judged by eta = 1 and counted apart.
 """
 
 import argparse
@@ -49,8 +49,8 @@ from chaincor.workflows.errors import BarrierError, CrossingError, RunError, Wor
 
 # Seconds of processor time for each answer and each judge, from these numbers of particles on.
 SECONDS = {1: 60.0, 1000: 300.0, 10_000: 1800.0}
-# Two runs of the judge at these accuracies; the difference is the error of the finer. Where it is
-# not sure enough, long chains that break amplify errors, up to a million times: then the next two.
+# Two runs of the judge at these accuracies; the difference is the error of the finer. Long
+# chains that break amplify errors up to a million times and take the next two accuracies.
 JUDGE_ACCURACIES = ((1e-9, 1e-10), (1e-12, 1e-13))
 JUDGE_STEP_GOALS = (1e-8, 1e-10)
 # Runs notice at the end of a step what stops them; bonds swing with periods of about 5.

@@ -3,7 +3,7 @@
 All integrate a Lennard-Jones chain of 100 particles at 0.4 v*, each with its coarsest setting from
 which on all finer ones are good. LAMMPS, with composed steps and with extrapolated ones, finds the
 last contact and shows that no other follows. Peers are timed in three tasks: up to just past the
-last contact, whose time they are told (*last*); with a look ahead, as LAMMPS does it, with a loose
+last contact, whose time they are given (*last*); with a look ahead, as LAMMPS does it, with a loose
 tolerance to the end of LAMMPS's argument (*look*); and to that end as they are (*end*).
 Compiling and set-up are apart; times are those of the processor, whatever else the machine does.
 

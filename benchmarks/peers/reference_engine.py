@@ -8,9 +8,9 @@ finer ones are within 1e-11 of a much tighter run. Only integration is timed: co
 Times are those of the one thread that all of them use, medians of measurements taken in turns.
 Three tasks are timed:
 
-*last*: from the first contact to the last one, whose time the peers are told.
+*last*: from the first contact to the last one, whose time the peers are given.
 *whole*: with the showing that it was the last, which ends when silence or energy argue it (see
-``ending``). Ours looks ahead with coarse steps, and peers are told the end and may do so too: from
+``ending``). Ours looks ahead with coarse steps, and peers are given the end and may do so too: from
 the last contact on they integrate with the loose tolerance that is quickest for them.
 *plain*: the same, but peers go on with the tolerance they have, as one would write it.
 

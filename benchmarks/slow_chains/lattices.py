@@ -40,7 +40,7 @@ _OF_OTHER_B = (_LONGEST, 3.0)
 SWING, SWING_SIZES = (18.0, 24.0, 36.0), (500, 1000, 2000, 3000)
 # Faster than this the chain is not slow: the front's steepness is no small number.
 FASTEST = 0.6
-# Of single lengths, which show no scatter: that of 13 harmonic chains within 6 %.
+# Scatter of single lengths, taken from 13 harmonic chains with lengths within 6 %.
 _SCATTER = {3000: 0.016, 10_000: 0.005}
 HEADER = ["bond", "order", "variable", "particles", "velocity", "loss", "error"]
 

@@ -90,7 +90,7 @@ class _Front:
         z = self.x / width
         step = 0.5 * erfc(z) - 0.5 * z * np.exp(-(z**2)) / math.sqrt(math.pi)
         back = self._carried(1.0 - self._carried(step, falling=True), falling=False)
-        # What the wall has not given until the place x of the front arrives.
+        # Momentum that the wall has not given when the place x of the front arrives.
         missing = cumulative_simpson(2.0 * (1.0 - back)[::-1], dx=self.spacing, initial=0.0)[::-1]
         deficit = self.x + missing
         least = int(np.argmin(np.where(self.x > -self._left, deficit, np.inf)))

@@ -12,7 +12,7 @@ class CommandHelp(SphinxDirective):
     """
     ``{command-help}`` makes a section for each command, with what ``--help`` prints.
 
-    What ``chaincor run --help-scene`` prints is a section of its own, the last.
+    The output of ``chaincor run --help-scene`` is the last section.
     """
 
     def run(self) -> list[nodes.Node]:

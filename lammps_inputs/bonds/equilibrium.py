@@ -7,8 +7,8 @@ chain.
 
 Bonds that break have no such equilibrium: at infinite length the density does not vanish. There it
 is that of bound states, which ends where the bond is as good as broken: at the barrier, where there
-is one, and else at :math:`U = D - T`, from where thermal energy suffices. Where the density at
-that end is not small the definition means nothing, and the temperature is refused.
+is one, and else at :math:`U = D - T`, from where thermal energy suffices. If the density at
+that end is not small, the definition has no meaning and the temperature is refused.
 """
 
 import math

@@ -90,11 +90,11 @@ def read_bond_table(path: Path) -> Potential:
     """
     Read a LAMMPS bond table as a potential: a cubic spline of its forces, and their integral.
 
-    Lengths must be scaled so that the natural length is 1. The force of a table with few digits, or
-    rows, vanishes a little beside it. Where that is within its last digits, or what the spline may
-    err between rows, the zero of the force is taken for the natural length. Energies, and N and FP
-    of the header, are not used, but must be those of the forces; energies that are all the same,
-    and FP 0 0, say nothing.
+    Lengths must be scaled so that the natural length is 1. The force of a table with few digits or
+    rows vanishes near that length. If the distance is within the last digits, or within the error
+    of the spline between rows, the zero of the force is taken for the natural length. Energies, N
+    and FP of the header are not used, but must agree with the forces. Energies that are all equal,
+    and FP 0 0, are ignored.
 
     Raises TableError if the file cannot be read, holds no usable table, contradicts itself, or its
     force vanishes elsewhere than at length 1.

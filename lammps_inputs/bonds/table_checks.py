@@ -14,7 +14,7 @@ def fault_of_energies(data: Array, digits: Array, path: str, allowed: float = 0.
     """
     Compare the mean force between two rows, by their energies, with the forces around.
 
-    What is wrong is returned, nothing where energies are those of the forces, or all the same.
+    Return the fault, or nothing if the energies belong to the forces or are all the same.
 
     A mean lies between the least and the largest force from the row before to the row after. Rows
     as far apart as the bond changes its stiffness in may miss as much as they span again; `allowed`

@@ -1,10 +1,9 @@
 """
 Uncertainty of a bond table: other bonds from which equal rows may have been taken.
 
-A table stands for a function of which it gives some values, with so many digits. What lies
-between its rows is shown by leaving every second one out: of a smooth function with rows close
-enough, a cubic spline then errs sixteen times more; where rows are too far apart, or noisy, it errs
-about as before.
+A table gives some values of a function, with a number of digits. Leaving out every second row
+shows the error between its rows: for a smooth function with close rows, the error of a cubic spline
+grows sixteen times; for distant or noisy rows, the error stays about equal.
 """
 
 import math

@@ -41,8 +41,8 @@ def bonds_to_contact(
     Return the shortest and the longest bond from the first contact to a later one.
 
     The later one is contact number `contacts`, which begins at the time `last` since the first. The
-    scheme and the step are those of the run `like`, by the reference engine. None where the motion
-    has another number of contacts by then, or fixed steps do not carry it.
+    scheme and the step are those of the run `like`, by the reference engine. Return None if the
+    motion has another number of contacts by then, or if fixed steps do not resolve it.
     """
     if like.timestep is None or scene.longest_body == 1:
         return None

@@ -33,8 +33,9 @@ from chaincor.workflows.measured import measured
 _ADAPTIVE_SHARES = tuple(measured("adaptive_share", 0.3) * weight for weight in (1.0, 0.4))
 # Kinks make the error fall irregularly; as for fixed steps, the shares are three times as large.
 _IRREGULAR_SHARES = tuple(3.0 * share for share in _ADAPTIVE_SHARES)
-# Of beads, whose kinks are many: of 665 random columns of 2 to 15 beads at three accuracies, 5 runs
-# in 2000 err by more than the larger of 3.0 and 1.0 times the differences, by 1.45 times at most.
+# Shares for beads, which have many kinks. In 665 random columns of 2 to 15 beads at three
+# accuracies, 5 runs in 2000 exceed the larger of 3.0 and 1.0 times the differences, by 1.45 times
+# at most.
 _BEAD_SHARES = (4.0, 1.5)
 _MOST_REFINEMENTS = 15
 # If adaptive steps would take hours, hard spheres are used whenever they are good to three digits,

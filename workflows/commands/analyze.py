@@ -94,8 +94,8 @@ def analyze(
     natural bond length, the wall is at x = 0. Trajectories of other formats, with velocities, are
     read through ASE (.extxyz, .xyz, .traj) or MDAnalysis (.trr, .nc, .ncdf).
 
-    Where DIR holds, in folders of their own, jobs of the same collision at different steps, the
-    finest is analysed and the others tell its error.
+    If DIR holds folders with jobs of one collision at different steps, the finest is analysed and
+    the others give its error.
 
     A free target is analysed as the chain is. Contacts are not reported for soft bodies, which
     touch for a while.

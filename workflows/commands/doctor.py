@@ -18,8 +18,8 @@ def doctor(as_json: bool, warm: bool) -> None:
     """
     Say whether this machine can run chaincor, what is missing, and which commands need it.
 
-    Libraries in brackets are those that only some uses of a command need. What --warm compiles is
-    kept: first collisions of every named bond then take no longer than later ones.
+    Libraries in brackets are those that only some uses of a command need. Loops that --warm
+    compiles are kept: the first collision of a named bond then takes no longer than later ones.
     """
     from chaincor.workflows.machine import command_needs, examine, warm_up
 

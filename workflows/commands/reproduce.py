@@ -31,8 +31,8 @@ def reproduce(folder: Path, quick: bool, workers: int, as_crate: bool, as_json: 
     """
     Recompute the paper by LAMMPS, check it in-house, and judge each of its claims.
 
-    What is finished is kept in a results store beside the report, and never computed twice: an
-    interrupted run goes on where it was.
+    Finished results are kept in a store beside the report and never computed twice, so an
+    interrupted run continues.
     """
     from chaincor.workflows.reproduce import reproduction
 

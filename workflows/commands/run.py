@@ -37,9 +37,7 @@ Examples:
 
 @click.command(cls=SceneCommand, epilog=_EXAMPLES)
 @scene_options()
-@option(
-    "--animate FILE", "draw the motion, computed again by the reference engine, as .gif or .mp4"
-)
+@option("--animate FILE", "draw the motion as .gif or .mp4")
 @option("--watch", "play the motion in the terminal", name="watched")
 @option("--most-hours H", "most hours that it may take [default: 24]", POSITIVE)
 @option(
@@ -62,7 +60,7 @@ Examples:
     "--sensitivity",
     "also print the derivatives of eta with respect to speed, masses, bonds and contact",
 )
-@option("--dry-run", "print the plan: solver, numerics, proof runs, expected time; run nothing")
+@option("--dry-run", "print the plan and the expected time, and run nothing")
 @json_option
 def run(
     scene_file: str | None,

@@ -19,7 +19,7 @@ def merge(target: Path, sources: tuple[Path, ...]) -> None:
     """
     Copy the rows of the STOREs into TARGET, which is made if it is not there.
 
-    Where both have a row, the result with the smaller error stays. The STOREs are not changed.
+    If both have a row, the result with the smaller error stays. The STOREs are not changed.
     """
     from chaincor.workflows.store.merge import merge_stores
 

@@ -60,8 +60,8 @@ def sweep(
     """
     Run many collisions into a store.
 
-    What is in the store already is not computed again: after an interruption, run the same
-    command once more. SWEEP.toml has a base [scene] and [axes] over its fields, such as
+    Results in the store are not computed again: after an interruption, run the same command once
+    more. SWEEP.toml has a base [scene] and [axes] over its fields, such as
 
     \b
     [scene]

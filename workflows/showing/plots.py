@@ -259,7 +259,7 @@ class Plots:
 
     @property
     def _energy_before(self) -> float:
-        """Of the chain: translation, and for one that came vibrating all of its energy."""
+        """Energy of the chain before: translation, and all energy of a vibrating chain."""
         result = self._result
         translation = 0.5 * float(np.sum(self._masses)) * result.velocity**2
         if result.temperature is None and result.initial is None and result.compression is None:

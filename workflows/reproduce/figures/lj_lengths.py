@@ -1,4 +1,4 @@
-"""Long lj chains (NH figure 5): does dissipation vanish as n grows, at a fixed v0/v*?"""
+"""Long lj chains (NH figure 5): the dissipation at a fixed v0/v* as n grows."""
 
 from dataclasses import replace
 
