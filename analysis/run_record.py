@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -11,10 +11,11 @@ from chaincor.analysis.error_bar import ErrorBar
 from chaincor.analysis.modes import mode_energies
 from chaincor.analysis.restitution import EnergySplit, centre_of_mass_velocity, energy_split
 from chaincor.lammps_inputs.arrays import Array
-from chaincor.lammps_inputs.bonds.formula import Formula
 from chaincor.lammps_inputs.line import Line
-from chaincor.lammps_inputs.scene import Scene
-from chaincor.lammps_inputs.scene_parts.given_bodies import given_bodies, seed_of
+
+if TYPE_CHECKING:
+    from chaincor.lammps_inputs.bonds.formula import Formula
+    from chaincor.lammps_inputs.scene import Scene
 
 # A stiffness or length of a bond is shown where it differs from 1 by more than the bond's own
 # differences are good to.
@@ -25,7 +26,7 @@ _ROUNDED = 1e-9
 class RunRecord:
     """Record of a finished collision: the scene, the raw outcome and its error bar."""
 
-    scene: Scene
+    scene: "Scene"
     #: Raw outcome of the engine, with its attributes as there.
     outcome: Any
     bar: ErrorBar  #: Error bar of eta.
@@ -147,8 +148,10 @@ class RunRecord:
             forces = np.abs(self.scene.bond.force(strains))
         return float(0.5 * step**2 * np.nanmax(forces) / self.line.lightest)
 
-    def formula(self) -> Formula | None:
-        """Return the bond where it is a formula."""
+    def formula(self) -> "Formula | None":
+        """Return the bond if it is a formula, else None."""
+        from chaincor.lammps_inputs.bonds.formula import Formula
+
         return self.scene.bond if isinstance(self.scene.bond, Formula) else None
 
     def unless_one(self, name: str) -> float | None:
@@ -161,6 +164,8 @@ class RunRecord:
     @cached_property
     def bodies_given(self) -> dict[str, Any]:
         """Bodies of the scene; empty for a cold chain of unit masses and a wall."""
+        from chaincor.lammps_inputs.scene_parts.given_bodies import given_bodies, seed_of
+
         if self.line.is_standard:
             return {}
         given, state = given_bodies(self.scene), self.scene.initial_state

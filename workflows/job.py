@@ -78,7 +78,12 @@ def write_job(
 
 # Options of `chaincor inputs`, and options whose Python argument has another name.
 _OPTION = re.compile(r"(?<![\w-])(--[a-z][a-z-]*|-o)(?![\w-])")
-_OTHER_NAMES = {"-o": "folder", "--output": "folder", "--frames": "dump=True"}
+_OTHER_NAMES = {
+    "-o": "folder",
+    "--output": "folder",
+    "--frames": "dump=True",
+    "--force": "replace_existing=True",
+}
 
 
 def _argument(option: re.Match[str]) -> str:

@@ -452,7 +452,7 @@ def test_what_is_kept_of_a_failed_run_can_be_looked_into(tmp_path):
 
 def test_a_job_is_not_overwritten_unasked(tmp_path):
     write_job(Scene(potential="harmonic", particles=5), tmp_path)
-    with pytest.raises(InputError, match=r"has in\.chain, chain\.data, .*--force"):
+    with pytest.raises(InputError, match=r"has in\.chain, chain\.data, .*replace_existing=True"):
         write_job(Scene(potential="harmonic", particles=6), tmp_path)
     assert "chain of 5 particles" in (tmp_path / "in.chain").read_text()
     write_job(Scene(potential="harmonic", particles=6), tmp_path, replace_existing=True)

@@ -103,12 +103,12 @@ def test_adaptive_steps_too_end_with_what_ran_by_then(time_is_up_after, monkeypa
     scene = Scene(potential="log", particles=3, speed=2.0, engine="reference")
     exact = collide(scene, tolerance=1e-10)
     assert exact.scheme == "adaptive8"
-    # One of hard spheres, two that the first try is compared with, that, and the second one, which
+    # Two of hard spheres, two that the first try is compared with, that, and the second one, which
     # is too late.
-    runs = time_is_up_after(adaptive, "run", 4)
+    runs = time_is_up_after(adaptive, "run", 5)
     monkeypatch.setattr(by_reference, "_ADAPTIVE_SHARES", (1e3, 1e3))  # as if it had not converged
     found = collide(scene, tolerance=1e-8, most_seconds=1000.0)
-    assert len(runs) == 5
+    assert len(runs) == 6
     assert found.tolerance_met is False
     assert abs(found.restitution - exact.restitution) <= found.restitution_error
     with pytest.raises(CostError), limited_to(1000.0):
