@@ -132,7 +132,7 @@ class _Runs:
     """Results of the runs with one table."""
 
     outcomes: list[Outcome]  #: Outcomes of the steps that were run to their end.
-    longest_seen: float  #: Longest bond in these runs, including the flight after the last contact.
+    longest_seen: float  #: Longest bond in these runs, before and after the contacts too.
     stopped: BondRangeError | LostAtomsError | None  #: Error that stopped the next run.
 
 
@@ -282,7 +282,7 @@ def _collide(
             seconds = time.perf_counter() - started
             outcome = collision.outcome(used, seconds)
             outcomes.append(replace(outcome, numerics=used, details=details))
-            longest_seen = max(longest_seen, collision.longest_seen)
+            longest_seen = max(longest_seen, collision.longest_ever)
             scene, frame_interval = scene.replace(dump=None), None
     if outcomes:
         _write_kept(scene, numerics_first, table, outcomes[0], folder)

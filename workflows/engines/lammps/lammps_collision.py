@@ -54,6 +54,8 @@ class ChainCollision:
         lengths = self.chain.lengths() if scene.longest_body > 1 else np.ones(1)
         self.shortest_seen, self.longest_seen = float(lengths.min()), float(lengths.max())
         self.shortest, self.longest = self.shortest_seen, self.longest_seen
+        # Longest bond at any time, which a bond table has to hold.
+        self.longest_ever = self.longest_seen
         self._touched = False
         self.ending: Ending | None = None
         dumped = scene.dump is not None and frame_interval is None
@@ -184,6 +186,7 @@ class ChainCollision:
             self._touched = self.flight.meeting.touching
         self.shortest_seen = min(self.shortest_seen, shortest)
         self.longest_seen = max(self.longest_seen, longest)
+        self.longest_ever = max(self.longest_ever, longest)
         barrier = self.bond.barrier_strain
         if longest - 1.0 > barrier:
             bond = int(np.argmax(lengths)) + 1

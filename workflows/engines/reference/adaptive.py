@@ -49,6 +49,8 @@ FINEST_LOCAL = 1e-15
 _LOG_LENGTH_TO_ARGUE = -20.0
 
 
+# A trial step may leave the range of numbers; its error is then not a number, and it is refused.
+@np.errstate(over="ignore", invalid="ignore", divide="ignore")
 def run(scene: Scene, accuracy: float, frame_interval: float | None = None) -> Outcome:
     """
     Run the collision of a chain with steps that adapt to the stiffest bond.

@@ -157,14 +157,14 @@ import numba, pydantic, numpy as np
 sys.dont_write_bytecode, sys.pycache_prefix = False, sys.argv[1]
 from chaincor.lammps_inputs.bonds.potentials import Harmonic, LennardJones
 from chaincor.workflows.engines.reference.compile import LoopCompiler, scalar_force
-from chaincor.workflows.engines.reference.line_traits import Source
+from chaincor.workflows.engines.reference.line_traits import KernelSpec
 from chaincor.workflows.engines.reference.bookkeeping import LEDGER
 from chaincor.workflows.engines.reference.motion import build_coarse_steps
 from chaincor.workflows.engines.reference.stages import State, looped_stages
 for bond in (Harmonic(), LennardJones()):
     force = scalar_force(bond)
     compiler = LoopCompiler.for_force(force.function, force.keep)
-    source = Source(compiler.register(force.function), compiler.register)
+    source = KernelSpec(compiler.register(force.function), compiler.register)
     take_coarse_steps = compiler.compile(build_coarse_steps(source, looped_stages(source)))
     ledger = np.zeros(1, LEDGER).view(np.recarray)[0]
     ledger.position, ledger.strain_min, ledger.strain_max = 1.0, -0.5, 0.5
