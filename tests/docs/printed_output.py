@@ -64,7 +64,7 @@ def _numbers_agree(shown: list[tuple[str, bool, bool]], found: list[str]) -> boo
             allowed = float(follows[0]) + float(found[place + 1]) + _last_digit(wanted)
         elif re.fullmatch(r"[-+]?\d+", wanted):
             allowed = 0.0
-        elif abs(a) < _ROUNDING:
+        elif "e" in wanted.lower() and abs(a) < _ROUNDING:
             allowed = _ROUNDING
         else:
             allowed = 1.01 * _last_digit(wanted)

@@ -93,8 +93,11 @@ def _parts(text: str, captions: bool, page: Path) -> Iterator[str]:
             yield from _cells(kind, code, found[0])
         elif picture not in drawn:
             yield f"![{words}]({_data(page, picture)})"
-        elif captions:
-            yield "*{}*".format(words.replace("*", r"\*"))
+        else:
+            if f'savefig("{picture}"' not in drawn:  # a command wrote it
+                yield _cell(_SHOW.format(picture).strip())
+            if captions:
+                yield "*{}*".format(words.replace("*", r"\*"))
         place = found.end()
     yield _without_links(text[place:])
 

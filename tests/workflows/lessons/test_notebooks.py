@@ -204,7 +204,8 @@ def test_a_lesson_runs_from_a_clean_kernel(name, tmp_path, monkeypatch):
     ]
     page = PAGES[name].read_text()
     words = dict(re.findall(r"^!\[([^\]]*)\]\(\.\./images/([\w.-]+)\)", page, re.MULTILINE))
-    drawn = {text for text, picture in words.items() if f'savefig("{picture}"' in page}
+    code = "".join(re.findall(r"^```\w+\n(.*?)^```", page, re.MULTILINE | re.DOTALL))
+    drawn = {text for text, picture in words.items() if picture in code}
     assert drawn
     assert drawn <= set(texts)
     assert all(texts)
