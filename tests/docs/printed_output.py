@@ -16,9 +16,9 @@ def agrees(wanted: str, printed: str) -> bool:
     Return whether printed output is the output that a page shows.
 
     ``...`` on the page stands for any text. White space is folded. A number followed by ``+- bar``
-    must agree within the sum of both bars. A number followed by a unit of time or memory may have
-    any value. Whole numbers must be equal. Other numbers must agree to one unit of the last digit
-    that the page shows.
+    must agree within the sum of both bars. Digits before ``...`` must be equal. A number followed
+    by a unit of time or memory may have any value. Whole numbers must be equal. Other numbers must
+    agree to one unit of the last digit that the page shows.
 
     Parameters
     ----------
@@ -36,6 +36,8 @@ def _pattern(wanted: str) -> tuple[str, list[tuple[str, bool, bool]]]:
     """Return a regular expression, and each number with whether it is a bar and has a unit."""
     parts, shown, at = [], [], 0
     for token in _TOKEN.finditer(wanted):
+        if wanted.startswith("...", token.end("number")):
+            continue  # the first digits of a number, which stay text
         bar, unit = token["bar"] is not None, token["unit"]
         parts.append(_literal(wanted[at : token.start()] + (token["bar"] or "")))
         parts.append(f"({_NUMBER})" + (r"\s(?:s|ms|min|h|MB)\b" if unit else ""))

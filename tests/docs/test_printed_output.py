@@ -48,3 +48,9 @@ def test_another_output_is_found(old, new):
 def test_dots_stand_for_anything():
     assert agrees("eta = 0.5\n...\nend 3", "eta = 0.5\nany 7 lines\nof text\nend 3")
     assert not agrees("eta = 0.5\n...\nend 3", "eta = 0.5\nany\nend 4")
+
+
+def test_digits_before_dots_are_the_first_of_a_number():
+    assert agrees("1 0.8... 1...", "1 0.824 1.413")
+    assert not agrees("1 0.8... 1...", "1 0.834 2.413")
+    assert not agrees("1 0.82... 1...", "1 0.83 1.413")
