@@ -35,8 +35,9 @@ def test_a_core_a_well_a_long_range_and_few_rows(tmp_path):
 
 
 @pytest.mark.slow
-def test_400_spoiled_tables_against_lammps_itself(tmp_path):
-    missed, refused, spoiled, sound = _counts(tmp_path, SOUND, error_of_lammps)
-    assert (spoiled, sound) == (400, 25)
+def test_spoiled_tables_against_lammps_itself(tmp_path):
+    """Judge a quarter of the study; ``python -m tests.workflows.tables.spoiled`` judges all."""
+    missed, refused, spoiled, sound = _counts(tmp_path, SOUND[::4], error_of_lammps)
+    assert (spoiled, sound) == (112, 7)
     assert len(missed) <= _PART * spoiled, missed
     assert refused == []
