@@ -40,9 +40,9 @@ def solve_to_tolerance(scene: Scene, tolerance: float) -> BoundedRun:
     best = found = solve_goal(scene, target_error, sensitivity)
     for _ in range(_MOST_LOOSER):
         # No finer step reduces the error from contacts after an open end. If refinement stalled
-        # above the rounding, a smaller bar at longer steps would be luck.
+        # above the loosest target and the rounding, a smaller bar at longer steps would be luck.
         assert found.bar.step is not None
-        stalled = found.bar.step > max(target_error, found.bar.rounding)
+        stalled = found.bar.step > max(loosest, found.bar.rounding)
         # Looser targets are also hopeless if amplified rounding exceeds the loosest of them.
         hopeless = (
             loosest
