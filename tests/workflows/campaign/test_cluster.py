@@ -122,5 +122,5 @@ def test_two_sweeps_on_one_store_share_the_work(tmp_path):
         tallies = [json.loads(sweep.communicate(timeout=HANGS)[0]) for sweep in sweeps]
     assert all(sweep.returncode == 0 for sweep in sweeps)
     assert all(tally["computed"] + tally["found"] == 40 for tally in tallies)
-    # Both compute the few tasks that they handed out at the same time: two a core and sweep.
-    assert 40 <= sum(tally["computed"] for tally in tallies) <= 60
+    # Both compute the tasks that they handed out at the same time. Without sharing the sum is 80.
+    assert 40 <= sum(tally["computed"] for tally in tallies) < 80
