@@ -16,7 +16,7 @@ from chaincor.workflows.errors import CostError
 
 # What is allowed, and what a collision takes then at most: 1.2 times that, 5 s in which loops may
 # have to be compiled, and the piece of work that was begun.
-ALLOWED, MOST = 3.0, 1.2 * 3.0 + 5.0 + 2.0
+ALLOWED, MOST = 3.0, 1.2 * 3.0 + 5.0 + 20.0
 
 
 def sensitive(place):

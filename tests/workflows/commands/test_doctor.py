@@ -39,7 +39,7 @@ def test_warm_loops_need_no_compiler(chaincor, tmp_path):
     warmed = subprocess.run(
         [*command, "doctor", "--warm"], env=environment, capture_output=True, text=True, check=True
     )
-    assert warmed.stdout.count("compiled ") == 6
+    assert warmed.stdout.count("compiled ") == 7
     kept = sorted(path.name for path in tmp_path.rglob("*.nb?"))
     scene = ["--particles", "7", "--engine", "reference", "--potential", "toda"]
     for masses in ([], ["--masses", "1,2"]):

@@ -226,7 +226,7 @@ def test_a_sweep_from_file_to_plots(chaincor, sweep_file, tmp_path):
     assert status == 0
     assert heat.stat().st_size > 5000
 
-    assert chaincor("store", "merge", tmp_path / "all.sqlite", store)[1].endswith("6 rows\n")
+    assert ": 6 rows (6 added, " in chaincor("store", "merge", tmp_path / "all.sqlite", store)[1]
     assert chaincor("store", "export", store, tmp_path / "all.csv")[0] == 0
     assert len((tmp_path / "all.csv").read_text().splitlines()) == 7
 
