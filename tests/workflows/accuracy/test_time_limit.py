@@ -14,8 +14,8 @@ from chaincor.workflows.engines.reference import adaptive
 from chaincor.workflows.engines.time_limit import check_time, limited_to, time_limit
 from chaincor.workflows.errors import CostError
 
-# What is allowed, and what a collision takes then at most: 1.2 times that, 5 s in which loops may
-# have to be compiled, and the piece of work that was begun.
+# Allowed time, and the longest time that a collision then takes: 1.2 times the allowed time, 5 s to
+# compile loops, and 20 s for the piece of work that was begun beside other work of the machine.
 ALLOWED, MOST = 3.0, 1.2 * 3.0 + 5.0 + 20.0
 
 

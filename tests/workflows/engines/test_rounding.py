@@ -1,4 +1,4 @@
-"""What rounding leaves of a number."""
+"""The digits of a number that rounding leaves."""
 
 from dataclasses import replace
 

@@ -124,7 +124,7 @@ def test_data_stay_where_a_figure_fails(tmp_path, monkeypatch):
 
 
 def test_one_step_for_all_numbers(tmp_path):
-    """Of errors h^2 and 100 h^2 the second decides: 0.01 is kept by h = 0.01."""
+    """The larger of the errors h^2 and 100 h^2 decides: h = 0.01 keeps 0.01."""
     text = 'variable h index 0.1\nprint "x = $(0.5+v_h^2:%.17g)"\n'
     study = study_of(tmp_path, text, observable=r"x = (\S+)", vary="h=0.1:0.01:4", phases=3,
                      tolerance=1e-3)  # fmt: skip
