@@ -1,9 +1,12 @@
 """Let code and tables take the focus of the keyboard, by which they are scrolled."""
 
-import re
-from typing import Any
+from __future__ import annotations
 
-from sphinx.application import Sphinx
+import re
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:  # the tests have no Sphinx
+    from sphinx.application import Sphinx
 
 _SCROLLS = re.compile(r'<(pre|table|div(?= class="math[" ]))(?=[ >])(?![^>]*tabindex)')
 
