@@ -7,8 +7,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from benchmarks.judge.kinks import judge
 from chaincor.lammps_inputs.scene import Scene
+from tests.judge.kinks import judge
 
 # A broken chain's late contacts take the judge long.
 _MOST_PARTICLES = 60

@@ -6,12 +6,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from benchmarks.judge.kinks import judge
 from chaincor.lammps_inputs.bonds.potential import NoParameters
 from chaincor.lammps_inputs.bonds.potentials import LennardJones, Toda
 from chaincor.lammps_inputs.bonds.table_bond import read_bond_table
 from chaincor.lammps_inputs.bonds.user_bond import UserBond
 from chaincor.lammps_inputs.scene import Scene
+from tests.judge.kinks import judge
 
 # A table is the spline of what it says: rounded values make that rough, which the judge, who does
 # not know the knots, follows with steps too short for many particles.

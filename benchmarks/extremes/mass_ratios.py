@@ -3,18 +3,18 @@ Chains of two kinds of particles from a ratio of 1e-6 to 1e6: answered, how well
 
     python -m benchmarks.extremes.mass_ratios [--particles 6] [--most-seconds 60]
 
-Each ratio, bond and engine is run by `collide` to 1e-6 and judged by ``benchmarks.judge.bodies``,
+Each ratio, bond and engine is run by `collide` to 1e-6 and judged by ``tests.judge.bodies``,
 which shares nothing with the engines. Prints a table in Markdown: the error bar reached where the
 judge agrees, `open` and `refused` by name; exit status 1 where a number is outside its bar.
 """
 
 import argparse
 
-from benchmarks.judge.bodies import Unsure
-from benchmarks.judge.lines import judge_scene
 from chaincor.lammps_inputs.errors import ChaincorError
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.collision import collide
+from tests.judge.bodies import Unsure
+from tests.judge.lines import judge_scene
 
 # From the middle outward: the farther, the longer.
 RATIOS = tuple(sorted((10.0**k for k in range(-6, 7) if k), key=lambda r: max(r, 1.0 / r)))

@@ -1,1 +1,1 @@
-"""Another integrator that simply runs on, and what it is asked to judge."""
+"""A judge of stiffening contacts; the other judges are in `tests/judge/`."""

@@ -1,1 +1,1 @@
-"""Costs of sweeps, and results after a sweep is killed."""
+"""Costs of sweeps."""

@@ -11,13 +11,13 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.sweeps.kills import read_rows
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.cli import _TERMINATED
 from chaincor.workflows.collision import collide
 from chaincor.workflows.store.results_store import Store
 from chaincor.workflows.store.row import Row
 from tests.waiting import HANGS, wait_until
+from tests.workflows.campaign.kills import read_rows
 
 ROOT = Path(__file__).parents[2]
 _MAIN = [sys.executable, "-c", "from chaincor.workflows.cli import main; main()"]

@@ -1,6 +1,6 @@
 """
 A sample of bad input to every command; twenty thousand of it in
-``benchmarks.extremes.fuzz_inputs``.
+``tests.extremes.fuzz_inputs``.
 """
 
 import pytest

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from benchmarks.bars.formula_scenes import Three, mie_force, morse_force
-from benchmarks.judge.kinks import judge
 from chaincor import Scene, collide
 from chaincor.workflows.errors import BarrierError, CrossingError
 from chaincor.workflows.job import write_job
+from tests.judge.kinks import judge
 
 MORSE = {"energy": "D*(1-exp(-a*s))^2", "parameters": {"D": 1.0 / 72.0, "a": 6.0}}
 LJ = {"energy": "(r^-12 - 2*r^-6 + 1)/72"}

@@ -6,7 +6,6 @@ import math
 import numpy as np
 import pytest
 
-from benchmarks.judge.lines import judge_scene
 from chaincor.lammps_inputs.errors import SceneError
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
@@ -16,6 +15,7 @@ from chaincor.workflows.collision import collide
 from chaincor.workflows.engines.lammps import engine as lammps
 from chaincor.workflows.engines.reference import stepping
 from chaincor.workflows.errors import CrossingError
+from tests.judge.lines import judge_scene
 
 SHARP = Numerics(scheme="order8", timestep=0.05)
 WARM = [

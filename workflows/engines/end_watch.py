@@ -22,7 +22,7 @@ from chaincor.workflows.engines.fragments import Body, Fragments
 
 # A collision is followed for the first number times its own duration plus the second number of
 # sound crossings, but at most for the third number of crossings. These are choices: the judge of
-# many scenes (`benchmarks/judge/plain.py`) runs on to 20 times the duration, and so finds no
+# many scenes (`tests/judge/plain.py`) runs on to 20 times the duration, and so finds no
 # contact after these limits.
 FOLLOWED_TIMES = 21.0
 LEAST_CROSSINGS, MOST_CROSSINGS = 5.0, 200.0

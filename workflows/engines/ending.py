@@ -45,7 +45,7 @@ from chaincor.workflows.engines.fragments import Body, Fragments
 # Sound in stretched bonds is slower than at natural length, by up to a tenth here.
 QUIET_ROUND_TRIPS = 1.1
 
-# The next three constants are choices, not measurements; `benchmarks.judge.plain` counts how often
+# The next three constants are choices, not measurements; `tests.judge.plain` counts how often
 # error bars fail with them. An end is argued if a return is less likely than this.
 RISK_ALLOWED = 1e-3
 # If motions come to different ends, a return that none of them had and that is less likely than

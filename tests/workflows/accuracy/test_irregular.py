@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from benchmarks.bars.user_scenes import Bend, bent_energy, bent_force
-from benchmarks.judge.kinks import judge
 from chaincor.lammps_inputs.bond_table import tabulate
 from chaincor.lammps_inputs.bonds.user_bond import UserBond
 from chaincor.lammps_inputs.numerics import Numerics
@@ -18,6 +17,7 @@ from chaincor.workflows.engines.lammps.instance import LammpsChain
 from chaincor.workflows.engines.reference import kernels
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
 from chaincor.workflows.errors import BondRangeError, CrossingError
+from tests.judge.kinks import judge
 
 # By steps of order 8 that end at the wall and at the kink, two largest steps alike to 1e-12.
 SLACK_AT_0_1 = {5: 0.9024074802364, 10: 0.9347139830169, 20: 0.9598717615637}

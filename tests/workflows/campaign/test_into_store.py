@@ -8,7 +8,6 @@ from concurrent.futures import Future, ThreadPoolExecutor
 
 import pytest
 
-from benchmarks.sweeps import kills
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.plan import plan
 from chaincor.workflows.campaign import carry_out, into_store
@@ -25,6 +24,7 @@ from chaincor.workflows.errors import (
 from chaincor.workflows.store.results_store import Store
 from chaincor.workflows.store.row import Row
 from tests.waiting import HANGS
+from tests.workflows.campaign import kills
 
 SCENES = [Scene(potential=p, particles=n, speed=0.4) for p in ("lj", "toda") for n in (5, 9, 20)]
 BROKEN = Scene(potential="lj", particles=7, speed=0.4)
@@ -347,7 +347,7 @@ def test_results_do_not_depend_on_the_worker(tmp_path):
 @pytest.mark.slow
 @pytest.mark.skipif(not os.path.isdir("/proc/self"), reason="finds its victims in /proc")  # noqa: PTH112
 def test_kills_lose_nothing(tmp_path):
-    # A hundred of them: python -m benchmarks.sweeps.kills 100
+    # A hundred of them: python -m tests.workflows.campaign.kills 100
     pytest.importorskip("distributed")
     study = kills.study_kills(4, tmp_path, points=5)
     assert set(study.kills) == set(kills.KINDS)

@@ -214,7 +214,7 @@ def test_the_ends_of_a_broken_bond_are_bound_to_pieces_of_their_own():
     for now in (100.0, 200.0):
         found = follow(scene, *state, now=now, last_contact=100.0, shortest=0.9)
         assert found.ending is None
-        # The judge (benchmarks/judge/judge.py) says 3.819; steps of order 8 are good to 1e-6.
+        # The judge (tests/judge/judge.py) says 3.819; steps of order 8 are good to 1e-6.
         assert found.time == pytest.approx(now + 3.819, abs=1e-3)
 
 

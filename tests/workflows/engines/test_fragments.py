@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq, minimize
 
-from benchmarks.judge.end_counterexamples import argument_for, check, draw_state
 from chaincor.lammps_inputs.bonds.potentials import Harmonic, LennardJones, Logarithmic, Power, Toda
 from chaincor.workflows.engines.fragment_bounds import Lever, escape_risk, reach
 from chaincor.workflows.engines.fragments import Body, _Chain, count_fragments
+from tests.judge.end_counterexamples import argument_for, check, draw_state
 
 LJ = LennardJones()
 BONDS = [Harmonic(), LJ, Toda(), Logarithmic(), Power(4, 1.0)]

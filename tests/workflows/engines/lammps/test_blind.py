@@ -5,7 +5,6 @@ from contextlib import contextmanager
 import numpy as np
 import pytest
 
-from benchmarks import blind_steps
 from chaincor.lammps_inputs.bond_table import tabulate
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
@@ -16,6 +15,7 @@ from chaincor.workflows.engines.lammps.flight import flight_of
 from chaincor.workflows.engines.lammps.guard import WallGuard
 from chaincor.workflows.engines.lammps.instance import LammpsChain
 from chaincor.workflows.engines.reference import modal
+from tests.workflows.engines.lammps import blind_steps
 
 
 def random_scene(seed):
@@ -78,7 +78,7 @@ def test_blind_runs_do_run_blind(monkeypatch):
 
 @pytest.mark.slow
 def test_coarse_steps_of_the_benchmark_too():
-    # The first few of what `python -m benchmarks.blind_steps` goes through.
+    # The first few of what `python -m tests.workflows.engines.lammps.blind_steps` goes through.
     for k in range(12):
         scene, numerics = blind_steps.random_scene(np.random.default_rng([1, k]), longest=30)
         same, _ = blind_steps.compare(scene, numerics)

@@ -1,7 +1,7 @@
 """
 A plain judge for many scenes: small fixed steps of another scheme, simply run on.
 
-    python -m benchmarks.judge.plain -o FILE [--count 3500] [--seed 1] [--processes 1]
+    python -m tests.judge.plain -o FILE [--count 3500] [--seed 1] [--processes 1]
         [--draw late|breaking|loose|together|long|forgetful] [--tolerance 1e-6]
         [--engine reference|lammps]
 
@@ -30,17 +30,17 @@ import numpy as np
 from numba import njit
 
 from benchmarks.scenes.batches import collide_in_batch, draw_together
-from benchmarks.scenes.late import (
+from chaincor.lammps_inputs.errors import ChaincorError
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.collision import collide
+from chaincor.workflows.result import Collision
+from tests.judge.late_scenes import (
     draw_breaking,
     draw_forgetful,
     draw_late,
     draw_long,
     draw_loose,
 )
-from chaincor.lammps_inputs.errors import ChaincorError
-from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.collision import collide
-from chaincor.workflows.result import Collision
 
 # J. Comput. Appl. Math. 142 (2002) 313: kicks b, drifts a, palindromes of 7 and 6.
 _B = (0.0829844064174052, 0.396309801498368, -0.0390563049223486)

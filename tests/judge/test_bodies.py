@@ -7,12 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.judge.bodies import KINDS, Bodies, Bonds, Unsure, judge, run_once
-from benchmarks.judge.lines import bodies_of, bonds_of, draw, judge_scene
 from benchmarks.scenes.lines import draw_line_scene
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.reference_runs import eta_of
 from chaincor.workflows.engines.reference import modal
+from tests.judge.bodies import KINDS, Bodies, Bonds, Unsure, judge, run_once
+from tests.judge.lines import bodies_of, bonds_of, draw, judge_scene
 
 ROOT = Path(__file__).parents[2]
 CASES = json.loads((ROOT / "tests" / "reference_general.json").read_text())["cases"]
@@ -25,13 +25,13 @@ CLOSE = 0.36
 def test_it_shares_no_code_with_the_package():
     imported = set()
     for name in ("bodies", "bodies_steps"):
-        source = (ROOT / "benchmarks" / "judge" / f"{name}.py").read_text()
+        source = (ROOT / "tests" / "judge" / f"{name}.py").read_text()
         for node in ast.walk(ast.parse(source)):
             if isinstance(node, ast.Import):
                 imported |= {alias.name for alias in node.names}
             elif isinstance(node, ast.ImportFrom):
                 imported.add(node.module)
-    own = {"benchmarks.judge.bodies_steps"}
+    own = {"tests.judge.bodies_steps"}
     assert imported >= own
     others = {name.split(".")[0] for name in imported - own}
     assert others == {"dataclasses", "numba", "numpy", "scipy"}

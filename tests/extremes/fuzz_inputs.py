@@ -1,7 +1,7 @@
 """
 Bad input to every command: what comes back is an answer or one clear line.
 
-    python -m benchmarks.extremes.fuzz_inputs [--cases 20000] [--processes 200] [--workers 2]
+    python -m tests.extremes.fuzz_inputs [--cases 20000] [--processes 200] [--workers 2]
         [--bodies]
 
 Prints how many inputs were answered, refused (exit status 2) and failed by name (1), and every

@@ -4,7 +4,7 @@ Random scenes of all potentials, short and long, slow and fast, with fine and ve
 both walls. Contacts, their times and speeds, the final state and the end must be the same to the
 last bit, or both runs must fail alike.
 
-Run: python -m benchmarks.blind_steps [--scenes 1000] [--seed 1] [--longest 150]
+Run: python -m tests.workflows.engines.lammps.blind_steps [--scenes 1000] [--seed 1] [--longest 150]
 """
 
 import argparse

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.judge import steps
+from tests.judge import steps
 
 Array = NDArray[np.float64]
 

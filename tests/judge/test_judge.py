@@ -8,8 +8,8 @@ import pytest
 from numba import njit
 from scipy.optimize import brentq
 
-from benchmarks.judge import steps
-from benchmarks.judge.judge import JudgeRefusal, Law, UserLaw, judge, judge_collision
+from tests.judge import steps
+from tests.judge.judge import JudgeRefusal, Law, UserLaw, judge, judge_collision
 from tests.reference_cases import CASES, case_name
 
 LJ_SPEED = 0.128489059895
@@ -26,7 +26,7 @@ def slow_if_long(case):
 
 @pytest.mark.parametrize("module", ["judge", "laws", "steps", "collocation"])
 def test_it_shares_no_code_with_the_engines(module):
-    source = (Path(__file__).parents[2] / "benchmarks" / "judge" / f"{module}.py").read_text()
+    source = (Path(__file__).parents[2] / "tests" / "judge" / f"{module}.py").read_text()
     imported = set()
     for node in ast.walk(ast.parse(source)):
         if isinstance(node, ast.Import):
@@ -35,7 +35,7 @@ def test_it_shares_no_code_with_the_engines(module):
             imported |= {f"{node.module}.{alias.name}" for alias in node.names}
     allowed = ("numpy", "numba", "dataclasses", "collections", "math", "typing")
     foreign = {name for name in imported if name.split(".")[0] not in allowed}
-    assert {name for name in foreign if not name.startswith("benchmarks.judge.")} == set()
+    assert {name for name in foreign if not name.startswith("tests.judge.")} == set()
 
 
 @pytest.mark.slow_cases

@@ -1,7 +1,7 @@
 """
 Kill -9 of every part of a sweep at random moments, and what is left of it.
 
-``python -m benchmarks.sweeps.kills 100`` starts small sweeps again and again and kills the
+``python -m tests.workflows.campaign.kills 100`` starts small sweeps again and again and kills the
 main process, a worker, the Dask scheduler or a Dask worker of each. After every kill the store must
 be sound and hold every row that could be read before; after a resume it must hold exactly the rows
 of an undisturbed sweep, to the last bit of eta.

@@ -12,8 +12,8 @@ of the polynomial of particle 1 is found as on the series; the step is then take
 import numpy as np
 from numba import njit
 
-from benchmarks.judge import steps
-from benchmarks.judge.steps import BROKEN, DONE, MORE, RESTING, first_root
+from tests.judge import steps
+from tests.judge.steps import BROKEN, DONE, MORE, RESTING, first_root
 
 POINTS = 8
 _LONGEST_STEP = 50.0

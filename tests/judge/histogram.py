@@ -1,9 +1,9 @@
 """
 Draw how large true errors are beside their bars, from studies whose judge shares no code.
 
-    python -m benchmarks.judge.histogram FILE [FILE ...] [-o docs/images/honest_bars.png]
+    python -m tests.judge.histogram FILE [FILE ...] [-o docs/images/honest_bars.png]
 
-The files are those that ``benchmarks.judge.lines`` writes. Scenes that are refused, open, or whose
+The files are those that ``tests.judge.lines`` writes. Scenes that are refused, open, or whose
 number the judge knows no better than the bar are left out, and counted. An error that is below the
 judge's own is taken for that. Prints, for each engine, how many errors are within their
 bar, the median of bar over error, and the largest error over bar.

@@ -1,7 +1,7 @@
 """
 Random scenes of two bodies on a line: what `collide` says of them, and what the judge does.
 
-    python -m benchmarks.judge.lines -o FILE [--count 300] [--seed 1] [--processes 1]
+    python -m tests.judge.lines -o FILE [--count 300] [--seed 1] [--processes 1]
         [--engine reference|lammps] [--kind line|warm|heavy] [--most-seconds 300]
 
 The judge is that of ``bodies``, which shares nothing with the engines. A row is written for every
@@ -22,12 +22,12 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.judge.bodies import CLOSER, Bodies, Bonds, Judgement, Unsure, judge
 from benchmarks.scenes.lines import draw_heavy_scene, draw_line_scene
 from benchmarks.scenes.warm import draw_warm_scene
 from chaincor.lammps_inputs.errors import ChaincorError
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.collision import collide
+from tests.judge.bodies import CLOSER, Bodies, Bonds, Judgement, Unsure, judge
 
 # How far beyond the last contact the judge looks; less where the end is called open.
 MULTIPLE, MULTIPLE_OPEN = 20.0, 3.0

@@ -1,7 +1,7 @@
 """
 Are ends argued that are none? A search over random states, not only those that scenes lead to.
 
-    python -m benchmarks.judge.end_counterexamples [--states 2000] [--seed 1] [--processes 2]
+    python -m tests.judge.end_counterexamples [--states 2000] [--seed 1] [--processes 2]
         [-o FILE]
 
 A state has one to three pieces of lj, sometimes of log, 2 to 12 particles in all, with random
@@ -21,9 +21,9 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.judge.judge import JudgeRefusal, Law, judge
 from chaincor.lammps_inputs.bonds.potentials import LennardJones, Logarithmic
 from chaincor.workflows.engines.ending import argue_end
+from tests.judge.judge import JudgeRefusal, Law, judge
 
 _BONDS = {"lj": LennardJones(), "log": Logarithmic()}
 _LOG_SHARE = 0.2

@@ -7,7 +7,7 @@ integrator (Taylor series; collocation where a bond is given by functions), sear
 error estimate are its own. Each motion is run twice, with different orders and tolerances: where
 the two differ by more than is asked, it refuses.
 
-    from benchmarks.judge.judge import Law, judge_collision
+    from tests.judge.judge import Law, judge_collision
     judge_collision(Law("lj"), particles=28, velocity=1.47 * 0.128489059895)
 """
 
@@ -16,8 +16,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.judge import collocation, steps
-from benchmarks.judge.laws import KINDS, Law, UserLaw
+from tests.judge import collocation, steps
+from tests.judge.laws import KINDS, Law, UserLaw
 
 Array = NDArray[np.float64]
 AnyLaw = Law | UserLaw

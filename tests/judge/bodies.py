@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import DOP853
 
-from benchmarks.judge.bodies_steps import (
+from tests.judge.bodies_steps import (
     DONE,
     HARMONIC,
     LJ,
