@@ -71,9 +71,9 @@ def check_script(path: str | Path) -> ScriptReport:
         ) from None
     script = StudentScript.of(text)
     parts: dict[str, tuple[str, ...]] = {}
-    for name, faults_in in PARTS.items():
-        begun = any(script.named(command) for command in BEGUN[name])
-        parts[name] = tuple(faults_in(script)) if begun else ("nothing yet",)
+    for part, faults_in in PARTS.items():
+        begun = any(script.named(name) or script.misspelt(name) for name in BEGUN[part])
+        parts[part] = tuple(faults_in(script)) if begun else ("nothing yet",)
     if not any(parts.values()):
         parts[_RUN] = tuple(faults_of_run(run_script(path)))
     return ScriptReport(parts)

@@ -1,5 +1,6 @@
 """Faults in the five parts of a student's script of the chain, found by reading it."""
 
+import difflib
 import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -12,6 +13,10 @@ _VARIABLE = re.compile(r"\$\{(\w+)\}|\$(\w)")
 _WITHOUT_BONDS = ("atomic", "charge", "sphere", "ellipsoid")
 # Fixes that move atoms and hold a temperature or a pressure.
 _THERMOSTATS = ("nvt", "npt", "langevin", "nph")
+# Walls that push by a force over a distance.
+_SOFT_WALLS = ("harmonic", "lj93", "lj126", "lj1043", "colloid", "morse", "table", "region")
+# Least similarity of a misspelt command to the command that is meant, from 0 to 1.
+_SIMILAR = 0.8
 
 Command = list[str]
 
@@ -24,12 +29,17 @@ class StudentScript:
 
     @classmethod
     def of(cls, text: str) -> "StudentScript":
-        """Read a script, and replace each variable that has one value by its value."""
+        """
+        Read a script, and replace each variable that has one value by its value.
+
+        Formulas stay as they are written: LAMMPS evaluates them in the run.
+        """
         values: dict[str, str] = {}
         commands = []
         for line in commands_of(text):
             words = _VARIABLE.sub(lambda m: values.get(m[1] or m[2], m[0]), line).split()
-            if words[0] == "variable" and words[2:3] in (["index"], ["string"], ["equal"]):
+            named = words[0] == "variable" and words[2:3] in (["index"], ["string"])
+            if named or (words[2:3] == ["equal"] and number_in(words[-1]) is not None):
                 values[words[1]] = " ".join(words[3:4])
             commands.append(words)
         return cls(commands)
@@ -47,21 +57,57 @@ class StudentScript:
         """Return the fixes whose style begins with `style`."""
         return [c for c in self.named("fix") if len(c) > 3 and c[3].startswith(style)]
 
+    def fixes_without_group(self, style: str) -> list[Command]:
+        """Return the fixes with a style that lack their ID or their group, as `fix all nve`."""
+        return [
+            c
+            for c in self.named("fix")
+            if any(word.startswith(style) for word in (c[1:3] if len(c) < 4 else c[2:3]))
+        ]
+
+    def has_group(self, name: str) -> bool:
+        """Return whether a group of atoms has this name."""
+        return name == "all" or any(c[1:2] == [name] for c in self.named("group"))
+
     def place(self, name: str) -> int:
         """Return the place of the first command with a name; beyond all others if it is missing."""
         return next((k for k, c in enumerate(self.commands) if c[0] == name), len(self.commands))
+
+    def last_place(self, name: str) -> int:
+        """Return the place of the last command with a name; -1 if it is missing."""
+        return max((k for k, c in enumerate(self.commands) if c[0] == name), default=-1)
+
+    def misspelt(self, name: str) -> str | None:
+        """Return the misspelt form of a missing command, such as `boundry`, or None."""
+        known = {command for commands in BEGUN.values() for command in commands}
+        names = {c[0].lower(): c[0] for c in self.commands if c[0] not in known}
+        near = difflib.get_close_matches(name, names, 1, _SIMILAR)
+        return names[near[0]] if near and not self.named(name) else None
+
+    def missing(self, name: str, advice: str) -> str:
+        """Describe a missing command, by its misspelt form or by an advice."""
+        misspelt = self.misspelt(name)
+        if misspelt:
+            return f"`{misspelt}` is no command of LAMMPS: write `{name}`"
+        return f"no `{name}`: {advice}"
+
+
+def _is_formula(word: str) -> bool:
+    """Return whether only LAMMPS can evaluate a word."""
+    return "$" in word or word.startswith("v_")
 
 
 def _units_and_box(script: StudentScript) -> Iterator[str]:
     units, boundary = script.last("units"), script.last("boundary")
     if units is None:
-        yield "no `units`: the numbers of the chain have none, so write `units lj`"
+        yield script.missing("units", "the numbers of the chain have none, so write `units lj`")
     elif units[1:2] != ["lj"]:
         yield f"`units {' '.join(units[1:])}`: numbers without units are `units lj`"
     if boundary is None:
-        yield (
-            "no `boundary`: LAMMPS takes a periodic box, where a chain that leaves on one side "
-            "comes back on the other; write `boundary f f f`"
+        yield script.missing(
+            "boundary",
+            "LAMMPS takes a periodic box, where a chain that leaves on one side comes back on the "
+            "other; write `boundary f f f`",
         )
     elif boundary[1:2] == ["p"]:
         yield "the box is periodic in x: write `boundary f f f`"
@@ -73,25 +119,31 @@ def _units_and_box(script: StudentScript) -> Iterator[str]:
 def _atoms_and_bonds(script: StudentScript) -> Iterator[str]:
     style = script.last("atom_style")
     if style is None:
-        yield "no `atom_style`: atoms have no bonds then; write `atom_style bond`"
+        yield script.missing("atom_style", "atoms have no bonds then; write `atom_style bond`")
     elif style[1:2] and style[1] in _WITHOUT_BONDS:
         yield f"`atom_style {style[1]}` has no bonds: write `atom_style bond`"
     elif script.place("read_data") < script.place("atom_style"):
         yield "`atom_style` must stand before `read_data`, which makes the atoms"
     if script.last("read_data") is None and script.last("create_atoms") is None:
-        yield "no atoms: read them by `read_data chain.data`"
+        yield script.missing("read_data", "there are no atoms; write `read_data chain.data`")
 
 
 def _springs(script: StudentScript) -> Iterator[str]:
     style, spring = script.last("bond_style"), script.last("bond_coeff")
     if style is None:
-        yield "no `bond_style`: the bonds have no force; write `bond_style harmonic`"
+        yield script.missing("bond_style", "bonds have no force; write `bond_style harmonic`")
+        return
+    if style[1:2] == ["hybrid"]:
         return
     if style[1:2] != ["harmonic"]:
         yield f"`bond_style {' '.join(style[1:])}`: springs are `bond_style harmonic`"
         return
     if spring is None:
-        yield "no `bond_coeff`: give the bonds their stiffness and length, `bond_coeff 1 K r0`"
+        yield script.missing(
+            "bond_coeff", "give the bonds their stiffness and length, `bond_coeff 1 K r0`"
+        )
+        return
+    if any(map(_is_formula, spring)):
         return
     numbers = [number_in(word) for word in spring[2:4]]
     if len(numbers) < 2 or None in numbers:
@@ -110,51 +162,74 @@ def _springs(script: StudentScript) -> Iterator[str]:
 
 
 def _motion_and_wall(script: StudentScript) -> Iterator[str]:
-    movers, walls = script.fixes("nve"), script.fixes("wall/")
     for fix in (f for style in _THERMOSTATS for f in script.fixes(style)):
         yield f"`fix {fix[1]} {fix[2]} {fix[3]}` exchanges energy with a bath: take `nve`"
-    if not movers and not any(script.fixes(style) for style in _THERMOSTATS):
+    yield from _motion(script)
+    walls, unnamed = script.fixes("wall/"), script.fixes_without_group("wall/")
+    for wall in unnamed:
+        right = "`fix ID all wall/reflect xlo 0.0`"
+        yield f"`{' '.join(wall)}` lacks its ID or its group: write {right}"
+    if not walls and not unnamed:
+        yield "no wall: add `fix ID all wall/reflect xlo 0.0`"
+    for wall in walls:
+        yield from _wall(script, wall)
+    for name in ("fix", "velocity"):
+        if script.last_place("run") < script.last_place(name) and script.named("run"):
+            late = " ".join(script.commands[script.last_place(name)])
+            yield f"`{late}` stands after `run`: too late"
+
+
+def _motion(script: StudentScript) -> Iterator[str]:
+    movers, unnamed = script.fixes("nve"), script.fixes_without_group("nve")
+    for fix in unnamed:
+        yield f"`{' '.join(fix)}` lacks its ID or its group: write `fix ID all nve`"
+    baths = any(script.fixes(style) for style in _THERMOSTATS)
+    if not movers and not unnamed and not baths:
         yield "no integrator: `run` computes forces, and only `fix ID all nve` moves the atoms"
     elif len(movers) > 1:
         yield "two integrators: each would move the atoms, so keep one `fix ID all nve`"
-    elif movers and movers[0][2] != "all":
-        yield f"the integrator moves the group {movers[0][2]} alone: write `all`"
-    if not walls:
-        yield "no wall: add `fix ID all wall/reflect xlo 0.0`"
-    for wall in walls:
-        yield from _wall(wall)
-    for name in ("fix", "velocity"):
-        late = [k for k, c in enumerate(script.commands) if c[0] == name]
-        if late and late[-1] > script.place("run"):
-            yield f"`{' '.join(script.commands[late[-1]])}` stands after `run`: too late"
+    elif movers and not script.has_group(movers[0][2]):
+        yield f"there is no group {movers[0][2]}: write `all`"
 
 
-def _wall(wall: Command) -> Iterator[str]:
+def _wall(script: StudentScript, wall: Command) -> Iterator[str]:
     if wall[3] != "wall/reflect":
-        yield f"`{wall[3]}` is a soft wall: the hard wall is `wall/reflect`"
+        soft = wall[3].removeprefix("wall/") in _SOFT_WALLS
+        kind = "is a soft wall" if soft else "is another fix"
+        yield f"`{wall[3]}` {kind}: the hard wall is `wall/reflect`"
         return
     faces = dict(zip(wall[4::2], wall[5::2], strict=False))
-    if "xlo" not in faces:
+    place = number_in(faces.get("xlo", "0"))
+    if not faces:
+        yield f"`{' '.join(wall)}` names no face and place: write `xlo 0.0`"
+    elif "xlo" not in faces:
         yield (
-            f"the wall is on the wrong side ({', '.join(faces) or 'no face'}): the chain comes "
-            "from x > 0, so the wall closes the low side of x, `xlo 0.0`"
+            f"the wall is on the wrong side ({', '.join(faces)}): the chain comes from x > 0, so "
+            "the wall closes the low side of x, `xlo 0.0`"
         )
-    elif number_in(faces["xlo"]) != 0.0:
+    elif place != 0.0 and not _is_formula(faces["xlo"]):
         yield f"the wall stands at x = {faces['xlo']}: particle 1 begins at the wall, x = 0"
-    if wall[2] != "all":
-        yield f"the wall acts on the group {wall[2]} alone: write `all`"
+    if not script.has_group(wall[2]):
+        yield f"there is no group {wall[2]}: write `all`"
 
 
 def _output_and_run(script: StudentScript) -> Iterator[str]:
     if script.last("thermo") is None:
-        yield "no `thermo`: without it the energy is printed at the first and last step alone"
+        yield script.missing("thermo", "the energy is then printed at the first and last step only")
     if script.last("run") is None:
-        yield "no `run`: LAMMPS reads the script and takes no step"
-    if not any("restitution" in word for c in script.named("print") for word in c):
+        yield script.missing("run", "LAMMPS reads the script and takes no step")
+    prints = [k for k, c in enumerate(script.commands) if _prints_restitution(c)]
+    if prints and prints[-1] < script.last_place("run"):
+        yield "`print` stands before `run`: it prints the restitution before the collision"
+    if not prints:
         yield (
             'nothing prints the result: after `run`, `print "restitution = $(v_restitution)"` with '
             "`variable restitution equal (vcm(all,x)/0.1)^2`"
         )
+
+
+def _prints_restitution(command: Command) -> bool:
+    return command[0] == "print" and any("restitution" in word for word in command)
 
 
 #: Name of each part of a script, and the function that yields its faults.

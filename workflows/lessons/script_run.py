@@ -11,6 +11,7 @@ import numpy as np
 
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.commands import join_lines
+from chaincor.lammps_inputs.given_numbers import number_in
 from chaincor.workflows.engines.lammps.library import find_lmp_command, lmp_environment
 from chaincor.workflows.errors import MissingLibraryError
 
@@ -18,8 +19,11 @@ _PATIENCE = 60.0
 _MARK = "chaincor_end"
 _RESTITUTION = re.compile(r"^restitution = (\S+)", re.MULTILINE)
 _ERROR = re.compile(r"^ERROR.*?: (.*?)(?: \(src/.*)?$", re.MULTILINE)
+_LAST_LINE = re.compile(r"^Last input line: (.*?) *$", re.MULTILINE)
 # Largest relative change of the energy, and largest error of the restitution due to the wall.
 _DRIFT, _WALL_ERROR = 0.02, 0.02
+# Steps up to this one change the energy of ten particles by at most 0.4 %, eta by 0.004.
+_SHORT_STEP = 0.02
 # Meaning of LAMMPS's errors for the chain.
 _MEANINGS = {
     "Bond atoms": "two bonded atoms are so far apart that LAMMPS lost one; the step is too long, "
@@ -28,6 +32,15 @@ _MEANINGS = {
     "Out of range atoms": "atoms moved farther than the neighbour lists allow; rebuild them sooner",
     "Cannot open file": "the data file must lie beside the script",
     "Unknown command": "LAMMPS knows no command of this name",
+    "before simulation box": "`read_data` makes the box, so this command comes after it",
+    "Replacing a fix": "two fixes have the same ID; give each its own",
+    "is out of bounds": "all particles and bonds of chain.data have type 1",
+    "Incorrect format in Atoms": "the columns of chain.data are those of `atom_style bond`",
+    "Unknown print keyword": "the text of `print` stands in quotes",
+    "Unknown variable style": "a formula is `variable NAME equal FORMULA`",
+    "Non-numeric variable": "a formula is `variable NAME equal FORMULA`",
+    "Invalid variable reference": "no `variable` of this name stands above",
+    "Expected integer": "write a whole number without a decimal point",
 }
 
 
@@ -38,8 +51,10 @@ class ScriptRun:
     printed: str  #: All output of LAMMPS.
     #: Error message of LAMMPS, without its place in the source; None without an error.
     error: str | None
+    stopped_at: str  #: Command at which LAMMPS stopped; empty if it names none.
     states: tuple[Array, Array] | None  #: Rows of (id, x, vx) before the first run and at the end.
     time: float  #: Time at the end.
+    timestep: float  #: Time step at the end.
 
 
 def run_script(path: Path) -> ScriptRun:
@@ -71,15 +86,18 @@ def run_script(path: Path) -> ScriptRun:
                 check=False,
             )
         except subprocess.TimeoutExpired:
-            return ScriptRun("", f"no end within {_PATIENCE:g} s", None, 0.0)
+            return ScriptRun("", f"no end within {_PATIENCE:g} s", "", None, 0.0, 0.0)
         found = _ERROR.search(done.stdout)
         status = f"exit status {done.returncode}" if done.returncode else None
         error = found[1] if found else status
-        end = re.search(rf"^{_MARK} (\S+)", done.stdout, re.MULTILINE)
+        line = _LAST_LINE.search(done.stdout)
+        end = re.search(rf"^{_MARK} (\S+) (\S+)", done.stdout, re.MULTILINE)
         files = folder / "first", folder / "last"
         complete = end is not None and all(file.exists() for file in files)
         states = (_state(files[0]), _state(files[1])) if complete else None
-        return ScriptRun(done.stdout, error, states, float(end[1]) if end else 0.0)
+        time, timestep = map(float, end.groups()) if end else (0.0, 0.0)
+        at = line[1] if line else ""
+        return ScriptRun(done.stdout, error, at, states, time, timestep)
 
 
 def _watched(text: str, folder: Path) -> str:
@@ -94,7 +112,7 @@ def _watched(text: str, folder: Path) -> str:
         if command.split()[:1] == ["run"] and dump("first") not in lines:
             lines.append(dump("first"))
         lines.append(raw)
-    return "\n".join([*lines, dump("last"), f'print "{_MARK} $(time)"', ""])
+    return "\n".join([*lines, dump("last"), f'print "{_MARK} $(time) $(dt)"', ""])
 
 
 def _state(path: Path) -> Array:
@@ -105,7 +123,8 @@ def faults_of_run(run: ScriptRun) -> Iterator[str]:
     """Yield the faults of a run of the chain, from LAMMPS's error or from the motion."""
     if run.error is not None:
         meaning = next((f": {m}" for words, m in _MEANINGS.items() if words in run.error), "")
-        yield f'LAMMPS stopped with "{run.error}"{meaning}'
+        at = f" at `{run.stopped_at}`" if run.stopped_at else ""
+        yield f'LAMMPS stopped{at} with "{run.error}"{meaning}'
         return
     if run.states is None:
         yield "the run left no state: does the script end itself before its last line?"
@@ -118,7 +137,8 @@ def _faults_of_motion(run: ScriptRun, first: Array, last: Array) -> Iterator[str
 
     before, after = float(first[:, 2].mean()), float(last[:, 2].mean())
     if before >= 0.0:
-        yield "the chain flies away from the wall: its velocity must be negative"
+        moves = "flies away from the wall" if before > 0.0 else "is at rest before the first step"
+        yield f"the chain {moves}: its velocity must be negative, as in chain.data"
         return
     chain = in_house(potential="harmonic", particles=len(first), velocity=0.1)
     start = float(first[0, 1]) / -before
@@ -129,26 +149,35 @@ def _faults_of_motion(run: ScriptRun, first: Array, last: Array) -> Iterator[str
             f"t = {needed:.4g}"
         )
         return
-    drift = _energy(last) / _energy(first) - 1.0
-    if abs(drift) > _DRIFT:
-        yield (
-            f"the total energy changes by {100.0 * drift:.2g} %: the step is too long. Steps above "
-            "2/omega_max are unstable, and the wall needs far shorter ones, such as 0.01"
-        )
-        return
-    printed = [float(number) for number in _RESTITUTION.findall(run.printed)]
     eta = (after / before) ** 2
+    drift = _energy(last) / _energy(first) - 1.0
+    too_long = "the step is too long. Steps above 2/omega_max are unstable, and the wall needs far "
+    too_long += "shorter ones, such as 0.01"
+    other = "the step is short enough, so look for another force or fix, or for a missing bond"
+    cause = too_long if run.timestep > _SHORT_STEP else other
+    if abs(drift) > _DRIFT:
+        yield f"the total energy changes by {100.0 * drift:.2g} %: {cause}"
+    elif abs(eta - chain.restitution) > _WALL_ERROR:
+        yield f"the restitution is {eta:.4g}, more than the wall's error from the exact: {cause}"
+    else:
+        yield from _faults_of_print(_RESTITUTION.findall(run.printed), eta)
+
+
+def _faults_of_print(printed: list[str], eta: float) -> Iterator[str]:
+    """Yield the fault of the printed restitution, which should be the `eta` of the velocities."""
     if not printed:
         yield "LAMMPS printed no line `restitution = NUMBER`"
-    elif abs(printed[-1] - eta) > 1e-3:
-        is_speed = abs(printed[-1] - eta**0.5) <= 1e-3
+        return
+    number = number_in(printed[-1])
+    if number is None:
         yield (
-            "the printed number is e, the ratio of speeds: square it"
-            if is_speed
-            else f"the script prints {printed[-1]:.4g}, and its velocities give {eta:.4g}"
+            f"`restitution = {printed[-1]}` is printed as text: `$(v_NAME)` and `${{NAME}}` stand "
+            "for the value of a variable"
         )
-    elif abs(eta - chain.restitution) > _WALL_ERROR:
-        yield f"the restitution is {eta:.4g}: more than the wall's error away from the exact number"
+    elif abs(number - eta**0.5) <= 1e-3:
+        yield "the printed number is e, the ratio of speeds: square it"
+    elif abs(number - eta) > 1e-3:
+        yield f"the script prints {number:.4g}, and its velocities give {eta:.4g}"
 
 
 def _energy(state: Array) -> float:

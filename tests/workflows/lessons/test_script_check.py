@@ -1,4 +1,4 @@
-"""A student's script: what it lacks is said in words, part by part, and LAMMPS judges the rest."""
+"""Students' scripts: faults are named part by part, and LAMMPS judges the rest."""
 
 import pytest
 
@@ -86,6 +86,19 @@ FAULTS = [
     ("thermo          100\n", "", 4, "no `thermo`"),
     ("run             2500\n", "", 4, "no `run`"),
     ('print           "restitution = $(v_restitution)"\n', "", 4, "nothing prints the result"),
+    # Misspelt commands are named as they are written.
+    ("units  ", "Units  ", 0, "`Units` is no command of LAMMPS: write `units`"),
+    ("boundary", "boundry", 0, "`boundry` is no command of LAMMPS: write `boundary`"),
+    ("atom_style", "atomstyle", 1, "write `atom_style`"),
+    ("read_data ", "readdata ", 1, "write `read_data`"),
+    ("bond_coeff", "bond_coef", 2, "write `bond_coeff`"),
+    # A fix has an ID, a group and a style.
+    ("fix             move all nve", "fix all nve", 3, "`fix all nve` lacks its ID"),
+    ("fix             move all nve", "fix move nve", 3, "`fix move nve` lacks its ID"),
+    ("stop all wall/reflect", "all wall/reflect", 3, "write `fix ID all wall/reflect xlo 0.0`"),
+    ("move all", "move mobile", 3, "there is no group mobile"),
+    ("wall/reflect", "wall/reflct", 3, "is another fix: the hard wall is `wall/reflect`"),
+    ("xlo 0.0", "xlo", 3, "names no face and place"),
 ]
 
 
@@ -102,6 +115,8 @@ def test_what_comes_too_late_is_said(report_on):
     assert "too late" in said(report_on(SCRIPT.replace(move, "") + move))[PARTS[3]]
     units = "units           lj\n"
     assert "before `read_data`" in said(report_on(SCRIPT.replace(units, "") + units))[PARTS[0]]
+    run = "run             2500\n"
+    assert "`print` stands before `run`" in said(report_on(SCRIPT.replace(run, "") + run))[PARTS[4]]
 
 
 # What only the run shows.
@@ -113,7 +128,19 @@ RUNS = [
     ("set -0.1", "set 0.1", "flies away from the wall"),
     ("(vcm(all,x)/0.1)^2", "-vcm(all,x)/0.1*-1.0", "e, the ratio of speeds"),
     ("(vcm(all,x)/0.1)^2", "0.5", "prints 0.5, and its velocities give 0.9"),
-    ("thermo          100", "thermos 100\nthermo 100", "LAMMPS knows no command of this name"),
+    ("thermo          100", "thermos 100\nthermo 100", "stopped at `thermos 100`"),
+    ("set -0.1", "set 0.0", "at rest before the first step"),
+    ("0.01", "0.03", "the restitution is 0.8592, more than the wall's error"),
+    ("thermo ", "fix drag all viscous 0.1\nthermo ", "look for another force or fix"),
+    ("$(v_restitution)", "v_restitution", "`restitution = v_restitution` is printed as text"),
+    ('"restitution = $(v_restitution)"', "restitution = 1", "the text of `print` stands in quotes"),
+    ("equal", "index", "a formula is `variable NAME equal FORMULA`"),
+    ("variable        restitution equal", "variable eta equal", "no `variable` of this name"),
+    ("stop all", "move all", "two fixes have the same ID"),
+    ("read_data  ", "group first id 1\nread_data  ", "`read_data` makes the box"),
+    ("style      bond", "style full", "the columns of chain.data"),
+    ("coeff      1", "coeff 2", "all particles and bonds of chain.data have type 1"),
+    ("run             2500", "run 2.5e3", "write a whole number"),
 ]
 
 
@@ -125,9 +152,45 @@ def test_what_only_the_run_shows_is_said(report_on, line, other, piece):
     assert piece in found[RUN]
 
 
-def test_a_variable_stands_for_its_value(report_on):
-    script = SCRIPT.replace("xlo 0.0", "xlo ${x}").replace("units ", "variable x index 0.0\nunits ")
-    assert report_on(script)
+# Other ways to write a right script.
+OTHER = [
+    ("xlo 0.0", "xlo $(0)"),
+    ("xlo 0.0", "xlo 0.0 units box"),
+    ("xlo 0.0", "xlo 0.0 xhi 100"),
+    ("1 0.5 1.0", "1 $(1/2) 1.0"),
+    ("1 0.5 1.0", "* 5e-1 1 # half the stiffness"),
+    ("bond_style      harmonic", "bond_style      harmonic # springs"),
+    ("f f f", "s s s"),
+    ("f f f", "f p p"),
+    ("style      bond", "style      molecular"),
+    ("fix             stop all", "group first id 1\nfix stop first"),
+    ("fix             move all", "group chain type 1\nfix move chain"),
+    ("fix             move", "run 0\nfix move"),
+    ("run             2500", "run 1000\nrun 1500"),
+    ("run             2500", "run $(25/0.01)"),
+    ("$(v_restitution)", "${restitution}"),
+    ("wall/reflect xlo", "wall/reflect &\n    xlo"),
+    ("\n", "\r\n"),
+]
+VARIABLES = [
+    ("xlo 0.0", "xlo ${x}", "variable x index 0.0"),
+    ("xlo 0.0", "xlo ${x}", "variable x equal 1-1"),
+    ("xlo 0.0", "xlo v_x", "variable x equal 0.0"),
+    ("1 0.5 1.0", "1 ${k} 1.0", "variable k equal 1/2"),
+]
+
+
+@pytest.mark.slow_cases
+@pytest.mark.parametrize(("line", "other"), OTHER)
+def test_a_right_script_may_be_written_otherwise(report_on, line, other):
+    assert line in SCRIPT
+    assert said(report_on(SCRIPT.replace(line, other))) == {}
+
+
+@pytest.mark.slow_cases
+@pytest.mark.parametrize(("line", "other", "variable"), VARIABLES)
+def test_a_variable_stands_for_its_value(report_on, line, other, variable):
+    assert report_on(f"{variable}\n{SCRIPT.replace(line, other)}")
 
 
 def test_the_command_prints_the_report_and_fails_for_a_fault(folder, report_on, chaincor):
