@@ -167,6 +167,13 @@ class LammpsSearch:
             self.numerics = smaller
         return Attempt(step, error, (fine, coarse), done, smaller.timestep)
 
+    def reference_error(self) -> float:
+        """Return the error of eta of the pilot run, with its open end and amplified rounding."""
+        found = self.pilot.reference
+        bar = error_bar(found.outcome, self.scene, found.error, self.sensitivity)
+        assert bar.total is not None
+        return bar.total
+
 
 def solve_with_lammps(
     scene: Scene,
@@ -190,17 +197,20 @@ def solve_with_lammps(
     error, runs = ran[-1].error, ran[-1].found
     assert runs is not None
     fine, coarse = runs
-    # Both LAMMPS runs may have the same error, which the reference run reveals.
+    # Both LAMMPS runs may have the same error, which the reference run reveals. The reference run
+    # differs from its own run at the next larger step by more than its error.
+    reference = search.pilot.reference
     apart = [differences(fine, run, scene) for run in (coarse, search.pilot.outcome)]
-    farther = {name: max(each[name] for each in apart) for name in apart[0]}
+    own = differences(search.pilot.outcome, reference.proofs[-1], scene)
+    farther = {name: max(each[name] for each in apart) + own[name] for name in apart[0]}
     found = bounded_run(scene, fine, error, farther, steps_record(ran), sensitivity)
     if found.error > target_error and search.numerics.scheme not in COMPOSITIONS:
         # Composed steps cost more but do not amplify rounding.
         return solve_with_lammps(scene, target_error, sensitivity, SCRIPTED_SCHEMES)
     found.details["choice"] |= {
         "seconds": chosen,
-        "in_house_restitution": search.pilot.reference.restitution,
-        "in_house_error": search.pilot.reference.error,
+        "in_house_restitution": reference.restitution,
+        "in_house_error": search.reference_error(),
         # error from LAMMPS alone: the difference between its two runs
         "error_alone": found.error - error + largest_difference(scene, fine, [coarse]),
     }

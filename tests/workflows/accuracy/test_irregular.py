@@ -55,6 +55,18 @@ def test_bars_hold_without_tension(engine, particles):
         assert result.table == "linear"
 
 
+@pytest.mark.slow  # compiles a loop
+@pytest.mark.parametrize("particles", [5, 10])
+def test_rounding_of_many_small_steps_is_in_the_bar(particles):
+    # At this tolerance Verlet takes millions of steps, whose rounding is more than that of eta.
+    scene = Scene(potential=SLACK, particles=particles, velocity=0.1, engine="reference")
+    result = collide(scene, tolerance=1e-11)
+    assert result.scheme == "verlet"
+    assert result.error_parts.rounding > 1e-12
+    # The known values have 13 digits.
+    assert abs(result.restitution - SLACK_AT_0_1[particles]) <= result.restitution_error + 5e-14
+
+
 @pytest.mark.slow
 def test_a_late_contact_without_tension_is_found():
     # Where nothing binds, a slow particle comes to the wall as late as it likes: the 35th contact
