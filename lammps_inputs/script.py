@@ -1,6 +1,7 @@
 """Renderer of LAMMPS inputs: every value is a number or a fixed name, never a user's text."""
 
 import string
+import textwrap
 from dataclasses import asdict
 from functools import cache
 from typing import Any
@@ -146,6 +147,7 @@ def _plan_values(
         "multiples": multiples,
         "bar": plan.bar,
         "tolerance": None if plan.tolerance is None else number(plan.tolerance),
+        "doubt": None if plan.doubt is None else textwrap.wrap(plan.doubt, 90),
         "scene_sha256": plan.scene_sha256,
     }
 

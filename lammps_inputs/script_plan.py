@@ -78,6 +78,8 @@ class ScriptPlan:
     #: Largest velocity that the script accepts and the table is expected to cover; None for the
     #: velocity of the scene.
     fastest: float | None = None
+    #: Reason why the job is not expected to keep the tolerance; None if it is.
+    doubt: str | None = None
     #: Hash of the scene, which a guarded job prints; None to print no hash.
     scene_sha256: str | None = None
 

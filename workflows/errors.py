@@ -46,6 +46,10 @@ class ToleranceError(RunError):
     """The tolerance is missed by so much that no number is worth the run."""
 
 
+class UnsureJobWarning(UserWarning):
+    """The collision of a job amplifies small errors so much that the job misses its tolerance."""
+
+
 class StoreError(InputError):
     """A results store cannot be used: no such file, not a store, read-only, or too new."""
 

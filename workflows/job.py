@@ -3,6 +3,7 @@
 import re
 import shutil
 import tempfile
+import warnings
 from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
@@ -18,6 +19,7 @@ from chaincor.lammps_inputs.script_plan import NO_WISHES, JobWishes, ScriptPlan
 from chaincor.lammps_inputs.units.unit_system import CHAIN_UNITS, UNITS_FILE, UnitSystem
 from chaincor.workflows.engines.lammps.contact import approach_time
 from chaincor.workflows.engines.lammps.kept_script import job_script
+from chaincor.workflows.errors import UnsureJobWarning
 from chaincor.workflows.given import scene_given
 from chaincor.workflows.scripted import plan_script
 
@@ -101,6 +103,7 @@ def job_files(scene: Scene, wishes: JobWishes = NO_WISHES) -> dict[str, str]:
     unless the scene says ``error = false``. A job also dumps its motion if the scene has a dump.
     Raises InputError for wishes that contradict each other or the scene, SceneError if the scheme
     cannot be scripted or the template cannot be used, RunError if no numerics meet the tolerance.
+    Issues UnsureJobWarning if the collision itself does not let the job meet it.
     """
     if not wishes.dump and scene.dump is None and "dump_frames" in scene.model_fields_set:
         raise InputError(
@@ -114,6 +117,8 @@ def job_files(scene: Scene, wishes: JobWishes = NO_WISHES) -> dict[str, str]:
     if plain:
         scene = plain_scene(scene)
     plan = plan_script(scene, wishes.table_range)
+    if plan.doubt is not None:
+        warnings.warn(plan.doubt, UnsureJobWarning, stacklevel=2)
     named = isinstance(scene.potential, str)
     if wishes.guards and named:
         plan = replace(plan, scene_sha256=_as_run(scene, plan).sha256)

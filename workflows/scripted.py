@@ -14,6 +14,7 @@ from chaincor.lammps_inputs.script_plan import ScriptedBar, ScriptPlan
 from chaincor.workflows.accuracy.bounded_run import (
     PROOF_SHARE,
     ending_error,
+    error_bar,
     table_error_of,
 )
 from chaincor.workflows.accuracy.by_lammps import COARSER, SCRIPTED_SCHEMES, LammpsSearch
@@ -23,10 +24,13 @@ from chaincor.workflows.accuracy.solve import target_error_of
 from chaincor.workflows.accuracy.step_guess import effective_order
 from chaincor.workflows.accuracy.step_proof import share_of_difference
 from chaincor.workflows.accuracy.table_rows import rows_error
+from chaincor.workflows.engines.end_watch import longest_collision
+from chaincor.workflows.engines.ending import sound_round_trip
 from chaincor.workflows.engines.lammps.engine import guess_bond_range
 from chaincor.workflows.engines.lammps.kept_script import flown_on
 from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.engines.rounding import amplified_rounding, rounding_of_steps
+from chaincor.workflows.errors import ToleranceError
 
 # Step of the number and twice that step, as in the engine's search for a tolerance.
 _MULTIPLES = (1.0, COARSER)
@@ -38,6 +42,11 @@ _ALONE = 1.0
 _OVERSHOOT = 4.0
 # Errors of the stock wall let warm bonds reach lengths that the reference run has not seen.
 _OTHERWISE = 1.25
+# Error of the reference run above which eta counts as unknown for explicit numerics.
+_UNSURE = 0.01
+# Time, in units of the time to the last contact of the pilot run, within which a script of such a
+# collision may find later contacts.
+_LATER = 2.0
 # Largest ratio of a job's velocity to its own, and number of bisections in the search for it.
 _MOST_FASTER, _BISECTIONS = 100.0, 30
 _MOST_PROBES = 20_001
@@ -64,6 +73,9 @@ def plan_script(scene: Scene, table_range: tuple[float, float] | None = None) ->
         numerics = replace(search.numerics, bond_range=None)
         pilot = watched_on(search.pilot.reference, scene, flown_on(scene))
     assert numerics is not None
+    doubt = None if pilot is None else _doubt(scene, pilot, sensitivity)
+    if pilot is not None and doubt is not None:
+        pilot = watched_on(pilot.reference, scene, _flown_on_at_most(scene, pilot))
     table = _tabulate(scene, numerics, pilot, table_range)
     bar = None
     if pilot is not None and (scene.error or asked is not None):
@@ -94,7 +106,45 @@ def plan_script(scene: Scene, table_range: tuple[float, float] | None = None) ->
         bar=bar,
         tolerance=asked,
         fastest=None if table_range is None or table is None else _fastest_held(scene, table),
+        doubt=doubt,
     )
+
+
+def _doubt(scene: Scene, pilot: PilotRun, sensitivity: float) -> str | None:
+    """
+    Return why a job cannot keep its tolerance although its numerics would; None if it can.
+
+    Raises ToleranceError if the reference engine does not know eta at all.
+    """
+    found = pilot.reference
+    known = error_bar(found.outcome, scene, found.error, sensitivity).total
+    assert known is not None
+    if known > max(1.0, found.restitution):
+        raise ToleranceError(
+            f"the reference engine knows eta of this collision only as {found.restitution:.3g} "
+            f"+- {known:.2g}, which says nothing. Take another speed or fewer particles"
+        )
+    asked = scene.asked_tolerance or _UNSURE
+    if known <= asked:
+        return None
+    return (
+        f"the reference engine knows eta of this collision only as {found.restitution:.3g} "
+        f"+- {known:.2g}, so the error of the job is expected to exceed {asked:g}. Take another "
+        "speed or fewer particles, or accept this error"
+    )
+
+
+def _flown_on_at_most(scene: Scene, pilot: PilotRun) -> float:
+    """
+    Return how long a script may follow a chain whose contacts it may not repeat.
+
+    A fragment that nearly misses the wall in the pilot run may hit it in the script. The script
+    then follows the chain anew.
+    """
+    last = pilot.end.last_contact_time
+    span, stiffness = scene.longest_body, scene.slow_stiffness
+    longest = longest_collision(span, stiffness, max(last, sound_round_trip(span, stiffness)))
+    return flown_on(scene) + min(_LATER * last, longest - last)
 
 
 def _refuse_range(scene: Scene, table_range: tuple[float, float]) -> None:

@@ -1,5 +1,8 @@
 """``chaincor inputs``: write a job that ``lmp -in in.chain`` runs."""
 
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
@@ -74,12 +77,25 @@ def inputs(
     scene = scene_from(scene_file, options, beside=("units",))
     if scene_file is not None:
         wishes = replace(wishes, units=UnitSystem.from_file(Path(scene_file)))
-    files = job_files(scene, wishes)
+    with _doubts_as_notes():
+        files = job_files(scene, wishes)
     if output is None:
         click.echo(files[SCRIPT_FILE], nl=False)
         return
     for file in write_files(files, Path(output), force):
         say(file)
+
+
+@contextmanager
+def _doubts_as_notes() -> Iterator[None]:
+    """Print the warnings about jobs as notes on standard error."""
+    from chaincor.workflows.errors import UnsureJobWarning
+
+    with warnings.catch_warnings(record=True) as found:
+        warnings.simplefilter("always", UnsureJobWarning)
+        yield
+    for each in found:
+        say(f"chaincor: note: {each.message}", err=True)
 
 
 def _wishes_in(options: dict[str, Any]) -> JobWishes:
@@ -115,9 +131,10 @@ def _write_grid(
     sweep = read_sweep(sweep_file)
     groups = sweep.scenes.groups
     axes = list(dict.fromkeys(key for group in groups for entry in group for key in entry))
-    jobs = write_grid(
-        sweep.scenes, axes, folder, submit, site=lines, replace_existing=force, wishes=wishes
-    )
+    with _doubts_as_notes():
+        jobs = write_grid(
+            sweep.scenes, axes, folder, submit, site=lines, replace_existing=force, wishes=wishes
+        )
     refused = {name: refusal for name, refusal in jobs.items() if refusal}
     say(f"{len(jobs) - len(refused)} jobs in {folder}, listed in {folder / MANIFEST}")
     say(f"run them: {folder / f'submit.{submit}'}")
