@@ -8,7 +8,7 @@ from chaincor.lammps_inputs.units.unit_system import CHAIN_UNITS, UnitSystem
 
 # Free space on both sides of the chain, in chain lengths. The box must hold the motion of one
 # collision. It is not periodic, and particles are never sorted again.
-_ROOM = 30.0
+ROOM = 30.0
 
 
 def format_data(line: Line, bond_types: int = 1, units: UnitSystem = CHAIN_UNITS) -> str:
@@ -23,7 +23,7 @@ def format_data(line: Line, bond_types: int = 1, units: UnitSystem = CHAIN_UNITS
     masses = np.concatenate((line.chain_masses, line.target_masses))
     count, n = len(masses), len(line.chain_masses)
     values, types = np.unique(masses, return_inverse=True)
-    reach = _ROOM * (count + 10.0) * (1.0 if line.is_standard else _slowness(masses, velocities))
+    reach = ROOM * (count + 10.0) * (1.0 if line.is_standard else _slowness(masses, velocities))
     reach, half = units.length * reach, 0.5 * units.length
     positions, velocities = units.length * positions, units.speed * velocities
     values = units.mass * values

@@ -33,7 +33,8 @@ class Numerics:
     def from_scene(cls, scene: Scene) -> "Numerics":
         """Return the numerics of a scene, completed by default values."""
         wall = scene.wall or "event"
-        scheme: Scheme = scene.scheme or ("verlet" if wall == "reflect" else "order6")
+        single = wall == "reflect" or scene.bond.only_pushes
+        scheme: Scheme = scene.scheme or ("verlet" if single else "order6")
         usual = DEFAULT_REFLECT_TIMESTEP if wall == "reflect" else DEFAULT_TIMESTEPS[scheme]
         return cls(
             wall=wall,

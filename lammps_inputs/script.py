@@ -35,7 +35,7 @@ STATE_FILE = "chain.state"
 
 # Names that LAMMPS users give by -var instead of velocity and timestep.
 _MISSPELT = ("speed", "v0", "vel", "velo", "v", "dt", "h", "step", "time_step", "timesteps")
-_SAFE_PATH_CHARACTERS = frozenset(string.ascii_letters + string.digits + "./_+-")
+SAFE_PATH_CHARACTERS = frozenset(string.ascii_letters + string.digits + "./_+-")
 
 
 @cache
@@ -59,7 +59,7 @@ def render_setup(numerics: Numerics, table: BondTable | None, folder: str) -> st
     `folder`, which the program has made, holds the data file and the table. Raises SceneError if
     its name has characters that LAMMPS would interpret.
     """
-    if not set(folder) <= _SAFE_PATH_CHARACTERS:
+    if not set(folder) <= SAFE_PATH_CHARACTERS:
         raise SceneError(
             f"the temporary folder is {folder!r}; expected a path of letters, digits and ./_+-: "
             "set TMPDIR to such a folder"
@@ -124,7 +124,7 @@ def values_in_units(scene: Scene, units: UnitSystem) -> dict[str, Any]:
 
 def _plain(name: str) -> str:
     """Return a name that is safe in a comment, because a file name may have any characters."""
-    return "".join(c if c in _SAFE_PATH_CHARACTERS else "?" for c in name[:60])
+    return "".join(c if c in SAFE_PATH_CHARACTERS else "?" for c in name[:60])
 
 
 def _plan_values(

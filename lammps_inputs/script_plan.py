@@ -15,6 +15,9 @@ class ScoutedEnd:
     last_contact_time: float  #: Time from the first contact to the last.
     contacts: int  #: Number of contacts with the wall.
     ending: str  #: End of the collision: ``proved``, ``argued`` or ``open``.
+    #: Time from the initial state to the end of the last contact; 0 if unknown.
+    lasted: float = 0.0
+    bond_min: float = 1.0  #: Shortest bond until then.
 
 
 @dataclass(frozen=True)

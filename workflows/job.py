@@ -11,6 +11,7 @@ from typing import Any
 from chaincor.lammps_inputs.chain_data import format_data
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.explain import explain_data, explain_script, explain_table
+from chaincor.lammps_inputs.granular import format_beads, render_granular_job
 from chaincor.lammps_inputs.plain_script import is_plain, plain_scene, render_plain
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.scene_parts.scene_file import read_from_anywhere
@@ -113,6 +114,8 @@ def job_files(scene: Scene, wishes: JobWishes = NO_WISHES) -> dict[str, str]:
     scene = read_from_anywhere(scene).replace(engine="lammps")
     units = wishes.units
     _refuse_units_of_velocity(scene, units)
+    if scene.bond.only_pushes:
+        return _bead_files(scene, wishes)
     plain = is_plain(wishes)
     if plain:
         scene = plain_scene(scene)
@@ -140,6 +143,25 @@ def job_files(scene: Scene, wishes: JobWishes = NO_WISHES) -> dict[str, str]:
         texts[SCENE_FILE] = _as_run(scene, plan).without("dump_frames").to_toml()
     if units != CHAIN_UNITS:
         texts[UNITS_FILE] = units.to_toml()
+    return texts
+
+
+def _bead_files(scene: Scene, wishes: JobWishes) -> dict[str, str]:
+    """Return the files of a column of beads, whose script has LAMMPS's granular styles alone."""
+    for each in fields(JobWishes):
+        if each.name != "explain" and getattr(wishes, each.name) != each.default:
+            raise InputError(
+                f"{each.name} is asked for, and jobs of beads are a short script of their own. "
+                "Leave it out, and edit the script"
+            )
+    plan = plan_script(scene)
+    texts = {SCRIPT_FILE: render_granular_job(scene, plan), DATA_FILE: format_beads(scene)}
+    if wishes.explain:
+        texts[SCRIPT_FILE] = explain_script(texts[SCRIPT_FILE], False, brief=True)
+        texts[DATA_FILE] = explain_data(texts[DATA_FILE])
+    if isinstance(scene.potential, str):
+        used = scene.replace(tolerance=None, timestep=plan.numerics.timestep)
+        texts[SCENE_FILE] = used.without("dump_frames").to_toml()
     return texts
 
 

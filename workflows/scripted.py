@@ -182,7 +182,7 @@ def _tabulate(
     pilot: PilotRun | None,
     table_range: tuple[float, float] | None,
 ) -> BondTable | None:
-    if scene.bond.is_harmonic:
+    if not scene.bond.is_tabulated:
         return None
     low, high = guess_bond_range(scene) if pilot is None else pilot.table_range(scene)
     if numerics.scheme != "verlet":

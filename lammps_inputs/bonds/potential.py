@@ -104,6 +104,11 @@ class Potential(ABC):
         """Return the stiffness that sets the scale of times: U'' at rest, unless there is none."""
         return self.sound_stiffness(energy) if self.only_pushes else self.stiffness
 
+    @property
+    def is_tabulated(self) -> bool:
+        """Whether LAMMPS has its force in a table, and not as a law of its own."""
+        return not (self.is_harmonic or self.only_pushes)
+
     def as_keys(self) -> dict[str, Any]:
         """Return what decides a bond that a scene names: its parameters by their keys there."""
         return {}

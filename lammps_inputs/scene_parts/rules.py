@@ -12,6 +12,7 @@ from chaincor.lammps_inputs.bonds.equilibrium import bond_distribution
 from chaincor.lammps_inputs.bonds.potentials import BOND_KEYS, missing_keys
 from chaincor.lammps_inputs.contacts.contact_laws import CONTACT_KEYS, CONTACT_LAWS, laws_with
 from chaincor.lammps_inputs.errors import ChaincorError, SceneError, meant
+from chaincor.lammps_inputs.scene_parts.bead_rules import check_beads
 
 if TYPE_CHECKING:
     from pydantic import ValidationError
@@ -88,7 +89,7 @@ def check_together(scene: "Scene") -> None:
     mistakes: dict[str, None] = {}
     checks = (
         *(_check_parameters, _check_bodies, _check_speed, _check_warmth),
-        *(_check_beads, _check_numerics),
+        *(check_beads, _check_numerics),
     )
     for check in checks:
         try:
@@ -236,22 +237,6 @@ def _check_warmth(scene: "Scene") -> Iterator[str]:
             f"{scene.impact_velocity:g}, less than {SLOWEST_APPROACH:g} of the thermal one: bodies "
             f"this slow would take too long to meet; expected more than {slowest:g}"
         )
-
-
-def _check_beads(scene: "Scene") -> Iterator[str]:
-    if not scene.bond.only_pushes:
-        return
-    if scene.engine == "lammps":
-        yield (
-            f"potential '{scene.label}' is for engine 'reference': LAMMPS is not given beads that "
-            "only push yet. Set engine to 'reference'"
-        )
-    for key in NUMERICS_KEYS:
-        if getattr(scene, key) is not None:
-            yield (
-                f"{key} is given, and the steps of {scene.label} beads adapt to their overlaps. "
-                "Give a tolerance instead"
-            )
 
 
 def _check_numerics(scene: "Scene") -> Iterator[str]:

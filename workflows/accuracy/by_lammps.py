@@ -36,6 +36,7 @@ from chaincor.workflows.accuracy.solvers import LAMMPS, solver_of
 from chaincor.workflows.accuracy.step_guess import (
     STEP_SHARE,
     effective_order,
+    granular_step,
     guess_step,
     largest_step,
 )
@@ -231,12 +232,14 @@ def choose_numerics(
     their measured costs first. The first scheme that reaches the tolerance is returned. If bonds
     pass kinks, this is Verlet, which is as exact there as any other scheme and far quicker.
     """
+    if scene.bond.only_pushes:
+        return Numerics(scheme="verlet", timestep=granular_step(scene, tolerance))
     truth = pilot.reference
     numerics = Numerics(scheme="verlet", bond_range=pilot.table_range(scene))
     # A spline cannot represent a kink; straight lines between rows can, if one row lies on the
     # kink.
     style: TableStyle = "linear" if truth.kinked and scene.bond.kinks else "spline"
-    if not scene.bond.is_harmonic:
+    if scene.bond.is_tabulated:
         force_error = _TABLE_SHARE * tolerance * scene.impact_velocity / TABLE_SENSITIVITY[style]
         numerics = replace(numerics, force_error=force_error)
     if truth.kinked:

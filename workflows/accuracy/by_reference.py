@@ -125,6 +125,10 @@ def converge(scene: Scene, target_error: float) -> ConvergedRun:
     if EXACT_MODES.supports(scene):
         return exact_modes(scene)
     floor = rounding_error("reference", scene)
+    if scene.bond.only_pushes:
+        solved = _solve_with_adaptive_steps(scene, target_error)
+        run, step = solved.outcome, solved.bar.step or 0.0
+        return ConvergedRun(run, [*solved.others], eta_of(scene, run), step + floor, run.seconds)
     if is_smooth(scene):
         # Trial steps for LAMMPS in the reference engine use the same compiled scheme.
         found = refine_regularly(scene, target_error, "order8", floor, None)

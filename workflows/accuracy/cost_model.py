@@ -37,6 +37,10 @@ _ROWS = 1_001
 _TREMBLE = 1e-4
 
 
+# Time of one step of LAMMPS's granular styles driven from Python, and of one bead in it.
+_GRANULAR_STEP, _GRANULAR_BEAD = 6e-6, 9e-8
+
+
 @dataclass(frozen=True)
 class CostModel:
     """Seconds of the parts of a LAMMPS run."""
@@ -60,6 +64,9 @@ class CostModel:
 
         LAMMPS runs little longer than to the last contact.
         """
+        if scene.bond.only_pushes:
+            per_step = _GRANULAR_STEP + _GRANULAR_BEAD * scene.all_particles
+            return per_step * duration / numerics.timestep
         harmonic = scene.bond.is_harmonic
         per_bond = self.harmonic_bond if harmonic else getattr(self, f"{numerics.table}_bond")
         scheme = STEP_SCHEMES[numerics.scheme]

@@ -109,7 +109,7 @@ def watched_on(found: ConvergedRun, scene: Scene, fly_on: float | None = None) -
     """Return the pilot run of a converged run; for `fly_on` see :func:`pilot_run`."""
     outcome = found.outcome
     shortest, longest = bonds_from_start(scene, outcome)
-    if scene.longest_body > 1 and not scene.bond.is_harmonic:
+    if scene.longest_body > 1 and scene.bond.is_tabulated:
         if fly_on is None:
             fly_on = _ASKED_WITHIN * PATIENCE / scene.slow_stiffness**0.5
             if scene.dump is not None and scene.dump_frames != "contacts":

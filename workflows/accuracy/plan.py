@@ -33,6 +33,7 @@ from chaincor.workflows.accuracy.solvers import (
 from chaincor.workflows.accuracy.step_guess import (
     contact_is_stiffest,
     frequency_ratio,
+    granular_step,
     guess_step,
     is_smooth,
 )
@@ -94,7 +95,7 @@ class Plan:
     def to_dict(self) -> dict[str, Any]:
         """Return the plan, JSON-ready."""
         numerics, scene = self.numerics, self.scene
-        tabulated = self.solver is LAMMPS and not scene.bond.is_harmonic
+        tabulated = self.solver is LAMMPS and scene.bond.is_tabulated
         step = None if numerics is None else numerics.timestep
         return {
             "solver": self.solver.name,
@@ -198,6 +199,13 @@ def _with_lammps(scene: Scene, target_error: float) -> Plan:
     except RunError as error:
         overhead = OVERHEAD["lammps"]
         return Plan(scene, LAMMPS, None, None, (), target_error, overhead, refusal=str(error))
+    if scene.bond.only_pushes:
+        numerics = Numerics(scheme="verlet", timestep=granular_step(scene, target_error))
+        run, alone = LAMMPS.forecast(scene, numerics), ADAPTIVE_STEPS.forecast(scene)
+        reference = Plan(scene, ADAPTIVE_STEPS, None, None, (), target_error, alone)
+        seconds = OVERHEAD["lammps"] + LAMMPS_RUNS * run + alone
+        chosen = LAMMPS, "verlet", numerics, (COARSER,), target_error, seconds
+        return Plan(scene, *chosen, reference=reference)
     if EXACT_MODES.supports(scene):
         seconds = EXACT_MODES.forecast(scene)
         reference = Plan(scene, EXACT_MODES, None, None, (), target_error, seconds)
@@ -277,7 +285,7 @@ def _rows_of_steps(planned: Plan) -> list[tuple[str, str]]:
     if planned.proofs:
         steps = ", ".join(f"{share * numerics.timestep:.4g}" for share in planned.proofs)
         rows.append(("proof runs", f"at steps {steps}"))
-    if planned.solver is LAMMPS and not planned.scene.bond.is_harmonic:
+    if planned.solver is LAMMPS and planned.scene.bond.is_tabulated:
         points = "as many rows as the force needs"
         if numerics.table_points is not None:
             points = f"{numerics.table_points} rows"

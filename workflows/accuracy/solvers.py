@@ -9,6 +9,7 @@ import numpy as np
 
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
+from chaincor.lammps_inputs.scene_parts.bead_rules import granular_refusal
 from chaincor.workflows.accuracy.cost_model import cost_model
 from chaincor.workflows.accuracy.step_guess import (
     contact_is_stiffest,
@@ -188,7 +189,7 @@ class Lammps(Solver):
     def refusal(self, scene: Scene) -> str | None:
         """Return the contact or the bonds as the reason why LAMMPS's fixed steps fail."""
         if scene.bond.only_pushes:
-            return "LAMMPS gets no scenes of hertz beads yet. Use engine 'reference'"
+            return granular_refusal(scene)
         if EXACT_MODES.supports(scene) or self.resolves(scene):
             return None
         sharp = frequency_ratio(scene)

@@ -16,6 +16,7 @@ from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.script import DATA_FILE, DUMP_FILE
 from chaincor.workflows.engines.end_watch import longest_collision
+from chaincor.workflows.engines.lammps.beads import run_beads
 from chaincor.workflows.engines.lammps.certificate import certify_table
 from chaincor.workflows.engines.lammps.flight import flight_of
 from chaincor.workflows.engines.lammps.instance import LammpsChain
@@ -81,6 +82,8 @@ def run_at_steps(
             "drowns in the rounding of LAMMPS's absolute coordinates: eta would be wrong by "
             f"{floor:.1g}; expected a faster chain: use engine 'reference', which has no such floor"
         )
+    if scene.bond.only_pushes:
+        return run_beads(scene, numerics, timesteps, frame_interval)
     with tempfile.TemporaryDirectory(prefix="chaincor-") as name:
         folder = Path(name)
         try:

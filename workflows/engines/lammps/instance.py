@@ -13,6 +13,7 @@ from chaincor.lammps_inputs.bond_table import BondTable
 from chaincor.lammps_inputs.chain_data import format_data
 from chaincor.lammps_inputs.contact_script import displacement
 from chaincor.lammps_inputs.errors import InputError
+from chaincor.lammps_inputs.granular import format_beads, render_granular_setup
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.script import (
@@ -64,7 +65,9 @@ class LammpsChain:
         count = scene.all_particles
         self._alone = count == scene.particles
         bond_types = 1 if table is None or table.far is None else 2
-        (folder / DATA_FILE).write_text(format_data(scene.line, bond_types))
+        beads = scene.bond.only_pushes
+        data = format_beads(scene) if beads else format_data(scene.line, bond_types)
+        (folder / DATA_FILE).write_text(data)
         if table is not None:
             (folder / TABLE_FILE).write_text(table.to_text())
         self.folder = folder
@@ -90,7 +93,12 @@ class LammpsChain:
         self._send.restype = None
         self._failed = self.lammps.lib.lammps_has_error
         try:
-            self.commands(render_setup(numerics, table, folder.as_posix()))
+            place = folder.as_posix()
+            self.commands(
+                render_granular_setup(scene, numerics.timestep, place)
+                if beads
+                else render_setup(numerics, table, place)
+            )
         except Exception:
             self.close()
             raise

@@ -89,7 +89,8 @@ def flown_on(scene: Scene) -> float:
 def scouted_end(outcome: Outcome) -> ScoutedEnd:
     """Return the facts about the end of a collision that a script needs to run it again."""
     times = outcome.contact_times
-    return ScoutedEnd(float(times[-1]), len(times), outcome.ending.kind)
+    last, kind = float(times[-1]), outcome.ending.kind
+    return ScoutedEnd(last, len(times), kind, outcome.lasted, outcome.bond_min)
 
 
 def kept_files(

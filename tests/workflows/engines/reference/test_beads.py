@@ -160,7 +160,11 @@ def test_momentum_and_energy_are_kept():
 @pytest.mark.parametrize(
     ("fields", "named"),
     [
-        ({"engine": "lammps"}, "Set engine to 'reference'"),
+        ({"engine": "lammps", "hertz_exponent": 2.0}, "Set engine to 'reference'"),
+        ({"engine": "lammps", "contact_exponent": 2.0, "contact": "power"}, "Hertz's law"),
+        ({"engine": "lammps", "contact": "hard", "target_particles": 2}, "Leave contact out"),
+        ({"engine": "lammps", "scheme": "order6"}, "Verlet steps"),
+        ({"engine": "lammps", "dump": "a.dump"}, "Leave it out"),
         ({"timestep": 0.01}, "Give a tolerance"),
         ({"velocity": None, "speed": 0.4}, "v*"),
         ({"hertz_exponent": 1.0}, "greater than 1"),

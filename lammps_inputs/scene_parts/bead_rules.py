@@ -1,0 +1,56 @@
+"""Rules for scenes of beads that only push, and for their LAMMPS runs."""
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from chaincor.lammps_inputs.scene import Scene
+
+_HERTZ = 1.5
+# Numerics that LAMMPS's granular styles have, and those of fixed steps.
+_GRANULAR = {"wall": "event", "scheme": "verlet", "table": None, "table_points": None}
+_STEPS = (*_GRANULAR, "timestep")
+
+
+def check_beads(scene: "Scene") -> Iterator[str]:
+    """Yield the mistakes of a scene of beads."""
+    if not scene.bond.only_pushes:
+        return
+    if scene.engine == "reference":
+        for key in _STEPS:
+            if getattr(scene, key) is not None:
+                yield (
+                    f"{key} is given, and the steps of {scene.label} beads adapt to their "
+                    "overlaps. Give a tolerance instead"
+                )
+        return
+    if refusal := granular_refusal(scene):
+        yield refusal
+    for key, known in _GRANULAR.items():
+        if getattr(scene, key) not in (None, known):
+            yield (
+                f"{key} is {getattr(scene, key)}, and LAMMPS's granular styles take Verlet steps "
+                "to a located wall and no tables. Leave it out"
+            )
+
+
+def granular_refusal(scene: "Scene") -> str | None:
+    """Return the reason, in one line, why `pair_style granular` lacks a column; None if not."""
+    exponents = {"hertz_exponent": dict(scene.bond.as_keys())["hertz_exponent"]}
+    contact = scene.contact_law
+    if contact.soft:
+        exponents["contact_exponent"] = contact.as_keys()["contact_exponent"]
+    for key, exponent in exponents.items():
+        if exponent != _HERTZ:
+            return (
+                f"{key} is {exponent:g}, and LAMMPS's pair_style granular has Hertz's law, 1.5, "
+                "alone. Set engine to 'reference'"
+            )
+    if scene.target_particles is not None and contact != scene.bond.contact:
+        return (
+            "the contact with the target has a law of its own, and LAMMPS's pair_style granular "
+            "has one law for all beads. Leave contact out, or set engine to 'reference'"
+        )
+    if scene.dump is not None:
+        return "dump is for chains that hold together. Leave it out, or use arrays"
+    return None

@@ -1,0 +1,83 @@
+"""Columns of beads by LAMMPS's granular styles: engine, jobs, and the order of their steps."""
+
+import subprocess
+
+import numpy as np
+import pytest
+
+from chaincor import Scene, collide, validate
+from chaincor.lammps_inputs.errors import ChaincorError, SceneError
+from chaincor.lammps_inputs.numerics import Numerics
+from chaincor.workflows.accuracy.reference_runs import eta_of
+from chaincor.workflows.engines.lammps import engine
+from chaincor.workflows.engines.lammps.library import find_lmp_command, lmp_environment
+from chaincor.workflows.job import write_job
+
+
+def beads(**fields):
+    return Scene(**{"potential": "hertz", "velocity": 0.1, "particles": 6} | fields)
+
+
+COLUMNS = [
+    {},
+    {"contact": "hard"},
+    {"masses": (1.0, 3.0), "contact": "power", "contact_stiffness": 2.0},
+    {"target_particles": 3, "target_masses": (2.0,)},
+]
+
+
+@pytest.mark.parametrize("fields", COLUMNS)
+def test_both_engines_agree(fields):
+    validation = validate(beads(**fields))
+    assert validation.agrees, validation
+    assert validation.comparisons[0].allowed < 3e-6
+
+
+@pytest.mark.parametrize("contact", [None, "hard"])
+def test_granular_steps_are_of_second_order(contact):
+    scene = beads(contact=contact, particles=10)
+    known = collide(scene.replace(engine="reference"), tolerance=1e-10)
+    steps = np.array([0.04, 0.02, 0.01])
+    numerics = Numerics(scheme="verlet", timestep=float(steps[0]))
+    runs = engine.run_at_steps(scene, numerics, steps.tolist())
+    errors = [abs(eta_of(scene, run) - known.restitution) for run in runs]
+    # Halving a step four times fewer errors; the phase of contacts in steps shifts that.
+    order = np.log2(errors[0] / errors[-1]) / 2.0
+    assert 1.6 < order < 2.5
+    assert known.contacts == len(runs[-1].contact_times)
+    assert runs[-1].ending.kind == "proved"
+
+
+@pytest.mark.parametrize("fields", COLUMNS)
+def test_a_job_prints_the_result_of_the_engine(fields, tmp_path):
+    scene = beads(**fields)
+    write_job(scene, tmp_path)
+    run = subprocess.run(
+        [find_lmp_command(), "-in", "in.chain"],
+        cwd=tmp_path,
+        env=lmp_environment(),
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    said = dict(line.split(" = ") for line in run.stdout.splitlines() if line.count(" = ") == 1)
+    known = collide(scene.replace(engine="reference"), tolerance=1e-9)
+    error = float(said["restitution_error"])
+    assert error < 3e-6
+    assert abs(float(said["restitution"]) - known.restitution) <= error
+
+
+def test_a_step_of_ones_own_is_taken():
+    result = collide(beads(timestep=0.01))
+    known = collide(beads(engine="reference"), tolerance=1e-9)
+    assert result.timestep == 0.01
+    assert abs(result.restitution - known.restitution) <= result.restitution_error < 1e-4
+
+
+def test_beads_that_reach_the_next_but_one_are_refused(tmp_path):
+    with pytest.raises(ChaincorError, match="next but one"):
+        collide(beads(velocity=0.5))
+    with pytest.raises(SceneError, match=r"Expected less than 0\.2"):
+        write_job(beads(velocity=0.4), tmp_path)
+    with pytest.raises(ChaincorError, match="guards is asked for"):
+        write_job(beads(), tmp_path, guards=True)

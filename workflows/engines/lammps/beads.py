@@ -1,0 +1,187 @@
+"""Run of a column of beads in LAMMPS, by its granular styles."""
+
+import tempfile
+import time
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from chaincor.lammps_inputs.arrays import Array
+from chaincor.lammps_inputs.numerics import Numerics
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.engines.bead_end import bodies_part
+from chaincor.workflows.engines.ending import Ending
+from chaincor.workflows.engines.fragments import count_fragments
+from chaincor.workflows.engines.lammps.contact import Contact, Meeting
+from chaincor.workflows.engines.lammps.flight import VerletFlight
+from chaincor.workflows.engines.lammps.instance import LammpsChain
+from chaincor.workflows.engines.outcome import Frames, Outcome
+from chaincor.workflows.engines.reference.finish import unfinished_error
+from chaincor.workflows.errors import CrossingError, LostAtomsError
+
+# Time between looks for the end, and time for n beads over (n + 10), in units of the time in which
+# two colliding beads stop each other.
+_LOOK, _FOLLOWED = 0.3, 1000.0
+
+
+def run_beads(
+    scene: Scene,
+    numerics: Numerics,
+    timesteps: Sequence[float],
+    frame_interval: float | None = None,
+) -> tuple[Outcome, ...]:
+    """
+    Run one column at several steps in one LAMMPS instance; only the first run has frames.
+
+    LAMMPS takes Verlet steps. A hard wall is located: the step that would end behind it is cut
+    there. Soft bodies overlap by LAMMPS's own force. Raises a RunError that names the failure.
+    """
+    outcomes = []
+    with (
+        tempfile.TemporaryDirectory(prefix="chaincor-") as name,
+        LammpsChain(scene, numerics, None, Path(name)) as chain,
+    ):
+        for step in timesteps:
+            chain.restart(step)
+            column = _Column(scene, chain, frame_interval)
+            started = time.perf_counter()
+            column.follow()
+            seconds = time.perf_counter() - started
+            used = replace(numerics, timestep=step)
+            outcomes.append(column.outcome(used, seconds))
+            frame_interval = None
+    return tuple(outcomes)
+
+
+class _Column:
+    """Column in flight: its contacts, the range of its bonds, its frames and its end."""
+
+    def __init__(self, scene: Scene, chain: LammpsChain, frame_interval: float | None) -> None:
+        self._scene, self._chain, self._line = scene, chain, scene.line
+        n, targets = scene.particles, scene.line.targets
+        self._rest = np.append(np.arange(n, dtype=float), -1.0 - np.arange(targets, dtype=float))
+        self._order = np.append(np.arange(n + targets)[: n - 1 : -1], np.arange(n))
+        self._flight = VerletFlight(chain, Meeting(chain, scene.line), False, None)
+        self._contacts: list[Contact] = []
+        self._touched: tuple[float, float, float] | None = None
+        self._seen = self._range = (0.0, 0.0)
+        self._last = self._state()
+        self._interval = frame_interval
+        self._frames: list[tuple[float, Array, Array]] = []
+        unit = -scene.bond.compressed_strain(scene.line.mean_mass * scene.impact_velocity**2)
+        unit /= scene.impact_velocity
+        self._look = _LOOK * unit
+        closing = float(np.max(scene.line.strains, initial=0.0)) / scene.impact_velocity
+        self._longest = _FOLLOWED * (scene.all_particles + 10) * (unit + closing)
+
+    def _state(self) -> tuple[Array, Array]:
+        """Return displacements and velocities along x, with a rigid wall as a particle."""
+        u, v = (self._chain.x - self._rest)[self._order], self._chain.v[self._order].copy()
+        return (np.append(0.0, u), np.append(0.0, v)) if self._line.rigid else (u, v)
+
+    def follow(self) -> None:
+        """Run until it is proved that the bodies do not touch again."""
+        flight, ended, next_frame = self._flight, False, 0.0
+        while not ended:
+            if self._interval is not None and flight.time >= next_frame:
+                self._frames.append((flight.time, *self._state()))
+                next_frame += self._interval
+            until = min(flight.time + self._look, next_frame or np.inf)
+            contact = self._overlap(until) if self._line.soft else flight.advance(until)
+            if contact is not None:
+                self._contacts.append(contact)
+                self._last, self._range = self._state(), self._seen
+            if not flight.time < self._longest:
+                raise unfinished_error(self._scene, flight.time)
+            ended = self._watch()
+        if self._interval is not None:
+            self._frames.append((flight.time, *self._state()))
+
+    def _watch(self) -> bool:
+        """Note the range of bonds; return whether the bodies have parted."""
+        line = self._line
+        u, v = self._state()
+        gaps = np.diff(u)
+        if not np.all(np.isfinite(gaps)):
+            raise LostAtomsError(
+                f"a coordinate is no number at time {self._flight.time:g}. Take a smaller timestep"
+            )
+        strains = np.delete(gaps, line.gap)
+        low, high = float(np.min(strains, initial=0.0)), float(np.max(strains, initial=0.0))
+        if np.min(gaps, initial=0.0) <= -1.0 or np.min(gaps[1:] + gaps[:-1], initial=0.0) <= -1.0:
+            raise CrossingError(
+                f"a bead overlaps with the next but one at time {self._flight.time:g}, and LAMMPS "
+                "lets them repel each other, too. Lower the speed, or use engine 'reference'"
+            )
+        self._seen = min(low, self._seen[0]), max(high, self._seen[1])
+        potential = float(np.sum(self._scene.bond.energy(strains)))
+        return bool(self._contacts) and bodies_part(line, potential, float(gaps[line.gap]), v)
+
+    def _gap(self) -> tuple[float, float]:
+        """Return the gap between the bodies and the rate at which it opens."""
+        x, v, n = self._chain.x, self._chain.v, self._scene.particles
+        if self._line.rigid:
+            return float(x[0]), float(v[0])
+        return float(x[0] - x[n]) - 1.0, float(v[0] - v[n])
+
+    def _momentum(self) -> float:
+        return float(self._line.chain_masses @ self._chain.v[: self._scene.particles])
+
+    def _overlap(self, until: float) -> Contact | None:
+        """Take steps of soft bodies; return the contact if one ends before a time."""
+        flight, chain = self._flight, self._chain
+        gap, opening = self._gap()
+        if self._touched is None and gap <= 0.0 > opening:
+            self._touched = flight.time, -opening, self._momentum()
+        while flight.time < until:
+            before, started = (gap, opening), flight.time
+            chain.run(1)
+            flight.time += chain.timestep
+            gap, opening = self._gap()
+            if (gap < 0.0) != (self._touched is not None):
+                share = before[0] / (before[0] - gap)
+                moment = started + share * chain.timestep
+                if self._touched is None:
+                    speed = -before[1] - share * (opening - before[1])
+                    self._touched = moment, speed, self._momentum()
+                elif gap > 0.0:
+                    touched, speed, momentum = self._touched
+                    self._touched = None
+                    return Contact(touched, speed, self._momentum() - momentum, moment)
+        return None
+
+    def outcome(self, numerics: Numerics, seconds: float) -> Outcome:
+        """Return the raw outcome."""
+        line, bond, contacts = self._line, self._scene.bond, self._contacts
+        first, targets = line.first, line.targets
+        u, v = self._last
+        began = contacts[0].time
+        displacements, velocities = u[first:].copy(), v[first:].copy()
+        frames = [(moment - began, x, w) for moment, x, w in self._frames]
+        return Outcome(
+            engine="lammps",
+            wall=numerics.wall,
+            scheme=numerics.scheme,
+            timestep=numerics.timestep,
+            displacements=displacements,
+            velocities=velocities,
+            target_displacements=u[:targets][::-1].copy(),
+            target_velocities=v[:targets][::-1].copy(),
+            contact_times=np.array([contact.time - began for contact in contacts]),
+            contact_speeds=np.array([contact.speed for contact in contacts]),
+            impulses=np.array([contact.impulse for contact in contacts]),
+            ending=Ending("proved"),
+            duration=self._flight.time - began,
+            bond_min=1.0 + self._range[0],
+            bond_max=1.0 + self._range[1],
+            energy_start=self._scene.start_energy,
+            energy_end=line.energy(bond, np.diff(u), v),
+            fragments=count_fragments(np.diff(displacements), velocities, bond, line.chain_masses),
+            seconds=seconds,
+            lasted=contacts[-1].end,
+            force_evaluations=self._chain.stages_done,
+            numerics=numerics,
+            frames=Frames.of(line, *zip(*frames, strict=True)) if frames else None,
+        )
