@@ -24,6 +24,12 @@ def test_every_block_runs(path, tmp_path):
     assert run_document(path, tmp_path) > 0
 
 
+def test_the_front_page_quotes_the_bottom_line_of_timestep():
+    # The script behind the line is on the page of scripts, which runs with the tests.
+    (line,) = re.findall(r"^Your step .*", (ROOT / "README.md").read_text(), re.MULTILINE)
+    assert f"\n{line}\npage: " in (ROOT / "docs" / "scripts.md").read_text()
+
+
 @pytest.mark.slow
 def test_all_lessons_in_order_in_one_folder(tmp_path):
     # As someone types who stays where they are: nothing of one lesson is in the way of the next.
