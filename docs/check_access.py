@@ -15,6 +15,8 @@ AXE = Path("node_modules/axe-core/axe.min.js")
 SIZES = ((1280, 900), (375, 800))
 # Pages made from docstrings are all alike, and one of them is looked at; frameworks' own are none.
 _SKIPPED = ("_static", "reference/api")
+# Axe takes a minute for the longest pages on a busy machine, in seconds.
+_PATIENCE = 900.0
 _READY = "document.body.dataset.state === 'idle' && shown.curve.length > 0"
 _RUN = (
     "axe.run(document, {preload: false, resultTypes: ['violations']}).then((found) =>"
@@ -55,7 +57,7 @@ def main(site: Path) -> int:
         print(f"accessibility is not checked: no {' and no '.join(missing)}")
         return 0
     found = []
-    with Browser() as browser:
+    with Browser(patience=_PATIENCE) as browser:
         for width, height in SIZES:
             browser.show(width, height)
             for page in pages_of(site):

@@ -1,6 +1,7 @@
 """Exercises: questions, right answers, and the judgement of given answers."""
 
 import importlib
+import traceback
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -28,6 +29,8 @@ class Exercise:
     #: Function that returns the arguments of the test, if an exercise asks for a function.
     arguments: Callable[[], tuple[Any, ...]] | None = None
     either_sign: bool = False  #: Whether the answer with all signs reversed is right as well.
+    #: Whether a function of single numbers is right as well, such as one with `math.sqrt`.
+    elementwise: bool = False
 
 
 def exercise(asks: str, **fields: Any) -> Callable[[Callable[..., Answers]], Exercise]:
@@ -105,7 +108,7 @@ def judge(exercise: Exercise, answer: Any) -> Verdict:
         what = "what your function returns is"
         try:
             # Each call gets its own arguments, because the function may change them.
-            answer = answer(*exercise.arguments())
+            answer = _results(exercise, answer)
         except (Exception, SystemExit) as error:
             return Verdict(False, f"{_failure(error, len(arguments))}; expected: {exercise.asks}")
     given = numbers_in(answer)
@@ -119,12 +122,28 @@ def judge(exercise: Exercise, answer: Any) -> Verdict:
     return comparison.verdict(truth, right, answers)
 
 
+def _results(exercise: Exercise, function: Callable[..., Any]) -> Any:
+    """Return the results of a function, called number by number if it accepts no arrays."""
+    assert exercise.arguments is not None
+    try:
+        return function(*exercise.arguments())
+    except (TypeError, ValueError):
+        if not exercise.elementwise:
+            raise
+        try:
+            return [function(*map(float, one)) for one in zip(*exercise.arguments(), strict=True)]
+        except (TypeError, ValueError):
+            pass
+        raise
+
+
 def _failure(error: BaseException, count: int) -> str:
     """Describe the failure of a function called with `count` arguments, and name the line."""
     words = one_line(error)[:120]
     named = f"{type(error).__name__}: {words}" if words else type(error).__name__
-    if error.__traceback__ is None or error.__traceback__.tb_next is None:
-        # The error is not inside the function: the function does not accept these arguments.
+    frames = traceback.extract_tb(error.__traceback__)
+    inside = [frame.lineno for frame in frames if frame.filename != __file__]
+    if not inside:  # the function does not accept these arguments
         arguments = "1 argument" if count == 1 else f"{count} arguments"
         return f"your function cannot be called with {arguments} ({named})"
-    return f"your function raised {named} in its line {error.__traceback__.tb_next.tb_lineno}"
+    return f"your function raised {named} in its line {inside[0]}"

@@ -162,8 +162,12 @@ def numbers_in(answer: Any) -> Array | str:
 
     Texts such as ``"1/64"`` and ``"9.3 %"`` are numbers.
     """
+    if isinstance(answer, Iterator):
+        answer = list(answer)
     if isinstance(answer, str):
         answer = _number_of(answer)
+    if isinstance(answer, list | tuple):
+        answer = [_number_of(one) if isinstance(one, str) else one for one in answer]
     if isinstance(answer, str | bytes | dict | set | bool) or answer is None:
         return shown(answer)
     try:
@@ -180,7 +184,7 @@ def numbers_in(answer: Any) -> Array | str:
 
 def _number_of(text: str) -> float | str:
     """Return the number that a text states: a decimal, a fraction or a percentage."""
-    found = _TEXT.fullmatch(text.strip().replace("−", "-"))
+    found = _TEXT.fullmatch(text.strip().replace("−", "-").replace(",", "."))
     if found is None:
         return text
     try:

@@ -1,5 +1,6 @@
 """Right answers in odd forms are right, and no wrong one is accused of another mistake."""
 
+import math
 from fractions import Fraction
 
 import numpy as np
@@ -80,6 +81,9 @@ FUNCTIONS = [
     ("2.2", lambda r: 12 * (r**-13 - r**-7) / 72),
     ("2.2", lambda r: (1 / r**13 - 1 / r**7) / 6),
     ("2.2", lambda r: [(x**-13 - x**-7) / 6 for x in r]),
+    ("2.2", lambda r: (math.pow(r, -13) - math.pow(r, -7)) / 6),
+    ("2.2", lambda r: ((x**-13 - x**-7) / 6 for x in r)),
+    ("3.3", lambda x, v, a: (-v - math.sqrt(v * v - 2 * a * x)) / a),
     ("3.3", lambda x, v, a: (-v - np.sqrt(v * v - 2 * a * x)) / a),
     ("3.3", lambda x, v, a: 2 * x / (np.sqrt(v * v - 2 * a * x) - v)),
     ("4.4", lambda j, n: -np.sqrt(2 / n) * np.cos(np.pi * j * (np.arange(n) + 0.5) / n)),
@@ -186,6 +190,9 @@ def mistakes_of(name):
         ("4.3", 0.18, "right to 2 digits: give it within 1 % of its value, or as an expression"),
         ("1.2", 9.3, "not yet: this is right in per cent: give the number itself"),
         ("1.2", "9.29 %", "right"),
+        ("1.2", "9,29 %", "right"),
+        ("1.1", ["100 %", "3/3"], "right"),
+        ("2.2", lambda r: math.sqrt(r) + r[0], "your function raised TypeError"),
         ("3.2", "128/2", "right"),
         (
             "3.2",
@@ -219,7 +226,8 @@ def mistakes_of(name):
 )
 @pytest.mark.slow_cases
 def test_what_was_misjudged(name, answer, says):
-    assert check(name, answer).says == says
+    said = check(name, answer).says
+    assert said.startswith(says) if callable(answer) else said == says
 
 
 def test_a_mode_has_no_sign_of_its_own_but_an_answer_has():

@@ -127,6 +127,33 @@ def test_the_page_computes_from_its_file(opened):
     assert on_curve == pytest.approx(eta, abs=2e-6)
 
 
+# Colours of the legends, and of the ground below axes and curves.
+COLOURS = """[...document.querySelectorAll('.key i, canvas')].map(
+    (part) => getComputedStyle(part).backgroundColor)"""
+
+
+@needs_browser
+@pytest.mark.slow
+def test_forced_colours_keep_legends_and_the_ground_of_pictures(opened):
+    browser = opened("#potential=harmonic&particles=10&velocity=0.1")
+    browser.wait(IDLE)
+    # The user chose the light theme, and the system forces light letters on black.
+    browser.evaluate("document.documentElement.dataset.theme = 'light'")
+    normal = browser.evaluate(COLOURS)
+    scheme = {"name": "prefers-color-scheme", "value": "dark"}
+    forced = {"name": "forced-colors", "value": "active"}
+    browser.call("Emulation.setEmulatedMedia", features=[scheme, forced])
+    try:
+        body = browser.evaluate("getComputedStyle(document.body).backgroundColor")
+        assert body == "rgb(0, 0, 0)"
+        assert browser.evaluate(COLOURS) == normal
+        assert len(set(normal)) > 4
+        # All six pictures have the ground of the page.
+        assert normal.count("rgb(255, 255, 255)") == 6
+    finally:
+        browser.call("Emulation.setEmulatedMedia", features=[])
+
+
 VISIBLE = "document.body.innerText"
 
 

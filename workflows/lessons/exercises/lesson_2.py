@@ -62,6 +62,7 @@ def _exercise_1() -> Answers:
     "a function of r that returns the force of U = (r^-12 - 2 r^-6 + 1)/72, positive where it "
     "pushes apart",
     tolerance=1e-6,
+    elementwise=True,
     arguments=lambda: (np.linspace(0.85, 1.3, 10),),
 )
 def _exercise_2(r: Array) -> Answers:

@@ -49,6 +49,7 @@ def _exercise_2() -> Answers:
 @exercise(
     "a function of x, v and a that returns the time to the wall at x = 0, for x > 0 > v",
     tolerance=1e-6,
+    elementwise=True,
     arguments=lambda: (
         np.array([0.002, 0.003, 0.004]),
         np.array([-0.05, -0.06, -0.1]),
