@@ -140,7 +140,13 @@ WRONG = {
         (0.8 * 0.253608, "Toda"),
         (0.128489, "1 v*"),
     ],
-    "5.3": [(10, "the other way"), (100**-0.25, "not -1/r"), (0.01, "1/c"), (1, "depends on c")],
+    "5.3": [
+        (10, "the other way"),
+        (100**-0.25, "not -1/r"),
+        (0.01, "1/c"),
+        (1, "depends on c"),
+        (-0.5, "this is the exponent"),
+    ],
     "5.4": [
         ([1, 1], "less often"),
         ([0.86, 0.86], "does depend"),

@@ -37,7 +37,7 @@ def _exercise_2() -> Answers:
     yield _SPEED * v_star, RIGHT
     yield _SPEED, "this is in units of v*: multiply by v* of the bond"
     yield _SPEED / v_star, "multiply by v*: a speed of 1 v* is the velocity v*"
-    yield _SPEED * _v_star(Toda()), "this is v* of the Toda bond"
+    yield _SPEED * _v_star(Toda()), "this is the velocity of a Toda chain"
     yield 0.5 * (_SPEED * v_star) ** 2, "this is an energy; asked is the velocity"
     yield v_star, "this is 1 v*"
 
@@ -56,6 +56,7 @@ def _exercise_3() -> Answers:
         "quadratic one",
     )
     yield 0.01, "v* does not go as 1/c: the exponent is -1/(r - 2), r = 4"
+    yield -0.5, "this is the exponent; the factor is 100^(-1/2)"
     yield 1.0, "v* depends on c; only eta at a given number of v* does not"
 
 
