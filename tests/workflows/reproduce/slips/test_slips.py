@@ -57,13 +57,12 @@ def count_slips(slips: tuple[Slip, ...]) -> str:
     counted = [slip.matters for slip in slips if slip.kind is Kind.SLIP]
     return (
         f"{number[Kind.SLIP]} slips: {counted.count(Matters.NOTHING)} misprints or conventions "
-        f"without consequence, {counted.count(Matters.NUMBER)} that change a number, "
-        f"{counted.count(Matters.STATEMENT)} of statements. {number[Kind.FOLLOWS]} more are "
-        f"{Kind.FOLLOWS}, {number[Kind.APPROXIMATION]} is an {Kind.APPROXIMATION}, "
-        f"{number[Kind.REMARK]} is a remark; of what was suspected besides, {number[Kind.RIGHT]} "
-        f"are right as printed and {number[Kind.UNDECIDED]} is undecided. Numbers are "
-        "among the verdicts as well: α, those in brackets, and C twice, for its digits and for how "
-        "it follows"
+        f"without consequence, {counted.count(Matters.NUMBER)} that change a number, and "
+        f"{counted.count(Matters.STATEMENT)} wrong statements. {number[Kind.FOLLOWS]} more entries "
+        f"are {Kind.FOLLOWS}. {number[Kind.APPROXIMATION]} entry is an {Kind.APPROXIMATION}, and "
+        f"{number[Kind.REMARK]} is a remark. {number[Kind.RIGHT]} suspected entries are right as "
+        f"printed, and {number[Kind.UNDECIDED]} is undecided. The verdicts on claims also judge α, "
+        "the numbers in brackets, and C"
     )
 
 
@@ -71,11 +70,10 @@ def slips_page(slips: tuple[Slip, ...]) -> str:
     """Write the slips as Markdown, the page ``docs/paper_slips.md``."""
     parts = [
         "# Slips of the paper\n\n"
-        "S. Nagahiro and Y. Hayakawa, *Collision of one-dimensional nonlinear chains*, "
-        "Phys. Rev. E 67, 036609 (2003), derived again equation by equation. Equations are "
-        "counted as in its source. Each entry has a check of its own in "
-        "`tests/workflows/reproduce/slips/`; the tests make them again, and this page is what "
-        f"they write.\n\n{count_slips(slips)}.\n"
+        "This page derives again each equation of S. Nagahiro and Y. Hayakawa, *Collision of "
+        "one-dimensional nonlinear chains*, Phys. Rev. E 67, 036609 (2003). Equations have the "
+        "numbers of the paper's source. The tests in `tests/workflows/reproduce/slips/` check "
+        f"each entry and write this page.\n\n{count_slips(slips)}.\n"
     ]
     for number, slip in enumerate(slips, start=1):
         is_slip = slip.kind is Kind.SLIP
