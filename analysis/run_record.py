@@ -63,6 +63,13 @@ class RunRecord:
         unknown = self.asked is None or self.bar.total is None
         return None if unknown else self.bar.total <= self.asked  # type: ignore[operator]
 
+    @property
+    def energy_drift(self) -> float:
+        """Relative change of the total energy, without the energy that damping took."""
+        run = self.outcome
+        change = run.energy_end - run.energy_start + (run.dissipated or 0.0)
+        return float(change / run.energy_start)
+
     @cached_property
     def mode_energies(self) -> Array:
         """Harmonic energies of the chain's modes, of shape (n,); none of beads."""

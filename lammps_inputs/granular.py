@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from chaincor.lammps_inputs.bonds.hertz import Hertz
 from chaincor.lammps_inputs.chain_data import ROOM, initial_state
 from chaincor.lammps_inputs.contact_script import number
 from chaincor.lammps_inputs.errors import SceneError
@@ -14,7 +15,7 @@ from chaincor.lammps_inputs.script_plan import ScriptPlan
 
 # LAMMPS's normal stiffness k_n multiplies sqrt(R_eff) d^(3/2). Beads of diameter 1 have R_eff =
 # 1/4, and R_eff = 1/2 at a wall.
-PAIR_STIFFNESS, WALL_STIFFNESS = 2.0, math.sqrt(2.0)
+PAIR_STIFFNESS, WALL_STIFFNESS, _ROOT_RADIUS = 2.0, math.sqrt(2.0), 0.5
 _HERTZ = 1.5
 # Largest sum of the overlaps of a bead with both neighbours, which leaves these apart.
 _FREE = 0.9
@@ -35,11 +36,12 @@ def format_beads(scene: Scene) -> str:
     masses = np.concatenate((line.chain_masses, line.target_masses))
     slow = max(1.0, float(np.mean(masses)) ** 0.5) * max(1.0, 2.0 * float(np.abs(velocities).max()))
     reach = ROOM * (len(masses) + 10.0 + float(np.ptp(positions))) * slow
+    kinds, types = np.unique(masses, return_inverse=True)
     lines = [
         "column of beads, bead 1 nearest the wall; positions are those of centres",
         "",
         f"{len(masses)} atoms",
-        "1 atom types",
+        f"{len(kinds)} atom types",
         "",
         f"{-reach:.17g} {reach:.17g} xlo xhi",
         "-1 1 ylo yhi",
@@ -49,8 +51,10 @@ def format_beads(scene: Scene) -> str:
         "",
     ]
     densities = 6.0 / math.pi * masses
-    rows = zip(densities.tolist(), positions.tolist(), strict=True)
-    lines += [f"{i} 1 1.0 {density:.17g} {x:.17g} 0 0" for i, (density, x) in enumerate(rows, 1)]
+    rows = zip((types.ravel() + 1).tolist(), densities.tolist(), positions.tolist(), strict=True)
+    lines += [
+        f"{i} {kind} 1.0 {mass:.17g} {x:.17g} 0 0" for i, (kind, mass, x) in enumerate(rows, 1)
+    ]
     lines += ["", "Velocities", ""]
     lines += [f"{i} {v:.17g} 0 0 0 0 0" for i, v in enumerate(velocities.tolist(), 1)]
     return "\n".join(lines) + "\n"
@@ -63,15 +67,48 @@ def bead_state(scene: Scene) -> Any:
     return positions, velocities
 
 
+def _pairs(scene: Scene) -> list[tuple[str, str]]:
+    """
+    Return the types of beads and the stiffness and damping of each pair that LAMMPS needs.
+
+    LAMMPS's viscoelastic factor is eta_n0 sqrt(R_eff d) m_eff, so that each pair of masses has its
+    own eta_n0 for one factor A. For a dashpot, eta_n0 is A itself.
+    """
+    bond, line = scene.bond, scene.line
+    assert isinstance(bond, Hertz)
+    stiffness = number(PAIR_STIFFNESS)
+    if bond.damping_law == "dashpot" or not bond.damping:
+        return [("* *", f"{stiffness} {number(bond.damping)}")]
+    kinds = np.unique(np.concatenate((line.chain_masses, line.target_masses))).tolist()
+    damped = {
+        f"{i} {j}": bond.damping / (_ROOT_RADIUS * one * other / (one + other))
+        for i, one in enumerate(kinds, 1)
+        for j, other in enumerate(kinds[i - 1 :], i)
+    }
+    return [(types, f"{stiffness} {number(eta)}") for types, eta in damped.items()]
+
+
+def _wall(scene: Scene) -> str | None:
+    """Return stiffness and damping of a soft wall, where m_eff is the mass of bead 1."""
+    contact, bond = scene.contact_law, scene.bond
+    assert isinstance(bond, Hertz)
+    if not contact.soft or scene.target_particles is not None:
+        return None
+    damping = bond.damping
+    if bond.damping_law == "viscoelastic":
+        damping *= WALL_STIFFNESS / float(scene.line.chain_masses[0])
+    return f"{number(WALL_STIFFNESS * contact.strength)} {number(damping)}"
+
+
 def _values(scene: Scene, folder: str) -> dict[str, Any]:
-    contact = scene.contact_law
-    stiffness = contact.strength if contact.soft else None
-    wall = None if scene.target_particles else stiffness
+    bond = scene.bond
+    assert isinstance(bond, Hertz)
+    viscoelastic = bond.damping > 0.0 and bond.damping_law == "viscoelastic"
     return {
         "data": f"{folder}/{DATA_FILE}",
-        "pair": f"{number(PAIR_STIFFNESS)} 0.0",
-        "damping": "velocity",
-        "wall": None if wall is None else f"{number(WALL_STIFFNESS * wall)} 0.0",
+        "pairs": _pairs(scene),
+        "damping": "viscoelastic" if viscoelastic else "velocity",
+        "wall": _wall(scene),
     }
 
 

@@ -205,14 +205,23 @@ class MeasuredOutcome:
         "which run tells the shortest and longest bond", run=lambda r: r.bond_range_source
     )
     energy_drift: float = observable(
-        "(E_end - E_start)/E_start of the total energy E; 0 for exact motion",
+        "(E_end - E_start)/E_start of the total energy E, with the energy that damping took; 0 for "
+        "exact motion",
         Row(
             "energy drift",
             "{0.energy_drift:.1e}",
             lambda a: None if a.energy_drift is None else f"{a.energy_drift:.1e}",
         ),
-        run=lambda r: (r.outcome.energy_end - r.outcome.energy_start) / r.outcome.energy_start,
+        run=lambda r: r.energy_drift,
         dump=lambda a: a.energy_drift,
+    )
+    dissipated_energy: float | None = observable(
+        "energy that the damping of beads took until the last contact ended; by LAMMPS, the energy "
+        "that is missing then",
+        Row("damping took", lambda o: f"{o.dissipated_energy:.6g}", words=("dissipated",)),
+        unit="energy",
+        rare=True,
+        run=lambda r: r.outcome.dissipated,
     )
     momentum_residual: float = observable(
         "distance of the momentum at the end from what the contacts explain, as a share of the "

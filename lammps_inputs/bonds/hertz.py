@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import dataclass
-from typing import ClassVar, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -38,13 +38,24 @@ def hertz_curvature(strain: Strain, parameters: HertzParameters) -> Strain:
 
 @dataclass(frozen=True)
 class Hertz(NamedBond):
-    """U = d^(p + 1)/(p + 1) of the overlap d = -s, and 0 of beads that are apart."""
+    """
+    U = d^(p + 1)/(p + 1) of the overlap d = -s, and 0 of beads that are apart.
+
+    Damping adds -A d^(p - 1) d' (viscoelastic spheres) or -A d' (a dashpot) to the force d^p while
+    beads overlap. The sum is never negative: beads that part do not pull.
+    """
 
     exponent: float = 1.5  #: p; Hertz's law of two spheres has 3/2.
+    damping: float = 0.0  #: A.
+    damping_law: str = "viscoelastic"  #: ``viscoelastic`` or ``dashpot``.
 
     name = "hertz"
     title = "beads (hertz)"
-    keys: ClassVar = {"hertz_exponent": "exponent"}
+    keys: ClassVar = {
+        "hertz_exponent": "exponent",
+        "damping": "damping",
+        "damping_law": "damping_law",
+    }
     told = HertzParameters
     force_kernel = staticmethod(hertz_force)
     curvature_kernel = staticmethod(hertz_curvature)
@@ -68,6 +79,16 @@ class Hertz(NamedBond):
         """Return d^(p + 1)/(p + 1)."""
         power = self.exponent + 1.0
         return np.maximum(-np.asarray(strain, dtype=float), 0.0) ** power / power
+
+    def as_keys(self) -> dict[str, Any]:
+        """Return the parameters; damping only where there is some."""
+        keys = super().as_keys()
+        return keys if self.damping > 0.0 else {"hertz_exponent": keys["hertz_exponent"]}
+
+    @property
+    def damping_power(self) -> float:
+        """Power of the overlap in the damping force."""
+        return self.exponent - 1.0 if self.damping_law == "viscoelastic" else 0.0
 
     @property
     def contact(self) -> Power:

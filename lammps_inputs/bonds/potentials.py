@@ -18,7 +18,7 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache
-from typing import Annotated, Any, ClassVar, NamedTuple
+from typing import Annotated, Any, ClassVar, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -341,4 +341,12 @@ class BondKeys(BaseModel):
         default=None,
         description="exponent p of the force d^p of hertz beads that overlap by d, above 1 "
         "[default: 1.5]",
+    )
+    damping: PositiveNumber | None = Field(
+        default=None, description="factor A of the damping of hertz beads [default: none]"
+    )
+    damping_law: Literal["viscoelastic", "dashpot"] | None = Field(
+        default=None,
+        description="damping force of hertz beads: A d^(p-1) d', or A d' of a dashpot "
+        "[default: viscoelastic]",
     )

@@ -7,6 +7,8 @@ if TYPE_CHECKING:
     from chaincor.lammps_inputs.scene import Scene
 
 _HERTZ = 1.5
+# Masses of a damped column in LAMMPS, which has a line for each pair of them.
+_MOST_MASSES = 20
 # Numerics that LAMMPS's granular styles have, and those of fixed steps.
 _GRANULAR = {"wall": "event", "scheme": "verlet", "table": None, "table_points": None}
 _STEPS = (*_GRANULAR, "timestep")
@@ -16,6 +18,8 @@ def check_beads(scene: "Scene") -> Iterator[str]:
     """Yield the mistakes of a scene of beads."""
     if not scene.bond.only_pushes:
         return
+    if scene.damping_law is not None and scene.damping is None:
+        yield "damping_law goes with damping. Give damping, too, or drop it"
     if scene.engine == "reference":
         for key in _STEPS:
             if getattr(scene, key) is not None:
@@ -50,6 +54,12 @@ def granular_refusal(scene: "Scene") -> str | None:
         return (
             "the contact with the target has a law of its own, and LAMMPS's pair_style granular "
             "has one law for all beads. Leave contact out, or set engine to 'reference'"
+        )
+    masses = {*(scene.masses or (1.0,)), *(scene.target_masses or (1.0,))}
+    if scene.damping is not None and len(masses) > _MOST_MASSES:
+        return (
+            f"the beads have {len(masses)} masses, and LAMMPS's viscoelastic damping needs numbers "
+            f"for each pair of them. Give at most {_MOST_MASSES}, or set engine to 'reference'"
         )
     if scene.dump is not None:
         return "dump is for chains that hold together. Leave it out, or use arrays"

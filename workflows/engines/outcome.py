@@ -110,6 +110,8 @@ class Outcome:
     fragments: int  #: Number of connected fragments at the last contact.
     seconds: float  #: Wall-clock time of the integration alone.
     force_evaluations: int  #: Evaluations of all bond forces.
+    #: Energy that damping took until the end of the last contact; None without damping.
+    dissipated: float | None = None
     #: Time from the initial state to the end of the last contact; 0 if unknown.
     lasted: float = 0.0
     #: Whether particles passed through each other (harmonic chains, reference engine only).

@@ -158,6 +158,9 @@ class _Column:
         first, targets = line.first, line.targets
         u, v = self._last
         began = contacts[0].time
+        energy_start, energy_end = self._scene.start_energy, line.energy(bond, np.diff(u), v)
+        # LAMMPS does not add up what damping takes.
+        missing = None if self._scene.damping is None else energy_start - energy_end
         displacements, velocities = u[first:].copy(), v[first:].copy()
         frames = [(moment - began, x, w) for moment, x, w in self._frames]
         return Outcome(
@@ -176,8 +179,9 @@ class _Column:
             duration=self._flight.time - began,
             bond_min=1.0 + self._range[0],
             bond_max=1.0 + self._range[1],
-            energy_start=self._scene.start_energy,
-            energy_end=line.energy(bond, np.diff(u), v),
+            energy_start=energy_start,
+            energy_end=energy_end,
+            dissipated=missing,
             fragments=count_fragments(np.diff(displacements), velocities, bond, line.chain_masses),
             seconds=seconds,
             lasted=contacts[-1].end,

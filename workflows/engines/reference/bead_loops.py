@@ -1,15 +1,16 @@
 r"""
 Loops for beads that only push: adaptive steps of order 8 that end where the bodies touch.
 
-The state of N beads along x is one array, :math:`(x_1, s_1 \dots s_{N-1}, v_1 \dots v_N)`. One of
-the gaps s lies between the bodies, with a contact law of its own. A step on which the bodies touch
+The state of N beads along x is one array, :math:`(x_1, s_1 \dots s_{N-1}, v_1 \dots v_N, Q)`, with
+the energy Q that damping took. One of the gaps s lies between the bodies, with a contact law of its
+own. A step on which the bodies touch
 or part ends there; the same method takes the step to that moment.
 
 The end is proved by an energy. Take velocities w that rise along x and are as close to the
-velocities of the beads as possible. No pair pulls, so the forces do no work against a motion at w,
-and :math:`K = \sum m (v - w)^2/2 + U` never grows. No bead is ever faster against its w than
-:math:`\sqrt{2 K/m}`. If two bodies that are apart have velocities w that differ by more than the
-sum of these bounds, they never touch again.
+velocities of the beads as possible. No pair pulls, so the forces do no work against a motion at w;
+damping only takes energy. So :math:`K = \sum m (v - w)^2/2 + U` never grows. No bead is ever faster
+against its w than :math:`\sqrt{2 K/m}`. If two bodies that are apart have velocities w that differ
+by more than the sum of these bounds, they never touch again.
 """
 
 from collections.abc import Callable
@@ -69,7 +70,7 @@ LEDGER: Any = np.dtype(
 class BeadArrays(NamedTuple):
     """Arrays that the loops change in place, with names as in ``adaptive_loops.Arrays``."""
 
-    state: Array  #: Current state; this array and the next six are of shape (2N,).
+    state: Array  #: Current state; this array and the next six are of shape (2N + 1,).
     last: Array  #: State right after the last contact.
     kept: Array
     trial: Array
@@ -77,11 +78,11 @@ class BeadArrays(NamedTuple):
     part: Array
     rising: Array
     slopes: Array
-    #: Rates of change within a partial step, like `slopes` of shape (stages + 1, 2N).
+    #: Rates of change within a partial step, like `slopes` of shape (stages + 1, 2N + 1).
     trial_slopes: Array
-    errors: Array  #: Errors of both embedded orders; of shape (2, 2N).
+    errors: Array  #: Errors of both embedded orders; of shape (2, 2N + 1).
     contacts: Array  #: Times, closing speeds and impulses; of shape (3, capacity).
-    frames: Array  #: Snapshots; of shape (capacity, 2N).
+    frames: Array  #: Snapshots; of shape (capacity, 2N + 1).
     masses: Array  #: Masses, infinite for a rigid wall; of shape (N,).
 
 
@@ -92,6 +93,8 @@ class BeadParameters(NamedTuple):
     contact: Any  #: Parameters of the kernel of the contact law.
     inverse: Array  #: Inverse masses 1/m; of shape (N,).
     gap: int
+    damping: float  #: Factor of the damping force, and power of the overlap in it.
+    damping_power: float
 
 
 class BeadPath(NamedTuple):
@@ -108,18 +111,25 @@ def bead_rates(bond: Callable, contact: Callable) -> Callable:
     def rates(state: Array, out: Array, parameters: BeadParameters) -> None:
         beads = state.shape[0] // 2
         out[0] = state[beads]
-        behind = 0.0
+        behind, loss = 0.0, 0.0
         for i in range(beads - 1):
             strain = state[1 + i]
+            opening = state[beads + i + 1] - state[beads + i]
             ahead = 0.0
             if i == parameters.gap:
                 ahead = contact(strain, parameters.contact)
             elif strain < 0.0:
                 ahead = bond(strain, parameters.bond)
-            out[1 + i] = state[beads + i + 1] - state[beads + i]
+            if parameters.damping > 0.0 and strain < 0.0 and (i != parameters.gap or ahead > 0.0):
+                drag = parameters.damping * (-strain) ** parameters.damping_power * opening
+                drag = min(drag, ahead)  # beads that part do not pull
+                ahead -= drag
+                loss += drag * opening
+            out[1 + i] = opening
             out[beads + i] = (behind - ahead) * parameters.inverse[i]
             behind = ahead
         out[2 * beads - 1] = behind * parameters.inverse[beads - 1]
+        out[2 * beads] = loss
 
     return rates
 

@@ -7,6 +7,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from chaincor.lammps_inputs.bonds.hertz import Hertz
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.ending import Ending
 from chaincor.workflows.engines.outcome import Frames, Outcome
@@ -59,13 +60,14 @@ def run(scene: Scene, accuracy: float, frame_interval: float | None, scheme: str
         scene,
         LastContact(
             last[1 + skipped : beads].copy(),
-            last[beads + skipped :].copy(),
+            last[beads + skipped : 2 * beads].copy(),
             contact_times=times - first,
             contact_speeds=speeds,
             impulses=given,
             position=float(last[0]),
             lasted=float(ledger.last_contact),
             bond_range=(1.0 + float(ledger.contact_min), 1.0 + float(ledger.contact_max)),
+            dissipated=float(last[-1]) if flight.damped else None,
         ),
         End(Ending("proved"), over - first, int(ledger.evaluations)),
         scheme=scheme,
@@ -91,28 +93,30 @@ class _Flight:
         from scipy.integrate import DOP853
 
         line, bond, speed = scene.line, scene.bond, scene.impact_velocity
-        assert bond.force_kernel is not None, "beads have a law with a kernel"
+        assert isinstance(bond, Hertz), "beads follow a power of their overlap"
+        self.damped = bond.damping > 0.0
         self._scene, self._interval = scene, frame_interval
         self._advance_loop = _compile(bond.force_kernel, type(line.contact).force_kernel)
         self._beads = beads = len(line.masses)
         overlap = -bond.compressed_strain(line.mean_mass * speed**2)
         self._unit = unit = overlap / speed
-        state = np.concatenate(([0.0], line.strains, line.velocities))
+        state = np.concatenate(([0.0], line.strains, line.velocities, [0.0]))
         local = max(_FINEST_LOCAL, _LOCAL_SHARE * accuracy)
-        scale = np.concatenate((np.full(beads, local * overlap), np.full(beads, local * speed)))
-        slopes = np.zeros((DOP853.n_stages + 1, 2 * beads))
+        scale = local * np.repeat((overlap, speed, line.mean_mass * speed**2), (beads, beads, 1))
+        slopes = np.zeros((DOP853.n_stages + 1, len(state)))
         self.arrays = loops.BeadArrays(
             *(state, state.copy(), state.copy(), state.copy(), scale),
-            *(np.zeros(2 * beads), np.zeros(2 * beads), slopes, slopes.copy()),
-            errors=np.zeros((2, 2 * beads)),
+            *(np.zeros_like(state), np.zeros_like(state), slopes, slopes.copy()),
+            errors=np.zeros((2, len(state))),
             contacts=np.zeros((3, 2 * beads + 64)),
-            frames=np.zeros((1 if frame_interval is None else 64, 2 * beads)),
+            frames=np.zeros((1 if frame_interval is None else 64, len(state))),
             masses=line.masses.copy(),
         )
         tableau = (DOP853.A, DOP853.B, DOP853.E3, DOP853.E5)
         self._method = Tableau(*(np.ascontiguousarray(part) for part in tableau))
         self._parameters = loops.BeadParameters(
-            bond.parameters, line.contact.parameters, line.inverse_masses.copy(), line.gap
+            *(bond.parameters, line.contact.parameters, line.inverse_masses.copy(), line.gap),
+            *(float(bond.damping), float(bond.damping_power)),
         )
         self.ledger = ledger = np.zeros(1, loops.LEDGER)[0]
         ledger.gap, ledger.soft = line.gap, int(line.soft)
@@ -175,4 +179,4 @@ class _Flight:
         beads = self._beads
         moved = [displacements_from(state[0], state[1:beads]) for state in states]
         times = self._interval * np.arange(len(states)) - first
-        return Frames.of(self._scene.line, times, moved, states[:, beads:].copy())
+        return Frames.of(self._scene.line, times, moved, states[:, beads : 2 * beads].copy())

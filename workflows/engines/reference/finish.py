@@ -47,6 +47,7 @@ class LastContact:
     position: float = 0.0  #: Displacement of the first particle along x.
     lasted: float = 0.0  #: Time from the initial state to the end of the last contact.
     bond_range: tuple[float, float] = (1.0, 1.0)  #: Shortest and longest bond so far.
+    dissipated: float | None = None  #: Energy that damping took until then; None without damping.
     energy: float | None = None  #: Total energy; needed if the strains do not give all its digits.
 
 
@@ -117,6 +118,7 @@ def finish(
         force_evaluations=end.evaluations,
         crossed=low < 0.0,
         frames=frames,
+        dissipated=last.dissipated,
         target_displacements=displacements[:targets][::-1],
         target_velocities=last.velocities[:targets][::-1].copy(),
     )
