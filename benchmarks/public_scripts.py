@@ -3,8 +3,10 @@
 import argparse
 import math
 import os
+import pickle
 import re
 import shutil
+import signal
 import sys
 import tempfile
 from pathlib import Path
@@ -39,13 +41,23 @@ def main() -> None:
     parser.add_argument(
         "--seconds", type=float, default=0.6, help="processor time of a script; longer ones are cut"
     )
-    parser.add_argument("--output", type=Path, help="folder for the whole output of each study")
+    parser.add_argument("--output", type=Path, help="folder for each study: its text, and pickled")
+    parser.add_argument(
+        "--limit", type=int, default=0, help="seconds of the wall clock for one input; 0 for none"
+    )
     options = parser.parse_args()
+    signal.signal(signal.SIGALRM, _stop)
     heads = ("input", "lengths /", "bottom line", "kept", "processor time")
     print(f"| {' | '.join(heads)} |")
     print("|---" * len(heads) + "|")
     for name in options.names:
+        signal.alarm(options.limit)
         print(row(options.root, name, options.seconds, options.output), flush=True)
+        signal.alarm(0)
+
+
+def _stop(_signal: int, _frame: object) -> None:
+    raise TimeoutError
 
 
 def row(root: Path, name: str, seconds: float, output: Path | None) -> str:
@@ -62,13 +74,19 @@ def row(root: Path, name: str, seconds: float, output: Path | None) -> str:
             fewer = made_small(script, seconds)
             study = timestep_study(script, timeout=LONGEST_RUN)
         except ChaincorError as error:
-            said = re.sub(r"; expected .*", "", str(error))
-            return f"| {name} | - | refused: {said[:160]} | - | - |"
+            return f"| {name} | - | refused: {error} | - | - |"
+        except TimeoutError:
+            return f"| {name} | - | the study did not end in time | - | - |"
         taken = worked() - started
         if output is not None:
             text = describe_script_study(study)
-            (output / f"{Path(name).name}.txt").write_text(text + "\n", encoding="utf-8")
-        return f"| {name} | {fewer} | {study.summary} | {followed(study)} | {taken:.0f} s |"
+            (output / f"{name.replace('/', '_')}.txt").write_text(text + "\n", encoding="utf-8")
+            (output / f"{name.replace('/', '_')}.pickle").write_bytes(pickle.dumps(study))
+        try:
+            kept = followed(study)
+        except TimeoutError:
+            kept = "not judged in time"
+        return f"| {name} | {fewer} | {study.summary} | {kept} | {taken:.0f} s |"
     finally:
         shutil.rmtree(folder, ignore_errors=True)
 
@@ -102,11 +120,11 @@ def made_small(script: Path, seconds: float) -> int:
 
     fewer = max(longest // LEAST_STEPS, 1)
     shorten(fewer)
-    done = run(script, 1.0)
-    if done.failure:
-        # A shortened start may leave particles too close to each other.
+    # A shortened start may leave particles too close to each other, or a mean without a value.
+    while (done := run(script, 1.0)).failure and fewer > 1:
         script.write_text(text, "utf-8")
-        return 1
+        fewer //= 2
+        shorten(fewer)
     taken = done.seconds
     # So many steps more as there is time for, their number a power of two below the script's.
     fewer = 2 ** math.ceil(math.log2(max(fewer * taken / seconds, 1.0)))

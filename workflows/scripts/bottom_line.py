@@ -1,34 +1,38 @@
-"""Bottom line of a study: one step for all numbers, or a command that would find one."""
+"""Bottom line of a study: the value to use, how many runs, how sure, and why."""
 
 import math
+import re
 import shlex
-from dataclasses import dataclass
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from chaincor.workflows.scripts.advice import MOST_RUNS, largest_value, runs_to_average
+from chaincor.workflows.scripts.answers import (
+    Choice,
+    LadderAnswer,
+    NumberAnswer,
+    answer_ladder,
+    needs_finer,
+)
 from chaincor.workflows.scripts.ladder_runs import NumberLadder, ScriptLadder
 from chaincor.workflows.scripts.step_settings import where_to_set
 
 if TYPE_CHECKING:
     from chaincor.workflows.scripts.study import ScriptStudy
 
+_PLAIN = re.compile(r"[\w:\[\]]+")
 # Most runs per rung, ratio to a finer end, and number of rungs in proposed commands.
 _MOST_PHASES, _FINER, _RUNGS = 100, 8.0, 6
+# Ratio to coarser ends, in the command for a number that the step does not change.
+_COARSER = 8.0
+_TWICE = 2.0
+# Largest ratio to a finer end, and longest proposed run over the script's.
+_FINEST, _MOST_LONGER = 1e4, 100.0
 # Extrapolations by the order aim at this part of the tolerance.
 _AIM = 0.5
-# Smallest ratio at which a coarser step is mentioned.
-_COARSER = 1.1
-
-
-@dataclass(frozen=True)
-class Choice:
-    """A value of the variable that keeps all tolerances."""
-
-    value: float
-    runs: int  #: Number of runs to average.
-    decides: NumberLadder  #: Number that needs the finest value.
+# Largest number of quantities that a sentence lists with their errors.
+_MOST_LISTED = 3
 
 
 def bottom_line(study: "ScriptStudy") -> str:
@@ -36,146 +40,207 @@ def bottom_line(study: "ScriptStudy") -> str:
     said = [_of_comparison(study)] if study.comparisons else []
     for each in study.ladders:
         fixed = ", ".join(f"{name} = {value}" for name, value in each.fixed.items())
-        text = _of_ladder(study, each)
+        text = _answered(study, each)
         said.append(f"At {fixed}: {text}" if fixed else text)
-    if study.crashes:
-        *coarser, finest = study.crashes
-        others = ", ".join(f"{crash.value:g}" for crash in coarser)
-        said.append(str(finest) + (f" The run fails at {others} as well." if coarser else ""))
-    return " ".join(said)
+    said += [change.short for change in study.changes]
+    if study.ladders:
+        said.append(_of_crashes(study))
+    # Commands come last, so that each can be copied to the end of the line.
+    for each in study.ladders:
+        fixed = ", ".join(f"{name} = {value}" for name, value in each.fixed.items())
+        left = _unanswered(study, each)
+        said += [f"At {fixed}: {text}" if fixed else text for text in left]
+    return " ".join(filter(None, said))
 
 
-def common_choices(each: ScriptLadder) -> tuple[Choice | None, Choice | None]:
-    """Return the coarsest value of one run and the cheapest mean that keep all tolerances."""
-    numbers = [number for number in each.numbers if number.tolerance is not None]
-    step = each.ladder.step
-    singles: list[Choice] = []
-    for number in numbers:
-        value = largest_value(each.ladder, each.values, number.verdict, number.tolerance or 0.0)
-        if value is None:
-            singles = []
-            break
-        singles.append(Choice(value, 1, number))
-    single = min(singles, key=lambda choice: step(choice.value)) if singles else None
-    costs = np.minimum.accumulate(each.seconds[::-1])[::-1]
-    means: list[tuple[float, Choice]] = []
-    wanted = [
-        [n if number.repeats or n == 1 else None
-         for n in runs_to_average(number.verdict, number.tolerance or 0.0)]
-        for number in numbers
-    ]  # fmt: skip
-    for k, value in enumerate(each.values):
-        runs = [row[k] for row in wanted]
-        if numbers and all(n is not None for n in runs):
-            most = max(range(len(runs)), key=lambda j: runs[j] or 0)
-            choice = Choice(float(value), runs[most] or 1, numbers[most])
-            means.append((choice.runs * float(costs[k]), choice))
-    several = min(means, key=lambda pair: pair[0])[1] if means else None
-    return single, None if several is None or several.runs == 1 else several
+def answer_of(study: "ScriptStudy", each: ScriptLadder) -> LadderAnswer:
+    """Return the answer of one ladder of a study."""
+    return answer_ladder(each, study.own_step, [crash.value for crash in study.crashes])
 
 
-def promised_at(each: ScriptLadder, number: NumberLadder, value: float) -> float:
-    """Return the largest error of one run at a value; inf for values coarser than the ladder."""
-    steps = np.array([each.ladder.step(x) for x in each.values])
-    promised = number.verdict.promised
-    at = each.ladder.step(value)
-    if at > steps[0] * (1.0 + 1e-9) or not np.all(np.isfinite(promised)):
-        return math.inf
-    logs = np.interp(math.log(at), np.log(steps[::-1]), np.log(promised[::-1]))
-    return float(math.exp(logs))
+def name_of(number: NumberLadder) -> str:
+    """Return the name of a number; a pattern is quoted."""
+    return number.name if _PLAIN.fullmatch(number.name) else repr(number.name)
 
 
-def short_name(number: NumberLadder) -> str:
-    """Return the short name of a number: the quantity alone for a mean."""
-    return number.name.removesuffix(":mean")
+def _answered(study: "ScriptStudy", each: ScriptLadder) -> str:
+    """Return the value to use, the number of runs, how sure, and why."""
+    answer = answer_of(study, each)
+    parts = [_own_value(study, each, answer)]
+    if answer.use is not None:
+        parts.append(_use(study, each, answer))
+        parts.append(_how_sure(each, answer))
+        if answer.coarser is not None and answer.keeps_own:
+            value = each.ladder.text(answer.coarser.value)
+            parts.append(f"A {each.ladder.name} of {value} would do as well.")
+    return " ".join(filter(None, parts))
 
 
-def _of_ladder(study: "ScriptStudy", each: ScriptLadder) -> str:
-    known = [number for number in each.numbers if number.tolerance is not None]
-    constant = [number for number in each.numbers if number.verdict.kind == "cannot tell"]
-    if not known:
-        return _of_constants(study, each, constant or list(each.numbers))
-    single, several = common_choices(each)
-    own = study.own_step
-    crashed = own is not None and any(own == crash.value for crash in study.crashes)
-    worst = max(known, key=lambda n: _excess(each, n, own if own is not None else None))
-    names = _all_of(known)
-    if own is not None and not crashed:
-        error = promised_at(each, worst, own)
-        if error <= (worst.tolerance or 0.0):
-            text = f"Your step {own:g} is small enough for {names}: "
-            text += f"the error of {short_name(worst)} is at most {error:.1e}"
-            text += f", of {_tolerance(study, worst)}"
-            coarser = single is not None and single.value > _COARSER * own
-            if coarser and single is not None:
-                text += f". A step of {each.ladder.text(single.value)} would do as well"
-            return f"{text} (95 % sure)."
-        head = f"Your step {own:g} is too large for {short_name(worst)}"
-        if several is not None and several.value >= own and single is None:
-            head = f"At your step {own:g} one run is too noisy for {short_name(worst)}"
-        head += f" (error {error:.1e}, {_tolerance(study, worst)})."
-        if math.isinf(error):
-            head = f"Your step {own:g} is too large: runs at steps near it fail."
-    elif own is not None:
-        head = f"Your step {own:g} is too large: the run fails."
-    else:
-        head = f"The error of {short_name(worst)} decides ({_tolerance(study, worst)})."
-    return f"{head} {_use(study, each, single, several)}"
+def _unanswered(study: "ScriptStudy", each: ScriptLadder) -> list[str]:
+    """Return sentences on numbers without an answer, each with a command that would give one."""
+    answer = answer_of(study, each)
+    beyond, hidden = answer.in_state("beyond"), answer.in_state("not judged")
+    said = [_no_value(each, beyond)] if beyond else []
+    said += [_not_judged(each, hidden)] if hidden else []
+    if beyond or hidden:
+        said.append(_remedy(study, each, [*beyond, *hidden]))
+    if constant := [a.number for a in answer.in_state("constant")]:
+        said.append(_of_constants(study, each, constant, alone=len(constant) == len(each.numbers)))
+    return said
 
 
-def _use(
-    study: "ScriptStudy", each: ScriptLadder, single: Choice | None, several: Choice | None
-) -> str:
-    """Return the value to use, or a command that would find one."""
-    text = each.ladder.text
-    if single is None and several is None:
-        return _what_would_tell(study, each)
+def _own_value(study: "ScriptStudy", each: ScriptLadder, answer: LadderAnswer) -> str:
+    """Say whether the script's own value is small enough; empty if it is unknown."""
+    if answer.own is None:
+        return ""
+    yours = f"Your {each.ladder.name} {answer.own:g}"
+    if answer.own_fails:
+        own = next((crash for crash in study.crashes if crash.value == answer.own), None)
+        return f"{yours} is too large: " + ("runs fail near it." if own is None else f"{own.said}.")
+    too_large = answer.in_state("too large")
+    if too_large and all(math.isinf(a.error) for a in too_large):
+        return f"{yours} is coarser than the values tried, so it was not judged."
+    too_large += answer.in_state("beyond")
+    if too_large:
+        return f"{yours} is too large for {_listed(too_large)}."
+    if len(answer.in_state("constant")) == len(answer.numbers):
+        return f"{yours} is small enough."
+    if not answer.judged:
+        return (
+            f"{yours} is not judged: no error is seen, but the runs are too few or too short to "
+            "be sure. Keep it for now."
+        )
+    noisy = answer.in_state("too noisy")
+    text = f"{yours} is small enough for {_all_of(answer.judged)}"
+    return f"{text}, but one run is too noisy for {_listed(noisy)}." if noisy else f"{text}."
+
+
+def _use(study: "ScriptStudy", each: ScriptLadder, answer: LadderAnswer) -> str:
+    """Return the value to use and the number of runs."""
+    ladder, use = each.ladder, answer.use
+    assert use is not None
+    if answer.keeps_own:
+        now = " for now" if answer.in_state("not judged") else ""
+        if use.runs == 1:
+            return f"Keep it{now}; one run is enough."
+        text = f"Keep it{now} and {_average(use)}"
+        if answer.single is not None:
+            text += f", or use {ladder.name} {ladder.text(answer.single.value)} and one run"
+        return f"{text}."
     parts = []
-    if single is not None:
-        parts.append(f"{text(single.value)}")
-    coarser = several is not None and (
-        single is None or each.ladder.step(several.value) > each.ladder.step(single.value)
-    )
-    if several is not None and coarser:
-        mean = f"the mean of {several.runs} runs"
-        parts.append(f"{text(several.value)} with {mean}, or one run {several.runs} times as long")
-    where = where_to_set(study, each.ladder.name)
-    return f"Use {each.ladder.name} {', or '.join(parts)} (95 % sure){where}."
+    if answer.single is not None:
+        parts.append(f"{ladder.text(answer.single.value)} and one run")
+    several = answer.several
+    if several is not None and (
+        answer.single is None or ladder.step(several.value) > ladder.step(answer.single.value)
+    ):
+        parts.append(f"{ladder.text(several.value)} and {_average(several)}")
+    where = where_to_set(study, ladder.name)
+    return f"Use {ladder.name} {', or '.join(parts)}{where}."
 
 
-def _what_would_tell(study: "ScriptStudy", each: ScriptLadder) -> str:
-    """Return the best result of the ladder, and a command that would extend it."""
-    known = [number for number in each.numbers if number.tolerance is not None]
-    worst = max(known, key=lambda n: float(n.verdict.promised[-1]) / (n.tolerance or 1.0))
-    verdict, tolerance = worst.verdict, worst.tolerance or 0.0
+def _average(choice: Choice) -> str:
+    return f"average {choice.runs} runs (or run {choice.runs} times as long)"
+
+
+def _how_sure(each: ScriptLadder, answer: LadderAnswer) -> str:
+    """State the probability, its subject, and the quantity nearest to its tolerance."""
+    assert answer.use is not None
+    judged = answer.judged
+    limit = "very small timesteps" if each.ladder.name == "timestep" else "the fine end"
+    one = len(judged) == 1
+    what = _name(judged[0]) if one else f"each of these {len(judged)} quantities"
+    by = f"{judged[0].number.tolerance:.2g}" if one else "its tolerance"
+    text = f"With 95 % probability, {what} then differs by less than {by} from its value at {limit}"
+    if one or not answer.keeps_own or answer.use.runs > 1:
+        return f"{text}."
+    worst = max(judged, key=lambda a: a.error / (a.number.tolerance or 1e-300))
+    return f"{text}; nearest to its tolerance is {_listed([worst])}."
+
+
+def _not_judged(each: ScriptLadder, hidden: list[NumberAnswer]) -> str:
+    """Name the numbers whose errors are not known well enough."""
+    one = len(hidden) == 1
+    text = f"{_listed(hidden)} {'is' if one else 'are'} not judged: the runs show no effect of the "
+    text += f"{each.ladder.name} on {'it' if one else 'them'}, but scatter too much to be sure."
+    return text
+
+
+def _no_value(each: ScriptLadder, beyond: list[NumberAnswer]) -> str:
+    """Name the numbers for which no value of the ladder is small enough."""
     ladder, finest = each.ladder, float(each.values[-1])
-    best = float(verdict.promised[-1])
-    text = ladder.text
-    said = f"No {ladder.name} from {text(float(each.values[0]))} to {text(finest)} is enough: "
+    worst = max((a.number for a in beyond), key=_left)
+    best = float(worst.verdict.promised[-1])
+    small = "small enough" if ladder.fine < ladder.coarse else "fine enough"
+    text = f"No {ladder.name} from {ladder.text(float(each.values[0]))} to {ladder.text(finest)} "
+    text += f"is {small} for {', '.join(map(_name, beyond))}"
     if math.isfinite(best):
-        said += f"at {text(finest)} one run keeps {best:.1e}. "
-    options = []
-    columns = study.varied.columns
-    more = columns * (2.0 * float(np.min(verdict.bias)) / tolerance) ** 2
-    smooth = verdict.kind == "regular" and verdict.order is not None
-    if smooth or verdict.kind == "irregular":
-        order = verdict.order or 1.0
-        factor = min(max((best / (_AIM * tolerance)) ** (1.0 / order), 2.0), 1e4)
-        options = ["--vary", _finer(each, factor)]
-    elif columns < more <= MOST_RUNS:
-        runs = min(math.ceil(more), _MOST_PHASES)
-        options = ["--seeds" if study.varied.seeds else "--phases", str(runs)]
-        if more > _MOST_PHASES:
-            said += f"Runs {math.ceil(more / _MOST_PHASES)} times longer would narrow it. "
-    elif not worst.repeats and verdict.kind == "noise":
-        options = ["--seeds", str(max(2 * columns, 8))]
-    else:
-        options = ["--vary", _finer(each, _FINER)]
+        text += f": at {ladder.text(finest)} the error of {name_of(worst)} is up to {best:.2g}, "
+        text += f"{worst.tolerance:.2g} allowed"
+    return f"{text}."
+
+
+def _remedy(study: "ScriptStudy", each: ScriptLadder, answers: list[NumberAnswer]) -> str:
+    """Return what would judge some numbers, as a command at the end."""
+    numbers = [a.number for a in answers]
+    varied = study.varied
+    moved = [count for count in study.counts if count.moves and count.periods]
+    if moved and not varied.scale_periods:
+        # Its effect on the result may be larger than that of the step.
+        command = [*study.command, *_given(study), "--scale-periods"]
+        said = f"{moved[0].command} counts steps: to keep its period in time, run"
+        said = said[0].upper() + said[1:]
+        return f"{said}: {shlex.join(command)}"
+    noisy = [number for number in numbers if not needs_finer(number)]
+    if not noisy:
+        return (
+            f"To find one, run: {shlex.join([*study.command, '--vary', _extended(each, numbers)])}"
+        )
+    command = [*study.command, *_given(study)]
+    # The bias falls with the root of the number or the length of the runs.
+    ratios = [float(np.min(n.verdict.bias)) / (n.tolerance or 1e-300) for n in noisy]
+    more = max(_TWICE, *((_TWICE * ratio) ** 2 for ratio in ratios))
+    if not all(number.repeats for number in noisy):
+        return (
+            f"To judge, run: {shlex.join([*command, '--seeds', str(max(2 * varied.columns, 8))])}"
+        )
+    if more * varied.columns <= _MOST_PHASES:
+        option = "--seeds" if varied.seeds else "--phases"
+        command += [option, str(math.ceil(more * varied.columns))]
+        return f"To judge, run: {shlex.join(command)}"
+    factor = "100 times longer or more" if more > _MOST_LONGER else f"{_rounded(more)} times longer"
+    return f"To judge, make the runs {factor}, then run: {shlex.join(command)}"
+
+
+def _left(number: NumberLadder) -> float:
+    """Return the error at the finest value over the tolerance."""
+    return float(number.verdict.promised[-1]) / (number.tolerance or 1e-300)
+
+
+def _rounded(factor: float) -> str:
+    return f"{float(f'{factor:.1g}'):g}"
+
+
+def _extended(each: ScriptLadder, numbers: Sequence[NumberLadder]) -> str:
+    """Return a ladder that would reach the tolerances, by the orders where they are known."""
+    factors = [_TWICE]
+    for number in numbers:
+        order = number.verdict.order or (1.0 if number.verdict.kind == "irregular" else None)
+        left = _left(number) / _AIM
+        known = order is not None and math.isfinite(left)
+        factors.append(min(left ** (1.0 / order), _FINEST) if known and order else _FINER)
+    return _finer(each, max(factors))
+
+
+def _given(study: "ScriptStudy") -> list[str]:
+    """Return the ladder of a study as options; empty for the script's own step."""
+    if study.own_step is not None:
+        return []
     given = study.varied.ladder
-    if "--vary" not in options and study.own_step is None:
-        ends = f"{given.name}={given.text(given.coarse)}:{given.text(given.fine)}:{given.rungs}"
-        options = ["--vary", ends, *options]
-    return f"{said}To find one, run: {shlex.join([*study.command, *options])}"
+    return [
+        "--vary",
+        f"{given.name}={given.text(given.coarse)}:{given.text(given.fine)}:{given.rungs}",
+    ]
 
 
 def _finer(each: ScriptLadder, factor: float) -> str:
@@ -186,37 +251,66 @@ def _finer(each: ScriptLadder, factor: float) -> str:
     return f"{ladder.name}={ladder.text(finest)}:{ladder.text(value)}:{_RUNGS}"
 
 
-def _of_constants(study: "ScriptStudy", each: ScriptLadder, numbers: list[NumberLadder]) -> str:
+def _of_constants(
+    study: "ScriptStudy", each: ScriptLadder, numbers: list[NumberLadder], *, alone: bool
+) -> str:
     value = float(numbers[0].results.flat[0])
-    names = ", ".join(short_name(number) for number in numbers)
-    ends = (
-        f"{each.ladder.text(float(each.values[0]))} to {each.ladder.text(float(each.values[-1]))}"
-    )
-    same = f"{names} is {value:g}" if len(numbers) == 1 else f"{names} are the same"
+    ladder, coarsest = each.ladder, float(each.values[0])
+    names = ", ".join(map(name_of, numbers))
+    said = f"is {value:g} in all runs" if len(numbers) == 1 else "do not change from run to run"
+    ends = f"from {ladder.text(coarsest)} to {ladder.text(float(each.values[-1]))}"
+    text = f"{names} {said}, {ends}"
+    if not alone:
+        return f"{text}."
+    coarse = coarsest * _COARSER if ladder.fine < ladder.coarse else coarsest / _COARSER
+    if ladder.counts:
+        coarse = float(max(round(coarse), 1))
+    wider = f"{ladder.name}={ladder.text(coarse)}:{ladder.text(coarsest)}:4"
     time = "" if each.ends is None else f" in this time of {each.ends[1]:.4g}"
     return (
-        f"The {each.ladder.name} makes no difference: {same} in all runs, from {ends}. Either any "
-        f"of these values will do, or nothing happens{time}: then run the script longer."
+        f"{text}: the {ladder.name} makes no difference. If nothing happens{time}, make the runs "
+        f"longer. To try coarser values, run: {shlex.join([*study.command, '--vary', wider])}"
     )
 
 
-def _excess(each: ScriptLadder, number: NumberLadder, own: float | None) -> float:
-    """Return the error of a number over its tolerance, at the script's own value."""
-    at_own = math.inf if own is None else promised_at(each, number, own)
-    error = at_own if math.isfinite(at_own) else float(number.verdict.promised[-1])
-    return error / (number.tolerance or 1e-300)
+def _of_crashes(study: "ScriptStudy") -> str:
+    """Name the finest value at which a run stopped, and the coarser ones."""
+    if not study.crashes:
+        return "No run stopped early."
+    *coarser, finest = study.crashes
+    others = ", ".join(f"{crash.value:g}" for crash in coarser)
+    # The first sentence has named a crash at the script's own step.
+    text = f"{finest} " if finest.value != study.own_step else ""
+    text += f"Runs at {others} stop as well. " if coarser else ""
+    return f"{text}No other run stopped early."
 
 
-def _tolerance(study: "ScriptStudy", number: NumberLadder) -> str:
-    if study.tolerance is not None:
-        return f"{number.tolerance:.2g} asked"
-    return f"{number.tolerance:.2g} wanted, {number.tolerance_reason.partition(';')[0]}"
+def _listed(answers: list[NumberAnswer]) -> str:
+    """Return the names and errors of numbers, the largest error over tolerance first."""
+    ranked = sorted(answers, key=lambda a: -a.error / (a.number.tolerance or 1e-300))
+    said = [f"{_name(a)} ({_error(a)})" for a in ranked[:_MOST_LISTED]]
+    left = len(ranked) - len(said)
+    return ", ".join(said) + (f" and {left} more" if left else "")
 
 
-def _all_of(numbers: list[NumberLadder]) -> str:
-    if len(numbers) == 1:
-        return short_name(numbers[0])
-    return f"all {len(numbers)} quantities"
+def _name(answer: NumberAnswer) -> str:
+    return name_of(answer.number)
+
+
+def _error(answer: NumberAnswer) -> str:
+    """Return the error of one run and its tolerance."""
+    known = f"error up to {answer.error:.2g}" if math.isfinite(answer.error) else "no bound"
+    return (
+        known
+        if answer.number.tolerance is None
+        else (f"{known}, {answer.number.tolerance:.2g} allowed")
+    )
+
+
+def _all_of(answers: list[NumberAnswer]) -> str:
+    if len(answers) <= _MOST_LISTED:
+        return ", ".join(map(_name, answers))
+    return f"{len(answers)} quantities"
 
 
 def _of_comparison(study: "ScriptStudy") -> str:

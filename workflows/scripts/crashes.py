@@ -22,6 +22,13 @@ _WHERE = (
     ),
     (re.compile(r"atoms? ((?:\d+ ){2,}\d+ ?)missing on proc \d+ at step (\d+)"), "atoms {}"),
 )
+# Commands that run no step. A smaller step would not cure their errors.
+_WITHOUT_STEPS = frozenset({
+    "print", "variable", "fix", "fix_modify", "unfix", "compute", "uncompute", "thermo_style",
+    "thermo_modify", "dump", "write_data", "write_dump", "write_restart", "read_data",
+    "read_restart", "pair_style", "pair_coeff", "bond_style", "bond_coeff", "group", "velocity",
+})  # fmt: skip
+_LAST = re.compile(r"^Last (?:input line|command): (\S+)", re.MULTILINE)
 _AT_STEP = re.compile(r"(?:at|on) (?:time)?step (\d+)")
 
 
@@ -42,7 +49,8 @@ def find_crash(screen: str, sampled: int | None, failure: str) -> Crash:
     """
     Return where a run stopped, from its output and its last sampled step.
 
-    `failure` is the message if LAMMPS printed no error.
+    `failure` is the message if LAMMPS printed no error. The step is None if the command that failed
+    runs no step.
     """
     errors = _ERROR.findall(screen)
     message = _SOURCE.sub("", errors[-1]).strip() if errors else failure
@@ -58,6 +66,9 @@ def find_crash(screen: str, sampled: int | None, failure: str) -> Crash:
             break
     if step is None and (named := _AT_STEP.search(message)) is not None:
         step = int(named[1])
+    last = _LAST.findall(screen)
+    if step is None and last and last[-1] in _WITHOUT_STEPS:
+        return Crash(None, False, message)
     if blamed and not all(word in message for word in re.findall(r"\d+", blamed)):
         message += f" ({blamed})"
     return Crash(sampled if step is None else step, step is not None, message)

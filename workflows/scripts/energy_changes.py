@@ -52,9 +52,25 @@ class EnergyChange:
         """Whether the drift vanishes without the tested cause."""
         return self.tested is not None and abs(self.after) < _CURED * abs(self.before)
 
+    @property
+    def short(self) -> str:
+        """One sentence: the drift, and its tested or likeliest cause."""
+        cause = (
+            self.tested
+            if self.confirmed
+            else next((each for each in self.causes if each is not self.tested), None)
+        )
+        said = (
+            ""
+            if cause is None
+            else (f" ({'' if self.confirmed else 'likely '}cause: {cause.text})")
+        )
+        what = self.name.partition(":")[0]
+        return f"No timestep cures the drift of {what} by {self.drift:.2g}{said}."
+
     def __str__(self) -> str:
         what = self.name.partition(":")[0]
-        head = f"{what} drifts by {self.drift:.2g} at every step, so no time step cures it. "
+        head = f"{what} drifts by {self.drift:.2g} at every timestep, so no timestep cures it. "
         causes = "; ".join(each.text for each in self.causes)
         if self.tested is None:
             return head + (f"Likely causes: {causes}." if causes else "The script shows no cause.")

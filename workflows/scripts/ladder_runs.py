@@ -251,7 +251,7 @@ def _judge(
         wanted = Tolerance(tolerance, "")
     else:
         samples = [run.samples for run in rows[-1] if run.samples is not None]
-        wanted = default_tolerance(quantity, samples, verdict)
+        wanted = default_tolerance(quantity, samples, verdict, results)
     advice, repeats = None, seeded or quantity is not None
     if wanted is not None:
         advice = give_advice(ladder, inputs[:, 0], verdict, seconds, wanted.value, repeats=repeats)

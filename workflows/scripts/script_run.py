@@ -36,6 +36,7 @@ SCREEN_FILE = "screen.txt"
 _MOST_FOLDER_BYTES = 200_000_000
 _POLL_SECONDS = 0.005
 _CRASH_BYTES = 1_000_000
+_NOT_ENDED, _MORE_TIME = "it has not ended", 10.0
 
 
 class ScriptRunError(RunError):
@@ -96,6 +97,7 @@ class Runner:
     lmp: str  #: Command of LAMMPS, with a launcher before it if needed.
     scratch: Path  #: An absolute folder, for the copies.
     timeout: float  #: Seconds of the wall clock that a run may take.
+    command: tuple[str, ...] = ()  #: Words of the study's command, for messages.
 
     def run(self, name: str, change: Change) -> ScriptRun:
         """
@@ -117,7 +119,7 @@ class Runner:
         status, seconds = _execute(shlex.split(command), folder, screen, self.timeout)
         try:
             if status is None:
-                raise RunError(f"it has not ended after {self.timeout:g} s")
+                raise RunError(f"{_NOT_ENDED} after {self.timeout:g} s")
             if status != 0:
                 raise RunError(_said(screen, status))
             numbers, samples = _read(folder, self.asked)
@@ -143,9 +145,18 @@ class Runner:
 
     def error(self, where: str, failure: str) -> ScriptRunError:
         """Return the error of a failed run, with the place of its files."""
+        if _NOT_ENDED in failure:
+            return self.too_long(f"{self.script.name} {where}: {failure}", _MORE_TIME)
         return ScriptRunError(
             f"{self.script.name} failed {where}: {failure}; expected a run that ends and gives its "
             f"number: files, screen and command are kept in {self.scratch}"
+        )
+
+    def too_long(self, said: str, factor: float) -> ScriptRunError:
+        """Return the error of a run that needs `factor` times more time, with a command."""
+        command = [*self.command, "--timeout", f"{self.timeout * factor:.0f}"]
+        return ScriptRunError(
+            f"{said}. Shorten the script's runs, or allow more time: {shlex.join(command)}"
         )
 
 

@@ -32,6 +32,8 @@ if TYPE_CHECKING:
 DEFAULT_TIMEOUT = 600.0
 # Largest number of halvings of a coarse end that no run survives.
 _HALVINGS = 7
+# Ratio of a proposed time limit to the expected time of the longest run.
+_SPARE = 2.0
 
 
 @dataclass(frozen=True)
@@ -223,7 +225,8 @@ def timestep_study(
     command = _command(lmp)
     files = list_files(text.path.resolve().parent)
     scratch = Path(tempfile.mkdtemp(prefix="chaincor-script-")).resolve()
-    runner = Runner(text.path, files, asked, command, scratch, timeout)
+    words = _words(script, quantities, observable, fix, tolerance, scale_periods, lmp)
+    runner = Runner(text.path, files, asked, command, scratch, timeout, words)
     keep = False
     comparisons: tuple[Comparison, ...] = ()
     changes: tuple[EnergyChange, ...] = ()
@@ -260,7 +263,7 @@ def timestep_study(
         changes=changes,
         counts=_step_counts(varied),
         lmp=command,
-        command=_words(script, quantities, observable, fix, tolerance, scale_periods, lmp),
+        command=words,
         kept=scratch if keep else None,
         seconds=time.perf_counter() - started,
     )
@@ -310,7 +313,9 @@ def _with_step(runner: Runner, varied: Varied) -> tuple[Varied, list[tuple[float
     """
     if varied.kind != "step":
         return varied, []
+    started = time.perf_counter()
     run = runner.run("as it stands", Change())
+    seconds = time.perf_counter() - started
     own, ladder = run.step, varied.values
     if own is not None and own <= 0.0:
         raise runner.error("as it stands", f"its timestep is {own:g}; expected one above 0")
@@ -320,21 +325,29 @@ def _with_step(runner: Runner, varied: Varied) -> tuple[Varied, list[tuple[float
         raise runner.error("as it stands", said)
     failed = [(own, run)] if run.failure else []
     if ladder is None:
-        ladder = ladder_around(own, 1.0 if run.failure else 2.0)
+        ladder = ladder_around(own, 1.0 if failed else 2.0)
         for _ in range(_HALVINGS):
-            finer = own / ladder.coarse
-            run = (
-                failed[0][1]
-                if finer == 1.0
-                else runner.run(f"step over {finer:g}", Change(finer=finer))
-            )
-            if not run.failure:
+            # The script's own step has run already.
+            coarse = run if ladder.coarse == own else _at_step(runner, own, ladder.coarse)
+            if not coarse.failure:
                 break
-            failed += [] if finer == 1.0 else [(ladder.coarse, run)]
-            ladder = ladder_around(own, 0.5 / finer)
+            if ladder.coarse != own:
+                failed.append((ladder.coarse, coarse))
+            ladder = ladder_around(own, 0.5 * ladder.coarse / own)
         else:
-            raise runner.error(f"at timestep {own / finer:g} and above", str(run.failure))
+            raise runner.error(
+                f"at timestep {2.0 * ladder.coarse:g} and above", str(coarse.failure)
+            )
+    if not run.failure and seconds * own / ladder.fine > runner.timeout:
+        longest = seconds * own / ladder.fine
+        said = f"{runner.script.name} takes {seconds:.2g} s at its step {own:g}, so a run at "
+        said += f"{ladder.fine:g} takes about {longest:.2g} s, longer than {runner.timeout:g} s"
+        raise runner.too_long(said, _SPARE * longest / runner.timeout)
     return replace(varied, values=ladder, own_step=own), failed
+
+
+def _at_step(runner: Runner, own: float, step: float) -> ScriptRun:
+    return runner.run(f"step over {own / step:g}", Change(finer=own / step))
 
 
 def _step_counts(varied: Varied) -> tuple[StepCount, ...]:

@@ -5,9 +5,12 @@ from typing import Any
 
 from chaincor.workflows.json_output import finite, stamped
 from chaincor.workflows.pages.page import StudyReport, listed_file
-from chaincor.workflows.scripts.description import KINDS, advise, notes, told
+from chaincor.workflows.scripts.answers import NumberAnswer
+from chaincor.workflows.scripts.bottom_line import answer_of
+from chaincor.workflows.scripts.description import KINDS, notes
 from chaincor.workflows.scripts.energy_changes import EnergyChange
-from chaincor.workflows.scripts.ladder_runs import NumberLadder, ScriptLadder
+from chaincor.workflows.scripts.ladder_runs import ScriptLadder
+from chaincor.workflows.scripts.number_text import advise, told
 from chaincor.workflows.scripts.parting import Comparison
 from chaincor.workflows.scripts.study import ScriptStudy
 from chaincor.workflows.scripts.varied import SEED
@@ -66,6 +69,7 @@ def script_study_to_dict(study: ScriptStudy) -> dict[str, Any]:
             {key: getattr(each, key) for key in ("timestep", "step", "message", "value")}
             for each in study.crashes
         ],
+        "use": _use(study),
         "energy_changes": [_energy_change(each) for each in study.changes],
         "notes": notes(study),
         "summary": study.summary,
@@ -76,12 +80,19 @@ def script_study_to_dict(study: ScriptStudy) -> dict[str, Any]:
     return dict(finite(plain))
 
 
+def _use(study: ScriptStudy) -> dict[str, Any] | None:
+    """Return the value to use on the first ladder and the number of runs, as of the summary."""
+    use = answer_of(study, study.ladders[0]).use if study.ladders else None
+    return None if use is None else {"value": use.value, "runs": use.runs}
+
+
 def _ladder_dict(study: ScriptStudy, each: ScriptLadder) -> dict[str, Any]:
+    answers = answer_of(study, each).numbers
     return {
         "fixed": each.fixed,
         "ends": None if each.ends is None else list(each.ends),
         "repeatable": each.repeatable,
-        "observables": [_number_dict(study, each, number) for number in each.numbers],
+        "observables": [_number_dict(study, each, answer) for answer in answers],
         "runs": [
             {
                 "value": given,
@@ -98,7 +109,8 @@ def _ladder_dict(study: ScriptStudy, each: ScriptLadder) -> dict[str, Any]:
     }
 
 
-def _number_dict(study: ScriptStudy, each: ScriptLadder, number: NumberLadder) -> dict[str, Any]:
+def _number_dict(study: ScriptStudy, each: ScriptLadder, answer: NumberAnswer) -> dict[str, Any]:
+    number = answer.number
     verdict, advice = number.verdict, number.advice
     return {
         "name": number.name,
@@ -107,6 +119,8 @@ def _number_dict(study: ScriptStudy, each: ScriptLadder, number: NumberLadder) -
         **{name: getattr(number, name) for name in _NUMBER},
         "bound": float(verdict.promised[-1]) if advice is None else advice.promised_error,
         **{key: advice and getattr(advice, name) for key, name in _ADVICE.items()},
+        "state": answer.state,
+        "error": answer.error,
         "text": advise(study, each, number),
         "rungs": [
             {

@@ -6,13 +6,12 @@ from typing import NamedTuple
 import numpy as np
 
 from chaincor.analysis.ladders.verdict import LadderVerdict
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.workflows.scripts.quantities import Quantity
 from chaincor.workflows.scripts.samples import Samples
 
 # Tolerances over a standard deviation, kT per degree of freedom, and a printed number.
 _OF_SPREAD, _OF_KT, _OF_NUMBER = 0.1, 1e-4, 1e-3
-# Smallest tolerance, in bounds of the finest rung, that an advice can keep.
-_OF_FINEST = 3.0
 # Relative spread of samples below which they count as constant.
 _ROUNDING = 1e-12
 
@@ -25,47 +24,42 @@ class Tolerance(NamedTuple):
 
 
 def default_tolerance(
-    quantity: Quantity | None, runs: list[Samples], verdict: LadderVerdict
+    quantity: Quantity | None, runs: list[Samples], verdict: LadderVerdict, results: Array
 ) -> Tolerance | None:
     """
-    Return the default tolerance of a number; None if the ladder gives no answer.
+    Return the default tolerance of a number; None if the ladder gives no value.
 
-    The default is a tenth of the quantity's standard deviation in a run. For the drift of an energy
-    it is 1e-4 kT per degree of freedom, if that is more. For the fluctuation of an energy it is a
-    tenth of the standard deviation of the kinetic energy, and for a printed or constant number a
-    thousandth of the number. If one run on the finest rung has a larger error, the tolerance is
-    three times that error. `runs` are the samples on the finest rung.
+    The default is a tenth of the quantity's standard deviation, within runs and between them. For
+    the fluctuation of an energy it is a tenth of the standard deviation of the kinetic energy; for
+    fluctuation and drift of an energy 1e-4 kT per degree of freedom, if that is more. For a printed
+    or constant number it is a thousandth of the number, or of its largest result if the number is 0
+    within its error. `runs` are the samples on the finest rung, `results` all results.
     """
-    keeps = float(verdict.promised[-1])
-    if verdict.value is None or not math.isfinite(keeps):
+    if verdict.value is None or not np.all(np.isfinite(verdict.promised)):
         return None
-    wanted = _wanted(quantity, runs, verdict.value)
-    least = _OF_FINEST * keeps
-    if wanted.value >= least:
-        return wanted
-    longer = "" if wanted.value <= 0.0 else f"; {wanted.reason}, {wanted.value:.2g}, is beyond them"
-    return Tolerance(least, f"the least that these runs can show{longer}")
+    size, of = abs(verdict.value), "the number"
+    if size <= (verdict.value_error or 0.0):
+        size, of = float(np.max(np.abs(results))), "its largest result"
+    number = Tolerance(_OF_NUMBER * size, f"a thousandth of {of}")
+    if quantity is None or not runs:
+        return number
+    what = "ke" if quantity.is_energy_change and quantity.kind == "fluctuation" else ""
+    within = float(np.median([each.spread(quantity, what) for each in runs]))
+    # Short runs hardly vary within themselves, but from one to the next.
+    between = 0.0 if what else float(np.std(results[-1], ddof=1))
+    of = "the standard deviation of the kinetic energy" if what else "its standard deviation"
+    found = Tolerance(_OF_SPREAD * math.hypot(within, between), f"a tenth of {of}")
+    size = max(float(np.max(np.abs(each.values[what or quantity.what]))) for each in runs)
+    if within <= _ROUNDING * size:
+        found = number
+    if quantity.is_energy_change:
+        kinetic = float(np.median([thermal_tolerance(each) for each in runs]))
+        thermal = Tolerance(kinetic, "1e-4 kT per degree of freedom")
+        found = max(found, thermal, key=lambda each: each.value)
+    return found
 
 
 def thermal_tolerance(samples: Samples) -> float:
     """Return 1e-4 kT per degree of freedom, in the unit of the sampled energies."""
     # The kinetic energy is kT/2 per degree of freedom.
     return 2.0 * _OF_KT * float(np.mean(samples.values["ke"])) if "ke" in samples.values else 0.0
-
-
-def _wanted(quantity: Quantity | None, runs: list[Samples], value: float) -> Tolerance:
-    number = Tolerance(_OF_NUMBER * abs(value), "a thousandth of the number")
-    if quantity is None or not runs:
-        return number
-    what = "ke" if quantity.is_energy_change and quantity.kind == "fluctuation" else ""
-    spread = float(np.median([each.spread(quantity, what) for each in runs]))
-    size = max(float(np.max(np.abs(each.values[what or quantity.what]))) for each in runs)
-    of = "the standard deviation of the kinetic energy" if what else "its standard deviation"
-    found = Tolerance(_OF_SPREAD * spread, f"a tenth of {of}")
-    if spread <= _ROUNDING * size:
-        found = number
-    if quantity.is_energy_change and quantity.kind == "drift":
-        kinetic = float(np.median([thermal_tolerance(each) for each in runs]))
-        thermal = Tolerance(kinetic, "1e-4 kT per degree of freedom")
-        found = max(found, thermal, key=lambda each: each.value)
-    return found

@@ -72,8 +72,10 @@ def test_crashed_rungs_are_part_of_the_answer(tmp_path, chaincor, monkeypatch):
         assert each["message"]
     messages = {each["message"] for each in plain["crashed"]}
     assert "FENE bond too long (bond of atoms 1 and 2)" in messages
-    assert re.search(r"the run stops (at|after) step \d+: ", plain["summary"])
-    assert plain["summary"].startswith("Your step 0.05 is too large: the run fails. Use timestep")
+    found = r"Your timestep 0.05 is too large: the run stops (at|after) step \d+: .*\. Use timestep"
+    assert re.match(found, plain["summary"])
+    assert "No other run stopped early." in plain["summary"]
+    assert plain["use"]["value"] < min(steps)
     assert any("FENE bond too long" in note for note in plain["notes"])
     rows = (tmp_path / "out" / "runs.csv").read_text()
     assert "stopped_at" in rows.splitlines()[0]
@@ -101,6 +103,8 @@ def test_a_quantity_that_is_always_0_has_a_result_and_files(tmp_path, chaincor, 
     status, out, _ = chaincor(*words)
     assert status == 0
     assert "is 0 in all runs" in out
+    # Coarser steps are the command that would show a difference.
+    assert out.rpartition("--vary timestep=")[2].startswith("0.08:0.01:4")
     assert {path.name for path in (tmp_path / "out").iterdir()} == {
         *("timestep.html", "timestep.json", "runs.csv"),
     }
@@ -128,10 +132,11 @@ def test_one_step_for_all_numbers(tmp_path):
     text = 'variable h index 0.1\nprint "x = $(0.5+v_h^2:%.17g)"\n'
     study = study_of(tmp_path, text, observable=r"x = (\S+)", vary="h=0.1:0.01:4", phases=3,
                      tolerance=1e-3)  # fmt: skip
-    found = re.search(r"Use h ([\d.]+) \(95 % sure\)", study.summary)
+    found = re.search(r"Use h ([\d.]+) and one run\. With 95 % probability", study.summary)
     # h^2 = 0.001, less the scatter of nearby values.
     assert 0.5 * 1e-3**0.5 < float(found[1]) <= 1e-3**0.5
-    assert "asked" in study.summary
+    assert "differs by less than 0.001 from its value at the fine end" in study.summary
+    assert study.summary.endswith("No run stopped early.")
     assert repr(study) == f"<ScriptStudy of in.x: x = (\\S+). {study.summary}>"
     html = study._repr_html_()
     assert html.count("<tr>") == 2
@@ -152,6 +157,7 @@ def test_without_an_answer_there_is_a_command_that_would_give_one(tmp_path):
     study = study_of(tmp_path, LAW.format(style="index", value=0.1), observable=r"x = (\S+)",
                      vary="h=0.1:0.01:4", phases=3, tolerance=1e-8)  # fmt: skip
     command = study.summary.rpartition("run: ")[2]
+    assert "No h from 0.1 to 0.01 is small enough for" in study.summary
     options = command.split()
     assert options[:2] == ["chaincor", "timestep"]
     assert "--tolerance 1e-08" in command

@@ -1,0 +1,237 @@
+"""Answer of a ladder: one value for all its numbers, and the state of each at the script's own."""
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chaincor.analysis.ladders.verdict import SCATTER_RESERVE
+from chaincor.lammps_inputs.arrays import Array
+from chaincor.workflows.scripts.advice import largest_value, runs_to_average
+from chaincor.workflows.scripts.ladder_runs import NumberLadder, ScriptLadder
+
+# State of a number at the script's own value: within its tolerance; within it as a mean of several
+# runs; not within it; within it at no value of the ladder, with an error that is seen; without an
+# error that is seen, since the runs scatter; the same in all runs.
+State = Literal["small enough", "too noisy", "too large", "beyond", "not judged", "constant"]
+# Smallest ratio at which a coarser value is mentioned.
+_COARSER = 1.1
+# Scatter that shrinks by more along the ladder comes from the step, and so does an error above this
+# part of the tolerance.
+_SHRINKS, _STEP_PART = 2.0, 0.5
+# Largest number of runs that an answer averages.
+_MOST_RUNS = 100
+
+
+@dataclass(frozen=True)
+class Choice:
+    """A value of the variable that keeps all tolerances."""
+
+    value: float
+    runs: int  #: Number of runs to average.
+    decides: NumberLadder  #: Number that needs the finest value, or the most runs.
+
+
+@dataclass(frozen=True)
+class NumberAnswer:
+    """Answer for one number of a ladder."""
+
+    number: NumberLadder
+    state: State  #: At the script's own value; without one, at the finest.
+    error: float  #: Largest error of one run there; inf if it is unknown.
+    runs: int | None  #: Number of runs whose mean keeps the tolerance there; None if too many.
+    largest: float | None  #: Coarsest value at which one run keeps the tolerance.
+    reached: bool  #: Whether one run or a mean keeps the tolerance at some value.
+
+
+@dataclass(frozen=True)
+class LadderAnswer:
+    """Answer for all numbers of a ladder."""
+
+    numbers: tuple[NumberAnswer, ...]
+    own: float | None  #: The script's own value of the variable, if it is known and varied.
+    own_fails: bool  #: Whether runs fail at that value or near it.
+    single: Choice | None  #: Coarsest value at which one run keeps all tolerances.
+    several: Choice | None  #: Cheapest mean of several runs that keeps them.
+    #: Choice to take: the script's own value if it is small enough, else one of the two above.
+    use: Choice | None
+
+    @property
+    def keeps_own(self) -> bool:
+        """Whether the script's own value is small enough."""
+        return self.use is not None and self.use.value == self.own
+
+    @property
+    def coarser(self) -> Choice | None:
+        """Coarser value of one run that would do as well; None if it is hardly coarser."""
+        if self.use is None or self.single is None or self.use.runs > 1:
+            return None
+        return self.single if self.single.value > _COARSER * self.use.value else None
+
+    @property
+    def judged(self) -> list[NumberAnswer]:
+        """Answers for which some value of the ladder keeps the tolerance."""
+        return [a for a in self.numbers if a.reached]
+
+    def in_state(self, *states: State) -> list[NumberAnswer]:
+        """Return the answers of some states."""
+        return [each for each in self.numbers if each.state in states]
+
+
+def answer_ladder(
+    each: ScriptLadder, own: float | None, crashed: Iterable[float] = ()
+) -> LadderAnswer:
+    """
+    Return the answer of a ladder.
+
+    `own` is the script's own value of the variable, `crashed` the values at which runs failed. No
+    value at or above the finest of these is advised.
+    """
+    steps = np.array([each.ladder.step(x) for x in each.values])
+    failed = [each.ladder.step(x) for x in crashed]
+    safe = steps < min(failed, default=math.inf)
+    own_step = None if own is None else each.ladder.step(own)
+    own_fails = own_step is not None and own_step >= min(failed, default=math.inf)
+    at = float(steps[-1]) if own_step is None else own_step
+    outside = own_fails or at > float(steps[0]) * (1.0 + 1e-9)
+    found = tuple(_answer(each, number, at, outside) for number in each.numbers)
+    judged = [a for a in found if a.reached]
+    for a in found:
+        if not a.reached and a.number.tolerance is not None:
+            safe &= _unseen(a.number, a.number.tolerance)
+    if not judged or any(a.state == "beyond" for a in found):
+        return LadderAnswer(found, own, own_fails, None, None, None)
+    single = _single(each, judged, steps, safe)
+    several = _several(each, judged, safe)
+    use = single or several
+    if own is not None and all(a.state in ("small enough", "too noisy") for a in judged):
+        seen = own_fails or any(a.state == "too large" for a in found)
+        most = max(judged, key=lambda a: (a.runs or 0, _part(a)))
+        use = use if seen else Choice(own, most.runs or 1, most.number)
+    return LadderAnswer(found, own, own_fails, single, several, use)
+
+
+def promised_at(each: ScriptLadder, number: NumberLadder, step: float) -> float:
+    """Return the largest error of one run at a step; inf for steps coarser than the ladder."""
+    steps = np.array([each.ladder.step(x) for x in each.values])
+    return _between(steps, number.verdict.promised, step)
+
+
+def needs_finer(number: NumberLadder) -> bool:
+    """Return whether finer values, not longer runs, would make the error as small as allowed."""
+    verdict, tolerance = number.verdict, number.tolerance or 0.0
+    if verdict.kind == "regular" and verdict.value is not None:
+        left = abs(float(number.results[-1].mean()) - verdict.value)
+        return left > _STEP_PART * tolerance
+    if verdict.kind == "bounded":
+        scatter = verdict.scatter
+        shrinks = float(np.median(scatter[:2])) > _SHRINKS * float(np.median(scatter[-2:]))
+        return shrinks or SCATTER_RESERVE * float(scatter[-1]) < _STEP_PART * tolerance
+    return verdict.kind == "irregular"
+
+
+def _answer(each: ScriptLadder, number: NumberLadder, at: float, outside: bool) -> NumberAnswer:
+    """Return the answer for one number; `outside` means a value at which no run was judged."""
+    tolerance = number.tolerance
+    if tolerance is None:
+        known = number.verdict.kind == "cannot tell"
+        state: State = "constant" if known else "not judged"
+        return NumberAnswer(number, state, math.inf, None, None, False)
+    steps = np.array([each.ladder.step(x) for x in each.values])
+    error = math.inf if outside else promised_at(each, number, at)
+    largest = largest_value(each.ladder, each.values, number.verdict, tolerance)
+    runs = None if outside else _runs_at(steps, number, at, tolerance)
+    reached = [n is not None for n in _runs_of(number)]
+    state = "too large"
+    if runs == 1:
+        state = "small enough"
+    elif runs is not None:
+        state = "too noisy"
+    elif not any(reached):
+        seen = outside or not _unseen(number, tolerance)[_rung(steps, at)]
+        known = number.verdict.kind in ("regular", "irregular") and needs_finer(number)
+        state = "beyond" if known or seen else "not judged"
+    return NumberAnswer(number, state, error, runs, largest, any(reached))
+
+
+def _runs_of(number: NumberLadder) -> list[int | None]:
+    """Return how many runs on each rung keep the tolerance as a mean; None if too many."""
+    most = _MOST_RUNS if number.repeats else 1
+    runs = runs_to_average(number.verdict, number.tolerance or 0.0)
+    return [n if n is not None and n <= most else None for n in runs]
+
+
+def _runs_at(steps: Array, number: NumberLadder, at: float, tolerance: float) -> int | None:
+    """Return how many runs at a step keep a tolerance as a mean; None if too many."""
+    verdict = number.verdict
+    if _between(steps, verdict.promised, at) <= tolerance:
+        return 1
+    bias = _between(steps, np.maximum.accumulate(verdict.bias[::-1])[::-1], at)
+    if not number.repeats or bias >= tolerance:
+        return None
+    scatter = _between(steps, verdict.scatter, at)
+    runs = math.ceil((SCATTER_RESERVE * scatter / (tolerance - bias)) ** 2)
+    return max(runs, 2) if runs <= _MOST_RUNS else None
+
+
+def _between(steps: Array, errors: Array, at: float) -> float:
+    """Interpolate errors in logarithms; inf for steps coarser than the ladder."""
+    if at > steps[0] * (1.0 + 1e-9) or not np.all(np.isfinite(errors)):
+        return math.inf
+    tiny = np.maximum(errors[::-1], 1e-300)
+    return float(math.exp(np.interp(math.log(at), np.log(steps[::-1]), np.log(tiny))))
+
+
+def _rung(steps: Array, at: float) -> int:
+    return int(np.argmin(np.abs(np.log(steps / at))))
+
+
+def _unseen(number: NumberLadder, tolerance: float) -> NDArray[np.bool_]:
+    """Return, by rung, whether neither it nor a finer one has surely a larger bias."""
+    verdict, means = number.verdict, number.results.mean(axis=1)
+    best = float(means[-1]) if verdict.value is None else verdict.value
+    error = (verdict.value_error or 0.0) + 2.0 * verdict.scatter / math.sqrt(
+        number.results.shape[1]
+    )
+    seen = np.abs(means - best) - error > tolerance
+    return ~np.logical_or.accumulate(seen[::-1])[::-1]
+
+
+def _single(
+    each: ScriptLadder, judged: list[NumberAnswer], steps: Array, safe: NDArray[np.bool_]
+) -> Choice | None:
+    """Return the coarsest safe value of one run that keeps all tolerances."""
+    if any(a.largest is None for a in judged) or not np.any(safe):
+        return None
+    coarsest = float(each.values[int(np.flatnonzero(safe)[0])])
+    values = [a.largest for a in judged if a.largest is not None]
+    finest = min(range(len(values)), key=lambda k: (each.ladder.step(values[k]), -_part(judged[k])))
+    value = values[finest]
+    if each.ladder.step(value) > each.ladder.step(coarsest):
+        value = coarsest
+    return Choice(value, 1, judged[finest].number)
+
+
+def _several(
+    each: ScriptLadder, judged: list[NumberAnswer], safe: NDArray[np.bool_]
+) -> Choice | None:
+    """Return the cheapest mean of several runs that keeps all tolerances."""
+    costs = np.minimum.accumulate(each.seconds[::-1])[::-1]
+    wanted = [_runs_of(a.number) for a in judged]
+    means: list[tuple[float, Choice]] = []
+    for k in np.flatnonzero(safe):
+        runs = [row[k] for row in wanted]
+        if all(n is not None for n in runs):
+            most = max(range(len(runs)), key=lambda j: runs[j] or 0)
+            choice = Choice(float(each.values[k]), runs[most] or 1, judged[most].number)
+            means.append((choice.runs * float(costs[k]), choice))
+    best = min(means, key=lambda pair: pair[0])[1] if means else None
+    return None if best is None or best.runs == 1 else best
+
+
+def _part(answer: NumberAnswer) -> float:
+    """Return the error over the tolerance."""
+    return answer.error / (answer.number.tolerance or 1e-300)
