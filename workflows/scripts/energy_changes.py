@@ -55,18 +55,12 @@ class EnergyChange:
     @property
     def short(self) -> str:
         """One sentence: the drift, and its tested or likeliest cause."""
-        cause = (
-            self.tested
-            if self.confirmed
-            else next((each for each in self.causes if each is not self.tested), None)
-        )
-        said = (
-            ""
-            if cause is None
-            else (f" ({'' if self.confirmed else 'likely '}cause: {cause.text})")
-        )
-        what = self.name.partition(":")[0]
-        return f"No timestep cures the drift of {what} by {self.drift:.2g}{said}."
+        others = (each for each in self.causes if each is not self.tested)
+        cause = self.tested if self.confirmed else next(others, None)
+        text = f"No timestep cures the drift of {self.name.partition(':')[0]} by {self.drift:.2g}"
+        if cause is None:
+            return f"{text}."
+        return f"{text}; its {'' if self.confirmed else 'likely '}cause is {cause.text}."
 
     def __str__(self) -> str:
         what = self.name.partition(":")[0]
