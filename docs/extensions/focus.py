@@ -1,4 +1,4 @@
-"""Let code and tables take the focus of the keyboard, by which they are scrolled."""
+"""Let code and tables take the focus of the keyboard, and give captions a level of heading."""
 
 from __future__ import annotations
 
@@ -11,9 +11,12 @@ if TYPE_CHECKING:  # the tests have no Sphinx
 _SCROLLS = re.compile(r'<(pre|table|div(?= class="math[" ]))(?=[ >])(?![^>]*tabindex)')
 
 
+_CAPTION = re.compile(r'role="heading"(?! aria-level)')
+
+
 def focusable(body: str) -> str:
-    """Return HTML in which code, tables and formulas can be reached by the Tab key."""
-    return _SCROLLS.sub(r'<\1 tabindex="0"', body)
+    """Return HTML whose code, tables and formulas take the focus; captions get a level."""
+    return _CAPTION.sub('role="heading" aria-level="2"', _SCROLLS.sub(r'<\1 tabindex="0"', body))
 
 
 def _mark(_app: Sphinx, _page: str, _template: str, context: dict[str, Any], _tree: object) -> None:

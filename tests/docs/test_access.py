@@ -24,6 +24,8 @@ def load(path):
         ('<pre tabindex="0">', '<pre tabindex="0">'),
         ('<div class="math-wrapper">', '<div class="math-wrapper">'),
         ("<present>", "<present>"),
+        ('<p class="caption" role="heading">', '<p class="caption" role="heading" aria-level="2">'),
+        ('<p role="heading" aria-level="3">', '<p role="heading" aria-level="3">'),
     ],
 )
 def test_what_scrolls_takes_the_focus(html, marked):
