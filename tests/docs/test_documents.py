@@ -26,8 +26,8 @@ def test_every_block_runs(path, tmp_path):
 
 def test_the_front_page_quotes_the_bottom_line_of_timestep():
     # The script behind the line is on the page of scripts, which runs with the tests.
-    (line,) = re.findall(r"^Your timestep .*", (ROOT / "README.md").read_text(), re.MULTILINE)
-    assert f"\n{line}\npage: " in (ROOT / "docs" / "scripts.md").read_text()
+    (line,) = re.findall(r"^> (Your .*) \.\.\.$", (ROOT / "README.md").read_text(), re.MULTILINE)
+    assert f"\n{line}" in (ROOT / "docs" / "scripts.md").read_text()
 
 
 @pytest.mark.slow
