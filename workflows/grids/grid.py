@@ -105,6 +105,11 @@ def write_grid(
     Returns for each folder the reason why it has no job, empty if it has one. Raises InputError if
     there is a grid already or the folder cannot be written.
     """
+    if any(scene.bond.only_pushes for scene in scenes):
+        raise InputError(
+            "the sweep has beads, whose jobs print nothing by which `chaincor collect` knows them. "
+            "Write their jobs one by one, or run the sweep with `chaincor sweep`"
+        )
     names = [folder_name(scene, axes, number) for number, scene in enumerate(scenes, 1)]
     script_name = f"submit.{scheduler}"
     present = [name for name in (MANIFEST, script_name, *names) if (folder / name).exists()]

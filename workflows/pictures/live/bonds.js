@@ -38,6 +38,9 @@ const PLAIN = { floor: -Infinity, depth: Infinity, convex: Infinity, barrier: In
 
 /** The bond of a scene. */
 function bondOf(scene) {
+  if (!Object.hasOwn(BONDS, scene.potential)) {
+    throw new Error(`This page has no ${scene.potential} bond. Use chaincor run.`);
+  }
   const bond = { ...PLAIN, ...BONDS[scene.potential](scene) };
   bond.breaking = Math.min(
     bond.depth, bond.barrier === Infinity ? Infinity : bond.energy(bond.barrier)

@@ -1,0 +1,130 @@
+"""Events of columns of beads, for compiled loops: begin and end of a contact, and the last end."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from chaincor.lammps_inputs.arrays import Array
+
+# Largest number of steps in the search for a moment, which rounding ends earlier, and relative
+# resolution left by rounding.
+_MOST_EVALUATIONS = 100
+_RESOLUTION = 4e-16
+
+
+def build_end(bond: Callable, register: Callable) -> Callable:
+    """Return ``is_over(ledger, arrays, parameters)``: whether the bodies never touch again."""
+
+    @register
+    def is_over(ledger: Any, arrays: Any, parameters: Any) -> bool:
+        state, masses, rising, gap = arrays.state, arrays.masses, arrays.rising, ledger.gap
+        beads = masses.shape[0]
+        if ledger.touching or state[1 + gap] < 0.0:
+            return False
+        # Each w is the mean of the largest velocity up to a bead and the smallest from it on.
+        first = 1 if masses[0] == np.inf else 0
+        top = 0.0 if first else -np.inf
+        for i in range(first, beads):
+            top = max(top, state[beads + i])
+            rising[i] = 0.5 * top
+        low = np.inf
+        for i in range(beads - 1, first - 1, -1):
+            low = min(low, state[beads + i])
+            rising[i] += 0.5 * (max(low, 0.0) if first else low)
+        if first:
+            rising[0] = 0.0
+        energy = 0.0
+        for i in range(first, beads):
+            energy += 0.5 * masses[i] * (state[beads + i] - rising[i]) ** 2
+        for i in range(beads - 1):
+            if i != gap and state[1 + i] < 0.0:
+                # This is at least U, because the force rises with the overlap.
+                energy -= state[1 + i] * bond(state[1 + i], parameters.bond)
+        faster = np.sqrt(2.0 * energy * parameters.inverse[gap])
+        faster += np.sqrt(2.0 * energy * parameters.inverse[gap + 1])
+        return rising[gap + 1] - rising[gap] > faster
+
+    return is_over
+
+
+def build_contact(register: Callable) -> tuple[Callable, Callable, Callable]:
+    """Return functions that give the momentum of the chain, and that end and begin a contact."""
+
+    @register
+    def chain_momentum(state: Array, masses: Array, gap: int) -> float:
+        total = 0.0
+        for i in range(gap + 1, masses.shape[0]):
+            total += masses[i] * state[masses.shape[0] + i]
+        return total
+
+    @register
+    def end(ledger: Any, arrays: Any, given: float) -> None:
+        state, strains = arrays.state, arrays.masses.shape[0] - 1
+        state[1 + ledger.gap] = 0.0
+        ledger.touching = 0
+        ledger.last_contact = ledger.time
+        arrays.contacts[2, ledger.contacts - 1] = given
+        np.positive(state, arrays.last)
+        for i in range(strains):
+            if i != ledger.gap:
+                ledger.strain_min = min(ledger.strain_min, state[1 + i])
+                ledger.strain_max = max(ledger.strain_max, state[1 + i])
+        ledger.contact_min, ledger.contact_max = ledger.strain_min, ledger.strain_max
+
+    @register
+    def begin(ledger: Any, arrays: Any, parameters: Any) -> None:
+        # The gap is zero and closes: soft bodies touch, and a hard contact is over at once.
+        state, gap, contacts = arrays.state, ledger.gap, arrays.contacts
+        beads = arrays.masses.shape[0]
+        speed = state[beads + gap] - state[beads + gap + 1]
+        contacts[0, ledger.contacts] = ledger.time
+        contacts[1, ledger.contacts] = speed
+        ledger.contacts += 1
+        state[1 + gap] = 0.0
+        if ledger.soft:
+            ledger.touching = 1
+            ledger.momentum = chain_momentum(state, arrays.masses, gap)
+            return
+        inverse = parameters.inverse
+        given = 2.0 * speed / (inverse[gap] + inverse[gap + 1])
+        state[beads + gap] -= given * inverse[gap]
+        state[beads + gap + 1] += given * inverse[gap + 1]
+        end(ledger, arrays, given)
+
+    return chain_momentum, end, begin
+
+
+def build_moment(take: Callable, register: Callable) -> Callable:
+    """
+    Return ``moment_of(step, sign, path)``: when the gap, times `sign`, becomes positive in a step.
+
+    `take` is one step of any size.
+    """
+
+    @register
+    def moment_of(step: float, sign: float, path: Any) -> float:
+        # Find the moment at which sign*gap, negative at first, becomes positive: Newton's method
+        # with a bracket.
+        arrays, gap = path.arrays, path.parameters.gap
+        beads = arrays.masses.shape[0]
+        low, high = 0.0, step
+        below, above = sign * arrays.kept[1 + gap], sign * arrays.state[1 + gap]
+        middle = step * below / (below - above)
+        for _ in range(_MOST_EVALUATIONS):
+            if not low < middle < high:
+                middle = 0.5 * (low + high)
+            take(arrays.kept, arrays.trial, arrays.trial_slopes, middle, path)
+            found = sign * arrays.trial[1 + gap]
+            rate = sign * (arrays.trial[beads + gap + 1] - arrays.trial[beads + gap])
+            if found > 0.0:
+                high = middle
+            else:
+                low = middle
+            following = middle - found / rate if rate > 0.0 else low
+            if abs(following - middle) <= _RESOLUTION * step or high - low <= _RESOLUTION * step:
+                break
+            middle = following
+        return middle
+
+    return moment_of
