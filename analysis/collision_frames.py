@@ -45,7 +45,7 @@ class Known:
         """Refuse a velocity or a timestep that is not positive."""
         for name, given in (("velocity", self.impact_velocity), ("timestep", self.timestep)):
             if given is not None and not 0.0 < given < np.inf:
-                raise InputError(f"the {name} is {given}; expected a positive finite number")
+                raise InputError(f"the {name} is {given}. Give a positive finite number")
 
 
 NOTHING_KNOWN = Known()
@@ -68,8 +68,8 @@ class CollisionFrames:
         self.layout = ChainLayout.from_frame(self.first, known.targets)
         if self.layout.time_known and known.timestep is not None:
             raise InputError(
-                f"the dump carries the time, and a timestep of {known.timestep:g} is given; "
-                "expected one of them: drop the timestep (--timestep)"
+                f"the dump contains the time, and a timestep of {known.timestep:g} is given. "
+                "Drop the timestep (--timestep)"
             )
         if not self.layout.time_known and known.timestep is None:
             raise InputError(
@@ -112,8 +112,8 @@ class CollisionFrames:
             state = self.layout.state(frame, self.known.timestep)
             if state.time < time:
                 raise InputError(
-                    f"the frame of step {state.step} is earlier than the one before it; expected "
-                    "the frames of one run in order of time"
+                    f"the frame of step {state.step} is earlier than the one before it. Give the "
+                    "frames of one run in order of time"
                 )
             time = state.time
             yield state
@@ -143,8 +143,8 @@ class CollisionFrames:
             return seen
         if seen is not None and abs(seen - given) > 4.0 * self.resolution + 1e-9 * given:
             raise InputError(
-                f"the dump starts with the impact speed {seen:.9g}, the scene says {given:.9g}; "
-                "expected the dump of that scene"
+                f"the dump starts with the impact speed {seen:.9g}, but the scene has "
+                f"{given:.9g}. Give the dump of this scene"
             )
         return given
 
@@ -167,13 +167,14 @@ class CollisionFrames:
                 return before
         if not v0 > 0.0:
             raise InputError(
-                f"the bodies move apart with {-v0:.6g} in the first frame; expected a dump that "
-                "begins before they meet, with the chain at larger x than the target"
+                f"the bodies move apart with {-v0:.6g} in the first frame. Give a dump that "
+                "begins before the bodies meet, with the chain at larger x than the target"
             )
         if given is not None and abs(v0 / given - 1.0) > _SAME_SPEED:
             raise InputError(
-                f"the bodies come together with {v0:.9g} in the first frame, in the scene with "
-                f"{given:.9g}; expected a dump of that job from before their contact"
+                f"the bodies approach each other with {v0:.9g} in the first frame, but with "
+                f"{given:.9g} in the scene. Give a dump of this job that begins before the "
+                "contact"
             )
         return v0
 

@@ -58,7 +58,7 @@ class Distribution:
         """
         x, bars = np.asarray(values, dtype=float), np.asarray(errors, dtype=float)
         if len(x) == 0:
-            raise InputError("a distribution of no samples was asked for; expected one at least")
+            raise InputError("a distribution of no samples was asked for. Give at least one sample")
         deviation = float(np.std(x, ddof=1)) if len(x) > 1 else math.nan
         return cls(
             count=len(x),

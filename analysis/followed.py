@@ -145,7 +145,7 @@ def _refuse_sideways(frame: DumpFrame, impact_velocity: float) -> None:
         if not largest <= _SIDEWAYS * impact_velocity:
             raise InputError(
                 f"particles move sideways in the frame of step {frame.step}: {name} is up to "
-                f"{largest:.3g}; expected a chain that moves along x alone"
+                f"{largest:.3g}. Give a chain that moves only along x"
             )
 
 
@@ -156,7 +156,7 @@ def _refuse_impossible_bonds(state: ChainState, bond: Potential | None) -> None:
     outside = np.flatnonzero((strains <= bond.strain_min) | (strains > bond.strain_max))
     if outside.size:
         raise InputError(
-            f"bond {outside[0] + 1} is {1.0 + strains[outside[0]]:.6g} long in the frame of step "
-            f"{state.step}, where the potential '{bond.name}' has no energy; expected the "
-            "potential of the run, and particles that stay apart"
+            f"bond {outside[0] + 1} is {1.0 + strains[outside[0]]:.6g} long in the frame of "
+            f"step {state.step}, where the potential '{bond.name}' has no energy. Give the "
+            "potential of the run, and check that no particles overlap"
         )

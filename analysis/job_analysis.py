@@ -158,7 +158,9 @@ def target_particles_of(job: Job, first: DumpFrame, given: int | None = None) ->
             told[f"column {BODY_COLUMN} of the dump"] = int(np.sum(numbers == 2.0))
     if len(set(told.values())) > 1:
         shown = ", ".join(f"{source} {count}" for source, count in told.items())
-        raise InputError(f"the free target has {shown} particles; expected one number: drop one")
+        raise InputError(
+            f"the numbers of particles of the free target differ: {shown}. Give one number"
+        )
     return next(iter(told.values()), 0)
 
 
@@ -212,15 +214,16 @@ def _refuse_other_units(job: Job, style: str) -> None:
         other = next((word for c in units for word in c[1:2] if word != style), None)
         if other is not None:
             raise InputError(
-                f"{path} sets units {other}; expected units {style}: --units, --length, --mass and "
-                "--stiffness say what the chain's own are in those of the dump"
+                f"{path} sets units {other}, but units {style} are given. Give --units as in "
+                "the script; --length, --mass and --stiffness are the chain's units in the "
+                "units of the dump"
             )
 
 
 def _expect_count(expected: int, source: Path, found: int, dump: Path) -> None:
     if expected != found:
         raise InputError(
-            f"{dump} holds {found} particles, {source} {expected}; expected the dump of that job"
+            f"{dump} has {found} particles, but {source} has {expected}. Give the dump of this job"
         )
 
 
@@ -230,6 +233,6 @@ def _refuse_other_chain(data: Path, particles: int, dump: Path) -> None:
     _expect_count(atoms, data, particles, dump)
     if bonds not in (0, particles - 1):  # none: other forces hold the chain together
         raise InputError(
-            f"{data} has {bonds} bonds between {particles} particles; expected one open chain with "
-            f"{particles - 1}: all particles of the dump are taken to be that chain"
+            f"{data} has {bonds} bonds between {particles} particles. Give one open chain "
+            f"with {particles - 1} bonds; all particles of the dump count as this chain"
         )

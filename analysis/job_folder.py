@@ -168,7 +168,7 @@ def find_jobs(
     """
     folder = Path(folder)
     if scene is not None and not Path(scene).is_file():
-        raise InputError(f"cannot read {scene}: no such file; expected the scene of the job")
+        raise InputError(f"{scene} does not exist. Give the scene of the job")
     data, dump = (None if path is None else Path(path) for path in (data, dump))
     kinds, below = _files_by_kind(folder), []
     if data is None and dump is None:
@@ -242,7 +242,7 @@ def _why_no_dump(folder: Path, scripts: list[Path], scene: Path) -> str:
 
 def _files_by_kind(folder: Path) -> dict[str, list[Path]]:
     if not folder.is_dir():
-        raise InputError(f"{folder} is not a folder; expected the folder of a LAMMPS job")
+        raise InputError(f"{folder} is not a folder. Give the folder of a LAMMPS job")
     kinds: dict[str, list[Path]] = {"dump": [], "data": [], "script": [], "log": [], "other": []}
     for path in sorted(path for path in folder.iterdir() if path.is_file()):
         kind = _recognise(path)

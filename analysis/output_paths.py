@@ -79,9 +79,11 @@ def _refuse_blocked(folder: Path) -> None:
     """Raise InputError if a folder cannot be made, or nothing can be written into it."""
     nearest = next(path for path in (folder, *folder.parents) if path.exists())
     if not nearest.is_dir():
-        raise InputError(f"{str(nearest)!r} is a file; expected a folder: give another path")
+        raise InputError(f"{str(nearest)!r} is a file. Give another path, inside a folder")
     if not os.access(nearest, os.W_OK | os.X_OK):
-        raise InputError(f"cannot write into {str(nearest)!r}; expected a folder of your own")
+        raise InputError(
+            f"cannot write into {str(nearest)!r}. Give a folder in which you may write"
+        )
 
 
 def judge_folder(folder: Path, sign: str, names: Iterable[str]) -> Path:

@@ -86,7 +86,7 @@ def pair_interval_slope(bond: Potential) -> float:
     order, speed = bond.anharmonic_order, bond.natural_speed
     if order is None or speed is None:
         raise InputError(
-            f"bond '{bond.name}' has no speed v*; expected an anharmonic bond, whose contact "
+            f"bond '{bond.name}' has no speed v*. Give an anharmonic bond, whose contact "
             "interval depends on the speed"
         )
     m = order - 2
@@ -160,7 +160,7 @@ def compressed_strain(bond: Potential, energy: float) -> float:
         # One rounding farther from rest the bond would hold more than the energy.
         if not float(bond.energy(np.nextafter(strain, -math.inf))) > energy:
             raise InputError(
-                f"bond '{bond.name}' cannot store the energy {energy:g} by compression; expected "
-                "a bond that stiffens"
+                f"bond '{bond.name}' cannot store the energy {energy:g} by compression. Give a "
+                "bond that stiffens"
             )
     return strain

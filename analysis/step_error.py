@@ -61,8 +61,8 @@ def analyze_folder(
             alike.append(run)
         elif job is None:
             raise InputError(
-                f"{first} and {other} differ in {what}; expected runs of one collision at "
-                "different steps: name the folder of one job"
+                f"{first} and {other} differ in {what}. Give runs of one collision at different "
+                "steps, in the folder of one job"
             )
         else:
             notes.append(

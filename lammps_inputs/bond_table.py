@@ -106,7 +106,8 @@ def tabulate(
     shortest, longest = bond_range
     if not (0.0 <= shortest <= longest < math.inf):
         raise TableError(
-            f"the bond range is {shortest:g} to {longest:g}; expected two finite lengths in order"
+            f"the bond range is {shortest:g} to {longest:g}. Give two finite lengths in "
+            "increasing order"
         )
     if rows is None:
         span = with_margin(bond, bond_range, FEWEST_ROWS)
@@ -163,8 +164,8 @@ def with_margin(bond: Potential, bond_range: tuple[float, float], rows: int) -> 
     bins = rows - 1
     if bins <= 2 * MARGIN_BINS:
         raise TableError(
-            f"table_points is {rows}; expected at least {2 * MARGIN_BINS + 2}, so that the bonds "
-            "stay clear of the table's ends"
+            f"table_points is {rows}. Give at least {2 * MARGIN_BINS + 2}, so that no bond "
+            "reaches the end of the table"
         )
     # Each end moves out by a fraction of its own distance from rest, so that a long tail does not
     # move the steep end. Absolute coordinates are rounded, and widths below 1e-9 have no meaning.
@@ -186,9 +187,8 @@ def with_margin(bond: Potential, bond_range: tuple[float, float], rows: int) -> 
         steepest = float(bond.curvature(low - 1.0))
     if not math.isfinite(steepest):
         raise TableError(
-            f"bonds would get as short as {shortest:.3g}, where a {bond.name} bond has no finite "
-            "stiffness; expected bonds that a table can hold: lower the speed, or use engine "
-            "'reference'"
+            f"bonds would get as short as {shortest:.3g}, where a {bond.name} bond has no "
+            "finite stiffness. Lower the speed, or use engine 'reference'"
         )
     return low, high
 

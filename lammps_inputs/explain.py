@@ -68,7 +68,7 @@ def explanation_of(command: str) -> Explanation:
     for entry in _texts()["command"]:
         if re.match(entry["match"], command):
             return Explanation(**entry)
-    raise KeyError(f"explanations.toml has no entry for {command!r}; expected one for each command")
+    raise KeyError(f"explanations.toml has no entry for {command!r}. Add one")
 
 
 @cache

@@ -15,7 +15,7 @@ def whole_number_given(name: str, value: Any, least: int = 1, most: int | None =
         number = None
     if number is None or number < least or (most is not None and number > most):
         span = f"{least} or more" if most is None else f"from {least} to {most}"
-        raise InputError(f"{name} is {shown(value)}; expected a whole number, {span}")
+        raise InputError(f"{name} is {shown(value)}. Give a whole number, {span}")
     return number
 
 
@@ -26,7 +26,7 @@ def positive_number_given(name: str, value: Any) -> float:
     except (TypeError, ValueError, OverflowError):
         number = math.nan
     if not 0.0 < number < math.inf:
-        raise InputError(f"{name} is {shown(value)}; expected a positive finite number")
+        raise InputError(f"{name} is {shown(value)}. Give a positive finite number")
     return number
 
 

@@ -46,18 +46,20 @@ def read_initial_state(path: Path) -> InitialState:
         places = columns["strain"]
     if places[0] < 0.0:
         raise SceneError(
-            f"initial {str(path)!r} has particle 1 at {places[0]:g}, inside the target; expected "
-            "0 or more"
+            f"initial {str(path)!r} has particle 1 at {places[0]:g}, inside the target. "
+            "Give particle 1 a position of 0 or more"
         )
     if np.any(places[1:] <= -1.0):
         shortest = int(np.argmin(places[1:]))
         raise SceneError(
             f"initial {str(path)!r} has no room between particles {shortest + 1} and "
-            f"{shortest + 2}; expected positions that rise from the target outward"
+            f"{shortest + 2}. Give positions that increase from the target outward"
         )
     masses = columns.get("mass")
     if masses is not None and np.min(masses) <= 0.0:
-        raise SceneError(f"initial {str(path)!r} has a mass of {np.min(masses):g}; expected > 0")
+        raise SceneError(
+            f"initial {str(path)!r} has a mass of {np.min(masses):g}. Give masses above 0"
+        )
     return InitialState(float(places[0]), places[1:], columns.get("velocity"), masses)
 
 
@@ -72,11 +74,11 @@ def _read_columns(path: Path) -> dict[str, Array]:
     unknown = [name for name in names if name not in COLUMNS]
     if unknown or len(set(names)) < len(names) or sum(name in _PLACES for name in names) != 1:
         raise SceneError(
-            f"initial {str(path)!r} has the columns {', '.join(names)[:80]!r}; expected a "
-            "header with position or strain, and velocity, mass or neither"
+            f"initial {str(path)!r} has the columns {', '.join(names)[:80]!r}. Write a "
+            "header with position or strain, and with velocity and mass if they are known"
         )
     if len(rows) < 2:
-        raise SceneError(f"initial {str(path)!r} has no particles; expected a row for each")
+        raise SceneError(f"initial {str(path)!r} has no particles. Give one row for each particle")
     values = []
     for number, row in enumerate(rows[1:], 1):
         try:
@@ -87,7 +89,7 @@ def _read_columns(path: Path) -> dict[str, Array]:
                 raise ValueError
         except ValueError:
             raise SceneError(
-                f"initial {str(path)!r} has {','.join(row)[:60]!r} for particle {number}; expected "
-                f"{len(names)} numbers, of {_LARGEST:g} at most: {', '.join(names)}"
+                f"initial {str(path)!r} has {','.join(row)[:60]!r} for particle {number}. Give "
+                f"{len(names)} numbers of at most {_LARGEST:g}: {', '.join(names)}"
             ) from None
     return dict(zip(names, np.array(values).T, strict=True))

@@ -28,7 +28,9 @@ def is_plain(wishes: JobWishes) -> bool:
     if whole is None and not wishes.plain:
         return False
     if whole is not None and wishes.plain:
-        raise InputError("--plain and a template that is a whole script; expected either")
+        raise InputError(
+            "--plain and a template that is a whole script exclude each other. Drop one"
+        )
     besides = {
         "frames": wishes.dump,
         "a restartable job": wishes.restartable,
@@ -39,7 +41,7 @@ def is_plain(wishes: JobWishes) -> bool:
     for name, wanted in besides.items():
         if wanted:
             kind = "a plain script" if whole is None else "a template that is a whole script"
-            raise InputError(f"{kind} is asked for, and {name}; expected either")
+            raise InputError(f"{kind} and {name} exclude each other. Drop one")
     return True
 
 
@@ -54,7 +56,7 @@ def plain_scene(scene: Scene) -> Scene:
         raise SceneError(
             "a plain script is asked for, and the chain meets "
             + ("a soft contact" if line.soft else "a free target")
-            + "; expected a rigid wall, for which LAMMPS has a command: leave --plain out"
+            + ". Leave --plain out, or use a rigid wall, for which LAMMPS has a command"
         )
     given = {
         "wall": (scene.wall, "reflect"),
@@ -64,9 +66,9 @@ def plain_scene(scene: Scene) -> Scene:
     for name, (value, only) in given.items():
         if value is not None and value != only:
             raise SceneError(
-                f"a plain script is asked for, and {name} is {value}; expected "
-                + (f"{only}" if only else "none, as it tells no error")
-                + f": leave {name} out, or --plain"
+                f"a plain script has no {name} {value}"
+                + ("" if only else ", because it computes no error bar")
+                + f". Leave out {name} or --plain"
             )
     step = scene.timestep or _TIMESTEP / scene.fast_stiffness**0.5
     return scene.replace(wall="reflect", scheme="verlet", timestep=step, error=False)

@@ -278,8 +278,8 @@ class Scene(SceneFields):
         """
         if not isinstance(self.potential, str):
             raise SceneError(
-                f"potential '{self.label}' is a Python object; expected a named potential or "
-                "'table' with a bond_file to write the scene as TOML"
+                f"potential '{self.label}' is a Python object. To write the scene as TOML, use "
+                "a named potential or 'table' with a bond_file"
             )
         return tomli_w.dumps(plain_fields(self))
 

@@ -61,8 +61,7 @@ def render_setup(numerics: Numerics, table: BondTable | None, folder: str) -> st
     """
     if not set(folder) <= SAFE_PATH_CHARACTERS:
         raise SceneError(
-            f"the temporary folder is {folder!r}; expected a path of letters, digits and ./_+-: "
-            "set TMPDIR to such a folder"
+            f"the temporary folder is {folder!r}. Set TMPDIR to a path of letters, digits and ./_+-"
         )
     return rendered("setup", setup_values(numerics, table, folder))
 

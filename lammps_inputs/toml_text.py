@@ -24,8 +24,8 @@ def parse_toml(text: str, source: str) -> dict[str, Any]:
         raise SceneError(f"{source} is not valid TOML: {error}") from None
     except ValueError:  # Python does not convert integers of thousands of digits
         raise SceneError(
-            f"{source} holds an integer of thousands of digits; expected {_MOST_BITS} bits at "
-            "most, as TOML has them"
+            f"{source} holds an integer of thousands of digits. Give an integer of at most "
+            f"{_MOST_BITS} bits, the range of TOML"
         ) from None
     _refuse_long_integers(fields, source)
     return fields
@@ -41,6 +41,6 @@ def _refuse_long_integers(fields: dict[str, Any], source: str) -> None:
             inside += ((key, each) for each in value)
         elif isinstance(value, int) and value.bit_length() > _MOST_BITS:
             raise SceneError(
-                f"{source}: {key[:40]} is an integer of {value.bit_length()} bits; expected "
-                f"{_MOST_BITS} at most, as TOML has them"
+                f"{source}: {key[:40]} is an integer of {value.bit_length()} bits. Give at most "
+                f"{_MOST_BITS} bits, the range of TOML"
             )

@@ -59,8 +59,8 @@ class ChainLayout:
         if targets:
             if x is None:
                 raise InputError(
-                    f"the dump has columns {' '.join(frame.columns)}; expected a column of "
-                    "positions, such as x, which tells the two bodies apart"
+                    f"the dump has columns {' '.join(frame.columns)}. Dump a column of positions, "
+                    "such as x, which separates the two bodies"
                 )
             return cls(found, _rows_of_bodies(frame, x, targets), time_known)
         order = np.arange(frame.column(found).size)
@@ -116,8 +116,9 @@ class ChainLayout:
         velocities, expected = frame.column("vx"), self.all_particles
         if velocities.size != expected:
             raise InputError(
-                f"the frame of step {frame.step} holds {velocities.size} particles, the first "
-                f"frame {expected}; expected the same number in all: LAMMPS has lost some"
+                f"the frame of step {frame.step} has {velocities.size} particles, but the first "
+                f"frame has {expected}: LAMMPS lost particles. Give a dump without lost "
+                "particles"
             )
         if TIME_COLUMN in frame.columns:
             time = float(frame.column(TIME_COLUMN)[0])
@@ -127,8 +128,8 @@ class ChainLayout:
             time = frame.step * timestep
         else:
             raise InputError(
-                f"the frame of step {frame.step} does not carry the time, unlike the first one; "
-                "expected the frames of one run"
+                f"the frame of step {frame.step} has no time, unlike the first frame. Give the "
+                "frames of one run"
             )
         motion = zip(self.displacements(frame), self.by_body(velocities), strict=True)
         arrays = [array for body in motion for array in body]
@@ -155,8 +156,8 @@ def _rows_of_bodies(
     """Return the rows of the chain and of the target, each from the contact outward."""
     if not 0 < targets < x.size:
         raise InputError(
-            f"the free target has {targets} particles and the dump {x.size}; expected fewer, and "
-            "one at least: the others are the chain"
+            f"the free target has {targets} particles, but the dump has {x.size}. Give at "
+            "least one particle to the target, and leave at least one to the chain"
         )
     order = np.argsort(x, kind="stable")
     is_target = np.isin(np.arange(x.size), order[:targets])
@@ -164,8 +165,9 @@ def _rows_of_bodies(
         is_target = frame.column(BODY_COLUMN) == 2.0
     elif x[order[targets - 1]] == x[order[targets]]:
         raise InputError(
-            f"particles of both bodies are at x = {x[order[targets]]:g} in the first frame; "
-            f"expected them apart, or a column '{BODY_COLUMN}' that is 2 in the target"
+            f"particles of both bodies are at x = {x[order[targets]]:g} in the first frame. "
+            f"Dump a column '{BODY_COLUMN}' that is 2 in the target, or begin the dump "
+            "while the bodies are apart"
         )
     chain, target = np.flatnonzero(~is_target), np.flatnonzero(is_target)
     return chain[np.argsort(x[chain])], target[np.argsort(-x[target])]
@@ -178,7 +180,7 @@ def _positions(frame: DumpFrame, name: str) -> Array:
     if name in SCALED_COLUMNS:
         if frame.tilted:
             raise InputError(
-                f"the dump has scaled positions ({name}) in a tilted box; expected 'x' or 'xu'"
+                f"the dump has scaled positions ({name}) in a tilted box. Dump 'x' or 'xu'"
             )
         values = low + values * (high - low)
     if name in _WRAPPED and IMAGE_COLUMN in frame.columns and frame.periodic_x:
@@ -193,8 +195,8 @@ def _refuse_wrapped(frame: DumpFrame, name: str, x: Array) -> None:
     length = float(frame.bounds[0, 1] - frame.bounds[0, 0])
     if x.size > 1 and np.max(np.abs(np.diff(x))) > 0.5 * length:
         raise InputError(
-            f"column {name} wraps round the periodic box in the frame of step {frame.step}; "
-            "expected unwrapped positions: dump 'xu', or 'ix' beside it"
+            f"column {name} wraps round the periodic box in the frame of step {frame.step}. "
+            "Dump the unwrapped position 'xu', or 'ix' beside it"
         )
 
 
@@ -209,15 +211,15 @@ def _refuse_other_displacements(frame: DumpFrame, x: Array, name: str) -> None:
     if np.any(off > slack):
         i = int(np.argmax(off - slack))
         raise InputError(
-            f"particle {i + 1} has {DISPLACEMENT_COLUMN} = {u[i]:.9g} at x = {x[i]:.9g}; expected "
-            "x - (id - 1), with ids counting from the wall at x = 0: leave the column out, or dump "
-            "that variable"
+            f"particle {i + 1} has {DISPLACEMENT_COLUMN} = {u[i]:.9g} at x = {x[i]:.9g}. "
+            "Dump the variable x - (id - 1) with ids that count from the wall at x = 0, or "
+            "leave the column out"
         )
 
 
 def _refuse_other_units(frame: DumpFrame) -> None:
     if frame.units not in (None, "lj"):
         raise InputError(
-            f"the dump is in units {frame.units}; expected units lj, with the natural bond length "
-            "and a stiffness of 1, in which energies and times are understood here"
+            f"the dump is in units {frame.units}. Use units lj, with a natural bond length "
+            "and a stiffness of 1"
         )

@@ -41,7 +41,7 @@ class Dump(Frames):
         except (EOFError, zlib.error):
             raise InputError(f"{self.path} is cut short before its first frame") from None
         if not start:
-            raise InputError(f"{self.path} is empty; expected a LAMMPS dump of style custom")
+            raise InputError(f"{self.path} is empty. Give a LAMMPS dump of style custom")
         self._is_yaml = start.startswith(YAML_START[:18])
         self.is_text = self._is_yaml or start.startswith(_TEXT_START) or start in _TEXT_START
         if not self.is_text and b"DUMP" not in start:
@@ -73,8 +73,9 @@ class Dump(Frames):
                 raise InputError(f"{self.path} is a damaged gzip file: {error}") from None
             except ValueError:  # lengths and names of a binary frame that are none
                 raise InputError(
-                    f"{self.path} is damaged in frame {count + 1}, perhaps by a crashed run that "
-                    "was continued into it; expected frames of a binary dump"
+                    f"{self.path} is damaged in frame {count + 1}, perhaps because a crashed run "
+                    "was continued into this file. Repeat the run, or cut the file before this "
+                    "frame"
                 ) from None
         if count == 0:
             raise InputError(f"{self.path} is cut short before the end of its first frame")
@@ -113,8 +114,9 @@ def _read_binary_frame(stream: IO[bytes], name: str) -> DumpFrame | None:
     endian, revision = _take(stream, "<i4", 2)
     if endian != 1 or revision < 2:
         raise InputError(
-            f"{name} is a binary dump of revision {revision} and byte order {endian}; "
-            "expected 2 and little-endian: convert it with LAMMPS's binary2txt"
+            f"{name} is a binary dump of revision {revision} and byte order {endian}, but "
+            "only revision 2, little-endian, can be read. Convert it with LAMMPS's "
+            "binary2txt"
         )
     step, particles = _take(stream, "<i8", 2)
     triclinic = _take(stream, "<i4", 1)[0]
@@ -132,7 +134,7 @@ def _read_binary_frame(stream: IO[bytes], name: str) -> DumpFrame | None:
     if len(values) != particles or len(columns) != width or "id" not in columns:
         raise InputError(
             f"{name}: the frame of step {step} has {len(values)} rows of columns "
-            f"{' '.join(columns)}; expected {particles} rows with an 'id'"
+            f"{' '.join(columns)}. Give {particles} rows with an 'id'"
         )
     order = order_by_id(values[:, columns.index("id")], int(step), name)
     return DumpFrame(

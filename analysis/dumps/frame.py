@@ -47,7 +47,7 @@ class DumpFrame:
         if name not in self.columns:
             raise InputError(
                 f"the frame of step {self.step} has no column '{name}' (it has "
-                f"{' '.join(self.columns)}); expected the same columns in all frames"
+                f"{' '.join(self.columns)}). Dump the same columns in all frames"
             )
         values = self.raw_column(self.columns.index(name))
         return values if self.order is None else values[self.order]
@@ -62,8 +62,8 @@ class DumpFrame:
         wrong = values[~(np.abs(values) < _LARGEST_WHOLE) | (values != np.floor(values))]
         if wrong.size:
             raise InputError(
-                f"column '{name}' of the frame of step {self.step} holds {wrong[0]:g}; expected "
-                "whole numbers, as LAMMPS writes them: the dump is damaged"
+                f"the dump is damaged: column '{name}' of the frame of step {self.step} has the "
+                f"value {wrong[0]:g}, where LAMMPS writes whole numbers. Repeat the run"
             )
         return values.astype(np.int64)
 

@@ -27,8 +27,8 @@ def files_of(path: Path) -> list[Path]:
     found = [(m, each) for each in path.parent.iterdir() if (m := numbered.fullmatch(each.name))]
     if not found:
         raise InputError(
-            f"there is no file {str(path)!r} with a number in place of *; expected the dump that "
-            "LAMMPS wrote under this name"
+            f"there is no file {str(path)!r} with a number in place of *. Give the name "
+            "under which LAMMPS wrote the dump"
         )
     return [each for _, each in sorted(found, key=lambda pair: int(pair[0][1]))]
 

@@ -64,8 +64,8 @@ def masses_of_bodies(
     """
     if given is not None and layout.targets:
         raise InputError(
-            "masses are given, and there is a free target; expected the masses of both bodies in a "
-            "column 'mass' of the dump, or in the data file: drop --masses"
+            "masses are given for a chain with a free target. Drop --masses, and give the "
+            "masses of both bodies in a column 'mass' of the dump or in the data file"
         )
     found, why = _by_id(frame, layout.all_particles, declared)
     if given is None:
@@ -90,7 +90,7 @@ def masses_of_bodies(
             i = int(np.argmax(np.abs(masses / found - 1.0)))
             raise InputError(
                 f"--masses gives particle {i + 1} from the wall the mass {masses[i]:g}, {why} "
-                f"{found[i]:g}; expected the masses of the run: drop --masses"
+                f"{found[i]:g}. Drop --masses, or give the masses of the run"
             )
     return [masses], True
 
@@ -116,11 +116,12 @@ def _repeated(masses: ArrayLike, particles: int) -> Array:
     wrong = given[~((given > 1.0 / _LARGEST_MASS) & (given < _LARGEST_MASS))]
     if given.size == 0 or wrong.size:
         what = f"a mass is {wrong[0]:g}" if wrong.size else "no mass is given"
-        raise InputError(f"{what}; expected positive finite numbers, as in --masses 1,2")
+        raise InputError(f"{what}. Give positive finite numbers, as in --masses 1,2")
     if given.size > particles:
         raise InputError(
-            f"{given.size} masses are given for {particles} particles; expected one a particle "
-            "from the wall outwards, or fewer, which are repeated along the chain"
+            f"{given.size} masses are given for {particles} particles. Give one mass for "
+            "each particle from the wall outwards, or fewer, which are then repeated along "
+            "the chain"
         )
     return np.resize(given, particles)
 
@@ -222,7 +223,7 @@ def read_sections(path: Path) -> dict[str, tuple[str, list[list[str]]]]:
         raw = path.read_bytes()
         text = (gzip.decompress(raw) if raw.startswith(b"\x1f\x8b") else raw).decode("utf-8")
     except (OSError, EOFError, zlib.error, UnicodeDecodeError) as error:
-        raise InputError(f"cannot read {path}: {error}; expected a LAMMPS data file") from None
+        raise InputError(f"cannot read {path}: {error}. Give a LAMMPS data file") from None
     rows: list[list[str]] = []
     sections = {"": ("", rows)}
     for line in text.splitlines()[1:]:
@@ -241,7 +242,8 @@ def _masses_section(rows: list[list[str]], path: Path | None) -> dict[int, float
         return {int(row[0]): float(row[1]) for row in rows}
     except (ValueError, IndexError):
         raise InputError(
-            f"section Masses of {path} cannot be read; expected lines of type and mass, as '1 1.0'"
+            f"section Masses of {path} cannot be read. Write lines of type and mass, such "
+            "as '1 1.0'"
         ) from None
 
 

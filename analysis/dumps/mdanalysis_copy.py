@@ -62,8 +62,9 @@ def _copy(source: Any, path: Path, folder: Path) -> None:
     for k, ts in enumerate(source):
         if not ts.has_velocities:
             raise InputError(
-                f"{path} holds no velocities, which decide restitution; expected a trajectory with "
-                "them: dump style custom with 'id x vx', or extxyz, TRR, NetCDF with velocities"
+                f"{path} has no velocities, and the restitution needs them. Give a trajectory "
+                "with velocities: dump style custom with 'id x vx', or extxyz, TRR, NetCDF "
+                "with velocities"
             )
         x[k], vx[k] = ts.positions[:, 0], ts.velocities[:, 0]
         steps[k], times[k] = int(ts.data.get("step", ts.frame)), float(ts.time)

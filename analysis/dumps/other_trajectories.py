@@ -109,8 +109,9 @@ class OtherTrajectory(Frames):
 
     def _no_velocities(self) -> InputError:
         return InputError(
-            f"{self.path} holds no velocities, which decide restitution; expected a trajectory "
-            "with them: dump style custom with 'id x vx', or extxyz, TRR, NetCDF with velocities"
+            f"{self.path} has no velocities, and the restitution needs them. Give a "
+            "trajectory with velocities: dump style custom with 'id x vx', or extxyz, TRR, "
+            "NetCDF with velocities"
         )
 
     def _through_ase(self) -> Iterator[DumpFrame]:

@@ -42,9 +42,9 @@ class TextFrames:
         width = len(columns)
         if len(words) != particles * width:
             raise InputError(
-                f"{self.name}: the frame of step {step} holds {len(words)} numbers; expected "
-                f"{particles} rows of {width}: the file is damaged there, perhaps by a crashed "
-                "run that was continued into it"
+                f"{self.name} is damaged: the frame of step {step} has {len(words)} numbers "
+                f"instead of {particles} rows of {width}, perhaps because a crashed run was "
+                "continued into this file. Repeat the run, or cut the file before this frame"
             )
 
         def raw_text(index: int) -> list[bytes]:
@@ -138,13 +138,13 @@ def order_by_id(ids: Array, step: int, name: str) -> NDArray[np.int64] | None:
     """
     if not ids.size:
         raise InputError(
-            f"{name}: the frame of step {step} holds no atoms; expected a dump of the chain: its "
-            "group may be empty, or LAMMPS has lost all atoms"
+            f"{name}: the frame of step {step} has no atoms. Dump a group that contains the "
+            "chain, or check whether LAMMPS lost all atoms"
         )
     if not np.all(np.abs(ids) < np.inf):
         raise InputError(
-            f"{name}: column 'id' of the frame of step {step} holds a value that is no number; "
-            "expected whole numbers: the dump is damaged"
+            f"{name} is damaged: column 'id' of the frame of step {step} has a value that "
+            "is no number. Repeat the run"
         )
     order = np.argsort(ids, kind="stable")
     if np.any(ids[order[1:]] == ids[order[:-1]]):

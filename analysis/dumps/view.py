@@ -37,8 +37,8 @@ class DumpView:
         length = float(np.median(np.diff(places))) if places.size > 1 else 0.0
         if not 0.0 < length < np.inf:
             raise InputError(
-                "the first frame shows no distance of neighbours; expected two particles or more "
-                "and a column x or xu: give the natural length itself, --length L"
+                "the first frame shows no distance between neighbours. Give the natural length "
+                "(--length L), or dump two or more particles with a column x or xu"
             )
         return replace(self, units=replace(self.units, length=length))
 
@@ -51,8 +51,9 @@ class DumpView:
         """
         if (self.upwards or self.wall != 0.0) and DISPLACEMENT_COLUMN in frame.columns:
             raise InputError(
-                f"the dump has {DISPLACEMENT_COLUMN}, displacements of a chain that comes along -x "
-                "to a wall at x = 0; expected no other wall or direction: drop them"
+                f"the dump has {DISPLACEMENT_COLUMN}, which holds displacements of a chain that "
+                "moves along -x to a wall at x = 0. Drop the options for another wall or "
+                "direction"
             )
 
         def column(index: int) -> Array:

@@ -36,7 +36,9 @@ def judge_animation(path: Path) -> Path:
     from matplotlib.animation import FFMpegWriter
 
     if path.suffix not in (".gif", ".mp4"):
-        raise InputError(f"cannot write the animation {path}; expected a name in .gif or .mp4")
+        raise InputError(
+            f"cannot write the animation {path}. Give a name that ends in .gif or .mp4"
+        )
     if path.suffix == ".mp4" and not FFMpegWriter.isAvailable():
         raise InputError(f"{path} needs ffmpeg, which is not installed; write a .gif instead")
     judge_output(path, path.suffix)

@@ -149,8 +149,7 @@ def plot_heat_map(
     places = np.ma.masked_all((len(rows), len(columns)))
     if len({*zip(at_row.tolist(), at_column.tolist(), strict=True)}) < at_row.size:
         raise InputError(
-            f"several collisions lie at one place of {labels[0]} and {labels[1]}; expected one: "
-            "choose among them"
+            f"several collisions have the same {labels[0]} and {labels[1]}. Choose one of them"
         )
     places[at_row, at_column] = np.asarray(colour, dtype=float)
     mesh = ax.pcolormesh(_edges(columns), _edges(rows), places, cmap="viridis", rasterized=True)

@@ -78,8 +78,8 @@ def judge_ladder(
     rungs, columns = values.shape
     if rungs < LEAST_RUNGS or columns < LEAST_COLUMNS:
         raise ValueError(
-            f"a ladder of {rungs} rungs with {columns} runs; expected {LEAST_RUNGS} and "
-            f"{LEAST_COLUMNS} at least"
+            f"a ladder of {rungs} rungs with {columns} runs. Give at least {LEAST_RUNGS} "
+            f"rungs and {LEAST_COLUMNS} runs"
         )
     h = steps / steps.max()
     floor = resolution / np.sqrt(12.0) + _ROUNDING * float(np.max(np.abs(values)))

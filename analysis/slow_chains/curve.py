@@ -195,7 +195,9 @@ def long_chain_slope(bond: Potential) -> float:
         If the bond has another order: then the dissipation is not linear in the speed.
     """
     if bond.anharmonic_order != 3 or bond.natural_speed is None:
-        raise InputError(f"bond '{bond.name}' given; expected one with a cubic term and a speed v*")
+        raise InputError(
+            f"bond '{bond.name}' has no cubic term or no speed v*. Give a bond that has both"
+        )
     return STEEP_LIMIT * slow_chain_variable(bond, 1, bond.natural_speed)
 
 

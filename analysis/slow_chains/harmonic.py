@@ -219,7 +219,7 @@ def collide_long_chains(lengths: Iterable[int]) -> Iterator[HarmonicCollision]:
     pressed = PressedEnd()
     for particles in sorted(lengths):
         if particles < 20:
-            raise ValueError(f"{particles} particles given; expected 20 or more")
+            raise ValueError(f"{particles} particles given. Give 20 or more")
         echo = _EchoOfChain(particles)
         # The shared chain stops before any echo, so that longer chains can continue from its state.
         while pressed.times[-1] < echo.start - 10.0 and pressed.next_contact(until=echo.start):

@@ -122,8 +122,8 @@ def _refuse_jumps(
     if excess[worst] > 0.0:
         raise PotentialError(
             f"the force of bond '{bond.name}' jumps by {jump[worst]:.3g} at strain "
-            f"{middles[worst]:.6g}; expected a force without steps: join its parts, if need be "
-            "by a short steep line"
+            f"{middles[worst]:.6g}. Join the two parts of the force, for example by a short "
+            "steep line"
         )
 
 
@@ -155,8 +155,8 @@ def refuse_mismatch(bond: "Potential", kinks: Sequence[float]) -> None:
     known = np.isfinite(excess)
     if not known.any():
         raise PotentialError(
-            f"bond '{bond.name}' has no finite energy and force anywhere near length 1; expected "
-            "functions of the strain r - 1"
+            f"bond '{bond.name}' has no finite energy and force anywhere near length 1. "
+            "Write both as functions of the strain r - 1"
         )
     # report a strain that bonds reach in practice
     usual = known & (excess > 1.0) & (np.abs(middle) < 1.0)
@@ -171,9 +171,10 @@ def refuse_mismatch(bond: "Potential", kinks: Sequence[float]) -> None:
                 "the negative slope of the energy"
             )
         raise PotentialError(
-            f"energy and force of bond '{bond.name}' do not belong together: near strain "
-            f"{middle[worst]:.6g} the force is {work:.6g}, but -dU/dr is {slope:.6g}; expected "
-            "force = -dU/dr (for a formula that ends somewhere, give strain_min and strain_max)"
+            f"energy and force of bond '{bond.name}' contradict each other: near strain "
+            f"{middle[worst]:.6g} the force is {work:.6g}, but -dU/dr is {slope:.6g}. "
+            "Return -dU/dr as the force. If the formula ends at some strain, give "
+            "strain_min and strain_max"
         )
 
 

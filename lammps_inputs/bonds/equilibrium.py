@@ -188,8 +188,8 @@ def bond_distribution(bond: Potential, temperature: float) -> BondDistribution:
         if noise > _NOISE or (full and np.sum(tails[~done]) > _UNRESOLVED * total):
             raise SceneError(
                 f"temperature is {temperature:g}: exp(-U/T) of the {bond.name} bond cannot be "
-                "integrated: its energy is not smooth, or rounded to more than T; expected one "
-                "that is, or a higher temperature"
+                "integrated, because its energy is not smooth or is rounded to more than T. "
+                "Give a smooth energy or a higher temperature"
             )
         if full:
             done[:] = True
@@ -234,16 +234,17 @@ def _ends(bond: Potential, temperature: float) -> tuple[float, float]:
         end = f"{'presses the ends of' if depth == pressed else 'breaks'} a {bond.name} bond"
         end += " together" * (depth == pressed)
         raise SceneError(
-            f"temperature is {temperature:g}: an energy of {depth:.6g} {end}; expected "
-            f"{depth / LEAST_DEPTH:.6g} at most ({LEAST_DEPTH:g} times less)"
+            f"temperature is {temperature:g}: an energy of {depth:.6g} {end}. Give a "
+            f"temperature of at most {depth / LEAST_DEPTH:.6g} ({LEAST_DEPTH:g} times less "
+            "than this energy)"
         )
     level = _REACH * temperature
     low = -bond.distance_at(level, -1.0, -floor)
     high = bond.distance_at(min(level, bond.dissociation - temperature), 1.0, ceiling)
     if math.isinf(high) or math.isinf(low):
         raise SceneError(
-            f"temperature is {temperature:g}: the energy of the {bond.name} bond grows too slowly "
-            "for an equilibrium; expected a lower temperature"
+            f"temperature is {temperature:g}: the energy of the {bond.name} bond grows too "
+            "slowly for an equilibrium. Give a lower temperature"
         )
     return low, high
 

@@ -25,8 +25,8 @@ class _Exponential(NamedBond):
         if not SMALLEST <= given <= LARGEST:
             usual = type(self)().as_keys()[key]
             raise PotentialError(
-                f"{key} is {given!r}; expected a positive number from {SMALLEST:g} to "
-                f"{LARGEST:g}, such as {usual:g}"
+                f"{key} is {given!r}. Give a positive number from {SMALLEST:g} to {LARGEST:g}, "
+                f"such as {usual:g}"
             )
 
     def _find_compressed_strain(self) -> float | None:

@@ -71,7 +71,10 @@ class Formula(UserBond):
             low = self._find_inner_barrier(low)
             offset = self._functions["energy"](self._rest)
             if not math.isfinite(offset):
-                raise self._refuse("has no finite value at rest", "one at every length near 1")
+                raise self._refuse(
+                    "has no finite value at rest",
+                    "Give a formula that is finite at every length near 1",
+                )
             self._offset = float(offset)
             reach = (max(-1.0, low), min(high, self.barrier_strain))
             lost = lost_digits(
@@ -80,19 +83,19 @@ class Formula(UserBond):
             if lost is not None:
                 raise self._refuse(
                     f"loses its digits: at strain {lost[0]:.3g} the force in double precision is "
-                    f"off by {lost[1]:.1g} of itself",
-                    f"{LOST:g} at most: rewrite it without differences of large numbers",
+                    f"off by {lost[1]:.1g} of itself ({LOST:g} is allowed)",
+                    "Rewrite the formula without differences of large numbers",
                 )
             self.strain_min, self.strain_max = low, high
             try:
                 super().__init__(self.energy, self.force, "formula", low, high)
             except PotentialError as error:
                 raise self._refuse(
-                    f"is not smooth ({error})", "a formula without poles and jumps"
+                    f"is not smooth ({error})", "Give a formula without poles and jumps"
                 ) from None
             found = find_kinks(self)
         if found:
-            raise self._refuse(f"has a kink at strain {found[0]:.6g}", "a smooth formula")
+            raise self._refuse(f"has a kink at strain {found[0]:.6g}", "Give a smooth formula")
         if math.isfinite(self.barrier_strain):
             self.dissociation = math.inf
         # 1 to rounding where that is meant.
@@ -157,10 +160,10 @@ class Formula(UserBond):
         beyond = np.where(outside, math.nan, beyond)
         return np.where(np.abs(s) < self._near, x**power * total, beyond)[()]
 
-    def _refuse(self, what: str, expected: str) -> PotentialError:
+    def _refuse(self, problem: str, remedy: str) -> PotentialError:
         values = ", ".join(f"{name} = {value:g}" for name, value in self.given.items())
         where = f" with {values}" if values else ""
-        return PotentialError(f"energy {self.text!a}{where} {what}; expected {expected}")
+        return PotentialError(f"energy {self.text!a}{where} {problem}. {remedy}")
 
     def _find_ends(self) -> tuple[float, float]:
         """Return the strains between which no base or argument changes its sign."""

@@ -124,7 +124,8 @@ def formula_code(text: str, names: tuple[str, ...]) -> FormulaCode:
         )
     except (OverflowError, TypeError, ValueError):
         raise PotentialError(
-            f"energy {text!a} has no finite value; expected one at every length near 1"
+            f"energy {text!a} has no finite value. Give a formula that is finite at every "
+            "length near 1"
         ) from None
 
 
@@ -133,12 +134,13 @@ def _refuse_kinks(expression: "sympy.Expr", text: str) -> None:
 
     if expression.has(sympy.Abs, sympy.sign, sympy.Heaviside, sympy.DiracDelta):
         raise PotentialError(
-            f"energy {text!a} has a kink, as sqrt(s^2) = |s| has; expected a smooth function "
-            "(bonds with kinks: UserBond, from Python, or a bond table)"
+            f"energy {text!a} has a kink, as sqrt(s^2) = |s| has. Give a smooth formula. "
+            "For a bond with a kink, use UserBond in Python or a bond table"
         )
     if expression.has(sympy.zoo, sympy.oo, -sympy.oo, sympy.nan, sympy.I):
         raise PotentialError(
-            f"energy {text!a} has no finite value; expected one at every length near 1"
+            f"energy {text!a} has no finite value. Give a formula that is finite at every "
+            "length near 1"
         )
 
 
@@ -148,8 +150,8 @@ def _refuse_long(expression: "sympy.Expr", text: str) -> None:
     operations = enumerate(sympy.preorder_traversal(expression))
     if any(count > _MOST_OPERATIONS for count, _ in operations):
         raise PotentialError(
-            f"energy {text!a} has derivatives of more than {_MOST_OPERATIONS} operations; "
-            "expected a shorter formula, with fewer factors and functions within functions"
+            f"energy {text!a} has derivatives of more than {_MOST_OPERATIONS} operations. "
+            "Shorten the formula: use fewer factors and fewer nested functions"
         )
 
 

@@ -54,12 +54,14 @@ def expand(
         series = (math.nan,)
     if not all(map(math.isfinite, series)) or not series[0] < 0.0:
         raise refuse(
-            "has no stable natural length near 1", "a smooth minimum with positive stiffness"
+            "has no stable natural length near 1",
+            "Give an energy with a smooth minimum and positive stiffness",
         )
     if not _SOFTEST <= -series[0] <= _STIFFEST:
         raise refuse(
             f"has the stiffness {-series[0]:.3g} at rest",
-            f"one from {_SOFTEST:g} to {_STIFFEST:g}: scale energies so that it is near 1",
+            f"Scale energies so that the stiffness is near 1, or at least from {_SOFTEST:g} to "
+            f"{_STIFFEST:g}",
         )
     return rest, series
 
@@ -76,7 +78,7 @@ def _bracket(code: FormulaCode, values: tuple[float, ...], refuse: Refuse) -> tu
         raise refuse(
             "has no stable natural length: its force falls through zero nowhere from length "
             f"{1.0 + _SHORTEST_REST:g} to {1.0 + _LONGEST_REST:g}",
-            "a minimum there: scale lengths so that it is near 1",
+            "Scale lengths so that the minimum is near length 1",
         )
     nearest = places[np.argmin(np.abs(strains[places] + strains[places + 1]))]
     return float(strains[nearest]), float(strains[nearest + 1])

@@ -20,7 +20,7 @@ FUNCTIONS = (
 )  # fmt: skip
 STRAIN, LENGTH = "s", "r"
 _EXPECTED = (
-    "numbers, s (the strain), r (the length 1 + s), pi, parameters, + - * / ^ and "
+    "Use only numbers, s (the strain), r (the length 1 + s), pi, parameters, + - * / ^ and "
     f"{', '.join(FUNCTIONS)}"
 )
 _RESERVED = (STRAIN, LENGTH, "pi", *FUNCTIONS)
@@ -46,9 +46,9 @@ def check_parameters(given: Any) -> dict[str, float]:
     Raises ValueError, one line that names the parameter.
     """
     if not isinstance(given, Mapping):
-        raise ValueError("expected names and numbers, such as { D = 0.0139, a = 6.0 }")
+        raise ValueError("Give names and numbers, such as { D = 0.0139, a = 6.0 }")
     if len(given) > _MOST_PARAMETERS:
-        raise ValueError(f"there are {len(given)} of them; expected at most {_MOST_PARAMETERS}")
+        raise ValueError(f"there are {len(given)} of them. Give at most {_MOST_PARAMETERS}")
     return {name: _checked(name, given[name]) for name in sorted(given, key=str)}
 
 
@@ -56,18 +56,19 @@ def _checked(name: Any, value: Any) -> float:
     shown = repr(name)[:60]
     if not isinstance(name, str) or not _NAME.fullmatch(name) or keyword.iskeyword(name):
         raise ValueError(
-            f"{shown} cannot be the name of a parameter; expected a letter, then up to 31 letters, "
-            "digits and underscores, and no word of Python"
+            f"{shown} cannot be the name of a parameter. Give a name that starts with a "
+            "letter, has at most 32 letters, digits and underscores, and is no word of "
+            "Python"
         )
     if name in _RESERVED:
         raise ValueError(
-            f"{shown} means something else in a formula; expected another name for the parameter"
+            f"{shown} means something else in a formula. Give the parameter another name"
         )
     if isinstance(value, bool) or not isinstance(value, int | float):
-        raise ValueError(f"{name} is {repr(value)[:60]}; expected a number")
+        raise ValueError(f"{name} is {repr(value)[:60]}. Give a number")
     if not (value == 0 or _SMALLEST <= abs(value) <= _LARGEST):
         raise ValueError(
-            f"{name} is {repr(value)[:60]}; expected a finite number, of a size from "
+            f"{name} is {repr(value)[:60]}. Give a finite number with a size from "
             f"{_SMALLEST:g} to {_LARGEST:g}"
         )
     return float(value)
@@ -92,10 +93,14 @@ def read_formula(text: str, names: Iterable[str]) -> "sympy.Expr":
     unused = sorted(set(names) - used)
     if unused:
         raise _refused(
-            text, f"does not use the parameter '{unused[0]}'", "parameters that occur in it"
+            text, f"does not use the parameter '{unused[0]}'", "Remove the parameter, or use it"
         )
     if not used & {STRAIN, LENGTH}:
-        raise _refused(text, "does not depend on the strain", "a function of s, or of r = 1 + s")
+        raise _refused(
+            text,
+            "does not depend on the strain",
+            "Write the energy as a function of s, or of r = 1 + s",
+        )
     symbols: dict[str, Any] = {name: sympy.Symbol(name, real=True) for name in (STRAIN, *names)}
     symbols |= {LENGTH: 1 + symbols[STRAIN], "pi": math.pi}
     try:
@@ -106,7 +111,7 @@ def read_formula(text: str, names: Iterable[str]) -> "sympy.Expr":
 
 def _parsed(text: str) -> ast.Expression:
     if len(text) > _LONGEST_TEXT:
-        raise _refused(text, f"has {len(text)} characters", f"a formula of at most {_LONGEST_TEXT}")
+        raise _refused(text, f"has {len(text)} characters", f"Use at most {_LONGEST_TEXT}")
     other = _OTHER_CHARACTER.search(text)
     if other is not None:
         raise _refused(text, f"has the character {other[0]!a}", _EXPECTED)
@@ -115,11 +120,13 @@ def _parsed(text: str) -> ast.Expression:
             warnings.simplefilter("ignore")
             tree = ast.parse(text.strip().replace("^", "**"), mode="eval")
     except (SyntaxError, RecursionError, MemoryError, ValueError):
-        raise _refused(text, "cannot be read", f"a formula of {_EXPECTED}") from None
+        raise _refused(text, "cannot be read", _EXPECTED) from None
     if sum(isinstance(node, ast.expr) for node in ast.walk(tree)) > _MOST_NODES:
-        raise _refused(text, "is too long", f"at most {_MOST_NODES} numbers, names and operations")
+        raise _refused(
+            text, "is too long", f"Use at most {_MOST_NODES} numbers, names and operations"
+        )
     if _depth(tree) > _DEEPEST:
-        raise _refused(text, "is nested too deeply", f"at most {_DEEPEST} levels")
+        raise _refused(text, "is nested too deeply", f"Use at most {_DEEPEST} levels")
     return tree
 
 
@@ -131,9 +138,9 @@ def _depth(tree: ast.AST) -> int:
     return depth
 
 
-def _refused(text: str, what: str, expected: str) -> PotentialError:
+def _refused(text: str, problem: str, remedy: str) -> PotentialError:
     shown = ascii(text) if len(text) <= 80 else ascii(text[:77]) + "..."
-    return PotentialError(f"energy {shown} {what}; expected {expected}")
+    return PotentialError(f"energy {shown} {problem}. {remedy}")
 
 
 def _is_symbolic(term: Any) -> bool:
@@ -159,8 +166,8 @@ class _Reader:
             case ast.Name(id=name) if name in self._symbols:
                 return self._symbols[name]
             case ast.Name(id=name):
-                hint = "it is a function" if name in FUNCTIONS else "nothing tells its value"
-                raise self._refuse(f"names '{name[:40]}', and {hint}", _EXPECTED)
+                hint = "a function" if name in FUNCTIONS else "an unknown parameter"
+                raise self._refuse(f"uses '{name[:40]}', {hint}", _EXPECTED)
             case ast.UnaryOp(op=ast.USub(), operand=operand):
                 return -self.read(operand)
             case ast.UnaryOp(op=ast.UAdd(), operand=operand):
@@ -173,11 +180,12 @@ class _Reader:
                 return self._call(name, self.read(argument))
             case ast.Call(func=ast.Name(id=name)):
                 if name in FUNCTIONS:
-                    raise self._refuse(f"gives {name} something else", f"{name}(one number)")
-                raise self._refuse(
-                    f"calls '{name[:40]}'", f"a smooth function: {', '.join(FUNCTIONS)}"
-                )
-        raise self._refuse(f"has {type(node).__name__} in it", _EXPECTED)
+                    raise self._refuse(
+                        f"calls {name} with other arguments than one number",
+                        f"Write {name}(x) with one argument",
+                    )
+                raise self._refuse(f"calls '{name[:40]}'", f"Use one of {', '.join(FUNCTIONS)}")
+        raise self._refuse(f"contains {type(node).__name__}", _EXPECTED)
 
     def _operation(self, left: Any, op: ast.operator, right: Any) -> Any:
         numbers = not _is_symbolic(left) and not _is_symbolic(right)
@@ -199,12 +207,13 @@ class _Reader:
             if isinstance(exponent, int | float):
                 return float(base) ** float(exponent)
             if base <= 0:
-                raise self._refuse(f"has a power of {base:g}", "powers of positive numbers")
+                raise self._refuse(f"has a power of {base:g}", "Use powers of positive numbers")
         if isinstance(exponent, float) and exponent.is_integer():
             exponent = int(exponent)
         if isinstance(exponent, int | float) and abs(exponent) > _HIGHEST_POWER:
             raise self._refuse(
-                f"has the power {exponent:g}", f"powers from -{_HIGHEST_POWER} to {_HIGHEST_POWER}"
+                f"has the power {exponent:g}",
+                f"Use powers from -{_HIGHEST_POWER} to {_HIGHEST_POWER}",
             )
         return (base if _is_symbolic(base) else _double(base)) ** exponent
 
@@ -220,13 +229,13 @@ class _Reader:
     def _number(self, value: Any) -> int | float:
         if isinstance(value, complex) or not (value == 0 or _SMALLEST <= abs(value) <= _LARGEST):
             raise self._refuse(
-                f"comes to the number {value:.6g}"
+                f"contains the number {value:.6g}"
                 if isinstance(value, float)
-                else "has a number out of range",
-                f"sizes from {_SMALLEST:g} to {_LARGEST:g}",
+                else "contains a number out of range",
+                f"Use numbers with sizes from {_SMALLEST:g} to {_LARGEST:g}",
             )
         # Whole numbers of more digits than a double has are none to whoever computes with them.
         return value if isinstance(value, int) and abs(value) < 2**53 else float(value)
 
-    def _refuse(self, what: str, expected: str) -> PotentialError:
-        return _refused(self._text, what, expected)
+    def _refuse(self, problem: str, remedy: str) -> PotentialError:
+        return _refused(self._text, problem, remedy)

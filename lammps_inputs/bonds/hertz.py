@@ -71,7 +71,7 @@ class Hertz(NamedBond):
         """Refuse exponents that leave a stiffness at rest, and those that overflow."""
         if not 1.0 < self.exponent <= LARGEST_EXPONENT:
             raise PotentialError(
-                f"hertz_exponent is {self.exponent!r}; expected a number above 1, up to "
+                f"hertz_exponent is {self.exponent!r}. Give a number above 1, up to "
                 f"{LARGEST_EXPONENT:g}, such as 1.5"
             )
 

@@ -185,7 +185,7 @@ class Power(NamedBond):
     def __post_init__(self) -> None:
         """Refuse orders below 3 and the sign of c that softens compression."""
         if self.order < 3:
-            raise PotentialError(f"power_order is {self.order}; expected an integer of 3 or more")
+            raise PotentialError(f"power_order is {self.order}. Give an integer of 3 or more")
         sign, word = (1, "positive") if self.order % 2 == 0 else (-1, "negative")
         if not SMALLEST <= self.c * sign <= LARGEST:
             raise PotentialError(

@@ -116,8 +116,8 @@ def _bond_of(text: str, path: str) -> Potential:
     lengths, _, forces = section.data.T
     if len(lengths) < LEAST_ROWS:
         raise TableError(
-            f"bond table {path!r} has {len(lengths)} usable rows; expected at least {LEAST_ROWS} "
-            "rows 'index length energy force'"
+            f"bond table {path!r} has {len(lengths)} usable rows. Give at least "
+            f"{LEAST_ROWS} rows 'index length energy force'"
         )
     finite = np.all(np.isfinite(section.data), axis=1)
     rising = np.append(True, lengths[1:] > lengths[:-1])
@@ -125,30 +125,30 @@ def _bond_of(text: str, path: str) -> Potential:
     if len(wrong):
         row = " ".join(f"{number:.9g}" for number in section.data[wrong[0]])
         raise TableError(
-            f"bond table {path!r} has '{row}' in row {wrong[0] + 1}; expected length, energy and "
-            "force: finite numbers, with increasing length"
+            f"bond table {path!r} has '{row}' in row {wrong[0] + 1}. Give a finite length, "
+            "energy and force in each row, and let the lengths increase"
         )
     if not lengths[0] < 1.0 < lengths[-1]:
         raise TableError(
-            f"bond table {path!r} spans lengths {lengths[0]:g} to {lengths[-1]:g}; expected "
-            "the natural length 1 inside: scale lengths so that it is"
+            f"bond table {path!r} spans lengths {lengths[0]:g} to {lengths[-1]:g}. Scale "
+            "the lengths so that the natural length 1 is inside"
         )
     force, largest = _smooth(lengths - 1.0, forces), float(np.max(np.abs(forces)))
     if force is None:
         raise TableError(
-            f"bond table {path!r} has forces up to {largest:.3g}, which no "
-            "smooth curve follows; expected forces in units of stiffness times bond length"
+            f"bond table {path!r} has forces up to {largest:.3g}, which no smooth curve "
+            "follows. Give forces in units of stiffness times bond length"
         )
     if 0.0 < largest < SMALLEST or largest > LARGEST:
         raise TableError(
-            f"bond table {path!r} has forces up to {largest:.3g}; expected {SMALLEST:g} to "
-            f"{LARGEST:g}, whose squares are numbers: give other units"
+            f"bond table {path!r} has forces up to {largest:.3g}. Choose units in which "
+            f"forces are between {SMALLEST:g} and {LARGEST:g}"
         )
     rows = Rows.of(force, forces, section.least_digits)
     said = section.header.get("N", [len(lengths)])[0]
     fault = (
-        f"table {path!r} says N {said:g} and has {len(lengths)} rows; expected as many as it says: "
-        "correct N, or rows that are not 'index length energy force'"
+        f"table {path!r} says N {said:g} and has {len(lengths)} rows. Correct N, or the "
+        "rows that are not 'index length energy force'"
         if said != len(lengths)
         else fault_of_energies(section.data, section.least_digits, path)
         or fault_of_slopes(section, path)
@@ -170,12 +170,12 @@ def _only_section(text: str, path: str) -> Section:
         return Section("", {}, *np.zeros((2, 0, 3)))
     if not sections[0].header:
         raise TableError(
-            f"table {path!r} has no line 'N rows' before its rows, without which LAMMPS does "
-            "not read it; expected a keyword, the line 'N rows', and the rows"
+            f"table {path!r} has no line 'N rows' before its rows, so LAMMPS cannot read "
+            "it. Write a keyword, then the line 'N rows', then the rows"
         )
     if len(sections) > 1:
         raise TableError(
-            f"table {path!r} has {len(sections)} sections; expected one: give each a file"
+            f"table {path!r} has {len(sections)} sections. Put each section into a file of its own"
         )
     return sections[0]
 
@@ -195,9 +195,9 @@ def _natural_strain(force: "CubicSpline", rows: Rows, path: str) -> float:
         return nearest
     where = "nowhere" if nearest is None else f"at length {1.0 + nearest:.9g}"
     raise TableError(
-        f"bond table {path!r} pushes with {pushes:.3g} at length 1, more than its digits and "
-        f"rows leave open, {allowed:.1g}, and with nothing {where}; expected no force at length 1: "
-        "divide lengths by the natural one"
+        f"bond table {path!r} has the force {pushes:.3g} at length 1, more than the "
+        f"rounding of its numbers explains ({allowed:.1g}), and no force {where}. "
+        "Divide all lengths by the natural length"
     )
 
 

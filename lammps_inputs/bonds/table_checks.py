@@ -37,10 +37,10 @@ def fault_of_energies(data: Array, digits: Array, path: str, allowed: float = 0.
     if off[worst] <= allowed:
         return ""
     return (
-        f"table {path!r} has energies that fall by {means[worst]:.6g} a length between "
-        f"{lengths[worst]:.6g} and {lengths[worst + 1]:.6g}, where its forces are "
-        f"{around[worst].min():.6g} to {around[worst].max():.6g}; expected force = -dE/dr: "
-        "correct either, or let all energies be 0, as only forces are used"
+        f"table {path!r} has energies that fall by {means[worst]:.6g} per length "
+        f"between {lengths[worst]:.6g} and {lengths[worst + 1]:.6g}, but forces of "
+        f"{around[worst].min():.6g} to {around[worst].max():.6g} there. Correct one of "
+        "them so that force = -dE/dr, or set all energies to 0: only forces are used"
     )
 
 
@@ -71,8 +71,7 @@ def fault_of_slopes(section: Section, path: str) -> str:
         room += 8.0 * (largest[2] + largest[0] * steepest) / step
         if not abs(slope - expected) <= room:
             return (
-                f"table {path!r} says FP {given[0]:g} {given[1]:g}, and its forces change by "
-                f"{expected:.6g} a length at the {name} row; expected dF/dr there: correct FP, or "
-                "leave it out, as it is not used"
+                f"table {path!r} gives FP {given[0]:g} {given[1]:g}, but its forces change by "
+                f"{expected:.6g} per length at the {name} row. Set FP to dF/dr, or leave FP out"
             )
     return ""

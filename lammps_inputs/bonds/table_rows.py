@@ -162,9 +162,9 @@ class Rows:
             agree = float(np.max(missed_without[around])) + 4.0 * float(self.digits[row])
             if off > _OUTLIER * agree and np.max(missed[around]) > 3.0 * agree:
                 return (
-                    f"table {path!r} has a force of {self.forces[row]:.6g} in row {row + 1}, "
-                    f"where its other rows say {float(spline(self.strains[row])):.6g}; expected a "
-                    "smooth force: correct that row, or leave it out"
+                    f"table {path!r} has a force of {self.forces[row]:.6g} in row {row + 1}, but "
+                    f"its other rows suggest {float(spline(self.strains[row])):.6g}. Correct or "
+                    "remove this row"
                 )
         return ""
 

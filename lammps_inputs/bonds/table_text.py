@@ -134,8 +134,8 @@ def _header(
             else "'R low high' or 'FP slope slope'"
         )
         raise TableError(
-            f"table {path!r} has the line {line.strip()[:60]!r}; expected "
-            f"'N rows', then {expected} if they are known"
+            f"table {path!r} has the line {line.strip()[:60]!r}. Write 'N rows', then "
+            f"{expected} if they are known"
         ) from None
     return found
 
@@ -148,8 +148,8 @@ def _section(draft: _Draft, path: str) -> Section:
             digits.append([0.0 if word == "nan" else last_digit(word) for word in words])
         except ValueError:
             raise TableError(
-                f"table {path!r} has the row {line.strip()[:60]!r}; expected "
-                "'index length energy force'"
+                f"table {path!r} has the row {line.strip()[:60]!r}. Write 'index length energy "
+                "force' in each row"
             ) from None
     shape = (-1, 3)
     return Section(

@@ -68,14 +68,14 @@ class UserBond(Potential):
         self.name = name
         if not strain_min < 0.0 < strain_max:
             raise PotentialError(
-                f"bond '{name}' is given for strains {strain_min:g} to {strain_max:g}; expected "
-                "a range with 0, the natural length, inside"
+                f"bond '{name}' is given for strains {strain_min:g} to {strain_max:g}. Give a "
+                "range that contains 0, the natural length"
             )
         self.strain_min, self.strain_max = strain_min, strain_max
         if not all(strain_min < kink < strain_max for kink in kinks):
             raise PotentialError(
-                f"bond '{name}' has kinks {tuple(kinks)}; expected strains between "
-                f"{strain_min:g} and {strain_max:g}"
+                f"bond '{name}' has kinks {tuple(kinks)}. Give kinks between {strain_min:g} and "
+                f"{strain_max:g}"
             )
         self._declared = tuple(sorted({float(kink) for kink in kinks}))
         self._energy = _of_arrays(energy, f"energy of bond '{name}'")
@@ -87,8 +87,8 @@ class UserBond(Potential):
         self.stiffness = float(self.curvature(0.0))
         if not abs(at_rest) <= 1e-9 * abs(self.stiffness):
             raise PotentialError(
-                f"bond '{name}' pushes with {at_rest:g} at length 1; expected no force there: "
-                "scale lengths so that the natural bond length is 1"
+                f"bond '{name}' has the force {at_rest:g} at length 1. Scale lengths so that "
+                "the force vanishes at length 1"
             )
         if self._both_given and self.stiffness < 0.0 < float(self._slope_change()):
             raise PotentialError(
@@ -97,8 +97,8 @@ class UserBond(Potential):
             )
         if not self.stiffness > 0:
             raise PotentialError(
-                f"bond '{name}' has curvature {self.stiffness:g} at length 1; expected a stable "
-                "bond, with positive curvature there"
+                f"bond '{name}' has curvature {self.stiffness:g} at length 1. Give a stable "
+                "bond, with positive curvature at length 1"
             )
         self.dissociation = self._end_of_energy()
         if self._both_given:
@@ -198,8 +198,8 @@ def _of_arrays(function: Callable, what: str) -> Callable[..., Array]:
         except Exception as error:
             said = one_line(error)[:120]
             raise PotentialError(
-                f"the {what} fails at strain 1e-3 or 0 with {type(error).__name__}: {said}; "
-                "expected a function of the strain r - 1 that returns a number for each"
+                f"the {what} fails at strain 1e-3 or 0 with {type(error).__name__}: {said}. "
+                "Give a function of the strain r - 1 that returns a number for each strain"
             ) from None
     return _OfArrays(function, takes_arrays)
 

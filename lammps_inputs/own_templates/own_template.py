@@ -52,7 +52,7 @@ class OwnTemplate:
         except (OSError, ValueError) as error:
             reason = error.strerror if isinstance(error, OSError) else error
             raise SceneError(
-                f"the template {str(path)!a} cannot be read: {reason}; expected a text file"
+                f"the template {str(path)!a} cannot be read: {reason}. Give a text file"
             ) from None
         return cls(text, parse_settings(given))
 
@@ -84,8 +84,7 @@ class OwnTemplate:
             return _RENDERED(self, values, plain)
         except IsolatedError as error:
             raise SceneError(
-                f"the template cannot be rendered: {error}; expected one that computes little: "
-                "shorten it"
+                f"the template cannot be rendered: {error}. Shorten its computations"
             ) from None
 
     def render_here(self, values: dict[str, Any], plain: str | None) -> str:
@@ -105,16 +104,17 @@ class OwnTemplate:
             named = meta.find_undeclared_variables(tree)
             if list(meta.find_referenced_templates(tree)) != ([] if self.whole else [_BASE]):
                 raise SceneError(
-                    f"the template extends or includes something else than {_BASE}; expected "
-                    f'{{% extends "{_BASE}" %}} as its first line, or a whole script'
+                    f"the template extends or includes a file other than {_BASE}. Begin it with "
+                    f'{{% extends "{_BASE}" %}}, or write a whole script'
                 )
             if not self.whole:
                 known = environment.get_template(_BASE).blocks
                 for block in tree.find_all(nodes.Block):
                     if block.name not in known:
                         raise SceneError(
-                            f"the template has a block {block.name[:40]!a}, line {block.lineno}, "
-                            f"which the job has not; expected one of {', '.join(sorted(known))}"
+                            f"line {block.lineno} of the template has the block "
+                            f"{block.name[:40]!a}, which the job lacks. Use one of "
+                            f"{', '.join(sorted(known))}"
                         )
             self._refuse_settings(named, values)
             kinds: tuple[Any, ...] = (nodes.For, nodes.Macro, nodes.CallBlock)
@@ -124,8 +124,8 @@ class OwnTemplate:
             text = environment.from_string(tree).render(self.settings | values)
         except SecurityError as error:
             raise SceneError(
-                f"the template does what a template may not: {_one_line(error)}; expected values "
-                "and filters, such as {{ 2 * particles }}"
+                f"the template uses a forbidden operation: {_one_line(error)}. Use values and "
+                "filters, such as {{ 2 * particles }}"
             ) from None
         except (
             *(TemplateError, ArithmeticError, TypeError, ValueError, LookupError),
@@ -148,13 +148,13 @@ class OwnTemplate:
         for name in self.settings:
             if name in values:
                 raise SceneError(
-                    f"--set {name} is a value of the job itself; expected another name: options "
-                    "and the scene file set those of the job"
+                    f"--set {name} is a value of the job itself. Use another name, or set the "
+                    "job's value by its own option or in the scene file"
                 )
             if name not in named:
                 raise SceneError(
-                    f"--set {name} is used nowhere in the template; expected one of "
-                    f"{', '.join(sorted(named - set(values))) or 'none'}: leave it out"
+                    f"the template does not use --set {name}. Leave it out, or use one of "
+                    f"{', '.join(sorted(named - set(values))) or 'none'}"
                 )
 
 
@@ -168,12 +168,12 @@ def parse_settings(given: tuple[str, ...]) -> dict[str, str]:
         name, equals, value = text.partition("=")
         if not equals or not _NAME.fullmatch(name) or name in settings:
             raise SceneError(
-                f"--set is given {text[:60]!a}; expected NAME=VALUE, a name of small letters, "
-                "digits and _, each once"
+                f"--set is given {text[:60]!a}. Give each NAME=VALUE once, with a name of small "
+                "letters, digits and _"
             )
         if not _WORD.fullmatch(value):
             raise SceneError(
-                f"--set {name} is given {value[:60]!a}; expected a number or a plain word of "
+                f"--set {name} is given {value[:60]!a}. Give a number or a plain word of "
                 "letters, digits and _.+-/"
             )
         settings[name] = value
@@ -187,8 +187,8 @@ def _counter_of_rounds() -> Callable[[], None]:
     def begin_round() -> None:
         if next(rounds) > _MOST_ROUNDS:
             raise SceneError(
-                f"the loops and macros of the template go through more than {_MOST_ROUNDS:,} "
-                "rounds; expected fewer: shorten what they go through"
+                f"the loops and macros of the template take more than {_MOST_ROUNDS:,} rounds. "
+                "Shorten what they loop over"
             )
 
     return begin_round

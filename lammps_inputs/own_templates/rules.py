@@ -95,8 +95,8 @@ def check_whole(text: str) -> None:
     commands = commands_of(text)
     if not any(command.split()[0] == "run" for command in commands):
         raise SceneError(
-            "the template extends nothing and has no command run; expected "
-            '{% extends "job.in.j2" %} as its first line, or a whole script'
+            "the template extends nothing and has no run command. Begin it with {% extends "
+            '"job.in.j2" %}, or write a whole script'
         )
     for part, words in _with_quoted(commands):
         _first_word(part, words, _PROGRAMS, _REFUSED_FIXES[-1:])

@@ -42,7 +42,7 @@ def read_masses(value: Any) -> Any:
     if any(isinstance(part, bool) for part in parts):
         raise ValueError("expected masses, such as 1,2")
     if isinstance(value, set | frozenset):
-        raise ValueError("a set has no order; expected a list of masses, such as [1, 2]")
+        raise ValueError("a set has no order. Give a list of masses, such as [1, 2]")
     if isinstance(value, int | float):
         return [value]
     if isinstance(value, np.ndarray):
@@ -58,12 +58,12 @@ def read_masses(value: Any) -> Any:
             f"expected {_MASSES}; as a file it cannot be read: {why_unreadable(error)}"
         ) from None
     if not words:
-        raise ValueError(f"the file is empty; expected {_MASSES}")
+        raise ValueError(f"the file is empty. Give {_MASSES}")
     try:
         return [float(word) for word in words]
     except ValueError:
         wrong = next(word for word in words if masses_in(word) is None)
-        raise ValueError(f"the file holds {wrong[:40]!a}; expected {_MASSES}") from None
+        raise ValueError(f"the file holds {wrong[:40]!a}. Give {_MASSES}") from None
 
 
 def masses_in(text: str) -> list[float] | None:

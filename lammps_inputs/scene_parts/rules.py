@@ -38,11 +38,13 @@ SHORTEST_TIMESTEP = 1e-9
 
 
 # Keys that show that a file belongs to another command.
-_SWEEP_FILE = "this is the file of a sweep; expected a scene, or `chaincor sweep FILE`"
+_SWEEP_FILE = "this is the file of a sweep. Give the file of a scene, or run `chaincor sweep FILE`"
 _OTHER_FILES = {
     "scene": _SWEEP_FILE,
     "axes": _SWEEP_FILE,
-    "units": "units are those of jobs; expected a scene without, or `chaincor inputs FILE`",
+    "units": (
+        "units belong to LAMMPS jobs. Remove them from the scene, or run `chaincor inputs FILE`"
+    ),
 }
 
 # Largest number of mistakes in a message. The first ones are enough to correct a scene.
@@ -70,7 +72,7 @@ def _one_line(problem: Any, known: Sequence[str]) -> str:
         near = meant(key, known)
         if near is not None:
             return f"unknown key '{key}'; did you mean '{near}'?"
-        return f"unknown key '{key}'; expected one of {', '.join(known)}"
+        return f"unknown key '{key}'. Use one of {', '.join(known)}"
     if not problem["loc"]:
         return message
     given = problem.get("input")
@@ -116,16 +118,16 @@ def _check_parameters(scene: "Scene") -> Iterator[str]:
 def _check_bodies(scene: "Scene") -> Iterator[str]:
     if scene.masses is not None and len(scene.masses) > scene.particles:
         yield (
-            f"masses has {len(scene.masses)} numbers; expected {scene.particles} at most, one for "
-            "each particle"
+            f"masses has {len(scene.masses)} numbers. Give at most {scene.particles}, one "
+            "for each particle"
         )
     if scene.target_masses is not None:
         if scene.target_particles is None:
             yield ("target_masses goes with target_particles: give both")
         elif len(scene.target_masses) > scene.target_particles:
             yield (
-                f"target_masses has {len(scene.target_masses)} numbers; expected "
-                f"{scene.target_particles} at most, one for each particle of the target"
+                f"target_masses has {len(scene.target_masses)} numbers. Give at most "
+                f"{scene.target_particles}, one for each particle of the target"
             )
     for key in CONTACT_KEYS:
         laws = laws_with(key)
@@ -135,15 +137,15 @@ def _check_bodies(scene: "Scene") -> Iterator[str]:
         stiffness = getattr(scene, key) or 1.0
         if not 1.0 / LARGEST_STIFFNESS <= stiffness <= LARGEST_STIFFNESS:
             yield (
-                f"{key} is {stiffness:g}; expected {1.0 / LARGEST_STIFFNESS:g} to "
+                f"{key} is {stiffness:g}. Give a number from {1.0 / LARGEST_STIFFNESS:g} to "
                 f"{LARGEST_STIFFNESS:g}"
             )
     state = scene.initial_state
     if state is not None:
         if len(state.strains) + 1 != scene.particles:
             yield (
-                f"initial has {len(state.strains) + 1} particles, and the chain {scene.particles}; "
-                "expected a row for each"
+                f"initial has {len(state.strains) + 1} particles, but the chain has "
+                f"{scene.particles}. Give one row for each particle"
             )
         if scene.compression is not None:
             yield ("initial and compression are both given; give one")
@@ -185,13 +187,14 @@ def _check_masses(scene: "Scene") -> Iterator[str]:
     least, largest = min(low for low, _ in bounds), max(high for _, high in bounds)
     if largest / LARGEST_MASS_RATIO > least:
         yield (
-            f"masses are {least:g} to {largest:g}; expected a ratio of at most "
-            f"{LARGEST_MASS_RATIO:g}, of which numbers keep a few digits"
+            f"masses are {least:g} to {largest:g}. Give masses with a ratio of at most "
+            f"{LARGEST_MASS_RATIO:g}; a larger ratio loses all digits"
         )
     if not (largest <= LARGEST_MASS and least >= 1.0 / LARGEST_MASS):
         yield (
-            f"masses are {least:g} to {largest:g}; expected {1.0 / LARGEST_MASS:g} to "
-            f"{LARGEST_MASS:g}: divide all by one of them, which changes units alone"
+            f"masses are {least:g} to {largest:g}. Give masses from {1.0 / LARGEST_MASS:g} "
+            f"to {LARGEST_MASS:g}: divide all masses by one of them, which changes only the "
+            "unit"
         )
 
 
@@ -205,8 +208,8 @@ def _check_speed(scene: "Scene") -> Iterator[str]:
                 yield (f"{key} is given, and initial has velocities: drop one")
         if not scene.impact_velocity > 0.0:
             yield (
-                f"the centre of mass of initial moves with velocity {-scene.impact_velocity:g}; "
-                "expected one towards the target, which is less than 0"
+                f"the centre of mass of initial moves with velocity {-scene.impact_velocity:g}. "
+                "Give velocities that move it towards the target (below 0)"
             )
             return
     if scene.speed is not None and scene.bond.natural_speed is None:
@@ -216,8 +219,8 @@ def _check_speed(scene: "Scene") -> Iterator[str]:
     largest = 1e150 if scene.line.is_standard else 1e120
     if not 1.0 / largest < scene.impact_velocity < largest:
         yield (
-            f"the impact velocity would be {scene.impact_velocity:g}; expected a number that "
-            "floating point can square"
+            f"the impact velocity would be {scene.impact_velocity:g}. Give a number whose "
+            "square does not overflow"
         )
 
 
@@ -234,8 +237,8 @@ def _check_warmth(scene: "Scene") -> Iterator[str]:
     if not slowest < scene.impact_velocity:
         yield (
             f"temperature is {scene.temperature:g} and the impact velocity "
-            f"{scene.impact_velocity:g}, less than {SLOWEST_APPROACH:g} of the thermal one: bodies "
-            f"this slow would take too long to meet; expected more than {slowest:g}"
+            f"{scene.impact_velocity:g}, less than {SLOWEST_APPROACH:g} of the thermal "
+            f"velocity, so the approach would take too long. Give more than {slowest:g}"
         )
 
 
@@ -243,8 +246,8 @@ def _check_numerics(scene: "Scene") -> Iterator[str]:
     given = [key for key in NUMERICS_KEYS if getattr(scene, key) is not None]
     if not scene.error and not given:
         yield (
-            "error is False, and the numerics are chosen by an error bar; expected explicit ones "
-            "beside it, such as scheme and timestep: drop one or give the other"
+            "error is False, but choosing the numerics needs an error bar. Leave error "
+            "out, or give explicit numerics, such as scheme and timestep"
         )
     if scene.bond.is_harmonic:
         for key in ("table", "table_points"):
@@ -264,7 +267,7 @@ def _check_numerics(scene: "Scene") -> Iterator[str]:
         if scene.wall == "reflect":
             yield ("wall 'reflect' is for engine 'lammps'; the reference has 'event'")
     if scene.wall == "reflect" and (scene.target_particles is not None or scene.contact == "power"):
-        yield ("wall 'reflect' is a rigid, hard wall; expected no target, contact 'hard'")
+        yield ("wall 'reflect' is a rigid, hard wall. Leave the target out and use contact 'hard'")
     if scene.wall == "reflect" and scene.scheme not in (None, "verlet"):
         yield (f"wall 'reflect' goes with scheme 'verlet', not '{scene.scheme}'")
     if scene.timestep is not None:
@@ -272,12 +275,12 @@ def _check_numerics(scene: "Scene") -> Iterator[str]:
         shortest = SHORTEST_TIMESTEP / stiffness**0.5
         if scene.timestep < shortest:
             yield (
-                f"timestep is {scene.timestep:g}; expected {shortest:g} or more: a "
-                "shorter one would not come to an end"
+                f"timestep is {scene.timestep:g}. Give {shortest:g} or more: a shorter step "
+                "would take too long"
             )
         limit = VERLET_STABILITY_LIMIT / (2.0 * stiffness**0.5)
         if scene.timestep >= limit:
             yield (
-                f"timestep is {scene.timestep:g}; expected less than {limit:g}, where the "
-                "integration of the chain's fastest mode becomes unstable"
+                f"timestep is {scene.timestep:g}. Give less than {limit:g}: at this step the "
+                "chain's fastest mode becomes unstable"
             )

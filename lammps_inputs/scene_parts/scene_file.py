@@ -30,8 +30,8 @@ def read_scene_fields(path: Path | str) -> dict[str, Any]:
         text = read_small_file(path, _LARGEST, pipes=True)
     except (OSError, ValueError) as error:
         raise SceneError(
-            f"cannot read the scene file {str(path)!r}: {why_unreadable(error)}; expected a text "
-            "file in TOML"
+            f"cannot read the scene file {str(path)!r}: {why_unreadable(error)}. Give a "
+            "text file in TOML"
         ) from None
     return from_folder(parse_toml(text, str(path)), path.parent)
 

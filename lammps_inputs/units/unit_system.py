@@ -38,21 +38,18 @@ class UnitSystem:
             wrong = [f"no {key}" for key in keys if key not in given]
             wrong += [f"{key[:40]!a}, which it does not know" for key in sorted(given - set(keys))]
             raise SceneError(
-                f"units has {' and '.join(wrong)}; expected a table [units] with length, mass, "
+                f"units has {' and '.join(wrong)}. Give a table [units] with length, mass, "
                 "stiffness and style, each once"
             )
         style = fields["style"]
         if not isinstance(style, str) or style not in _ENERGY_OF_MOTION:
-            raise SceneError(
-                f"units.style is {str(style)[:40]!a}; expected metal, real, si or lj: other styles "
-                "of LAMMPS are not known here"
-            )
+            raise SceneError(f"units.style is {str(style)[:40]!a}. Use metal, real, si or lj")
         for key in keys[:3]:
             value = fields[key]
             is_number = isinstance(value, int | float) and not isinstance(value, bool)
             # A whole number may be too large for a float.
             if not (is_number and 0.0 < value <= sys.float_info.max):
-                raise SceneError(f"units.{key} is {str(value)[:40]!a}; expected a positive number")
+                raise SceneError(f"units.{key} is {str(value)[:40]!a}. Give a positive number")
         found = cls(**{key: float(fields[key]) for key in keys[:3]}, style=style)
         derived = (*_DERIVED, "force")
         for name in (*keys[:3], *derived):
@@ -63,9 +60,8 @@ class UnitSystem:
             if not 1.0 / _LARGEST <= scale <= _LARGEST:
                 own = f"units.{name}" if name in keys else f"the unit of {name} of [units]"
                 raise SceneError(
-                    f"{own} is {scale:g} in those of style {style}; expected "
-                    f"{1.0 / _LARGEST:g} to {_LARGEST:g}, whose squares and products are numbers: "
-                    "give other units"
+                    f"{own} is {scale:g} in units of style {style}. Give units between "
+                    f"{1.0 / _LARGEST:g} and {_LARGEST:g}, so that squares and products stay finite"
                 )
         return found
 
@@ -76,13 +72,13 @@ class UnitSystem:
             fields = parse_toml(read_small_file(path), str(path))
         except (OSError, ValueError) as error:  # text that is not UTF-8 raises ValueError
             raise SceneError(
-                f"{str(path)!a} cannot be read: {why_unreadable(error)}; expected TOML"
+                f"{str(path)!a} cannot be read: {why_unreadable(error)}. Give a TOML file"
             ) from None
         if "units" in fields:
             return cls.from_fields(fields["units"])
         if path.name == UNITS_FILE:
             raise SceneError(
-                f"{str(path)!a} has no table [units]; expected one with length, mass, stiffness "
+                f"{str(path)!a} has no table [units]. Add [units] with length, mass, stiffness "
                 "and style"
             )
         return cls()

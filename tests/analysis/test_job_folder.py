@@ -41,7 +41,7 @@ def test_a_gzipped_data_file_is_that_of_the_job_as_well(job_folder):
     assert count_atoms_and_bonds(packed) == (20, 19)
     assert analyze_job(find_job(job_folder, data=packed), bond=Harmonic()).contacts == 17
     packed.write_bytes(packed.read_bytes()[:30] + b"damaged")
-    with pytest.raises(InputError, match="expected a LAMMPS data file"):
+    with pytest.raises(InputError, match="Give a LAMMPS data file"):
         count_atoms_and_bonds(packed)
 
 
@@ -74,7 +74,7 @@ def test_the_reflecting_wall_is_warned_of(job_folder):
 @pytest.mark.parametrize(("particles", "source"), [(21, "my.data"), (19, "my.data")])
 def test_a_wrong_number_of_atoms_is_an_error(job_folder, particles, source):
     (job_folder / source).write_text(DATA.format(n=particles, b=particles - 1))
-    with pytest.raises(InputError, match=rf"holds 20 particles, .*{source} {particles}"):
+    with pytest.raises(InputError, match=rf"has 20 particles, but .*{source} has {particles}"):
         analyze_job(find_job(job_folder))
 
 

@@ -124,7 +124,7 @@ def test_what_cannot_be_told_is_refused(states, tmp_path):
     with pytest.raises(InputError, match=r"both bodies are at x = 0 in the first frame"):
         analyze_job(job, target_particles=4)
     for count in (9, -1):
-        line = f"has {count} particles and the dump 9; expected fewer, and one at least"
+        line = f"has {count} particles, but the dump has 9. Give at least one"
         with pytest.raises(InputError, match=line):
             analyze_job(job, target_particles=count)
     job = write_dump(tmp_path / "d", states, FULL, masses=MASSES)
@@ -133,7 +133,7 @@ def test_what_cannot_be_told_is_refused(states, tmp_path):
     (tmp_path / "scene.toml").write_text('potential = "toda"\nparticles = 9\nvelocity = 0.1\n')
     for columns, given in ((FULL, None), (("id", "x", "vx"), 4)):
         job = write_dump(tmp_path / "d", states, columns, shift=0.5, masses=MASSES)
-        with pytest.raises(InputError, match=r"scene\.toml 0.*; expected one number"):
+        with pytest.raises(InputError, match=r"scene\.toml 0.*\. Give one number"):
             analyze_job(replace(job, scene=tmp_path / "scene.toml"), target_particles=given)
     backwards = states.until(np.inf)
     last = write_dump(
@@ -150,7 +150,9 @@ def test_a_dump_that_begins_after_the_first_contact_is_not_that_of_the_scene(sta
     late = type(states)(*(getattr(states, f)[1:] for f in states.__dataclass_fields__))
     job = write_dump(tmp_path / "d", late, FULL, masses=MASSES)
     (tmp_path / "scene.toml").write_text(SCENE.to_toml())
-    with pytest.raises(InputError, match=r"come together with .* in the first frame, .* with"):
+    with pytest.raises(
+        InputError, match=r"approach each other with .* in the first frame, but with"
+    ):
         analyze_job(Job(job.dump, scene=tmp_path / "scene.toml"), target_particles=4)
 
 
@@ -194,7 +196,7 @@ def test_the_command_tells_and_draws_both_bodies(result, states, tmp_path, chain
             assert f"contacts               {result.contacts}, the last" in said
         else:
             assert err.count("\n") == 1
-            assert "expected the masses of both bodies" in err
+            assert "give the masses of both bodies" in err
     drawn = {path.stem for path in out.glob("*.png")}
     assert {"trajectories", "contacts", "energy", "target_spectrum"} <= drawn
     assert "a free target of 4" in (out / "analysis.html").read_text(encoding="utf-8")

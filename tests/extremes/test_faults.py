@@ -141,7 +141,7 @@ def test_an_output_folder_replaced_by_a_file_during_a_run(tmp_path, good):
     good.parent.write_text("a file")
     status, out, lines = run.end()
     assert (status, out, len(lines)) == (2, "", 1)
-    assert "is a file; expected a folder: give another path" in lines[0]
+    assert "is a file. Give another path" in lines[0]
     assert good.parent.read_text() == "a file"
 
 

@@ -101,7 +101,7 @@ def test_empty_ranges_are_refused(bond_range):
 
 
 def test_too_few_rows_leave_no_margin():
-    with pytest.raises(TableError, match="table_points is 5; expected at least 8"):
+    with pytest.raises(TableError, match=r"table_points is 5\. Give at least 8"):
         tabulate(LennardJones(), (0.9, 1.1), rows=5)
 
 
@@ -134,17 +134,23 @@ GOOD = [f"{k} {0.8 + 0.1 * k} 0.0 {0.2 - 0.1 * k}" for k in range(5)]
 @pytest.mark.parametrize(
     ("rows", "line"),
     [
-        ([], "has 0 usable rows; expected at least 4"),
+        ([], "has 0 usable rows. Give at least 4"),
         (GOOD[:3], "has 3 usable rows"),
-        ([*GOOD, "9 1.1 0.0 0.1"], "increasing length"),
-        ([*GOOD, "9 nan 0.0 0.1"], "finite numbers"),
+        ([*GOOD, "9 1.1 0.0 0.1"], "let the lengths increase"),
+        ([*GOOD, "9 nan 0.0 0.1"], "Give a finite length"),
         ([*GOOD, "9 1.5 abc 0.1"], "has the row '9 1.5 abc 0.1'"),
-        ([f"{k} {2 + 0.1 * k} 0.0 0.0" for k in range(5)], "the natural length 1 inside"),
-        ([*GOOD, "9 1.1 0.0 0.1"], "has '1.1 0 0.1' in row 6; expected"),
-        ([*GOOD, "9 nan 0.0 0.1"], "has 'nan 0 0.1' in row 6; expected"),
+        ([f"{k} {2 + 0.1 * k} 0.0 0.0" for k in range(5)], "the natural length 1 is inside"),
+        ([*GOOD, "9 1.1 0.0 0.1"], "has '1.1 0 0.1' in row 6. Give"),
+        ([*GOOD, "9 nan 0.0 0.1"], "has 'nan 0 0.1' in row 6. Give"),
         ([*GOOD, "9 1.5 0.0 1e308"], "no smooth curve follows"),
-        ([f"{row}e+120" for row in GOOD], "forces up to 2e.119; expected 1e-100 to 1e.100"),
-        ([f"{row}e-120" for row in GOOD], "forces up to 2e-121; expected 1e-100 to 1e.100"),
+        (
+            [f"{row}e+120" for row in GOOD],
+            "forces up to 2e.119. Choose units in which forces are between 1e-100 and 1e.100",
+        ),
+        (
+            [f"{row}e-120" for row in GOOD],
+            "forces up to 2e-121. Choose units in which forces are between 1e-100 and 1e.100",
+        ),
     ],
 )
 def test_a_malformed_table_is_one_line(tmp_path, rows, line):

@@ -55,7 +55,7 @@ def test_what_spreadsheets_make_of_it_is_the_same(state_file, text):
 
 BAD = [
     # contents, what the line must say
-    ("", "has the columns ''; expected a header with position or strain"),
+    ("", "has the columns ''. Write a header with position or strain"),
     ("velocity\n-1\n", "has the columns 'velocity'"),
     ("position,strain\n1,0\n", "has the columns 'position, strain'"),
     ("position,position\n1,0\n", "has the columns 'position, position'"),
@@ -64,10 +64,10 @@ BAD = [
     ("0,-1\n1,-1\n", "has the columns '0, -1'"),
     ('"posi\nshell touch pwned"\n0\n', "has the columns"),
     ("position\n", "has no particles"),
-    ("position,velocity\n0,-1\n1\n", "has '1' for particle 2; expected 2 numbers"),
+    ("position,velocity\n0,-1\n1\n", "has '1' for particle 2. Give 2 numbers"),
     ("position\n0\nnan\n", "has 'nan' for particle 2"),
     ("position\n0\n1e400\n", "has '1e400' for particle 2"),
-    ("position\n0\n1e200\n", "has '1e200' for particle 2; expected 1 numbers, of 1e\\+100"),
+    ("position\n0\n1e200\n", "has '1e200' for particle 2. Give 1 numbers of at most 1e\\+100"),
     ("position\n0\none\n", "has 'one' for particle 2"),
     ("position\n-0.1\n1\n", "has particle 1 at -0.1, inside the target"),
     ("position\n0\n0\n", "has no room between particles 1 and 2"),

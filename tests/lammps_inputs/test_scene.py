@@ -21,7 +21,7 @@ from tests.elsewhere import old_processor
 
 BAD = [
     # fields, what the line must say
-    ({"colour": 3}, "unknown key 'colour'; expected one of potential, toda_b"),
+    ({"colour": 3}, "unknown key 'colour'. Use one of potential, toda_b"),
     ({"potential": "mie"}, f"expected one of {', '.join(POTENTIAL_NAMES)}"),
     ({"potential": 3}, "expected one of harmonic"),
     ({"particles": 0}, "particles is 0: .*greater than or equal to 1"),
@@ -51,7 +51,7 @@ BAD = [
     ({"potential": "formula"}, "potential 'formula' needs energy"),
     (
         {"potential": "formula", "energy": "a*s^2", "parameters": {"a": "1"}},
-        "a is '1'; expected a number",
+        "a is '1'. Give a number",
     ),
     (
         {"potential": "formula", "energy": "s^2", "parameters": {"a": 1}},
@@ -79,13 +79,13 @@ BAD = [
     ({"tolerance": 1e-6, "timestep": 0.1}, "tolerance and timestep are both given"),
     ({"tolerance": 1e-6, "wall": "event", "table": "spline"}, "tolerance and wall, table are both"),
     ({"timestep": -0.1}, "timestep is -0.1"),
-    ({"timestep": 1.0}, "timestep is 1; expected less than 1, .*unstable"),
-    ({"timestep": 5e-8, "masses": (1e4,)}, "timestep is 5e-08; expected 1e-07 or more"),
+    ({"timestep": 1.0}, "timestep is 1. Give less than 1: .*unstable"),
+    ({"timestep": 5e-8, "masses": (1e4,)}, "timestep is 5e-08. Give 1e-07 or more"),
     ({"wall": "reflect", "scheme": "order6"}, "wall 'reflect' goes with scheme 'verlet'"),
     ({"engine": "reference", "table": "spline"}, "table is for engine 'lammps'"),
     ({"engine": "reference", "wall": "reflect"}, "wall 'reflect' is for engine 'lammps'"),
     ({"dump_frames": 0.0}, "dump_frames is 0.0"),
-    ({"error": False}, "error is False, and the numerics are chosen by an error bar"),
+    ({"error": False}, "error is False, but choosing the numerics needs an error bar"),
     ({"potential": "harmonic", "table": "spline"}, "table is for tabulated bonds"),
     ({"dump_frames": "hits"}, "dump_frames is 'hits': expected a positive number, or 'contacts'"),
     ({"dump_frames": True}, "dump_frames is True: expected a positive number, or 'contacts'"),
@@ -220,7 +220,7 @@ def test_toml_round_trip(scene):
     ],
 )
 def test_integers_that_toml_does_not_have_are_one_line(text):
-    with pytest.raises(SceneError, match=r"^here.* integer of .*expected 64") as caught:
+    with pytest.raises(SceneError, match=r"^here.* integer of .*Give .*at most 64") as caught:
         Scene.from_toml(text, "here")
     assert len(str(caught.value)) < 200
 
@@ -235,7 +235,7 @@ def test_of_many_mistakes_the_first_are_told():
 @pytest.mark.parametrize(("key", "value"), [("temperature", 5e-324), ("contact_stiffness", 5e-324)])
 def test_numbers_whose_powers_are_none_are_refused(key, value):
     contact = {"contact": "power"} if key == "contact_stiffness" else {}
-    with pytest.raises(SceneError, match=rf"{key} is (4\.94066|5)e-324[;:]"):
+    with pytest.raises(SceneError, match=rf"{key} is (4\.94066|5)e-324[.:]"):
         Scene(**{key: value}, **contact)
 
 

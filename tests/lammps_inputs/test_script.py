@@ -154,5 +154,5 @@ def test_numbers_keep_their_bits(value):
 def test_a_folder_that_lammps_would_interpret_is_refused():
     numerics = Numerics.from_scene(Scene(potential="harmonic"))
     for folder in ("/tmp/with space", "/tmp/$x", '/tmp/"', "/tmp/a#b"):
-        with pytest.raises(SceneError, match="set TMPDIR"):
+        with pytest.raises(SceneError, match="Set TMPDIR"):
             render_setup(numerics, None, folder)

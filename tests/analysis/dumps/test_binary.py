@@ -55,7 +55,7 @@ def test_a_cut_binary_frame_is_left_out(tmp_path, cut):
         (binary_frame(5, "x vx", [[[1, 0.0]]]), "with an 'id'"),
         (binary_frame(5, "id x", [[[1, 0.0]]], magic=b"DUMPATOM"), "not a binary LAMMPS dump"),
         (binary_frame(5, "id x", [[[1, 0.0], [1, 0.0]]]), "holds an id twice"),
-        (binary_frame(5, "id x", [[]]), "frame of step 5 holds no atoms"),
+        (binary_frame(5, "id x", [[]]), "frame of step 5 has no atoms"),
     ],
 )
 def test_what_cannot_be_read_is_named(tmp_path, frame, message):

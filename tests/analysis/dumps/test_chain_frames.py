@@ -67,7 +67,7 @@ def test_lost_particles_and_blown_up_runs_are_named(harmonic20, dump_writer):
     lost = text[:last_row] + "\n"
     head, tail = lost.rsplit("ITEM: NUMBER OF ATOMS\n20", 1)
     path.write_text(head + "ITEM: NUMBER OF ATOMS\n19" + tail)
-    with pytest.raises(InputError, match="holds 19 particles, the first frame 20"):
+    with pytest.raises(InputError, match="has 19 particles, but the first frame has 20"):
         first_states(path)
     path.write_text(text[:last_row] + "\n20 19 nan 0 0.5\n")
     with pytest.raises(InputError, match=r"not a number.*blown up"):

@@ -79,7 +79,7 @@ def test_a_run_continued_into_a_cut_frame_is_damage(harmonic20, dump_writer):
     path = dump_writer.write(harmonic20, TIMES[:4], cut=300)
     more = dump_writer.write(harmonic20, TIMES[4:], name="more")
     path.write_bytes(path.read_bytes() + more.read_bytes())
-    with pytest.raises(InputError, match=r"damaged there|not a LAMMPS dump|not a number"):
+    with pytest.raises(InputError, match=r"is damaged: |not a LAMMPS dump|not a number"):
         displacements(Dump(path))
 
 
@@ -171,5 +171,5 @@ def test_ids_and_types_that_are_no_whole_numbers_are_named(tmp_path, column, val
     )
     if column == "id" and value in ("1.5", "1e300"):
         return  # numbers that sort
-    with pytest.raises(InputError, match=f"column '{column}' of the frame of step 7 holds"):
+    with pytest.raises(InputError, match=f"column '{column}' of the frame of step 7 has"):
         Dump(path).first().whole_numbers("type")

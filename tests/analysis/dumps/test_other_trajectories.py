@@ -69,7 +69,7 @@ def test_a_copy_beside_a_dump_is_left_alone(harmonic20, dump_writer):
 
 def test_positions_alone_are_refused(states, tmp_path):
     write_mdanalysis(states[:3], tmp_path / "m.dcd")
-    with pytest.raises(InputError, match="holds no velocities"):
+    with pytest.raises(InputError, match="has no velocities"):
         analyze_job(find_job(tmp_path))
 
 

@@ -61,14 +61,14 @@ def test_a_frame_cut_anywhere_is_recognised(cut):
     [
         (b"1 Ar 0.1", b"3 Ar 0.1", "holds an id twice"),
         (b"2 Ar 1 -0", b"two Ar 1 -0", "column 'id' of the frame of step 7 holds text"),
-        (b"2 Ar 1 -0", b"2 Ar 1", "holds 11 numbers; expected 3 rows of 4"),
+        (b"2 Ar 1 -0", b"2 Ar 1", "has 11 numbers instead of 3 rows of 4"),
         (b"id element", b"ID element", "no column 'id'"),
         (b"NUMBER OF", b"FEELINGS OF", "not a LAMMPS dump of style custom"),
         (b"\n3\n", b"\nthree\n", "not a LAMMPS dump of style custom"),
         (
             b"\n3\nITEM: BOX",
             b"\n0\nITEM: BOX",
-            "frame of step 7 holds no atoms; expected a dump of",
+            "frame of step 7 has no atoms. Dump a group",
         ),
     ],
 )

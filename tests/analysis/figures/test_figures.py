@@ -178,7 +178,7 @@ def test_animation_refuses_what_it_cannot_write(motion, tmp_path, monkeypatch):
 
 @pytest.mark.parametrize("frames", [0, -3, 2.5, math.nan, "many", None, True, 10**12])
 def test_a_number_of_pictures_that_is_none_is_refused_and_leaves_no_file(motion, tmp_path, frames):
-    said = rf"^the number of pictures is {frames!r}; expected a whole number, from 1 to"
+    said = rf"^the number of pictures is {frames!r}\. Give a whole number, from 1 to"
     times, u, v = motion
     with pytest.raises(InputError, match=said):
         animate_collision(times, u, v, tmp_path / "c.gif", impact_velocity=0.1, frames=frames)
@@ -188,7 +188,7 @@ def test_a_number_of_pictures_that_is_none_is_refused_and_leaves_no_file(motion,
 @pytest.mark.parametrize("magnification", [math.nan, math.inf, -1.0, 0.0, "big", True])
 def test_a_magnification_that_is_none_is_refused(motion, magnification):
     times, u, _ = motion
-    said = rf"^magnification is {magnification!r}; expected a positive finite number"
+    said = rf"^magnification is {magnification!r}\. Give a positive finite number"
     with pytest.raises(InputError, match=said):
         plot_trajectories(times, u, magnification=magnification)
 

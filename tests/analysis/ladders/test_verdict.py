@@ -80,5 +80,5 @@ def test_digits_that_are_printed_limit_the_value():
 
 
 def test_small_ladders_are_refused():
-    with pytest.raises(ValueError, match="expected 4 and 3"):
+    with pytest.raises(ValueError, match="4 rungs and 3 runs"):
         judge_ladder(np.ones((3, 3)), np.ones((3, 3)))

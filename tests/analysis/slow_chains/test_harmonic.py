@@ -73,5 +73,5 @@ def test_the_lead_of_the_front_is_the_constant_of_the_curve():
 
 
 def test_short_chains_are_refused():
-    with pytest.raises(ValueError, match="19 particles given; expected 20 or more"):
+    with pytest.raises(ValueError, match=r"19 particles given\. Give 20 or more"):
         next(harmonic.collide_long_chains([19]))

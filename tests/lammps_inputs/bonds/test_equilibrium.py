@@ -132,7 +132,7 @@ BAD = [
     (
         LennardJones(),
         1.8e-3,
-        "an energy of 0.0138889 breaks a lj bond; expected 0.00173611 at",
+        "an energy of 0.0138889 breaks a lj bond. Give a temperature of at most 0.00173611",
     ),
     (Morse(), 1.8e-3, "an energy of 0.0138889 breaks a morse bond"),
     # At the barrier s = 1/3, U = 1/54.

@@ -2,6 +2,7 @@
 
 import math
 import pickle
+import re
 import string
 
 import mpmath
@@ -137,22 +138,22 @@ def test_barriers_and_ends_of_a_formula():
 
 HOSTILE = {
     "__import__('os').system('x')": "has the character",
-    "s.__class__": "has Attribute in it",
-    "().__class__.__bases__*s": "has Attribute in it",
+    "s.__class__": "contains Attribute",
+    "().__class__.__bases__*s": "contains Attribute",
     "lambda s: s": "has the character ':'",
-    "s if s else s": "has IfExp in it",
-    "s and r": "has BoolOp in it",
-    "not s": "has UnaryOp in it",
+    "s if s else s": "contains IfExp",
+    "s and r": "contains BoolOp",
+    "not s": "contains UnaryOp",
     "s//2": "has the operator FloorDiv",
-    "exp(s,s)": "expected exp(one number)",
-    "exp + s": "names 'exp', and it is a function",
-    "exp(exp)*s": "names 'exp'",
+    "exp(s,s)": "Write exp(x) with one argument",
+    "exp + s": "uses 'exp', a function",
+    "exp(exp)*s": "uses 'exp'",
     "s(s)": "calls 's'",
     "print(s)": "calls 'print'",
-    "abs(s)": "expected a smooth function: exp",
-    "1j*s": "has Constant in it",
-    "s*True": "has Constant in it",
-    "...*s": "has Constant in it",
+    "abs(s)": "Use one of exp",
+    "1j*s": "contains Constant",
+    "s*True": "contains Constant",
+    "...*s": "contains Constant",
     "s^2\nshell rm -rf": "has the character '\\n'",
     "s^2 ${x}": "has the character '$'",
     "s²": "has the character",
@@ -162,12 +163,12 @@ HOSTILE = {
     "(": "cannot be read",
     "": "cannot be read",
     "import os": "cannot be read",
-    "s + x": "names 'x', and nothing tells its value",
+    "s + x": "uses 'x', an unknown parameter",
     "2 + 3": "does not depend on the strain",
     "s^9^9^9^9": "has no finite value",
     "s*9**9**9**9": "has no finite value",
     "s^100": "has the power 100",
-    "s*1e400": "comes to the number inf",
+    "s*1e400": "contains the number inf",
     "log(-1)*s": "has no finite value",
     "s/0": "has no finite value",
     "1/(s-s)": "has no finite value",
@@ -179,7 +180,7 @@ HOSTILE = {
     "tanh(" * 20 + "s" + ")" * 20: "more than 3000 operations",
     "s^4": "no stable natural length",
     "-s^2": "no stable natural length",
-    "(r - 10)^2": "scale lengths",
+    "(r - 10)^2": "Scale lengths",
     "1e20*s^2": "has the stiffness 2e+20",
     "(1e7 + s)^2 - 1e14 - 2e7*s": "energy",
     "cosh(1000*s) + 1e9*s^2 - 1e9*s^2*cos(1e-3*s)": "energy",
@@ -196,7 +197,7 @@ def test_what_is_no_formula_is_refused_in_one_line(text):
     message = str(refused.value)
     assert HOSTILE[text] in message
     assert message.isprintable()
-    assert "; expected " in message
+    assert re.search(r"\. (Give|Rewrite|Scale|Shorten|Use|Remove|Write) ", message)
 
 
 _PIECES = [*string.ascii_lowercase[:6], "s", "r", "D", *"0129.+-*/^(),_' \n[]{}:=@", "exp(", "1e3"]
@@ -228,17 +229,17 @@ def test_any_text_is_a_bond_or_one_line(text):
         ({"lambda": 1.0}, "cannot be the name"),
         ({"é": 1.0}, "cannot be the name"),
         ({1: 1.0}, "cannot be the name"),
-        ({"a": True}, "a is True; expected a number"),
-        ({"a": "6"}, "a is '6'; expected a number"),
-        ({"a": math.nan}, "a is nan; expected a finite number"),
-        ({"a": math.inf}, "a is inf; expected a finite number"),
-        ({"a": 10**400}, "expected a finite number"),
-        ({"a": 1e-200}, "expected a finite number"),
-        ([1.0], "expected names and numbers"),
+        ({"a": True}, "a is True. Give a number"),
+        ({"a": "6"}, "a is '6'. Give a number"),
+        ({"a": math.nan}, "a is nan. Give a finite number"),
+        ({"a": math.inf}, "a is inf. Give a finite number"),
+        ({"a": 10**400}, "Give a finite number"),
+        ({"a": 1e-200}, "Give a finite number"),
+        ([1.0], "Give names and numbers"),
         ({f"a{k}": 1.0 for k in range(30)}, "at most 20"),
     ],
 )
 def test_parameters_are_names_and_finite_numbers(given_, line):
-    with pytest.raises(ValueError, match="expected") as refused:
+    with pytest.raises(ValueError, match="Give ") as refused:
         check_parameters(given_)
     assert line in str(refused.value)

@@ -280,7 +280,7 @@ class TestUserBond:
         assert user.natural_speed is None
 
     def test_refuses_a_force_at_natural_length(self):
-        with pytest.raises(PotentialError, match="natural bond length is 1"):
+        with pytest.raises(PotentialError, match="the force vanishes at length 1"):
             UserBond(lambda s: s + s * s, lambda s: -1.0 - 2.0 * s)
 
     def test_refuses_an_unstable_bond(self):

@@ -38,7 +38,7 @@ def test_the_zero_is_found_within_the_digits(tmp_path, digits):
 
 def test_a_table_scaled_wrong_is_told_where_its_zero_is(tmp_path):
     path = write_table(tmp_path / "wrong.table", 8, scale=1.05)
-    with pytest.raises(TableError, match=r"with nothing at length 1\.05\d*; expected no force"):
+    with pytest.raises(TableError, match=r"no force at length 1\.05\d*\. Divide"):
         read_bond_table(path)
 
 
@@ -69,12 +69,12 @@ def test_numbers_beyond_all_are_refused(tmp_path, word):
     index, length, energy, _ = lines[20].split()
     lines[20] = f"{index} {length} {energy} {word}"
     path.write_text("\n".join(lines))
-    with pytest.raises(TableError, match=r"inf' in row 18; expected .* finite numbers"):
+    with pytest.raises(TableError, match=r"inf' in row 18. Give a finite length"):
         read_bond_table(path)
     for row in (20, 21):
         lines[row] = f"{index} {word} {energy} 0"
     path.write_text("\n".join(lines))
-    with pytest.raises(TableError, match=r"inf 0 0' in row 18; expected .* increasing length"):
+    with pytest.raises(TableError, match=r"inf 0 0' in row 18. Give .* lengths increase"):
         read_bond_table(path)
 
 
@@ -118,13 +118,13 @@ def test_a_jobs_own_table_contradicts_itself_nowhere(tmp_path, potential, style)
     [
         ("N 400", "says N 400 and has 401 rows"),
         ("N 401.5", r"says N 401\.5 and has 401 rows"),
-        ("N many", "has the line 'N many'; expected 'N rows'"),
+        ("N many", "has the line 'N many'. Write 'N rows'"),
         ("N 401 FP 1", "has the line 'N 401 FP 1'"),
         ("N 401 R 0.9 1.2", "has the line 'N 401 R 0.9 1.2'"),
         ("N 401 FP {0} {1}", None),
-        ("N 401 FP {1} {0}", "its forces change by -6[0-9.]* a length at the first row"),
-        ("N 401 FP {0} 7.5", "a length at the last row; expected dF/dr there"),
-        ("N 401 FP nan nan", "says FP nan nan"),
+        ("N 401 FP {1} {0}", "its forces change by -6[0-9.]* per length at the first row"),
+        ("N 401 FP {0} 7.5", "per length at the last row. Set FP to dF/dr"),
+        ("N 401 FP nan nan", "gives FP nan nan"),
     ],
 )
 def test_a_header_that_contradicts_the_rows_is_refused(tmp_path, header, line):
@@ -186,7 +186,7 @@ def test_a_table_that_lammps_does_not_read_is_refused(tmp_path):
 def test_two_sections_are_told_as_such(tmp_path):
     path = lj_rows(tmp_path / "two.table")
     path.write_text(path.read_text() + "\n" + path.read_text().replace("LJ", "AGAIN"))
-    with pytest.raises(TableError, match="has 2 sections; expected one"):
+    with pytest.raises(TableError, match=r"has 2 sections\. Put each"):
         read_bond_table(path)
 
 
@@ -197,7 +197,7 @@ def test_an_outlier_is_told_by_its_row(tmp_path, row):
     # Off by a tenth of itself and more, a slip of a digit; nearer to the core rows are too far
     # apart to tell.
     path = lj_rows(tmp_path / "outlier.table", altered={row: 1.1 * right + 0.01})
-    with pytest.raises(TableError, match=f"in row {row + 1}, where its other rows say"):
+    with pytest.raises(TableError, match=f"in row {row + 1}, but its other rows suggest"):
         read_bond_table(path)
 
 

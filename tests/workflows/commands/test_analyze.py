@@ -70,7 +70,7 @@ def test_a_scene_in_the_folder_gives_bond_and_speed(job, chaincor):
     (job / "scene.toml").write_text(scene.replace(particles=3).to_toml())
     status, _, err = chaincor("analyze", job, "--json")
     assert status == 2
-    assert "holds 2 particles" in err
+    assert "has 2 particles" in err
 
 
 @pytest.mark.slow
@@ -135,7 +135,7 @@ def test_a_scene_elsewhere_says_what_one_beside_the_dump_would(job, tmp_path, ch
     (tmp_path / "mine.toml").write_text(other.to_toml())
     status, out, err = chaincor("analyze", job, "--scene", tmp_path / "mine.toml")
     assert (status, out) == (2, "")
-    assert "holds 2 particles" in err
+    assert "has 2 particles" in err
 
 
 @pytest.mark.parametrize(
@@ -143,12 +143,12 @@ def test_a_scene_elsewhere_says_what_one_beside_the_dump_would(job, tmp_path, ch
     [
         (["--dump", "none"], "cannot read the dump none"),
         (["--data", "none"], "cannot read none"),
-        (["--scene", "none"], "cannot read none: no such file"),
+        (["--scene", "none"], "none does not exist"),
         (["--potential", "toda", "--toda-b", "-1"], "toda_b"),
         (["--toda-b", "3"], "without --potential"),
         (["--velocity", "0.2"], "the dump starts with the impact speed 0.1"),
         (["--timestep", "-1"], "--timestep"),
-        (["--animation", "c.avi"], "expected a name in .gif"),
+        (["--animation", "c.avi"], "Give a name that ends in .gif"),
     ],
 )
 def test_bad_input_is_one_line_and_status_2(job, chaincor, arguments, message):
@@ -167,7 +167,7 @@ def test_what_contradicts_the_files_is_refused_or_said(job, chaincor):
     dump.write_text(dump.read_text().replace("id x vx v_time", "id v_displacement vx v_time"))
     status, out, err = chaincor("analyze", job, "--wall", "3")
     assert (status, out, err.count("\n")) == (2, "", 1)
-    assert "expected no other wall" in err
+    assert "Drop the options for another wall" in err
 
 
 def test_a_folder_is_no_file_to_write(job, chaincor):

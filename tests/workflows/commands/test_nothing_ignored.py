@@ -19,8 +19,11 @@ SMALL = ("--particles", "4")
         (("run", *SMALL, "--dump-frames", "5"), "dump_frames is 5.0 and there is no dump"),
         (("run", *SMALL, "--dump-frames", "each"), "'each' is neither a number nor contacts"),
         (("inputs", *SMALL, "--dump-frames", "5", "-o", "job"), "the job dumps nothing"),
-        (("run", *SMALL, "--no-error"), "expected explicit ones beside it"),
-        (("run", *SMALL, "--tolerance", "1e-4", "--no-error"), "expected explicit ones beside it"),
+        (("run", *SMALL, "--no-error"), "choosing the numerics needs an error bar"),
+        (
+            ("run", *SMALL, "--tolerance", "1e-4", "--no-error"),
+            "choosing the numerics needs an error bar",
+        ),
         (("run", "--potential", "harmonic", "--table", "linear"), "table is for tabulated bonds"),
         (
             ("inputs", "--potential", "harmonic", "--table-points", "77", "-o", "job"),

@@ -36,4 +36,4 @@ def test_run_writes_a_moving_picture(tmp_path, chaincor, monkeypatch):
 def test_another_ending_is_refused_before_anything_runs(chaincor):
     status, _, err = chaincor("run", "--animate", "motion.avi")
     assert status == 2
-    assert "expected a name in .gif or .mp4" in err
+    assert "Give a name that ends in .gif or .mp4" in err
