@@ -54,9 +54,9 @@ def plain_scene(scene: Scene) -> Scene:
     line = scene.line
     if line.soft or not line.rigid:
         raise SceneError(
-            "a plain script is asked for, and the chain meets "
-            + ("a soft contact" if line.soft else "a free target")
-            + ". Leave --plain out, or use a rigid wall, for which LAMMPS has a command"
+            "a plain script needs a rigid wall with hard contact, for which LAMMPS has a command, "
+            + ("but the contact is soft" if line.soft else "but the target is free")
+            + ". Leave --plain out, or use such a wall"
         )
     given = {
         "wall": (scene.wall, "reflect"),
@@ -66,7 +66,7 @@ def plain_scene(scene: Scene) -> Scene:
     for name, (value, only) in given.items():
         if value is not None and value != only:
             raise SceneError(
-                f"a plain script has no {name} {value}"
+                f"a plain script cannot use {name} {value}"
                 + ("" if only else ", because it computes no error bar")
                 + f". Leave out {name} or --plain"
             )

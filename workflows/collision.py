@@ -135,7 +135,8 @@ def collide(
     workers = min(workers_given(workers), len(scenes))
     if arrays and store is None:
         raise InputError(
-            "arrays are what a store keeps; expected a store: results have them anyway"
+            "arrays are kept only in a store. Give a store, or leave arrays out: a result "
+            "has them anyway"
         )
     if tolerance is not None:
         scenes = [each.replace(tolerance=tolerance) for each in scenes]

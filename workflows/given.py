@@ -37,12 +37,12 @@ def scene_given(value: Any) -> Scene:
         return value
     hint = "Scene(particles=100, speed=0.4)"
     if isinstance(value, Mapping):
-        hint = "one made of it: Scene(**it)"
+        hint = "Scene(**fields)"
     elif isinstance(value, str | Path):
-        hint = f"one read from a file: Scene.from_file({str(value)[:60]!r})"
+        hint = f"Scene.from_file({str(value)[:60]!r})"
     elif isinstance(value, type):
-        hint = "one of its objects: Scene()"
-    raise InputError(f"{_named(value)} was given; expected a scene, such as {hint}")
+        hint = "Scene()"
+    raise InputError(f"{_named(value)} was given instead of a scene. Give a scene, such as {hint}")
 
 
 def scenes_given(values: Any) -> list[Scene]:

@@ -68,9 +68,7 @@ def write_job(
     """
     known = [each.name for each in fields(JobWishes)]
     if unknown := sorted(set(wishes) - set(known)):
-        raise InputError(
-            f"write_job has no argument {unknown[0]!r}; expected one of {', '.join(known)}"
-        )
+        raise InputError(f"write_job has no argument {unknown[0]!r}. Use one of {', '.join(known)}")
     try:
         files = job_files(scene_given(scene), JobWishes(**wishes))
         return write_files(files, Path(folder), replace_existing)
@@ -108,8 +106,8 @@ def job_files(scene: Scene, wishes: JobWishes = NO_WISHES) -> dict[str, str]:
     """
     if not wishes.dump and scene.dump is None and "dump_frames" in scene.model_fields_set:
         raise InputError(
-            f"dump_frames is {scene.dump_frames!r} and the job dumps nothing; expected --frames "
-            "beside it, or neither"
+            f"dump_frames is {scene.dump_frames!r}, but the job writes no dump. Add "
+            "--frames, or leave dump_frames out"
         )
     scene = read_from_anywhere(scene).replace(engine="lammps")
     units = wishes.units
@@ -171,9 +169,9 @@ def _refuse_units_of_velocity(scene: Scene, units: UnitSystem) -> None:
         return
     v, style = scene.impact_velocity, units.style
     raise InputError(
-        f"velocity is {v:g} in units of the chain, in which sound has 1: that would be "
-        f"{v * units.speed:g} in units {style}; expected the chain's units, as [units] is of "
-        f"the job alone: {v:g} in units {style} is velocity = {v / units.speed:.6g}"
+        f"velocity is {v:g} in units of the chain, in which the speed of sound is 1: "
+        f"that would be {v * units.speed:g} in units {style}. Give the velocity in "
+        f"units of the chain: {v:g} in units {style} is velocity = {v / units.speed:.6g}"
     )
 
 
@@ -195,8 +193,8 @@ def write_files(texts: dict[str, str], folder: Path, replace_existing: bool) -> 
     present = [name for name in texts if (folder / name).exists()]
     if present and not replace_existing:
         raise InputError(
-            f"the folder {str(folder)!r} has {', '.join(present)} already; expected a new or empty "
-            "folder: give another, or --force to replace the job"
+            f"the folder {str(folder)!r} has {', '.join(present)} already. Give another "
+            "folder, or replace the job with --force"
         )
     try:
         folder.mkdir(parents=True, exist_ok=True)

@@ -124,8 +124,9 @@ class OwnTemplate:
             text = environment.from_string(tree).render(self.settings | values)
         except SecurityError as error:
             raise SceneError(
-                f"the template uses a forbidden operation: {_one_line(error)}. Use values and "
-                "filters, such as {{ 2 * particles }}"
+                "the template uses a forbidden operation: "
+                f"{_one_line(error).rstrip('.')}. Use values and filters, such as "
+                "{{ 2 * particles }}"
             ) from None
         except (
             *(TemplateError, ArithmeticError, TypeError, ValueError, LookupError),
@@ -152,9 +153,10 @@ class OwnTemplate:
                     "job's value by its own option or in the scene file"
                 )
             if name not in named:
+                others = ", ".join(sorted(named - set(values)))
                 raise SceneError(
-                    f"the template does not use --set {name}. Leave it out, or use one of "
-                    f"{', '.join(sorted(named - set(values))) or 'none'}"
+                    f"the template does not use --set {name}. Leave it out"
+                    + (f", or use one of {others}" if others else "")
                 )
 
 
@@ -168,8 +170,8 @@ def parse_settings(given: tuple[str, ...]) -> dict[str, str]:
         name, equals, value = text.partition("=")
         if not equals or not _NAME.fullmatch(name) or name in settings:
             raise SceneError(
-                f"--set is given {text[:60]!a}. Give each NAME=VALUE once, with a name of small "
-                "letters, digits and _"
+                f"--set is given {text[:60]!a}. Write NAME=VALUE with a name of small letters, "
+                "digits and _, and give each name once"
             )
         if not _WORD.fullmatch(value):
             raise SceneError(

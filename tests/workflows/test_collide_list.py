@@ -63,7 +63,7 @@ def test_with_a_store_what_is_there_is_not_computed_again(tmp_path):
     assert (first[3].result, first[3].failure.name) == (None, "CrossingError")
     again = collide(SCENES[0], 1e-4, store=path, workers=1)
     assert [row.columns["finished"] for row in again] == [first[0].columns["finished"]]
-    with pytest.raises(InputError, match="arrays are what a store keeps"):
+    with pytest.raises(InputError, match="arrays are kept only in a store"):
         collide(SCENES, arrays=True)
 
 
@@ -74,12 +74,15 @@ def test_no_scene_at_all():
 @pytest.mark.parametrize(
     ("given", "message"),
     [
-        ({"particles": 5}, r"type dict was given; .* one made of it: Scene\(\*\*it\)"),
-        ("first.toml", r"type str was given; .* Scene.from_file\('first.toml'\)"),
-        (None, "None was given; expected a scene"),
-        (5, "type int was given; expected a scene"),
+        ({"particles": 5}, r"type dict was given instead of a scene\. .*Scene\(\*\*fields\)"),
+        (
+            "first.toml",
+            r"type str was given instead of a scene. .* Scene.from_file\('first.toml'\)",
+        ),
+        (None, "None was given instead of a scene"),
+        (5, "type int was given instead of a scene"),
         ([SCENES[0], {}], "type dict was given"),
-        (Scene, r"the class Scene was given; .* Scene\(\)"),
+        (Scene, r"the class Scene was given instead of a scene\. .* Scene\(\)"),
     ],
 )
 def test_what_is_no_scene_is_refused_in_one_line(given, message):

@@ -467,10 +467,10 @@ def test_a_folder_that_cannot_be_made(tmp_path):
 
 def test_write_job_names_arguments_of_python(tmp_path):
     scene = Scene(particles=5, dump_frames=9)
-    with pytest.raises(InputError, match="expected dump=True beside it") as refused:
+    with pytest.raises(InputError, match="Add dump=True") as refused:
         write_job(scene, tmp_path / "a")
     assert "--" not in str(refused.value)
-    with pytest.raises(InputError, match="leave plain=True out"):
+    with pytest.raises(InputError, match="Leave plain=True out"):
         write_job(Scene(particles=5, target_particles=5), tmp_path / "a", plain=True)
-    with pytest.raises(InputError, match=r"no argument 'guard'; expected one of plain, .*guards"):
+    with pytest.raises(InputError, match=r"no argument 'guard'. Use one of plain, .*guards"):
         write_job(Scene(particles=5), tmp_path / "a", guard=True)

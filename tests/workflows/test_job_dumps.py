@@ -120,4 +120,4 @@ def test_a_run_is_validated_without_a_scene(tmp_path, chaincor):
     assert result["note"].endswith("which explains the difference")
     status, _, err = chaincor("validate", "--against", str(tmp_path / "log.lammps"))
     assert status == 2
-    assert "tells the scene of that run of 6 particles; expected it" in err
+    assert "Give SCENE.toml" in err

@@ -162,10 +162,10 @@ def test_few_digits_of_a_wall_that_is_elsewhere_are_in_the_error(argon, chaincor
     ("options", "line"),
     [
         (["--units", "metal"], "--units metal is given without --length"),
-        (["--length", "long"], "--length is 'long'; expected a number or auto"),
-        (["--length", "-1"], "units.length is '-1.0'; expected a positive number"),
+        (["--length", "long"], "--length is 'long'. Give a number or auto"),
+        (["--length", "-1"], "units.length is '-1.0'. Give a positive number"),
         (["--wall", "nan"], "--wall is nan"),
-        (["--units", "lj"], "sets units metal; expected units lj"),
+        (["--units", "lj"], "sets units metal, but units lj are given"),
     ],
 )
 def test_units_without_sense_are_refused(argon, options, line, chaincor):
@@ -179,7 +179,7 @@ def test_units_without_sense_are_refused(argon, options, line, chaincor):
     [
         (
             {"length": 1.0},
-            "units has no mass and no stiffness and no style; expected",
+            "units has no mass and no stiffness and no style. Give",
         ),
         (
             {"size": 1, "length": 1, "mass": 1, "stiffness": 1, "style": "si"},
@@ -200,7 +200,7 @@ def test_a_file_of_units_without_their_table_is_refused(tmp_path):
     """Without the word [units] their keys would be passed over, and the units be the chain's."""
     path = tmp_path / "units.toml"
     path.write_text('length = 3.822\nmass = 39.948\nstiffness = 0.0511\nstyle = "metal"\n')
-    with pytest.raises(SceneError, match=r"has no table \[units\]; expected one with length"):
+    with pytest.raises(SceneError, match=r"has no table \[units\]\. Add \[units\] with length"):
         UnitSystem.from_file(path)
 
 
@@ -216,12 +216,15 @@ def test_units_come_from_the_scene_file(chaincor, tmp_path):
 @pytest.mark.parametrize(
     ("fields", "line"),
     [
-        ({"length": 1e200}, r"units\.length is 1e\+200 in those of style lj; expected 1e-100 to"),
+        (
+            {"length": 1e200},
+            r"units\.length is 1e\+200 in units of style lj. Give units between 1e-100",
+        ),
         ({"length": 1e90}, r"the unit of energy of \[units\] is 1e\+180"),
         ({"mass": 1e-90, "stiffness": 1e-90, "length": 1e90}, None),
         ({"mass": 1e-300}, r"units\.mass is 1e-300"),
         ({"length": 5e-324}, r"units\.length is 4\.94066e-324"),
-        ({"length": 10**400}, r"units\.length is '1000*'; expected a positive number"),
+        ({"length": 10**400}, r"units\.length is '1000*'. Give a positive number"),
     ],
 )
 def test_units_whose_squares_are_no_numbers_are_refused(fields, line):

@@ -82,12 +82,12 @@ def test_every_command_is_explained(name):
 @pytest.mark.parametrize(
     ("fields", "wishes", "line"),
     [
-        ({"tolerance": 1e-5}, {}, "tolerance is 1e-05; expected none, as it tells no error"),
-        ({"wall": "event", "timestep": 0.1}, {}, "wall is event; expected reflect"),
-        ({"scheme": "order8", "timestep": 0.1}, {}, "scheme is order8; expected verlet"),
-        ({"target_particles": 3}, {}, "meets a free target; expected a rigid wall"),
-        ({"contact": "power"}, {}, "meets a soft contact; expected a rigid wall"),
-        ({}, {"dump": True}, "and frames; expected either"),
+        ({"tolerance": 1e-5}, {}, "cannot use tolerance 1e-05, because it computes no error bar"),
+        ({"wall": "event", "timestep": 0.1}, {}, "cannot use wall event"),
+        ({"scheme": "order8", "timestep": 0.1}, {}, "cannot use scheme order8"),
+        ({"target_particles": 3}, {}, "but the target is free"),
+        ({"contact": "power"}, {}, "but the contact is soft"),
+        ({}, {"dump": True}, "frames exclude each other. Drop one"),
     ],
 )
 def test_what_a_plain_script_cannot_do_is_refused(fields, wishes, line):

@@ -180,20 +180,20 @@ def _view(job: "Job", options: dict[str, Any]) -> "DumpView":
         missing = [name for name in ("length", "mass", "stiffness") if name not in given]
         if style != "lj" and missing:
             raise InputError(
-                f"--units {style} is given without --{missing[0]}; expected --length, --mass and "
-                "--stiffness beside it: the chain's own units in those of the dump"
+                f"--units {style} is given without --{missing[0]}. Give --length, --mass and "
+                "--stiffness too: the chain's units in the units of the dump"
             )
         fields: dict[str, Any] = asdict(CHAIN_UNITS) | given
         try:
             fields["length"] = 1.0 if auto else float(fields["length"])
         except ValueError:
             raise InputError(
-                f"--length is {str(fields['length'])[:40]!a}; expected a number or auto"
+                f"--length is {str(fields['length'])[:40]!a}. Give a number or auto"
             ) from None
         view = replace(view, units=UnitSystem.from_fields(fields))
     if wall is not None:
         if not math.isfinite(wall):
-            raise InputError(f"--wall is {wall}; expected a finite number")
+            raise InputError(f"--wall is {wall}. Give a finite number")
         view = replace(view, wall=wall)
     if options["direction"] is not None:
         view = replace(view, upwards=options["direction"] == "+x")
@@ -209,7 +209,7 @@ def _bond(options: dict[str, Any]) -> Potential | None:
     if not given:
         return None
     if "potential" not in given:
-        raise SceneError(f"{', '.join(given)} given without --potential; expected its potential")
+        raise SceneError(f"{', '.join(given)} given without --potential. Give the potential")
     return Scene(**given).bond
 
 

@@ -37,7 +37,7 @@ def explain(words: tuple[str, ...]) -> None:
     near = meant(word, names)
     if near is None:
         raise click.UsageError(
-            f"'{word}' is not explained; expected one of {', '.join((*ALL_TERMS, *errors))}"
+            f"'{word}' is not explained. Use one of {', '.join((*ALL_TERMS, *errors))}"
         )
     name = names[near]
     if name in ALL_TERMS:

@@ -73,7 +73,7 @@ def inputs(
         _write_grid(Path(scene_file), Path(output), submit or "bash", site, force, wishes)
         return
     if submit is not None or site is not None:
-        raise InputError("--submit and --site are for a sweep file; expected one with [axes]")
+        raise InputError("--submit and --site need the file of a sweep. Give a file with [axes]")
     scene = scene_from(scene_file, options, beside=("units",))
     if scene_file is not None:
         wishes = replace(wishes, units=UnitSystem.from_file(Path(scene_file)))
@@ -104,7 +104,7 @@ def _wishes_in(options: dict[str, Any]) -> JobWishes:
 
     template, settings = options.pop("template"), options.pop("settings")
     if settings and template is None:
-        raise InputError(f"--set {settings[0][:60]!a} is for a template; expected --template FILE")
+        raise InputError(f"--set {settings[0][:60]!a} needs a template. Add --template FILE")
     names = [field.name for field in fields(JobWishes) if field.name in options]
     wishes = {name: options.pop(name) for name in names}
     if template is not None:

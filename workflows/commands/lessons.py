@@ -34,7 +34,9 @@ def lessons(output: Path, solutions: bool, force: bool) -> None:
     }
     there = [path for path in made if path.exists()]
     if there and not force:
-        raise InputError(f"{there[0]} is there already; expected a new folder, or --force")
+        raise InputError(
+            f"{there[0]} exists already. Give a new folder, or replace the file with --force"
+        )
     make_folder(output)
     for path, text in made.items():
         write_whole(path, text)

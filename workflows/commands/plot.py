@@ -62,7 +62,7 @@ def plot(
         raise click.UsageError("--mean is drawn along curves and --colour is a heat map; give one")
     target = output or store_path.with_suffix(".png")
     if target.suffix not in PICTURES:
-        raise click.UsageError(f"'{target}' ends in '{target.suffix}'; expected {PICTURES_SAID}")
+        raise click.UsageError(f"'{target}' ends in '{target.suffix}'. Give {PICTURES_SAID}")
     refuse_overwriting_inputs(target, [store_path], "the picture" if output is None else "--output")
     judge_output(target, target.suffix)
     with Store(store_path, read_only=True) as store:
@@ -113,7 +113,8 @@ def _rows(
         if not isinstance(value, int | float):
             hint = f": that of particle 2 is {name}.2" if name in _LISTS else ""
             raise StoreError(
-                f"column '{name}' holds {value!r}; expected numbers along an axis{hint}"
+                f"column '{name}' holds {value!r}, which an axis cannot show. Choose a column "
+                f"of numbers{hint}"
             )
     scenes = [json.loads(scene) for *_, scene in rows]
     for name in axes:
@@ -199,8 +200,8 @@ def _curves(
         left = _varying(group, given)
         if left:
             raise StoreError(
-                f"--by {by} leaves {_named(left, group)} to vary within a curve; expected one "
-                f"scene apart from {x}: --by {','.join([*asked, *left])}, or choose by --where"
+                f"--by {by} leaves {_named(left, group)} to vary within a curve. Use --by "
+                f"{','.join([*asked, *left])}, or choose by --where"
             )
         along = sorted(group, key=lambda row: (row.values[0], row.scene["velocity"]))
         if x not in along[0].scene:
@@ -215,13 +216,13 @@ def _check_mean(rows: list[_Row], x: str, mean: str) -> None:
     keys = _scene_keys(rows)
     if mean not in keys or mean == x:
         raise StoreError(
-            f"--mean is {mean}, which these scenes do not differ in along {x}; expected one of "
-            f"{', '.join(sorted(keys - {x}))}"
+            f"--mean is {mean}, but these scenes do not differ in it at equal {x}. Use one "
+            f"of {', '.join(sorted(keys - {x}))}"
         )
     if x not in keys:
         raise StoreError(
-            f"--mean is taken at places along {x}, which comes out of a collision; expected --x to "
-            "be a key of the scenes"
+            f"--mean needs places along {x} that scenes share, but {x} is a result of the "
+            "collision. Give a key of the scenes as --x"
         )
 
 
@@ -246,8 +247,8 @@ def _heat_map(store: "Store", x: str, y: str, colour: str, where: tuple[str, ...
     left = _varying(rows, (x, y))
     if left:
         raise StoreError(
-            f"besides {x} and {y} the scenes differ in {_named(left, rows)}; expected one at each "
-            "place: choose by --where"
+            f"scenes with equal {x} and {y} differ in {_named(left, rows)}. Choose one at "
+            "each place with --where"
         )
     values = zip(*(row.values for row in rows), strict=True)
     return plot_heat_map(*values, labels=(x, y, colour)).figure  # type: ignore

@@ -87,7 +87,7 @@ def run(
     from chaincor.workflows.errors import RunError
 
     if animate is not None and not animate.endswith((".gif", ".mp4")):
-        raise click.UsageError(f"--animate is '{animate}'; expected a name in .gif or .mp4")
+        raise click.UsageError(f"--animate is '{animate}'. Give a name that ends in .gif or .mp4")
     scene = scene_from(scene_file, options)
     if animate is not None:
         judge_output(Path(animate), Path(animate).suffix)

@@ -66,7 +66,7 @@ def named_numbers(text: str) -> dict[str, float]:
         given = number_in(number)
         if not equals or given is None or name in numbers:
             raise click.BadParameter(
-                f"{text[:60]!a} does not give each name one number; expected NAME=NUMBER, such as "
+                f"{text[:60]!a} does not give each name one number. Write NAME=NUMBER, such as "
                 "D=0.0139,a=6"
             )
         numbers[name] = given

@@ -21,7 +21,7 @@ _MOST_POINTS_SHOWN = 30
 def _shard(text: str) -> tuple[int, int]:
     number, slash, count = text.partition("/")
     if not (slash and number.isdecimal() and count.isdecimal() and 1 <= int(number) <= int(count)):
-        raise click.BadParameter(f"'{text}'; expected i/k with i from 1 to k, such as 3/10")
+        raise click.BadParameter(f"'{text}'. Give i/k with i from 1 to k, such as 3/10")
     return int(number), int(count)
 
 

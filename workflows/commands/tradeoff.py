@@ -49,8 +49,8 @@ def tradeoff(
         given = [name for name, value in options.items() if value is not None]
         if given:
             raise click.UsageError(
-                f"--calibrate measures the machine and nothing else, so that {', '.join(given)} "
-                "would not be used; expected one or the other"
+                f"--calibrate measures only the machine and does not use {', '.join(given)}. "
+                "Drop one or the other"
             )
         _calibrate(as_json)
         return

@@ -60,17 +60,19 @@ def validate(
     if plot is not None:
         if Path(plot).suffix not in PICTURES:
             raise click.UsageError(
-                f"--plot is '{plot}', which ends in '{Path(plot).suffix}'; expected {PICTURES_SAID}"
+                f"--plot is '{plot}', which ends in '{Path(plot).suffix}'. Give {PICTURES_SAID}"
             )
         judge_output(Path(plot), Path(plot).suffix)
     is_function = ":" in (against or "")
     if timeout is not None and not is_function:
-        raise click.UsageError("--timeout is for a function of yours; expected --against MODULE:F")
+        raise click.UsageError(
+            "--timeout limits a function of yours. Add --against MODULE:FUNCTION"
+        )
     scene = scene_from(scene_file, options)
     if ladder:
         if against is None or not is_function or grid or plot is not None:
             raise click.UsageError(
-                "--ladder is for one function of yours; expected --against MODULE:FUNCTION "
+                "--ladder needs one function of yours. Give --against MODULE:FUNCTION "
                 "--timestep H, without --grid and --plot"
             )
         climbed = climb_ladder(scene, against, timeout or USER_TIMEOUT)
@@ -79,14 +81,14 @@ def validate(
     if against is not None and not is_function and scene.explicit:
         given = [key for key in NUMERICS_KEYS if getattr(scene, key) is not None]
         raise click.UsageError(
-            f"'{against}' holds results, on which {', '.join(given)} have no effect; expected a "
-            "tolerance, or nothing: drop them"
+            f"'{against}' holds results, on which {', '.join(given)} have no effect. Drop "
+            "these options"
         )
     own = sorted(scene.model_fields_set - {"tolerance", *NUMERICS_KEYS})
     if grid and own:
         raise click.UsageError(
-            f"--grid chooses chains by itself, so that {', '.join(own)} would not be used; "
-            "expected a tolerance or numerics only: drop one or the other"
+            f"--grid chooses its own chains and does not use {', '.join(own)}. Drop one or "
+            "the other"
         )
     if grid and is_lammps_result(against):
         raise click.UsageError(f"--grid runs scenes, and '{against}' holds one; drop --grid")
@@ -129,8 +131,10 @@ def _validate_result(scene: "Scene", against: str, is_given: bool) -> "Validatio
         raise InputError(
             f"nothing beside '{against}' tells the scene of that run"
             + (f" of {found.particles} particles" if found.particles else "")
-            + "; expected it: SCENE.toml, or options such as --potential lj --particles "
-            f"{found.particles or 100} --velocity V"
+            + (
+                ". Give SCENE.toml, or options such as --potential lj --particles "
+                f"{found.particles or 100} --velocity V"
+            )
         )
     own = found.scene.without(*NUMERICS_KEYS).replace(tolerance=scene.tolerance)
     return validate_result(own, found)

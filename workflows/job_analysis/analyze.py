@@ -69,7 +69,7 @@ def analyze(
     (0.9071, 9)
     """
     if not isinstance(folder, str | os.PathLike):
-        raise InputError(f"{folder!r} was given; expected the folder of a LAMMPS job")
+        raise InputError(f"{folder!r} is not the folder of a job. Give the folder of a LAMMPS job")
     return analyze_folder(
         folder,
         data=data,

@@ -152,9 +152,10 @@ def sensitivity_of(
     off = abs(found.restitution - restitution)
     if not off <= 3.0 * error + 1e-9 * restitution or not _RESERVE * found.residual < _WORST:
         raise SensitivityError(
-            f"the run that is differentiated gives eta = {found.restitution:.9g}, and derivatives "
-            f"to {_RESERVE * found.residual:.1g} of themselves; expected eta = {restitution:.9g} "
-            f"and derivatives to {_WORST:g}: this collision amplifies rounding too much"
+            f"the run that is differentiated gives eta = {found.restitution:.9g} with "
+            f"derivatives to {_RESERVE * found.residual:.1g} of themselves, but eta = "
+            f"{restitution:.9g} and {_WORST:g} are needed. This collision amplifies "
+            "rounding too much: take a lower speed or fewer particles"
         )
     return _told(scene, found, variants, step)
 

@@ -62,8 +62,8 @@ class Trace:
         slowest = GRAZING * abs(self.line.separation(self.line.velocities))
         if np.any(speeds <= slowest):
             raise SensitivityError(
-                f"a contact is made at the speed {np.min(speeds):.2g}: it grazes, and eta has no "
-                "derivative there; expected contacts that a small change does not take away"
+                f"a contact has the speed {np.min(speeds):.2g}: it grazes, and eta has no "
+                "derivative there. Change the speed"
             )
         return tape, strain, velocity
 
@@ -94,8 +94,8 @@ def trace(scene: Scene, step: float, contacts: int, duration: float) -> Trace:
     loops = loops_for(scene.bond, type(line.contact))
     if loops is None:
         raise SensitivityError(
-            f"the force of bond '{scene.label}' cannot be compiled; expected a function of "
-            "numbers that Numba knows, such as those of a formula"
+            f"the force of bond '{scene.label}' cannot be compiled. Use functions of "
+            "numbers that Numba knows, such as the functions of a formula"
         )
     stepper = Stepper.of(line, scene.bond, SCHEME, step)
     moving = Motion.at_start(scene, stepper)
@@ -131,8 +131,9 @@ def trace(scene: Scene, step: float, contacts: int, duration: float) -> Trace:
         stretches.append(Stretch(strain, velocity, Substeps(times, mark * hits, drifts, kicks)))
         if met < wanted and gone > duration + (steps + 1) * step:
             raise SensitivityError(
-                f"with the step {step:.3g} the collision has {met} contacts by t = {gone:.6g}, and "
-                f"{wanted} are known; expected one whose contacts no step changes"
+                f"with the step {step:.3g} the collision has {met} contacts by t = {gone:.6g}, "
+                f"but {wanted} are known. Choose a collision whose contacts do not depend on "
+                "the step"
             )
     return Trace(line, loops, parameters, stretches)
 
@@ -146,8 +147,7 @@ def _advanced(moving: Motion, steps: int) -> tuple[Array, Array]:
         moving.make_room()
     elif status != bookkeeping.DONE:
         raise SensitivityError(
-            f"steps of {stepper.step:.3g} do not resolve the bonds; expected bonds that are not "
-            "compressed to nothing: lower the speed"
+            f"steps of {stepper.step:.3g} do not resolve the bonds. Lower the speed"
         )
     times, hits = moving.arrays.log[:, : ledger["substeps"]].copy()
     return times, hits

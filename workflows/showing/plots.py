@@ -107,7 +107,7 @@ class Plots:
 
         result = self._result
         if result.particles == 1:
-            raise InputError("a single particle has no modes; expected a chain of 2 or more")
+            raise InputError("a single particle has no modes. Use a chain of 2 or more")
         if not len(result.mode_energies):
             raise InputError(
                 f"{result.potential} beads have no stiffness at rest, and so no modes. Draw "
@@ -181,7 +181,7 @@ class Plots:
 
         result = self._result
         if quantity not in ("intervals", "speeds"):
-            raise InputError(f"quantity is {quantity!r}; expected intervals or speeds")
+            raise InputError(f"quantity is {quantity!r}. Use intervals or speeds")
         alike = not self._special
         axes = self._axes(ax)
         if quantity == "speeds":

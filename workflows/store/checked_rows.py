@@ -41,9 +41,8 @@ def check_rows(
         for row, key in zip(rows, keys, strict=True):
             if (wrong := check(row[k])) is not None:
                 raise StoreError(
-                    f"row {KEY}={str(key)[:64]!a} of {path} has {wrong} in column '{name}'; "
-                    "expected what chaincor writes: delete that row, or run the sweep into a new "
-                    "store"
+                    f"row {KEY}={str(key)[:64]!a} of {path} has {wrong} in column '{name}'. Delete "
+                    "this row, or run the sweep into a new store"
                 )
 
 

@@ -32,9 +32,11 @@ def connect(path: Path, *, read_only: bool = False) -> sqlite3.Connection:
     store cannot be written.
     """
     if read_only and not path.exists():
-        raise StoreError(f"there is no results store {path}; expected one made by `chaincor sweep`")
+        raise StoreError(
+            f"there is no results store {path}. Give a store that `chaincor sweep` made"
+        )
     if path.exists() and not path.is_file():
-        raise StoreError(f"the results store {path} is no file; expected one, or a new name")
+        raise StoreError(f"the results store {path} is no file. Give a file, or a new name")
     if not path.parent.is_dir():
         raise StoreError(f"the folder of the results store {path} does not exist; make it first")
     mode = "ro" if read_only else "rwc"
@@ -67,8 +69,8 @@ def _version(connection: sqlite3.Connection, path: Path) -> int:
     (tables,) = connection.execute("SELECT count(*) FROM sqlite_master").fetchone()
     if application != APPLICATION_ID and (tables or application):
         raise StoreError(
-            f"{path} is an SQLite file, but not a results store of chaincor; expected one made by "
-            "`chaincor sweep`, or a new name"
+            f"{path} is an SQLite file, but not a results store of chaincor. Give a store "
+            "that `chaincor sweep` made, or a new name"
         )
     if version > SCHEMA_VERSION:
         raise StoreError(
@@ -96,17 +98,17 @@ def _refuse_other_schema(connection: sqlite3.Connection, path: Path) -> None:
     if found:
         kind, name = found[0]
         raise StoreError(
-            f"{path} has a {kind} {str(name)[:40]!a}; expected the tables of a results store and "
-            "no more: run the sweep into a new store"
+            f"{path} has a {kind} {str(name)[:40]!a}, which no results store has. Run the "
+            "sweep into a new store"
         )
 
 
 def _migrate(connection: sqlite3.Connection, path: Path, read_only: bool) -> None:
     if read_only:
         raise StoreError(
-            f"the results store {path} is empty or has an older schema than {SCHEMA_VERSION}, and "
-            "it is opened read-only; expected one that can be written once, to be brought up to "
-            "date"
+            f"the results store {path} is empty or has an older schema than "
+            f"{SCHEMA_VERSION}, and it is opened read-only. Make it writable once, so that "
+            "it can be brought up to date"
         )
     with transaction(connection):
         # Read the version again: another process may have migrated the store in the meantime.
@@ -146,13 +148,13 @@ def named_errors(path: Path) -> Iterator[None]:
         reason = one_line(error)
         if name.startswith(("SQLITE_READONLY", "SQLITE_CANTOPEN", "SQLITE_PERM", "SQLITE_AUTH")):
             raise StoreError(
-                f"the results store {path} cannot be written or opened ({reason}); expected a "
-                "file and a folder that may be written: copy it, or name another with --store"
+                f"the results store {path} cannot be written or opened ({reason}). Copy it to a "
+                "folder where you may write, or name another with --store"
             ) from None
         if name in ("SQLITE_NOTADB", "SQLITE_CORRUPT"):
             raise StoreError(
-                f"{path} is not a results store, or is damaged ({reason}); expected one made by "
-                "`chaincor sweep`"
+                f"{path} is not a results store, or is damaged ({reason}). Give a store that "
+                "`chaincor sweep` made"
             ) from None
         if name.startswith(("SQLITE_BUSY", "SQLITE_LOCKED")):
             raise StoreWriteError(
@@ -165,6 +167,6 @@ def named_errors(path: Path) -> Iterator[None]:
                 "make room and run the same command again"
             ) from None
         raise StoreError(
-            f"the results store {path} cannot be read ({reason}); expected an undamaged one made "
-            "by `chaincor sweep`: copy an earlier one back, or run the sweep into a new store"
+            f"the results store {path} cannot be read ({reason}). Restore an earlier copy, "
+            "or run the sweep into a new store"
         ) from None

@@ -33,7 +33,9 @@ def export_store(store: Store, path: Path) -> int:
     Raises InputError if the file exists and is not an earlier export.
     """
     if path.suffix not in (".csv", ".parquet"):
-        raise StoreError(f"'{path.name}' ends in '{path.suffix}'; expected .csv or .parquet")
+        raise StoreError(
+            f"'{path.name}' ends in '{path.suffix}'. Give a name that ends in .csv or .parquet"
+        )
     kind = "results" if path.suffix == ".csv" else path.suffix
     judge_output(path, kind)
     rows = _rows(store)
@@ -46,7 +48,7 @@ def export_store(store: Store, path: Path) -> int:
                 _frame(rows).to_parquet(aside, index=False)
             except ImportError:
                 raise StoreError(
-                    "Parquet needs pandas and pyarrow; expected them: pip install chaincor[export]"
+                    "Parquet needs pandas and pyarrow. Install them: pip install chaincor[export]"
                 ) from None
     return len(rows)
 
@@ -62,8 +64,8 @@ def export_crate(store: Store, folder: Path) -> int:
     table = folder / "results.csv"
     if (folder / METADATA_FILE).exists() and not table.exists():
         raise InputError(
-            f"{str(folder)!r} is an RO-Crate of something else; expected a new folder, or an "
-            "earlier export: give another"
+            f"{str(folder)!r} is an RO-Crate of other data. Give a new folder, or the "
+            "folder of an earlier export"
         )
     make_folder(folder)
     rows = export_store(store, table)
@@ -126,7 +128,7 @@ def require_pandas() -> Any:
     try:
         import pandas as pd
     except ImportError:
-        raise StoreError("pandas is not installed; expected it: pip install pandas") from None
+        raise StoreError("pandas is not installed. Install it: pip install pandas") from None
     return pd
 
 

@@ -35,7 +35,7 @@ def merge_stores(target: Path, sources: list[Path]) -> MergedRows:
     for source in sources:
         # samefile also finds links to the target.
         if source.exists() and target.exists() and source.samefile(target):
-            raise StoreError(f"{source} cannot be merged into itself; expected another store")
+            raise StoreError(f"{source} cannot be merged into itself. Give another store")
         _check_whole(source)
     replaced = equal = kept = 0
     with Store(target) as store:
@@ -54,6 +54,6 @@ def _check_whole(source: Path) -> None:
     if found != "ok":
         reason = one_line(found)
         raise StoreError(
-            f"the results store {source} is damaged ({reason}), and nothing was merged; expected a "
-            "whole one: run its sweep into a new store, or leave it out"
+            f"the results store {source} is damaged ({reason}), so nothing was merged. "
+            "Leave it out, or run its sweep into a new store"
         )

@@ -94,7 +94,7 @@ def _conditions(store: Store, where: Sequence[str]) -> tuple[str, list[Any]]:
     for text in where:
         match = _CONDITION.fullmatch(text)
         if match is None:
-            raise StoreError(f"the condition '{text}' cannot be read; expected as potential=lj")
+            raise StoreError(f"the condition '{text}' cannot be read. Write it like potential=lj")
         name, operator, value = match.groups()
         column = _quoted(name)
         if value:
@@ -104,7 +104,7 @@ def _conditions(store: Store, where: Sequence[str]) -> tuple[str, list[Any]]:
         elif operator in ("=", "==", "!="):
             parts.append(f"{column} IS {'NOT ' if operator == '!=' else ''}NULL")
         else:
-            raise StoreError(f"the condition '{text}' has no value; expected as speed<0.5")
+            raise StoreError(f"the condition '{text}' has no value. Write it like speed<0.5")
     return (" WHERE " + " AND ".join(parts) if parts else ""), values
 
 
@@ -119,8 +119,8 @@ def _number(text: str, name: str, value: str) -> float:
     number = number_in(value)
     if number is None or math.isnan(number):
         raise StoreError(
-            f"the condition '{text}' compares column '{name}' with '{value}'; expected a number, "
-            "as in speed<0.5"
+            f"the condition '{text}' compares column '{name}' with '{value}'. Give a "
+            "number, as in speed<0.5"
         )
     return number
 
@@ -138,7 +138,7 @@ def _quoted(name: str) -> str:
     if name in SCENE_KEYS or _PARAMETER.fullmatch(name):
         return f"json_extract(scene, '$.{name}')"
     if name not in PLAIN_COLUMNS and name != "scene":
-        raise StoreError(f"there is no column '{name}'; expected one of {', '.join(PLAIN_COLUMNS)}")
+        raise StoreError(f"there is no column '{name}'. Use one of {', '.join(PLAIN_COLUMNS)}")
     return f'"{name}"'
 
 

@@ -132,8 +132,8 @@ class Store:
             _ = found.scene, found.result  # reads the JSON now, to find damage
         except (TypeError, ValueError) as error:
             raise StoreError(
-                f"the row collision_sha256={key} of {self.path} is damaged ({error}); expected "
-                "what `chaincor sweep` wrote: run the sweep into a new store"
+                f"the row collision_sha256={key} of {self.path} is damaged ({error}). Run the "
+                "sweep into a new store"
             ) from None
         kept = self.select(_ARRAYS, (key,))[1] if arrays else []
         return Row(found.columns, {name: self._array(key, name, npy) for name, npy in kept})
@@ -143,8 +143,8 @@ class Store:
             return array_from_bytes(npy)
         except (ValueError, TypeError, EOFError, MemoryError, SyntaxError) as error:
             raise StoreError(
-                f"the array {name!a} of the row {KEY}={key} of {self.path} is damaged ({error}); "
-                "expected what `chaincor sweep` wrote: run the sweep into a new store"
+                f"the array {name!a} of the row {KEY}={key} of {self.path} is damaged "
+                f"({error}). Run the sweep into a new store"
             ) from None
 
     def _rows(self, query: str, parameters: Sequence[Any] = ()) -> list[Row]:

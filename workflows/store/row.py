@@ -232,8 +232,9 @@ def row_key(scene: Scene) -> str:
     """
     if isinstance(scene.potential, Potential):
         raise SceneError(
-            f"potential '{scene.label}' is a Python object, which a store cannot tell from another "
-            "of the same name; expected a named potential or 'table' with a bond_file"
+            f"potential '{scene.label}' is a Python object, which a store cannot tell from "
+            "another object with this name. Use a named potential or 'table' with a "
+            "bond_file"
         )
     return scene.collision_sha256
 

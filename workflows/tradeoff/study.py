@@ -140,9 +140,8 @@ def tradeoff(
         )
     if not scene.line.is_standard:
         raise InputError(
-            "a study takes its truth and its oracles from a cold chain of unit masses before a "
-            f"hard wall; expected none of {', '.join(given_bodies(scene))}: drop them, or compare "
-            "runs by --scheme and --timestep"
+            "tradeoff needs a cold chain of unit masses and a hard wall. Drop "
+            f"{', '.join(given_bodies(scene))}, or compare runs with --scheme and --timestep"
         )
     started = time.perf_counter()
     ladder_seconds, oracle_seconds = QUICK if quick else FULL

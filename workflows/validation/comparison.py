@@ -182,7 +182,7 @@ def validate(scene: Scene, tolerance: float | None = None) -> Validation:
     asked = tolerance or scene.tolerance or DEFAULT_TOLERANCE
     if not scene.error:
         raise InputError(
-            "error is False, and runs are compared by their error bars; expected them: drop it"
+            "error is False, but runs are compared by their error bars. Leave error out"
         )
     subject = collide(scene.replace(engine="lammps"), None if scene.explicit else asked)
     judge = judge_for(scene, asked)

@@ -115,9 +115,9 @@ def validate_result(scene: Scene, found: LammpsResult) -> Validation:
     """
     if found.particles not in (None, scene.all_particles):
         raise InputError(
-            f"{found.source} is of {found.particles} particles, and the scene has "
-            f"{scene.all_particles}; expected the scene of that run: give it as SCENE.toml, or by "
-            f"--particles {found.particles} and what else it is"
+            f"{found.source} has {found.particles} particles, but the scene has "
+            f"{scene.all_particles}. Give the scene of that run: SCENE.toml, or --particles "
+            f"{found.particles} and its other options"
         )
     asked = scene.tolerance or DEFAULT_TOLERANCE
     judge = judge_for(scene, asked)
@@ -186,14 +186,14 @@ def _fault(text: str, whole: bool) -> str | None:
     values = [value for value in said if value is not None and math.isfinite(value)]
     if not said or said[-1] not in values:
         return (
-            "holds no line 'restitution = NUMBER'; expected one: let the script print it, or name "
-            "its dump"
+            "holds no line 'restitution = NUMBER'. Print one in the script, or give the "
+            "dump of the run"
         )
     if len(set(values)) > 1:
         # Several results in one log are equally likely.
         return (
             f"holds {len(values)} lines 'restitution = NUMBER', from {min(values):g} to "
-            f"{max(values):g}; expected one run: write the log of each into a file of its own"
+            f"{max(values):g}. Write the log of each run into a file of its own"
         )
     why = None
     if (stopped := stopped_with(text)) is not None:
@@ -203,7 +203,4 @@ def _fault(text: str, whole: bool) -> str | None:
             why = "no line 'restitution_error = '"
     elif whole and _ENDED.search(text) is None:
         why = "no line 'Total wall time: '"
-    return why and (
-        f"is of a run that was not finished: it has {why}; expected a finished one: run it to its "
-        "end"
-    )
+    return why and (f"is from an unfinished run: it has {why}. Finish the run")

@@ -130,8 +130,8 @@ def climb_ladder(scene: Scene, against: str, timeout: float) -> UserLadder:
     """
     if scene.timestep is None:
         raise InputError(
-            "--ladder halves the time step, and none is given; expected the coarsest one: "
-            "--timestep H, which the function reads as scene.timestep"
+            "--ladder halves the time step, but no time step is given. Give the coarsest "
+            "one (--timestep H), which the function reads as scene.timestep"
         )
 
     def run(step: float) -> float:
@@ -143,7 +143,7 @@ def climb_ladder(scene: Scene, against: str, timeout: float) -> UserLadder:
     if np.ptp(found) == 0.0:
         raise InputError(
             f"{against} gives {found[0, 0]!r} at all steps from {steps[0, 0]:g} to "
-            f"{steps[-1, 0]:g}; expected a function that takes its step from scene.timestep"
+            f"{steps[-1, 0]:g}. Read the step from scene.timestep in your function"
         )
     judge = judge_for(scene, min(DEFAULT_TOLERANCE, float(np.ptp(found[-1])) + 1e-10))
     return UserLadder(

@@ -69,8 +69,9 @@ def run_user_integrator(against: str, scene: Scene, timeout: float) -> UserOutco
     if not module or not function or module.endswith(".py"):
         likely = f", such as {module[:-3]}:{function or 'function'}"
         raise InputError(
-            f"--against is {against!r}; expected module:function"
-            f"{likely if module.endswith('.py') else ''}, or a file that ends in .csv or .npz"
+            f"--against is {against!r}. Give "
+            f"module:function{(likely if module.endswith('.py') else '')}, or a file that "
+            "ends in .csv or .npz"
         )
     return _checked(against, _call(module, function, scene, timeout), scene)
 
@@ -85,12 +86,12 @@ def _call(module: str, function: str, scene: Scene, timeout: float) -> dict[str,
         found = working.result(timeout)
     except TimeoutError:
         raise UserIntegratorError(
-            f"{name} has not returned after {timeout:g} s; expected final velocities: give it a "
-            "smaller scene, or more time with --timeout"
+            f"{name} has not returned after {timeout:g} s. Give a smaller scene, or more "
+            "time with --timeout"
         ) from None
     except WorkerDiedError:
         raise UserIntegratorError(
-            f"{name} ended its process without returning; expected final velocities"
+            f"{name} ended its process without returning. Return the final velocities"
         ) from None
     finally:
         pool.shutdown(wait=False)
@@ -110,13 +111,13 @@ def _work(module: str, function: str, scene: Scene, folder: str) -> dict[str, An
         integrate = getattr(importlib.import_module(module), function)
     except (ImportError, AttributeError) as error:
         return InputError(
-            f"cannot find {module}:{function}: {one_line(error)[:200]}; expected a function in a "
-            "module on the Python path or in this folder"
+            f"cannot find {module}:{function}: {one_line(error)[:200]}. Give a function of "
+            "a module on the Python path or in this folder"
         )
     except (Exception, SystemExit) as error:  # a module may fail to compile or raise anything
         return InputError(
-            f"cannot import {module}: {_with_line(error, module)}; expected a module that Python "
-            f"imports and that has a function {function}: correct it"
+            f"cannot import {module}: {_with_line(error, module)}. Correct the module, and "
+            f"define the function {function} in it"
         )
     try:
         return _plain(integrate(_with_velocity(scene)))
@@ -175,21 +176,21 @@ def _read_file(path: Path) -> dict[str, Any]:
         }
     except (TypeError, ValueError):
         raise InputError(
-            f"{str(path)!r} holds something that is not a number; expected a CSV with a column "
-            "'velocity', one row a particle"
+            f"{str(path)!r} holds something that is not a number. Give a CSV with a column "
+            "'velocity' and one row for each particle"
         ) from None
 
 
 def _checked(source: str, found: dict[str, Any], scene: Scene) -> UserOutcome:
     if "velocities" not in found:
         raise UserIntegratorError(
-            f"{source} gives no velocities; expected the final velocities of all particles"
+            f"{source} gives no velocities. Give the final velocities of all particles"
         )
     targets = scene.target_particles or 0
     if targets and "target_velocities" not in found:
         raise UserIntegratorError(
-            f"{source} gives no target_velocities; expected those of the free target's {targets} "
-            "particles beside the chain's: return a mapping, or write an NPZ file"
+            f"{source} gives no target_velocities. Return a mapping, or write an NPZ file, "
+            f"with the velocities of the free target's {targets} particles too"
         )
     arrays: dict[str, Array] = {}
     for name, given in found.items():
@@ -201,11 +202,12 @@ def _checked(source: str, found: dict[str, Any], scene: Scene) -> UserOutcome:
         wanted = None if name.startswith("contact") else (size,)
         if name.startswith("target") and not targets:
             raise UserIntegratorError(
-                f"{source} gives {name}, and the scene has a rigid wall; expected none of them"
+                f"{source} gives {name}, but the scene has a rigid wall. Leave {name} out"
             )
         if wanted is not None and values.shape != wanted:
             raise UserIntegratorError(
-                f"{source}: {name} have shape {values.shape}; expected {wanted}, one per particle"
+                f"{source}: {name} have shape {values.shape}. Give the shape {wanted}, one "
+                "value for each particle"
             )
         if values.ndim != 1 or not np.all(np.isfinite(values)):
             raise UserIntegratorError(

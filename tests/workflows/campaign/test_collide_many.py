@@ -236,7 +236,7 @@ def test_no_memory_costs_the_sample_that_met_it(monkeypatch):
         (WARM.replace(arrays="a.npz"), 4, "arrays is given"),
         ([WARM], 4, "samples goes with one scene"),
         ([], None, "no scenes"),
-        ([WARM, 1], None, "expected a scene"),
+        ([WARM, 1], None, "Give a scene"),
     ],
 )
 def test_what_makes_no_ensemble_is_refused_by_name(scene, samples, message):

@@ -44,4 +44,4 @@ def test_each_error_has_cause_and_remedy(chaincor, name):
 def test_an_unknown_word(chaincor):
     status, out, err = chaincor("explain", "phlogiston")
     assert (status, out) == (2, "")
-    assert "'phlogiston' is not explained; expected one of v*, restitution (energy)" in err
+    assert "'phlogiston' is not explained. Use one of v*, restitution (energy)" in err

@@ -18,7 +18,7 @@ SMALL = ("--particles", "4")
     [
         (("run", *SMALL, "--dump-frames", "5"), "dump_frames is 5.0 and there is no dump"),
         (("run", *SMALL, "--dump-frames", "each"), "'each' is neither a number nor contacts"),
-        (("inputs", *SMALL, "--dump-frames", "5", "-o", "job"), "the job dumps nothing"),
+        (("inputs", *SMALL, "--dump-frames", "5", "-o", "job"), "the job writes no dump"),
         (("run", *SMALL, "--no-error"), "choosing the numerics needs an error bar"),
         (
             ("run", *SMALL, "--tolerance", "1e-4", "--no-error"),
@@ -29,12 +29,12 @@ SMALL = ("--particles", "4")
             ("inputs", "--potential", "harmonic", "--table-points", "77", "-o", "job"),
             "table_points is for tabulated bonds",
         ),
-        (("validate", *SMALL, "--timeout", "3"), "--timeout is for a function of yours"),
-        (("validate", *SMALL, "--timeout", "3", "--against", "f.csv"), "--timeout is for a"),
+        (("validate", *SMALL, "--timeout", "3"), "--timeout limits a function of yours"),
+        (("validate", *SMALL, "--timeout", "3", "--against", "f.csv"), "--timeout limits a"),
         (("validate", *SMALL, "--scheme", "order8", "--against", "f.csv"), "scheme have no effect"),
-        (("validate", "--grid", *SMALL, "--speed", "0.2"), "particles, speed would not be used"),
-        (("tradeoff", "--calibrate", *SMALL), "particles would not be used"),
-        (("tradeoff", "--calibrate", "--quick", "-o", "x"), "output, quick would not be used"),
+        (("validate", "--grid", *SMALL, "--speed", "0.2"), "does not use particles, speed"),
+        (("tradeoff", "--calibrate", *SMALL), "does not use particles"),
+        (("tradeoff", "--calibrate", "--quick", "-o", "x"), "does not use output, quick"),
     ],
     ids=lambda value: " ".join(value) if isinstance(value, tuple) else "",
 )

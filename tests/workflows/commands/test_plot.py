@@ -100,7 +100,7 @@ def test_over_a_result_points_are_followed_by_impact_speed(plot, collisions):
 def test_a_heat_map_over_several_scenes_is_refused(plot):
     status, error, _ = plot("--x", "velocity", "--y", "particles", "--colour", "restitution")
     assert status == 2
-    assert "besides velocity and particles the scenes differ in potential (2 values);" in error
+    assert "scenes with equal velocity and particles differ in potential (2 values)." in error
     assert error.count("\n") == 1
     options = ("--colour", "restitution", "--where", "potential=lj")
     assert plot("--x", "velocity", "--y", "particles", *options)[0] == 0
@@ -113,7 +113,7 @@ def test_words_make_no_axis(plot, role):
     status, error, _ = plot(*options, "--where", "potential=lj")
     assert status == 2
     assert "column 'scheme' holds '" in error
-    assert "expected numbers along an axis" in error
+    assert "which an axis cannot show" in error
     assert error.count("\n") == 1
 
 
@@ -175,9 +175,9 @@ def test_the_mean_over_seeds_has_its_error_and_bands(
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (("--mean", "temperature"), "--mean is temperature, which these scenes do not differ in"),
-        (("--mean", "velocity"), "--mean is velocity, which these scenes do not differ in"),
-        (("--mean", "particles", "--x", "contacts"), "which comes out of a collision"),
+        (("--mean", "temperature"), "--mean is temperature, but these scenes do not differ in it"),
+        (("--mean", "velocity"), "--mean is velocity, but these scenes do not differ in it"),
+        (("--mean", "particles", "--x", "contacts"), "is a result of the collision"),
         (("--mean", "particles", "--colour", "contacts"), "--mean is drawn along curves"),
         (("--by", "particles", "--colour", "contacts"), "--by makes curves and --colour"),
     ],

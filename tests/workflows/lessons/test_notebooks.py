@@ -223,7 +223,9 @@ def test_lessons_are_written_and_nothing_is_overwritten(tmp_path, chaincor):
     (folder / "4_modes.ipynb").write_text("mine")
     status, _, err = chaincor("lessons", "-o", str(folder))
     assert status == 2
-    assert "is there already; expected a new folder, or --force" in " ".join(err.split())
+    assert "exists already. Give a new folder, or replace the file with --force" in " ".join(
+        err.split()
+    )
     assert (folder / "4_modes.ipynb").read_text() == "mine"
     assert chaincor("lessons", "-o", str(folder), "--solutions", "--force")[0] == 0
     assert "Solution" in (folder / "4_modes.ipynb").read_text()

@@ -109,9 +109,9 @@ def test_one_that_ignores_masses_does_not():
 
 
 def test_both_bodies_are_asked_for(folder):
-    with pytest.raises(UserIntegratorError, match="gives no target_velocities; expected those"):
+    with pytest.raises(UserIntegratorError, match="gives no target_velocities"):
         run_user_integrator("mine:forgets_the_target", TARGET, timeout=600.0)
-    with pytest.raises(UserIntegratorError, match=r"target_velocities have shape \(3,\); expected"):
+    with pytest.raises(UserIntegratorError, match=r"target_velocities have shape \(3,\)\. Give"):
         run_user_integrator("mine:too_many", TARGET, timeout=600.0)
     np.savez(folder / "f.npz", velocities=np.zeros(3), target_velocities=np.zeros(2))
     assert run_user_integrator("f.npz", TARGET, 1.0).target_velocities.tolist() == [0.0, 0.0]
@@ -138,5 +138,5 @@ def test_the_command_names_both_bodies(chaincor):
 
 def test_a_study_refuses_what_its_oracles_do_not_know():
     for fields in ({"masses": [1, 2]}, {"target_particles": 3}, {"compression": 0.01}):
-        with pytest.raises(InputError, match=f"expected none of {next(iter(fields))}"):
+        with pytest.raises(InputError, match=f"Drop {next(iter(fields))}"):
             tradeoff(Scene(particles=4, **fields), quick=True)

@@ -177,7 +177,7 @@ def test_a_validation_shows_its_verdict():
 
 
 def test_what_is_no_scene_is_refused_in_one_line():
-    with pytest.raises(InputError, match="type dict was given; expected a scene"):
+    with pytest.raises(InputError, match="type dict was given instead of a scene"):
         validate({"particles": 3})
 
 

@@ -68,7 +68,7 @@ def test_a_dump_agrees_and_another_scene_does_not(tmp_path, chaincor):
     assert "DIFFER" in out
     status, _, err = chaincor("validate", "--against", str(dump), *SMALL[:3], "4", *SMALL[4:])
     assert status == 2
-    assert "is of 3 particles, and the scene has 4; expected the scene of that run" in err
+    assert "has 3 particles, but the scene has 4. Give the scene of that run" in err
 
 
 def test_a_log_without_a_result_is_refused(tmp_path, chaincor):
@@ -102,7 +102,9 @@ def test_a_log_of_several_runs_is_refused(tmp_path, chaincor):
     status, _, err = chaincor("validate", "--against", str(tmp_path / "log.own"), *SMALL)
     assert status == 2
     assert len(err.strip().splitlines()) == 1
-    assert "holds 2 lines 'restitution = NUMBER', from 0.25 to 0.75; expected one run" in err
+    assert (
+        "holds 2 lines 'restitution = NUMBER', from 0.25 to 0.75. Write the log of each run" in err
+    )
 
 
 @pytest.mark.parametrize(
@@ -135,7 +137,7 @@ def test_a_job_that_was_stopped_before_it_told_its_error_is_refused(tmp_path, ch
     assert "\nrestitution = " in (tmp_path / "log.lammps").read_text()
     status, _, err = chaincor("validate", "--against", str(tmp_path))
     assert status == 2
-    assert "was not finished: it has no line 'restitution_error = '" in err
+    assert "is from an unfinished run: it has no line 'restitution_error = '" in err
 
 
 @pytest.mark.parametrize("name", ["p.txt", "p", "p.png.doc"])
@@ -149,7 +151,7 @@ def test_pictures_of_unknown_kinds_are_refused_before_anything_runs(
     )
     assert (status, out) == (2, "")
     assert len(err.strip().splitlines()) == 1
-    assert "expected .png, .pdf or .svg" in err
+    assert "Give .png, .pdf or .svg" in err
     assert not list(tmp_path.iterdir())
 
 
@@ -183,7 +185,7 @@ def test_a_ladder_needs_a_function_and_its_step(tmp_path, monkeypatch, chaincor)
     (tmp_path / "stepper.py").write_text(MODULE)
     for words, said in (
         (("--ladder",), "--against"),
-        (("--against", "stepper:free", "--ladder"), "none is given"),
+        (("--against", "stepper:free", "--ladder"), "no time step is given"),
     ):
         status, _, err = chaincor("validate", *SMALL, *words)
         assert status == 2

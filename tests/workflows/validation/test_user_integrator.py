@@ -92,7 +92,7 @@ def test_a_function_that_hangs_is_stopped():
 @pytest.mark.parametrize(
     ("against", "says"),
     [
-        ("mine", "expected module:function, or a file"),
+        ("mine", "Give module:function, or a file"),
         ("mine:nobody", "cannot find mine:nobody"),
         ("nowhere:collide", "cannot find nowhere:collide"),
         ("nothing.csv", "cannot read 'nothing.csv': No such file"),
@@ -116,7 +116,7 @@ def test_files(folder):
     assert found.velocities.tolist() == velocities.tolist()
     assert found.displacements.tolist() == displacements.tolist()
     (folder / "bad.csv").write_text("velocity\n0.1\nfast\n0.2\n")
-    with pytest.raises(InputError, match="not a number; expected a CSV with a column 'velocity'"):
+    with pytest.raises(InputError, match=r"not a number\. Give a CSV with a column 'velocity'"):
         run_user_integrator("bad.csv", SCENE, timeout=1.0)
     (folder / "bad.npz").write_bytes(b"PK\x03\x04 no archive")
     with pytest.raises(InputError, match=r"cannot read 'bad.npz'"):
@@ -149,4 +149,4 @@ def test_a_file_of_python_is_told_how_functions_are_named(tmp_path, monkeypatch,
     assert cli._run(["validate", "--particles", "3", "--against", against]) == 2
     err = capfd.readouterr().err
     assert len(err.strip().splitlines()) == 1
-    assert "expected module:function, such as broken:f" in err
+    assert "Give module:function, such as broken:f" in err
