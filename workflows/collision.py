@@ -10,12 +10,8 @@ from chaincor.workflows.accuracy.plan import refuse_endless
 from chaincor.workflows.accuracy.step_guess import foresee_frequency_ratio
 from chaincor.workflows.campaign.carry_out import TASKS_PER_WORKER, Done, carry_out, workers_for
 from chaincor.workflows.campaign.progress import progress_bar
-from chaincor.workflows.campaign.work import (
-    MOST_SECONDS,
-    collide_one,
-    collide_scenes,
-    tasks_of,
-)
+from chaincor.workflows.campaign.tasks import describe, tasks_of
+from chaincor.workflows.campaign.work import MOST_SECONDS, collide_one, collide_scenes
 from chaincor.workflows.given import scenes_given, told_shortly, workers_given
 from chaincor.workflows.outputs import refuse_shared_outputs, refuse_unusable_outputs
 from chaincor.workflows.result import Collision
@@ -154,7 +150,7 @@ def collide(
         return collide_into_store(
             scenes, store, workers=workers or None, arrays=arrays, progress=progress
         )
-    tasks = tasks_of(scenes, TASKS_PER_WORKER * workers)
+    tasks = tasks_of(describe(scenes, stored=False), TASKS_PER_WORKER * workers)
     found: list[Collision | None] = [None] * len(scenes)
     failed: list[Exception] = []
 

@@ -59,7 +59,7 @@ def measure(given: argparse.Namespace) -> None:
     print(json.dumps({"wall": wall, "processor": cpu, "etas": etas}))
 
 
-def _each_alone(scenes: list, _parts: int) -> list[list[int]]:
+def _each_alone(scenes: list) -> list[list[int]]:
     return [[place] for place in range(len(scenes))]
 
 

@@ -30,7 +30,7 @@ LONGEST_TOGETHER = LONGEST_TRUSTED
 # Smallest batch: with fewer collisions lanes stay empty, and the loop has to be loaded.
 LEAST_TOGETHER = 16
 # Time of a collision in a batch over its time alone: 0.1 for short chains, up to 0.5.
-_TOGETHER_SHARE = 0.3
+TOGETHER_SHARE = 0.3
 # Largest number of collisions in a batch and its seconds of work, so that progress is visible and
 # an interruption loses little.
 _MOST_TOGETHER, _SECONDS_TOGETHER = 256, 0.5
@@ -66,32 +66,25 @@ def kind_of(scene: Scene) -> Kind | None:
     return id(scene.bond), scene.particles, planned.numerics.scheme
 
 
-def batches(scenes: Sequence[Scene], parts: int) -> list[list[int]]:
+def batches(scenes: Sequence[Scene]) -> list[list[int]]:
     """
     Return the indices of the collisions of each batch; a collision solved alone is a list of one.
 
-    The collisions of a kind are divided into at least `parts` batches if there are enough of them.
     The result of a collision does not depend on this division.
     """
     foresee_frequency_ratio(scenes)
     kinds: dict[Kind | int, list[int]] = {}
     for place, scene in enumerate(scenes):
-        kinds.setdefault(kind_of(scene) or place, []).append(place)
+        kind = kind_of(scene) if len(scenes) >= LEAST_TOGETHER else None
+        kinds.setdefault(kind or place, []).append(place)
     found = []
     for places in kinds.values():
         size = 1
         if len(places) >= LEAST_TOGETHER:
-            each = expected_of_task([scenes[place] for place in places[:2]])[0]
-            quick = int(_SECONDS_TOGETHER / each)
-            size = max(min(-(-len(places) // parts), quick, _MOST_TOGETHER), LEAST_TOGETHER)
+            each = TOGETHER_SHARE * plan(scenes[places[0]]).seconds
+            size = max(min(int(_SECONDS_TOGETHER / each), _MOST_TOGETHER), LEAST_TOGETHER)
         found += [places[k : k + size] for k in range(0, len(places), size)]
     return found
-
-
-def expected_of_task(scenes: Sequence[Scene]) -> list[float]:
-    """Return the expected seconds of each scene of one task: a single scene or a batch."""
-    share = 1.0 if len(scenes) == 1 else _TOGETHER_SHARE
-    return [share * plan(scene).seconds for scene in scenes]
 
 
 def _goal(scene: Scene, floor: float) -> float:

@@ -1,14 +1,15 @@
 """Execution of many collisions: tasks go to workers, and results go to a callback."""
 
 import itertools
-import math
+import queue
 from collections import deque
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, CancelledError, Executor, Future, wait
+from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
+from concurrent.futures import CancelledError, Executor, Future
 from contextlib import contextmanager
 from typing import Any, NamedTuple
 
 from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.campaign.points import Point
 from chaincor.workflows.campaign.pool import ProcessPool
 from chaincor.workflows.campaign.progress import Advance
 from chaincor.workflows.errors import SchedulerError, WorkerDiedError
@@ -19,84 +20,115 @@ MACHINE_FAILURES = (OSError, MemoryError)
 TASKS_PER_WORKER = 2
 # Seconds that new processes need to start.
 SOONER_HERE = 3.0
+# Seconds between two looks at tasks that workers still prepare.
+_LOOK_SECONDS = 0.02
 
 
 class Asked(NamedTuple):
     """One requested collision."""
 
     place: int  #: Index among all requested collisions.
-    scene: Scene  #: Scene of the collision.
+    scene: Scene | Point  #: Scene of the collision, or the point of a sweep that describes it.
     cost: float  #: Expected seconds.
+    kind: Hashable = (
+        None  #: Equal for collisions that one batch can hold; None if there is no batch.
+    )
+    collision_sha256: str = ""  #: Key in a store; empty without a store.
+    asked_tolerance: float | None = None  #: Tolerance of eta; None with explicit numerics.
+    particles: int = 0  #: Number of particles of the chain.
 
 
 # Collisions that one worker computes as one task.
 Task = list[Asked]
 # Function from scenes to one item per scene: a result, the error of a failure, or None if the scene
 # must be computed alone.
-Work = Callable[[list[Scene]], Sequence[Any]]
+Work = Callable[[list[Any]], Sequence[Any]]
 # Results of some collisions.
 Done = list[tuple[Asked, Any]]
 
 
 def carry_out(
-    tasks: Sequence[Task],
+    tasks: Iterable[Task | None],
     work: Work,
     executor: Executor,
     take: Callable[[Done], None],
     *,
-    in_flight: int,
-    is_wanted: Callable[[Sequence[Scene]], Sequence[bool]] | None = None,
-    advance: Advance = lambda _: None,
+    in_flight: int | Callable[[], int],
+    is_wanted: Callable[[Sequence[Asked]], Sequence[bool]] | None = None,
+    advance: Advance = lambda *_: None,
 ) -> None:
     """
-    Carry out collisions, batches first, then the longest.
+    Carry out collisions in the order of their tasks, which are made as they are needed.
 
-    The executor has `in_flight` tasks at a time; an error shuts it down at once. `take` gets
-    results as they come, and the finished ones after an interrupt. An error of `take` ends
-    everything. `is_wanted` says whether a scene is still wanted just before its task is submitted.
-    `advance` gets the expected seconds of each finished collision. Collisions that their task did
-    not settle are carried out next, one by one.
+    The executor has `in_flight` tasks at a time; an error shuts it down at once. `take` gets all
+    results that have come since its last call, and the finished ones after an interrupt. An error
+    of `take` ends everything. `is_wanted` says which collisions are still wanted just before their
+    task is submitted. `advance` gets the expected seconds and the number of finished collisions.
+    Collisions that their task did not settle are carried out next, one by one. A task that is None
+    says that workers still prepare the next one.
 
     Raises every error that is no named failure of a collision: errors of the program, of a user's
     own bond, of `take`. Raises SchedulerError, MissingLibraryError or WorkerStartError if no
     further collision can be carried out.
     """
-    queue = deque(sorted(tasks, key=_turn))
+    source, again = iter(tasks), deque[Task]()
     pending: dict[Future, Task] = {}
+    over: queue.SimpleQueue[Future] = queue.SimpleQueue()
+    most = in_flight if callable(in_flight) else lambda: in_flight
+    more = True
     try:
-        while queue or pending:
-            while queue and len(pending) < in_flight:
-                task = queue.popleft()
-                if is_wanted is not None:
-                    wanted = is_wanted([asked.scene for asked in task])
-                    for asked in itertools.compress(task, [not each for each in wanted]):
-                        advance(asked.cost)
-                    task = [*itertools.compress(task, wanted)]
+        while more or again or pending:
+            preparing = False
+            while len(pending) < most() and not preparing and (again or more):
+                task = again.popleft() if again else next(source, [])
+                preparing, more = task is None, more and (bool(again) or task != [])
+                if task and is_wanted is not None:
+                    task = _still_wanted(task, is_wanted, advance)
                 if task:
-                    pending[executor.submit(work, [asked.scene for asked in task])] = task
+                    future = executor.submit(work, [asked.scene for asked in task])
+                    pending[future] = task
+                    future.add_done_callback(over.put)
+            ended = _ended_by_now(over, pending, preparing)
             done: Done = []
-            over = wait(pending, return_when=FIRST_COMPLETED).done if pending else set()
-            for future in over:
-                ended, unsettled = _ended(future, pending[future])
-                done += ended
-                queue.extendleft(unsettled)  # long collisions should not come last
+            for future in ended:
+                found, unsettled = _ended(future, pending[future])
+                done += found
+                again.extendleft(unsettled)  # long collisions should not come last
             take(done)
-            for future in over:
+            for future in ended:
                 del pending[future]
-            for asked, _ in done:
-                advance(asked.cost)
+            if done:
+                advance(sum(asked.cost for asked, _ in done), len(done))
     except BaseException:
-        over = {future for future in pending if future.done()}
+        finished = {future for future in pending if future.done()}
         executor.shutdown(wait=False, cancel_futures=True)
-        sound = (f for f in over if not f.cancelled() and f.exception() is None)
+        sound = (f for f in finished if not f.cancelled() and f.exception() is None)
         take([each for future in sound for each in _ended(future, pending[future])[0]])
         raise
 
 
-def _turn(task: Task) -> tuple[bool, int]:
-    """Return a random sort key of the cost, which is known to a factor of two only."""
-    alone = len(task) == 1
-    return alone, -round(math.log2(max(task[0].cost, 1e-9))) if alone else 0
+def _still_wanted(
+    task: Task, is_wanted: Callable[[Sequence[Asked]], Sequence[bool]], advance: Advance
+) -> Task:
+    wanted = is_wanted(task)
+    dropped = [*itertools.compress(task, [not each for each in wanted])]
+    if dropped:
+        advance(sum(asked.cost for asked in dropped), len(dropped))
+    return [*itertools.compress(task, wanted)]
+
+
+def _ended_by_now(
+    over: "queue.SimpleQueue[Future]", pending: dict[Future, Task], preparing: bool
+) -> list[Future]:
+    """Return the tasks that are over; waits for one, or only for a moment if tasks are prepared."""
+    ended: list[Future] = []
+    try:
+        if pending or preparing:
+            ended.append(over.get(timeout=_LOOK_SECONDS if preparing else None))
+        while True:
+            ended.append(over.get_nowait())
+    except queue.Empty:
+        return ended
 
 
 def _ended(future: Future, task: Task) -> tuple[Done, list[Task]]:

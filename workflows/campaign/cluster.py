@@ -2,6 +2,7 @@
 
 import importlib.metadata
 import logging
+import math
 import re
 import sys
 import threading
@@ -21,6 +22,8 @@ _PATIENCE_SECONDS = 5.0
 _LEAVE_SECONDS = 1.0
 # Seconds between two lines about a scheduler without workers.
 _REPORT_SECONDS = 60.0
+# Seconds between two counts of the workers.
+_COUNT_SECONDS = 2.0
 # One task that a worker runs, and one that it begins without waiting. More would be taken from
 # another sweep that shares the store.
 _TASKS_PER_CORE = 2
@@ -69,6 +72,7 @@ class DaskCluster(Executor):
         self._pending: dict[Any, Future] = {}
         self._lock = threading.Lock()
         self._stop = threading.Event()
+        self._counted, self._cores = -math.inf, 0
         try:
             self._wait_for_workers(address)
             self._compare_versions()
@@ -110,10 +114,13 @@ class DaskCluster(Executor):
                     "one version on all machines"
                 )
 
-    @property
     def in_flight(self) -> int:
-        """Number of tasks that are submitted at a time."""
-        return _TASKS_PER_CORE * max(1, sum(self._client.ncores().values()))
+        """Return the number of tasks that are submitted at a time; workers come and go."""
+        now = time.monotonic()
+        if now - self._counted >= _COUNT_SECONDS:
+            self._counted = now
+            self._cores = sum(self._client.ncores().values())
+        return _TASKS_PER_CORE * max(1, self._cores)
 
     def submit(self, function: Callable, /, *args: Any, **kwargs: Any) -> Future:
         """Run a function on a worker; the future fails if worker or scheduler is lost."""

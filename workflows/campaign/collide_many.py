@@ -20,8 +20,9 @@ from chaincor.workflows.campaign.carry_out import (
 )
 from chaincor.workflows.campaign.ensemble import Ensemble, Sample
 from chaincor.workflows.campaign.progress import progress_bar
+from chaincor.workflows.campaign.tasks import describe, tasks_of
 from chaincor.workflows.campaign.warm import Group, group_scenes, shared_fields
-from chaincor.workflows.campaign.work import MOST_SECONDS, collide_scenes, tasks_of
+from chaincor.workflows.campaign.work import MOST_SECONDS, collide_scenes
 from chaincor.workflows.durations import format_duration
 from chaincor.workflows.errors import CostError
 from chaincor.workflows.given import told_shortly, workers_given
@@ -98,7 +99,8 @@ def collide_many(
 
     def take(done: Done) -> None:
         for asked, each in done:
-            found[alone[asked.place][0]] = Sample.of(asked.scene, each)
+            place, scene = alone[asked.place]
+            found[place] = Sample.of(scene, each)
 
     with progress_bar(progress, count, seconds) as advance:
         for group in groups:
@@ -110,8 +112,9 @@ def collide_many(
                     alone.append((group.places[k], group[k]))
                 else:
                     found[group.places[k]] = sample
-                    advance(group.expected)
-        tasks = tasks_of([scene for _, scene in alone], TASKS_PER_WORKER * workers)
+                    advance(group.expected, 1)
+        asked = describe((scene for _, scene in alone), stored=False)
+        tasks = tasks_of(asked, TASKS_PER_WORKER * workers)
         with workers_for(tasks, min(workers, len(tasks))) as (executor, in_flight):
             carry_out(tasks, collide_scenes, executor, take, in_flight=in_flight, advance=advance)
     return Ensemble(

@@ -1,21 +1,47 @@
 """Computation of the collisions that a store lacks."""
 
+import itertools
 import random
 import time
-from collections.abc import Iterable, Sequence
-from concurrent.futures import Executor
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import Executor, Future
 from contextlib import nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.campaign.carry_out import TASKS_PER_WORKER, Done, carry_out
+from chaincor.workflows.campaign.carry_out import (
+    TASKS_PER_WORKER,
+    Asked,
+    Done,
+    Task,
+    carry_out,
+)
+from chaincor.workflows.campaign.cells import WINDOW, Cells
+from chaincor.workflows.campaign.forecast import forecast_cells
+from chaincor.workflows.campaign.points import Point, scene_of
 from chaincor.workflows.campaign.pool import ProcessPool
-from chaincor.workflows.campaign.progress import progress_bar
-from chaincor.workflows.campaign.work import collide_to_rows, tasks_of
+from chaincor.workflows.campaign.progress import Advance, progress_bar
+from chaincor.workflows.campaign.tasks import (
+    describe,
+    facts_of,
+    tasks_of,
+    tightest,
+    turn,
+    with_batches,
+    with_facts,
+)
+from chaincor.workflows.campaign.work import collide_to_rows
 from chaincor.workflows.given import workers_given
+from chaincor.workflows.outputs import refuse_unusable_outputs
 from chaincor.workflows.store.results_store import Store
 from chaincor.workflows.store.row import Row
+
+# Number of points that a worker describes in one task.
+_DESCRIBED = 2048
+# Largest number of windows that are prepared before they are needed.
+_MOST_PREPARED = 12
 
 
 @dataclass
@@ -39,36 +65,50 @@ class IntoStore:
     """
     Collisions that a store lacks, and their computation into the store.
 
-    If scenes differ only in their tolerance, the tightest counts. With `arrays`, contacts, mode
+    The collisions are scenes, or the cells of a sweep, which are made a window at a time. If scenes
+    of a window differ only in their tolerance, the tightest counts. With `arrays`, contacts, mode
     energies and final states are stored too. Results without arrays, or to be recomputed, are
     requested at least as exactly as before. `recompute` repeats stored results, and `retry_failed`
-    repeats failures.
+    repeats failures. `keep_jobs` is a folder for the jobs of LAMMPS.
     """
 
     def __init__(
         self,
         store: Store,
-        scenes: Iterable[Scene],
+        scenes: Iterable[Scene] | Cells,
         *,
         arrays: bool = False,
         recompute: bool = False,
         retry_failed: bool = False,
+        keep_jobs: Path | None = None,
     ) -> None:
-        self._store, self._arrays, self._recompute = store, arrays, recompute
-        self.todo: list[Scene] = []  #: Collisions to compute, each once.
+        self._store, self._arrays = store, arrays
+        self._recompute, self._retry_failed, self._keep_jobs = recompute, retry_failed, keep_jobs
         self.tally = Tally()  #: Counts so far.
-        wanted = tightest(scenes)
-        for scene, standing in zip(wanted, store.standings(wanted), strict=True):
-            if standing is not None and not recompute:
-                if standing.answers(scene, arrays=arrays):
-                    self.tally.found += 1
-                    continue
-                if standing.would_fail(scene) and not retry_failed:
-                    self.tally.known_failures += 1
-                    continue
-            self.todo.append(scene if standing is None else _as_exactly(scene, standing))
+        self._version, self._shared = store.version(), False
+        self._cells: Cells | None = None
+        self._windows: Iterator[list[Point]] = iter(())
+        if not isinstance(scenes, Cells):
+            self._first = self.missing(describe(scenes))
+            return
+        self._cells = scenes
+        if len(self._cells) > WINDOW:
+            self._cells.points.check()
+        self._windows = self._cells.windows()
+        self._first = []
+        for points in self._windows:
+            if missing := self.missing(describe(points)):
+                self._first = missing
+                break
 
-    def run(self, executor: Executor, *, in_flight: int, progress: bool = False) -> Tally:
+    @property
+    def todo(self) -> list[Scene | Point]:
+        """First collisions to compute, each once: all of them unless there are very many."""
+        return [asked.scene for asked in self._first]
+
+    def run(
+        self, executor: Executor, *, in_flight: int | Callable[[], int], progress: bool = False
+    ) -> Tally:
         """
         Compute the missing collisions, and write each result as soon as it is finished.
 
@@ -77,20 +117,15 @@ class IntoStore:
         """
         started = time.perf_counter()
         self._store.check_writable()
-        tasks = tasks_of(self.todo, in_flight)
-        # Two sweeps that share a store begin with different collisions.
-        random.shuffle(tasks)
-        # Workers begin with different bonds, because each worker compiles loops for all workers.
-        firsts = {task[0].scene.label: task for task in tasks if len(task) > 1}
-        tasks.sort(key=lambda task: firsts.get(task[0].scene.label) is not task)
-        seconds = sum(asked.cost for task in tasks for asked in task)
-        with progress_bar(progress, len(self.todo), seconds) as advance:
+        points, seconds = self._expected()
+        most = in_flight if callable(in_flight) else lambda: in_flight
+        with progress_bar(progress, points, seconds) as advance:
             carry_out(
-                tasks,
+                self._tasks(executor, most(), seconds, advance),
                 collide_to_rows,
                 executor,
                 self._take,
-                in_flight=in_flight,
+                in_flight=most,
                 is_wanted=None if self._recompute else self._is_wanted,
                 advance=advance,
             )
@@ -99,26 +134,80 @@ class IntoStore:
 
     def run_by_processes(self, workers: int, progress: bool) -> Tally:
         """Compute the missing collisions in at most `workers` new processes of this machine."""
-        workers = min(workers, len(self.todo))
+        workers = min(workers, len(self._first))
         with ProcessPool(workers) as pool:
             return self.run(pool, in_flight=TASKS_PER_WORKER * workers, progress=progress)
 
-    def _is_wanted(self, scenes: Sequence[Scene]) -> Sequence[bool]:
+    def _expected(self) -> tuple[int, float]:
+        """Return the number of collisions and their expected seconds."""
+        if self._cells is None or len(self._cells) <= WINDOW:
+            return len(self._first), sum(asked.cost for asked in with_batches(self._first))
+        forecast = forecast_cells(self._cells)
+        return forecast.points, forecast.seconds
+
+    def _tasks(
+        self, executor: Executor, parts: int, seconds: float, advance: Advance
+    ) -> Iterator[Task | None]:
+        """Yield tasks, and None while workers describe the points of later windows."""
+        yield from _in_turn(self._first, parts, seconds)
+        preparing: deque[tuple[list[Point], list[Future]]] = deque()
+        # Other windows are prepared while one is computed. A window may be two tasks.
+        most = min(2 + parts // 4, _MOST_PREPARED)
+        while True:
+            while len(preparing) < most and (points := next(self._windows, None)):
+                groups = (points[k : k + _DESCRIBED] for k in range(0, len(points), _DESCRIBED))
+                preparing.append((points, [executor.submit(facts_of, each) for each in groups]))
+            if not preparing:
+                return
+            points, futures = preparing[0]
+            while not all(future.done() for future in futures):
+                yield None
+            preparing.popleft()
+            facts = itertools.chain.from_iterable(future.result() for future in futures)
+            missing = self.missing(with_facts(points, facts))
+            if found := len(points) - len(missing):
+                advance(0.0, found)
+            yield from _in_turn(missing, parts, seconds)
+
+    def missing(self, described: Sequence[Asked]) -> list[Asked]:
+        """Return the collisions that must be computed, and count the others."""
+        wanted = tightest(described)
+        standings = self._store.standings_of([asked.collision_sha256 for asked in wanted])
+        missing = []
+        for asked, standing in zip(wanted, standings, strict=True):
+            if standing is not None and not self._recompute:
+                if standing.answers(asked, arrays=self._arrays):
+                    self.tally.found += 1
+                    continue
+                if standing.would_fail(asked) and not self._retry_failed:
+                    self.tally.known_failures += 1
+                    continue
+            missing.append(asked if standing is None else _as_exactly(asked, standing))
+        return missing if self._keep_jobs is None else _keeping_jobs(missing, self._keep_jobs)
+
+    def _is_wanted(self, asked: Sequence[Asked]) -> Sequence[bool]:
         """Return whether no other sweep has computed a collision meanwhile."""
+        # Once another program has written the store, each collision is looked up again.
+        self._shared = self._shared or self._store.version() != self._version
+        if not self._shared:
+            return [True] * len(asked)
+        standings = self._store.standings_of([each.collision_sha256 for each in asked])
         wanted = [
-            standing is None or not standing.answers(scene, arrays=self._arrays)
-            for scene, standing in zip(scenes, self._store.standings(scenes), strict=True)
+            standing is None or not standing.answers(each, arrays=self._arrays)
+            for each, standing in zip(asked, standings, strict=True)
         ]
         self.tally.found += wanted.count(False)
         return wanted
 
     def _take(self, done: Done) -> None:
-        """Write finished results, and count them."""
-        found = [
-            (asked.scene, each if isinstance(each, Row) else Row.of(each)) for asked, each in done
+        """Write finished results in one transaction, and count them."""
+        rows = [
+            each if isinstance(each, Row) else Row.of(each).of_scene(scene_of(asked.scene))
+            for asked, each in done
         ]
-        self._store.record(found, arrays=self._arrays, replace=self._recompute)
-        for _, row in found:
+        if rows:
+            self._store.write(rows, arrays=self._arrays, replace=self._recompute)
+        for row in rows:
             if not row.has_result:
                 self.tally.failed += 1
                 continue
@@ -150,23 +239,43 @@ def collide_into_store(
     return [row for row in rows if row is not None]
 
 
-def _as_exactly(scene: Scene, standing: Row) -> Scene:
+def _in_turn(asked: Sequence[Asked], parts: int, seconds: float) -> list[Task]:
+    """Return tasks in the order of their work: batches, then the longest."""
+    tasks = tasks_of(random.sample(asked, len(asked)), parts, seconds)
+    # Two sweeps that share a store begin with different collisions.
+    random.shuffle(tasks)
+    # Workers begin with different bonds, because each worker compiles loops for all workers.
+    firsts = {task[0].kind: task for task in tasks if task[0].kind is not None}
+    return sorted(tasks, key=lambda task: (firsts.get(task[0].kind) is not task, *turn(task)))
+
+
+def _as_exactly(asked: Asked, standing: Row) -> Asked:
     """
-    Return a scene with a tolerance at least as tight as the stored result.
+    Return a collision with a tolerance at least as tight as the stored result.
 
     A looser run could not replace the stored result.
     """
-    asked, known = scene.asked_tolerance, standing.columns["tolerance"]
-    if asked is None or known is None or not standing.has_result or asked <= known:
-        return scene
-    return scene.replace(tolerance=known)
+    own, known = asked.asked_tolerance, standing.columns["tolerance"]
+    if own is None or known is None or not standing.has_result or own <= known:
+        return asked
+    if isinstance(asked.scene, Scene):
+        scene: Scene | Point = asked.scene.replace(tolerance=known)
+    else:
+        scene = asked.scene._replace(fields=asked.scene.fields | {"tolerance": known})
+    return asked._replace(scene=scene, asked_tolerance=known)
 
 
-def tightest(scenes: Iterable[Scene]) -> list[Scene]:
-    """Return each collision once, with its tightest tolerance."""
-    chosen: dict[str, Scene] = {}
-    for scene in scenes:
-        other = chosen.get(scene.collision_sha256)
-        if other is None or (scene.asked_tolerance or 0.0) < (other.asked_tolerance or 0.0):
-            chosen[scene.collision_sha256] = scene
-    return list(chosen.values())
+def _keeping_jobs(asked: Sequence[Asked], folder: Path) -> list[Asked]:
+    """
+    Return collisions whose LAMMPS jobs are kept, each in its folder.
+
+    Raises InputError if a folder cannot be used, before any collision fails for this reason.
+    """
+    kept = []
+    for each in asked:
+        scene = scene_of(each.scene)
+        if scene.engine == "lammps":
+            scene = scene.replace(save=folder / scene.sha256[:16])
+            refuse_unusable_outputs(scene)
+        kept.append(each._replace(scene=scene))
+    return kept

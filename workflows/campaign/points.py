@@ -1,15 +1,15 @@
-"""Points of a sweep: numbered, made on request, and divided into shards."""
+"""Points of a sweep, numbered and made on request."""
 
 import itertools
 import math
-import random
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from chaincor.lammps_inputs.errors import PotentialError, SceneError
 from chaincor.lammps_inputs.scene import NUMERICS_KEYS, Scene
 from chaincor.lammps_inputs.scene_parts.scene_file import from_folder
+from chaincor.workflows.campaign.axes import Axis, ValuesAxis, fields_of, merged
 from chaincor.workflows.errors import SweepError
 
 # An axis over the key drops these from the base scene, which they would contradict.
@@ -19,24 +19,22 @@ _RIVALS = {
     "tolerance": NUMERICS_KEYS,
     **dict.fromkeys(NUMERICS_KEYS, ("tolerance",)),
 }
+# Largest number of values of an axis that are all tried before a large sweep begins.
+_MOST_TRIED = 1000
 # Begins the name of an axis over one parameter of a formula.
 PARAMETER_AXIS = "parameters."
-
-Axis = Sequence[Mapping[str, Any]]
 
 
 class SweepPoints(Sequence[Scene]):
     """
     Crossed axes of a sweep, as scenes that are made on request.
 
-    Each of the `groups` is an axis, or axes that move together: a list with the fields of the
-    `base` scene that each value sets. No two groups set one field; the last varies fastest.
+    Each of the `groups` is an axis, or axes that move together: the fields of the `base` scene that
+    each value sets. No two groups set one field; the last varies fastest.
     Relative paths start at `folder`, the folder of the sweep file.
     """
 
-    def __init__(
-        self, base: dict[str, Any], groups: Sequence[list[dict[str, Any]]], folder: Path
-    ) -> None:
+    def __init__(self, base: dict[str, Any], groups: Sequence[Axis], folder: Path) -> None:
         self.base, self.groups, self._folder = base, tuple(groups), folder
 
     def __len__(self) -> int:
@@ -58,14 +56,52 @@ class SweepPoints(Sequence[Scene]):
         dropped = {rival for key in point for rival in _RIVALS.get(key, ())}
         return {key: value for key, value in self.base.items() if key not in dropped} | point, point
 
+    def point(self, number: int) -> "Point":
+        """Return a point without making its scene."""
+        fields, own = self.fields(number)
+        return Point(number, fields, tuple(own), self._folder)
+
     def _scene(self, number: int) -> Scene:
-        fields, point = self.fields(number)
+        return self.point(number).scene()
+
+    def check(self) -> None:
+        """
+        Make some points, so that most mistakes are found before anything is computed.
+
+        Each value of a short axis is tried once, and the ends of a long one. Raises SceneError.
+        """
+        each = 1
+        for group in reversed(self.groups):
+            size = len(group)
+            for place in range(size) if size <= _MOST_TRIED else (0, size - 1):
+                self._scene(place * each)
+            each *= size
+
+
+class Point(NamedTuple):
+    """One point of a sweep, which is sent to workers in place of its scene."""
+
+    number: int  #: Number of the point, from 0.
+    fields: dict[str, Any]  #: Fields of its scene.
+    own: tuple[str, ...]  #: Fields that the axes set.
+    folder: Path  #: Folder at which relative paths start.
+
+    def scene(self) -> Scene:
+        """Return the scene. Raises SceneError, with the number of the point, if there is none."""
+        fields = dict(self.fields)
         _fold_parameters(fields)
         try:
-            return Scene(**from_folder(fields, self._folder))
+            return Scene(**from_folder(fields, self.folder))
         except (PotentialError, SceneError) as error:
-            shown = ", ".join(f"{key} = {value!r}" for key, value in point.items())
-            raise SceneError(f"point {number + 1} ({shown or 'the base scene'}): {error}") from None
+            shown = ", ".join(f"{key} = {self.fields[key]!r}" for key in self.own)
+            raise SceneError(
+                f"point {self.number + 1} ({shown or 'the base scene'}): {error}"
+            ) from None
+
+
+def scene_of(given: Scene | Point) -> Scene:
+    """Return a scene, or the scene of a point."""
+    return given.scene() if isinstance(given, Point) else given
 
 
 def _fold_parameters(fields: dict[str, Any]) -> None:
@@ -75,39 +111,6 @@ def _fold_parameters(fields: dict[str, Any]) -> None:
     if single and isinstance(base, dict):
         own = {key.removeprefix(PARAMETER_AXIS): value for key, value in single.items()}
         fields["parameters"] = base | own
-
-
-def merged(*parts: dict[str, Any]) -> dict[str, Any]:
-    """Join the fields that several axes set."""
-    return {key: value for part in parts for key, value in part.items()}
-
-
-def shard(points: SweepPoints, number: int, count: int) -> tuple[Scene, ...]:
-    """
-    Return part `number`, from 1, of `count` disjoint parts of a sweep, for job arrays.
-
-    Only the points of the part are made. A part is the same on every machine. Parts have equally
-    many points of every chain length, scattered over the other axes, so they take about equally
-    long. Raises SweepError if there is no such part.
-    """
-    if not 1 <= number <= count:
-        raise SweepError(
-            f"shard {number}/{count} does not exist; expected 1/{count} to {count}/{count}"
-        )
-    # Points that differ only in their tolerance share a row, and therefore a part.
-    cells: dict[str, list[int]] = {}
-    lengths: dict[str, str] = {}
-    for place in range(len(points)):
-        fields, _ = points.fields(place)
-        fields.pop("tolerance", None)
-        cells.setdefault(key := repr(sorted(fields.items())), []).append(place)
-        lengths[key] = repr(fields.get("particles"))
-    # The order is the same in every version of Python.
-    chance = random.Random(0)
-    order = sorted(cells, key=lambda key: (lengths[key], chance.random()))
-    return tuple(
-        points[k] for k in sorted(k for key in order[number - 1 :: count] for k in cells[key])
-    )
 
 
 def refuse_shared_fields(axes: Mapping[str, Axis], together: Sequence[Sequence[str]] = ()) -> None:
@@ -138,11 +141,13 @@ def value_of(scene: Scene, axis: str) -> Any:
 
 def fields_set(axes: Mapping[str, Axis]) -> list[str]:
     """Return every key that a value of an axis sets, each once, in their order."""
-    return list(dict.fromkeys(key for axis in axes.values() for entry in axis for key in entry))
+    return list(dict.fromkeys(key for axis in axes.values() for key in fields_of(axis)))
 
 
 def _fields(axis: Axis) -> set[str]:
     """Return the fields that an axis sets, with each parameter of a formula by its own name."""
+    if isinstance(axis, ValuesAxis) and axis.name != "parameters":
+        return {axis.name}
     found: set[str] = set()
     for entry in axis:
         found |= entry.keys()

@@ -12,8 +12,8 @@ from chaincor.analysis.showing.notebook import in_notebook, session_bar
 from chaincor.workflows.durations import format_duration
 from chaincor.workflows.engines.reference.loops.processes import COMPILING
 
-# Called after every collision with its expected cost.
-Advance = Callable[[float], None]
+# Called after some collisions with their expected cost and their number.
+Advance = Callable[[float, int], None]
 # Shorter work shows no progress.
 _QUIET_SECONDS = 2.0
 _REFRESH_SECONDS = 0.25
@@ -115,14 +115,14 @@ def progress_bar(wanted: bool, points: int, seconds: float) -> Iterator[Advance]
     would predict too late an end.
     """
     if not wanted or points == 0:
-        yield lambda _cost: None
+        yield lambda _cost, _number: None
         return
     number, spent, started = 0, 0.0, time.monotonic()
     show: Callable[[float], None]
 
-    def advance(cost: float) -> None:
+    def advance(cost: float, finished: int) -> None:
         nonlocal number, spent
-        number, spent = number + 1, spent + cost
+        number, spent = number + finished, spent + cost
         show(min(spent / seconds, 1.0) if seconds > 0.0 else number / points)
 
     if in_notebook():

@@ -2,7 +2,7 @@
 
 import math
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -16,11 +16,11 @@ from chaincor.lammps_inputs.scene_parts.scene_file import (
     from_folder,
     read_scene_fields,
 )
+from chaincor.workflows.campaign.axes import Axis, Spaced, ValuesAxis, ZippedAxis, spaced
 from chaincor.workflows.campaign.points import (
     PARAMETER_AXIS,
     SweepPoints,
     fields_set,
-    merged,
     refuse_shared_fields,
 )
 from chaincor.workflows.errors import SweepError
@@ -29,7 +29,10 @@ _KEYS = ("scene", "axes", "zip", "store", "arrays")
 _RANGE_KEYS = {"from", "to", "points", "step", "spacing"}
 _SPACINGS = ("linear", "log")
 _WHOLE = ("particles", "target_particles", *WHOLE_KEYS, "table_points")
-_MOST_POINTS = 10_000_000
+# Largest number of values of an axis whose values are whole numbers.
+_MOST_WHOLE = 10_000_000
+# Sequences of Python cannot be longer.
+_MOST_VALUES = 2**62
 
 
 @dataclass(frozen=True)
@@ -106,7 +109,7 @@ def read_axes(
     axes: dict[str, Any],
     instead: str,
     listed: Callable[[str, Any], Any] = lambda _name, axis: axis,
-) -> dict[str, list[dict[str, Any]]]:
+) -> dict[str, Axis]:
     """
     Return the fields that each value of each axis sets; SweepError for an invalid axis.
 
@@ -127,7 +130,7 @@ def _refuse_outputs(given: Mapping[str, Any], instead: str) -> None:
             )
 
 
-def _axis_values(name: str, axis: Any) -> list[dict[str, Any]]:
+def _axis_values(name: str, axis: Any) -> Axis:
     if isinstance(axis, list) and axis and all(isinstance(value, dict) for value in axis):
         # Only this field has values that are tables.
         return [{name: value} for value in axis] if name == "parameters" else axis
@@ -137,7 +140,7 @@ def _axis_values(name: str, axis: Any) -> list[dict[str, Any]]:
             f"{', '.join(Scene.model_fields)}, or a list of tables that set several"
         )
     if isinstance(axis, dict):
-        return [{name: value} for value in _range_values(name, axis)]
+        return ValuesAxis(name, _range_values(name, axis))
     if not isinstance(axis, list) or not axis:
         raise SweepError(
             f"axis '{name}' is {axis!r}; expected a list, or {{from, to, points}}, or "
@@ -153,7 +156,7 @@ def _axis_values(name: str, axis: Any) -> list[dict[str, Any]]:
     return [{name: value} for value in axis]
 
 
-def _range_values(name: str, axis: dict[str, Any]) -> list[float] | list[int]:
+def _range_values(name: str, axis: dict[str, Any]) -> Sequence[float]:
     def wrong(expected: str) -> SweepError:
         return SweepError(f"the range of axis '{name}' is {axis!r}; expected {expected}")
 
@@ -161,9 +164,9 @@ def _range_values(name: str, axis: dict[str, Any]) -> list[float] | list[int]:
         # Seeds are whole numbers, which a float cannot always hold.
         ends = [axis[key] for key in ("from", "to") if key in axis]
         whole = all(isinstance(end, int) and not isinstance(end, bool) for end in ends)
-        if not (len(ends) == len(axis) == 2 and whole and 0 <= ends[1] - ends[0] < _MOST_POINTS):
+        if not (len(ends) == len(axis) == 2 and whole and 0 <= ends[1] - ends[0] < _MOST_VALUES):
             raise wrong("two whole numbers, as { from = 1, to = 200 }, of which each is taken")
-        return list(range(ends[0], ends[1] + 1))
+        return range(ends[0], ends[1] + 1)
     wanted = {"from", "to"} <= set(axis) <= _RANGE_KEYS and ("points" in axis) != ("step" in axis)
     if not wanted:
         raise wrong("from, to, and either points or step; with points also spacing")
@@ -172,23 +175,25 @@ def _range_values(name: str, axis: dict[str, Any]) -> list[float] | list[int]:
     first, last, spacing = float(axis["from"]), float(axis["to"]), axis.get("spacing", "linear")
     if spacing not in _SPACINGS or (spacing == "log" and "step" in axis):
         raise wrong("spacing linear, or log with points")
+    values: Sequence[float]
     if "step" in axis:
         step = float(axis["step"])
         count = (last - first) / step * (1.0 + 1e-12) + 1.0 if step else 0.0
-        if not 1.0 <= count <= _MOST_POINTS:
-            raise wrong(f"a step towards to, and at most {_MOST_POINTS} points")
-        values = first + step * np.arange(math.floor(count))
+        if not 1.0 <= count < _MOST_VALUES:
+            raise wrong("a step towards to")
+        values = Spaced(first, step, math.floor(count))
     else:
         points = axis["points"]
-        if not isinstance(points, int) or not 1 <= points <= _MOST_POINTS:
-            raise wrong(f"a whole number of points, 1 to {_MOST_POINTS}")
+        if not isinstance(points, int) or not 1 <= points < _MOST_VALUES:
+            raise wrong("a whole number of points, 1 or more")
         if spacing == "log" and not (first > 0 and last > 0):
             raise wrong("it above zero where spacing is log")
-        space = np.geomspace if spacing == "log" else np.linspace
-        values = space(first, last, points)
+        values = spaced(first, last, points, log=spacing == "log")
     if name in _WHOLE:
+        if len(values) > _MOST_WHOLE:
+            raise wrong(f"at most {_MOST_WHOLE} values")
         return [int(value) for value in np.unique(np.rint(values))]
-    return [float(value) for value in values]
+    return values
 
 
 def _is_finite(value: Any) -> bool:
@@ -197,14 +202,15 @@ def _is_finite(value: Any) -> bool:
     return number and abs(value) <= sys.float_info.max
 
 
-def _groups(values: dict[str, list[dict[str, Any]]], together: Any) -> list[list[dict[str, Any]]]:
+def _groups(values: dict[str, Axis], together: Any) -> list[Axis]:
     """Join the axes that move together; the others stay alone."""
     if not isinstance(together, list) or not all(
         isinstance(group, list) and all(isinstance(name, str) for name in group)
         for group in together
     ):
         raise SweepError(f"zip is {together!r}; expected lists of axes: [['particles', 'speed']]")
-    left, groups = dict(values), []
+    left = dict(values)
+    groups: list[Axis] = []
     for names in together:
         missing = [name for name in names if name not in left]
         if missing or not names:
@@ -215,10 +221,10 @@ def _groups(values: dict[str, list[dict[str, Any]]], together: Any) -> list[list
         if len({len(axis) for axis in axes}) > 1:
             sizes = ", ".join(f"{n}: {len(a)}" for n, a in zip(names, axes, strict=True))
             raise SweepError(f"axes that move together have different lengths ({sizes})")
-        groups.append([merged(*parts) for parts in zip(*axes, strict=True)])
+        groups.append(ZippedAxis(axes))
     refuse_shared_fields(values, together)
     groups += left.values()
     count = math.prod(len(group) for group in groups)
-    if count > _MOST_POINTS:
-        raise SweepError(f"the axes make {count} points; expected at most {_MOST_POINTS}")
+    if count > _MOST_VALUES:
+        raise SweepError(f"the axes make {count} points; expected at most {_MOST_VALUES}")
     return groups

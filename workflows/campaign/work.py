@@ -1,17 +1,17 @@
-"""Work on collisions: from scenes to results, division into tasks, and expected cost."""
+"""Work on collisions inside a worker: from scenes to results."""
 
 import math
 import threading
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 from chaincor.lammps_inputs.errors import ChaincorError
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.thermal_state import GENERATOR
 from chaincor.workflows.accuracy import solve
-from chaincor.workflows.accuracy.batching import batches, expected_of_task, solve_batch
+from chaincor.workflows.accuracy.batching import batches, solve_batch
 from chaincor.workflows.accuracy.bounded_run import (
     PROOF_SHARE,
     BoundedRun,
@@ -23,22 +23,17 @@ from chaincor.workflows.accuracy.plan import Plan, plan
 from chaincor.workflows.accuracy.reference_runs import largest_difference
 from chaincor.workflows.accuracy.solvers import LAMMPS
 from chaincor.workflows.accuracy.table_rows import with_rows
-from chaincor.workflows.campaign.carry_out import MACHINE_FAILURES, Asked, Task
+from chaincor.workflows.campaign.carry_out import MACHINE_FAILURES
+from chaincor.workflows.campaign.points import Point, scene_of
 from chaincor.workflows.engines.lammps import engine as lammps
 from chaincor.workflows.engines.time_limit import limited_to
 from chaincor.workflows.errors import MissingLibraryError
 from chaincor.workflows.result import Collision
 from chaincor.workflows.result_of import result_of
 from chaincor.workflows.store.row import Row
-from chaincor.workflows.versions import cores_allowed
 
 # A collision that is expected to take longer than a day is refused by default.
 MOST_SECONDS = 86400.0
-# Seconds from the command to the first collision: imports, processes, compiled code.
-_START_SECONDS = 2.5
-# Bytes of a row with its key in the index, and of the header of an array in NumPy's format.
-_ROW_BYTES = 2500
-_ARRAY_BYTES = 5 * 230
 # A Dask worker may have several threads; LAMMPS is not made for several at once in one process.
 _one_at_a_time = threading.Lock()
 
@@ -105,7 +100,7 @@ def _run_as_given(planned: Plan) -> BoundedRun:
 
 def collide_scenes(scenes: Sequence[Scene]) -> list[Collision | Exception | None]:
     """
-    Carry out one collision, or a batch, inside a worker.
+    Carry out the collisions of one task inside a worker: batches, and single ones.
 
     Named failures are returned, and so are failures of the machine: no memory, no room for files.
     If a batch fails, each collision must be computed alone and gets its own error. Other errors are
@@ -113,65 +108,38 @@ def collide_scenes(scenes: Sequence[Scene]) -> list[Collision | Exception | None
 
     Raises MissingLibraryError if no collision at all can be run here.
     """
+    found: list[Collision | Exception | None] = [None] * len(scenes)
+    with _one_at_a_time:
+        for places in batches(scenes):
+            chosen = [scenes[place] for place in places]
+            met = [None] if len(chosen) == 1 else _try_together(chosen)
+            for place, scene, each in zip(places, chosen, met, strict=False):
+                found[place] = _try_one(scene) if each is None else each
+    return found
+
+
+def _try_together(scenes: Sequence[Scene]) -> Sequence[Collision | None]:
+    """Return the results of a batch; nothing if it fails, and each must be computed in a task."""
     try:
-        with _one_at_a_time:
-            if len(scenes) > 1:
-                return [*collide_together(scenes)]
-            # The cost of many collisions is checked once for all; no single one is refused.
-            return [collide_one(scenes[0], math.inf)]
+        return collide_together(scenes)
+    except MissingLibraryError:
+        raise
+    except (ChaincorError, *MACHINE_FAILURES):
+        return []
+
+
+def _try_one(scene: Scene) -> Collision | Exception:
+    try:
+        # The cost of many collisions is checked once for all; no single one is refused.
+        return collide_one(scene, math.inf)
     except MissingLibraryError:
         raise
     except (ChaincorError, *MACHINE_FAILURES) as error:
-        return [error] if len(scenes) == 1 else [None] * len(scenes)
+        return error
 
 
-def collide_to_rows(scenes: Sequence[Scene]) -> list[Row | None]:
+def collide_to_rows(scenes: Sequence[Scene | Point]) -> list[Row | None]:
     """Carry out collisions as :func:`collide_scenes`, and make rows for a store in the worker."""
-    return [None if each is None else Row.of(each) for each in collide_scenes(scenes)]
-
-
-def tasks_of(scenes: Sequence[Scene], parts: int) -> list[Task]:
-    """
-    Divide collisions into tasks: batches, and single collisions.
-
-    Collisions of one kind are divided into at least `parts` batches, if there are enough. Results
-    do not depend on the division.
-    """
-    tasks = []
-    for places in batches(scenes, parts):
-        chosen = [scenes[place] for place in places]
-        each = zip(places, chosen, expected_of_task(chosen), strict=True)
-        tasks.append([Asked(*asked) for asked in each])
-    return tasks
-
-
-@dataclass(frozen=True)
-class Forecast:
-    """
-    Expected time and disk space of collisions, on an idle machine.
-
-    Times are right within a factor of two for nearly every collision, within four for chains that
-    break, and better for sums of many.
-    """
-
-    points: int  #: Collisions to compute.
-    #: Sum of the times on one core.
-    seconds: float
-    longest: float  #: Time of the longest collision.
-    disk_bytes: int  #: Growth of the store.
-
-    @classmethod
-    def of(cls, scenes: Sequence[Scene], *, arrays: bool = False) -> "Forecast":
-        """Return the forecast of collisions, with or without their arrays."""
-        costs = [asked.cost for task in tasks_of(scenes, 1) for asked in task]
-        # Contacts hardly exceed particles; two arrays of contacts, three of particles.
-        sizes = [_ARRAY_BYTES + 5 * 8 * scene.particles for scene in scenes if arrays]
-        room = _ROW_BYTES * len(scenes) + sum(sizes)
-        return cls(len(scenes), sum(costs), max(costs, default=0.0), room)
-
-    def wall_seconds(self, workers: int) -> float:
-        """Return the wall-clock time on several workers that share the allowed cores."""
-        if self.points == 0:
-            return 0.0
-        together = min(workers, cores_allowed())
-        return _START_SECONDS + max(self.seconds / together, self.longest)
+    made = [scene_of(each) for each in scenes]
+    found = zip(collide_scenes(made), made, strict=True)
+    return [None if each is None else Row.of(each).of_scene(scene) for each, scene in found]

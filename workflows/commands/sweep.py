@@ -12,8 +12,9 @@ from chaincor.workflows.durations import format_duration
 from chaincor.workflows.given import workers_given
 
 if TYPE_CHECKING:
+    from chaincor.workflows.campaign.cells import Cells
+    from chaincor.workflows.campaign.forecast import Forecast
     from chaincor.workflows.campaign.into_store import IntoStore, Tally
-    from chaincor.workflows.campaign.work import Forecast
 
 _MOST_POINTS_SHOWN = 30
 
@@ -70,99 +71,122 @@ def sweep(
     potential = ["lj", "toda"]
     speed = { from = 0.1, to = 1.0, points = 10 }
     """  # noqa: D301
+    from chaincor.workflows.campaign.cells import Cells
     from chaincor.workflows.campaign.cluster import DaskCluster
-    from chaincor.workflows.campaign.into_store import IntoStore, tightest
-    from chaincor.workflows.campaign.points import shard as part_of
+    from chaincor.workflows.campaign.into_store import IntoStore
     from chaincor.workflows.campaign.sweep_file import read_sweep
-    from chaincor.workflows.campaign.work import Forecast
     from chaincor.workflows.store.results_store import Store
 
     if scheduler is not None and workers is not None:
         raise click.UsageError("--workers is for this machine; a cluster has workers of its own")
     asked = read_sweep(sweep_file)
-    # Create the scenes once, because each is used several times.
-    scenes = tuple(asked.scenes) if shard is None else part_of(asked.scenes, *shard)
+    cells = Cells(asked.scenes, *(shard or (1, 1)))
     path = asked.store if store_path is None else store_path
     wishes["arrays"] |= asked.arrays
     cores = workers_given(workers)
     if dry_run:
-        with Store(path, read_only=True) if path.exists() else contextlib.nullcontext() as store:
-            todo = tightest(scenes) if store is None else IntoStore(store, scenes, **wishes).todo
-        cost = Forecast.of(todo, arrays=wishes["arrays"])
-        points = [
-            scene.model_dump(mode="json", include=scene.model_fields_set, exclude_none=True)
-            for scene in scenes
-        ]
-        forecast = asdict(cost) | {"workers": cores, "wall_seconds": cost.wall_seconds(cores)}
-        told = {"points": points, "store": str(path), "to_compute": forecast}
-        tell(told, _forecast(points, asked.axes, path, cost, cores), as_json)
+        _print_forecast(cells, asked.axes, path, wishes, cores, as_json)
         unused = {"--scheduler": scheduler, "--keep-jobs": keep_jobs}
         if left_out := [name for name, value in unused.items() if value is not None]:
             note = "the forecast is for this machine and for results; it leaves out"
             say(f"chaincor: note: {note} {' and '.join(left_out)}", err=True)
         return
     with Store(path) as store:
-        into = IntoStore(store, scenes, **wishes)
+        into = IntoStore(store, cells, **wishes, keep_jobs=keep_jobs)
+        todo = bool(into.todo)
         if keep_jobs is not None:
-            _keep_jobs(into, keep_jobs)
+            _note_jobless(into)
         try:
-            if scheduler is not None and into.todo:
+            if scheduler is not None and todo:
                 with DaskCluster(scheduler) as cluster:
                     into.run(cluster, in_flight=cluster.in_flight, progress=not as_json)
-            elif into.todo:
+            elif todo:
                 into.run_by_processes(cores, progress=not as_json)
         except KeyboardInterrupt:
             kept = f"what is finished is in {path}; run the same command to go on"
             say(f"chaincor: {kept}", err=True)
             raise
     told = {"store": str(path)} | asdict(into.tally)
-    tell(told, _report(into.tally, bool(into.todo), path), as_json)
+    tell(told, _report(into.tally, todo, path), as_json)
     if into.tally.known_failures or into.tally.failed:
         raise click.exceptions.Exit(1)
 
 
-def _keep_jobs(into: "IntoStore", folder: Path) -> None:
-    """
-    Give each LAMMPS job its folder.
+def _note_jobless(into: "IntoStore") -> None:
+    from chaincor.workflows.campaign.points import scene_of
 
-    Raises InputError if a folder cannot be used, before any collision fails for this reason.
-    """
-    from chaincor.workflows.outputs import refuse_unusable_outputs
-
-    jobless = sum(scene.engine != "lammps" for scene in into.todo)
+    jobless = sum(scene_of(each).engine != "lammps" for each in into.todo)
     if jobless:
         say(
             f"chaincor: note: {jobless} of {len(into.todo)} collisions are run by the reference "
             "engine, without a LAMMPS job that --keep-jobs could keep",
             err=True,
         )
-    for place, scene in enumerate(into.todo):
-        if scene.engine == "lammps":
-            into.todo[place] = scene.replace(save=folder / scene.sha256[:16])
-            refuse_unusable_outputs(into.todo[place])
+
+
+def _print_forecast(
+    cells: "Cells",
+    axes: dict[str, int],
+    path: Path,
+    wishes: dict[str, Any],
+    workers: int,
+    as_json: bool,
+) -> None:
+    """Print the first points of a sweep, and the time and the disk that all of them take."""
+    from chaincor.workflows.campaign.cells import WINDOW
+    from chaincor.workflows.campaign.forecast import forecast_cells
+    from chaincor.workflows.campaign.into_store import IntoStore
+    from chaincor.workflows.campaign.tasks import tightest
+    from chaincor.workflows.store.results_store import Store
+
+    points = [
+        scene.model_dump(mode="json", include=scene.model_fields_set, exclude_none=True)
+        for scene in cells.first_scenes(WINDOW if as_json else _MOST_POINTS_SHOWN)
+    ]
+    if len(cells) > WINDOW:
+        cells.points.check()
+    with Store(path, read_only=True) if path.exists() else contextlib.nullcontext() as store:
+        missing = tightest if store is None else IntoStore(store, [], **wishes).missing
+        cost = forecast_cells(cells, missing, arrays=wishes["arrays"])
+    forecast = asdict(cost) | {"workers": workers, "wall_seconds": cost.wall_seconds(workers)}
+    count = cells.number_of_points
+    told = {"number_of_points": count, "points": points, "store": str(path)}
+    text = _forecast(points, count, axes, path, cost, workers)
+    tell(told | {"to_compute": forecast}, text, as_json)
 
 
 def _forecast(
-    points: list[dict[str, Any]], axes: dict[str, int], path: Path, cost: "Forecast", workers: int
+    points: list[dict[str, Any]],
+    count: int,
+    axes: dict[str, int],
+    path: Path,
+    cost: "Forecast",
+    workers: int,
 ) -> str:
     shown = [", ".join(f"{k} = {v}" for k, v in point.items()) for point in points]
-    if len(shown) > _MOST_POINTS_SHOWN:
-        left = len(shown) - _MOST_POINTS_SHOWN
-        shown = [*shown[:_MOST_POINTS_SHOWN], f"... and {left} more (all of them with --json)"]
+    if count > len(shown):
+        shown = [*shown, f"... and {count - len(shown)} more"]
     sizes = " x ".join(f"{size} {name}" for name, size in axes.items()) or "the base scene"
+    about = "" if cost.sample is None else "about "
     return "\n".join(
         [
             *shown,
             "",
-            f"points       {len(points)} ({sizes})",
-            f"to compute   {cost.points}, into {path}",
+            f"points       {count} ({sizes})",
+            f"to compute   {about}{cost.points}, into {path}",
             f"time         about {format_duration(cost.wall_seconds(workers))} with {workers} "
             f"worker{'s' if workers > 1 else ''} on an idle machine; the collisions "
             f"{format_duration(cost.seconds)} of one core, the longest "
             f"{format_duration(cost.longest)}",
-            f"disk         about {cost.disk_bytes / 1e6:.2g} MB",
+            f"disk         about {_size(cost.disk_bytes)}",
+            *([] if cost.sample is None else [f"sample       {cost.sample} collisions"]),
         ]
     )
+
+
+def _size(count: int) -> str:
+    unit, name = (1e9, "GB") if count >= 1e9 else (1e6, "MB")
+    return f"{count / unit:.2g} {name}" if count < 100 * unit else f"{count / unit:.0f} {name}"
 
 
 def _report(tally: "Tally", computed: bool, path: Path) -> str:

@@ -104,7 +104,7 @@ def validate(
                 results.append(_validate_result(each, against, is_given))
             else:
                 results.append(validate_user(each, against, timeout=timeout or USER_TIMEOUT))
-            advance(0.0)
+            advance(0.0, 1)
     good = sum(result.agrees for result in results)
     agrees = good == len(results)
     said = [repr(result) for result in results]

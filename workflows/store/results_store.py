@@ -16,7 +16,6 @@ from chaincor.workflows.store.row import (
     array_from_bytes,
     array_to_bytes,
     row_key,
-    scene_columns,
 )
 from chaincor.workflows.store.schema import FAILURE_COLUMNS, SCHEMA_VERSION
 
@@ -41,6 +40,7 @@ _ROW = f"""
     WHERE collision_sha256 = ?
 """
 _ARRAYS = "SELECT name, npy FROM arrays WHERE collision_sha256 = ?"
+_INSERT_ARRAY = "INSERT INTO arrays VALUES (?, ?, ?)"
 # Rows that both this store (`main`) and the store to be merged (`source`) have, in one order.
 _BOTH = """
     WHERE collision_sha256 IN (SELECT collision_sha256 FROM {0}.collisions)
@@ -159,9 +159,10 @@ class Store:
 
         The result has None for a scene without a row.
         """
-        return self._standings([row_key(scene) for scene in scenes])
+        return self.standings_of([row_key(scene) for scene in scenes])
 
-    def _standings(self, keys: Sequence[str]) -> list[Row | None]:
+    def standings_of(self, keys: Sequence[str]) -> list[Row | None]:
+        """Return the same as :meth:`standings`, for keys of rows."""
         found: dict[str, Row] = {}
         for begin in range(0, len(keys), _MOST_KEYS):
             part = keys[begin : begin + _MOST_KEYS]
@@ -176,11 +177,20 @@ class Store:
             # SQLite lets a transaction begin on a read-only file, but refuses the first change.
             self.connection.execute(f"PRAGMA user_version = {SCHEMA_VERSION}")
 
+    def version(self) -> int:
+        """Return a number that changes when another program has written the store."""
+        with named_errors(self.path):
+            return self.connection.execute("PRAGMA data_version").fetchone()[0]
+
     def record(
         self, found: Iterable[tuple[Scene, Row]], *, arrays: bool = False, replace: bool = False
     ) -> None:
+        """Write the results or failures of scenes as :meth:`write` does."""
+        self.write([row.of_scene(scene) for scene, row in found], arrays=arrays, replace=replace)
+
+    def write(self, rows: Sequence[Row], *, arrays: bool = False, replace: bool = False) -> None:
         """
-        Write the results or failures of scenes in one transaction.
+        Write rows with the columns of their scenes in one transaction.
 
         :meth:`~chaincor.workflows.store.row.Row.yields_to` decides which result stays. With
         `replace`, a result replaces an older one whose tolerance is not tighter. Raises
@@ -188,19 +198,41 @@ class Store:
         """
         now = datetime.datetime.now(datetime.UTC).isoformat(timespec="milliseconds")
         with named_errors(self.path), transaction(self.connection):
-            for scene, row in found:
-                self._write(scene, row, now, arrays, replace)
+            olds = self.standings_of([row.columns[KEY] for row in rows])
+            seen: set[str] = set()
+            new: dict[tuple[str, ...], list[tuple[Any, ...]]] = {}
+            later: list[tuple[Row, Row | None]] = []
+            kept: list[tuple[str, str, bytes]] = []
+            for row, old in zip(rows, olds, strict=True):
+                key = row.columns[KEY]
+                if old is not None or key in seen or not row.has_result:
+                    later.append((row, old))
+                    continue
+                seen.add(key)
+                columns = {**row.columns, "tries": 1, "finished": now}
+                columns["environment"] = self._environment(columns.pop("versions"))
+                new.setdefault(tuple(columns), []).append(tuple(columns.values()))
+                kept += _npy(key, row) if arrays else ()
+            # Rows of new collisions are most of a sweep, and are written in one statement.
+            for names, values in new.items():
+                places = f"VALUES ({', '.join('?' * len(names))})"
+                self.connection.executemany(_upsertion(names, places), values)
+            self.connection.executemany(_INSERT_ARRAY, kept)
+            for row, old in later:
+                if row.columns[KEY] in seen:
+                    (old,) = self.standings_of([row.columns[KEY]])
+                seen.add(row.columns[KEY])
+                self._write(row, old, now, arrays, replace)
 
-    def _write(self, scene: Scene, row: Row, finished: str, arrays: bool, replace: bool) -> None:
-        key, asked = row_key(scene), scene.asked_tolerance
-        (old,) = self._standings([key])
+    def _write(self, row: Row, old: Row | None, finished: str, arrays: bool, replace: bool) -> None:
+        key = row.columns[KEY]
         tries = 1 + (0 if old is None else old.columns["tries"])
-        columns = {**row.columns, **scene_columns(scene), "tries": tries, "finished": finished}
+        columns = {**row.columns, "tries": tries, "finished": finished}
         if not row.has_result:
-            columns |= {"failure_tolerance": asked, "tolerance": asked}
+            asked = columns["failure_tolerance"]
             if old is None or not old.has_result:
                 self._upsert(columns)
-            elif not old.answers(scene):
+            elif not (asked is None or old.reaches(asked)):
                 kept = (*FAILURE_COLUMNS, "tries")
                 self._update(key, {name: columns[name] for name in kept})
             return
@@ -219,8 +251,7 @@ class Store:
         columns["environment"] = self._environment(columns.pop("versions"))
         self._upsert(columns)
         if keep_arrays:
-            written = [(key, name, array_to_bytes(array)) for name, array in row.arrays.items()]
-            self.connection.executemany("INSERT INTO arrays VALUES (?, ?, ?)", written)
+            self.connection.executemany(_INSERT_ARRAY, _npy(key, row))
 
     def merge(self, other: "Store") -> tuple[int, int, int]:
         """
@@ -310,6 +341,10 @@ class Store:
         with named_errors(self.path):
             cursor = self.connection.execute(query, parameters)
             return [column[0] for column in cursor.description], cursor.fetchall()
+
+
+def _npy(key: str, row: Row) -> list[tuple[str, str, bytes]]:
+    return [(key, name, array_to_bytes(array)) for name, array in row.arrays.items()]
 
 
 _NO_FAILURE: dict[str, Any] = dict.fromkeys(FAILURE_COLUMNS)

@@ -7,7 +7,7 @@ import platform
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cache, cached_property, lru_cache
-from typing import Any, NamedTuple, Self
+from typing import Any, NamedTuple, Protocol, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +24,14 @@ from chaincor.workflows.store.schema import (
     RESULT_COLUMNS,
     SCENE_COLUMNS,
 )
+
+
+class HasTolerance(Protocol):
+    """A scene, or a requested collision."""
+
+    @property
+    def asked_tolerance(self) -> float | None:
+        """Tolerance of eta; None with explicit numerics."""
 
 
 class Failure(NamedTuple):
@@ -83,6 +91,14 @@ class Row:
             fields.pop(name, None)
         return cls(columns | {"details": _json(fields), "host": host_name()}, arrays or {})
 
+    def of_scene(self, scene: Scene) -> Self:
+        """Return the row with its key and the columns of its scene."""
+        columns = {**self.columns, **scene_columns(scene)}
+        if not self.has_result:
+            asked = scene.asked_tolerance
+            columns |= {"failure_tolerance": asked, "tolerance": asked}
+        return type(self)(columns, self.arrays)
+
     @cached_property
     def scene(self) -> dict[str, Any]:
         """Canonical scene, with the tolerance of the run that gave the result."""
@@ -134,7 +150,7 @@ class Row:
         """Error bar of the result; inf without one."""
         return math.inf if self.restitution_error is None else self.restitution_error
 
-    def answers(self, scene: Scene, *, arrays: bool = False) -> bool:
+    def answers(self, scene: HasTolerance, *, arrays: bool = False) -> bool:
         """
         Return whether the result is accurate enough for a scene.
 
@@ -144,10 +160,14 @@ class Row:
         """
         if not self.has_result or (arrays and not self.columns["has_arrays"]):
             return False
-        asked, known = scene.asked_tolerance, self.columns["tolerance"]
-        return asked is None or self.reached <= asked or (known is not None and known <= asked)
+        return scene.asked_tolerance is None or self.reaches(scene.asked_tolerance)
 
-    def would_fail(self, scene: Scene) -> bool:
+    def reaches(self, tolerance: float) -> bool:
+        """Return whether a tolerance was reached, or asked of the run as tightly."""
+        known = self.columns["tolerance"]
+        return self.reached <= tolerance or (known is not None and known <= tolerance)
+
+    def would_fail(self, scene: HasTolerance) -> bool:
         """Return whether a scene would fail again: it failed at the same or a looser tolerance."""
         if not self.columns["failure_stands"]:
             return False

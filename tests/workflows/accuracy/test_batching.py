@@ -143,7 +143,7 @@ def test_an_output_is_written_alone(tmp_path):
 def test_everyone_is_in_one_batch_of_a_kind():
     asked = scenes("lj", 20) + scenes("lj", 21) + scenes("toda", 20) + scenes("lj", 22, count=3)
     asked += scenes("lj", 20, tolerance=1e-4)
-    found = batches(asked, 2)
+    found = batches(asked)
     assert sorted(place for batch in found for place in batch) == list(range(len(asked)))
     for batch in found:
         assert len({kind_of(asked[place]) for place in batch}) == 1

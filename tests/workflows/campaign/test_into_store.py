@@ -11,8 +11,10 @@ import pytest
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.plan import plan
 from chaincor.workflows.campaign import carry_out, into_store
+from chaincor.workflows.campaign.forecast import Forecast
 from chaincor.workflows.campaign.into_store import IntoStore, collide_into_store
-from chaincor.workflows.campaign.work import Forecast, collide_scenes, collide_to_rows, tasks_of
+from chaincor.workflows.campaign.tasks import describe, tasks_of, turn
+from chaincor.workflows.campaign.work import collide_scenes, collide_to_rows
 from chaincor.workflows.collision import collide
 from chaincor.workflows.errors import (
     CrossingError,
@@ -40,8 +42,8 @@ def counted(monkeypatch, make_attempt):
             return [None] * len(scenes)
         asked.extend(scenes)
         if scenes == [BROKEN]:
-            return [Row.of(CrossingError("crossed"))]
-        return [make_attempt(scenes[0]).row]
+            return [Row.of(CrossingError("crossed")).of_scene(BROKEN)]
+        return [make_attempt(scenes[0]).row.of_scene(scenes[0])]
 
     monkeypatch.setattr(into_store, "collide_to_rows", instant)
     return asked
@@ -194,7 +196,7 @@ def test_an_interruption_keeps_what_is_done(store, make_attempt, monkeypatch):
             assert heard.wait(HANGS)
             raise AssertionError("never seen: the sweep is over")
         finished.extend(scenes)
-        return [make_attempt(scenes[0]).row]
+        return [make_attempt(scenes[0]).row.of_scene(scenes[0])]
 
     monkeypatch.setattr(into_store, "collide_to_rows", interrupting)
     with ThreadPoolExecutor(1) as threads, pytest.raises(KeyboardInterrupt):
@@ -250,23 +252,26 @@ def test_longer_faster_and_tighter_cost_more(monkeypatch):
     for loose, tight in ((1e-5, 1e-6), (1e-7, 1e-10)):
         wider, closer = (base.replace(tolerance=each) for each in (loose, tight))
         assert plan(closer).seconds > plan(wider).seconds
-    cost, single = Forecast.of([base] * 10), Forecast.of([base])
+    cost, single = Forecast.of(describe([base] * 10)), Forecast.of(describe([base]))
     assert cost.seconds == pytest.approx(10 * seconds)
     start = single.wall_seconds(1) - seconds
-    monkeypatch.setattr("chaincor.workflows.campaign.work.cores_allowed", lambda: 100)
+    monkeypatch.setattr("chaincor.workflows.campaign.forecast.cores_allowed", lambda: 100)
     assert cost.wall_seconds(2) == pytest.approx(start + 5 * seconds)
     assert cost.wall_seconds(100) == pytest.approx(start + seconds), "one is not divided"
-    assert Forecast.of([]).wall_seconds(2) == 0.0
-    monkeypatch.setattr("chaincor.workflows.campaign.work.cores_allowed", lambda: 2)
+    assert Forecast.of(describe([])).wall_seconds(2) == 0.0
+    monkeypatch.setattr("chaincor.workflows.campaign.forecast.cores_allowed", lambda: 2)
     assert cost.wall_seconds(100) == pytest.approx(start + 5 * seconds), "workers share the cores"
-    assert Forecast.of([base], arrays=True).disk_bytes > Forecast.of([base]).disk_bytes
+    assert (
+        Forecast.of(describe([base]), arrays=True).disk_bytes
+        > Forecast.of(describe([base])).disk_bytes
+    )
 
 
 def test_many_of_a_kind_cost_less_than_as_many_alone():
     alike = [Scene(particles=20, speed=0.01 * k, engine="reference") for k in range(1, 41)]
-    assert Forecast.of(alike).seconds < 0.5 * sum(plan(scene).seconds for scene in alike)
+    assert Forecast.of(describe(alike)).seconds < 0.5 * sum(plan(scene).seconds for scene in alike)
     broken = [scene.replace(speed=5.0 + scene.speed) for scene in alike]
-    assert Forecast.of(broken).seconds == pytest.approx(
+    assert Forecast.of(describe(broken)).seconds == pytest.approx(
         sum(plan(scene).seconds for scene in broken)
     )
 
@@ -294,7 +299,7 @@ def test_what_cannot_be_done_together_is_done_alone(store, counted, monkeypatch,
     def half(scenes):
         if len(scenes) == 1:
             return alone(scenes)
-        made = [make_attempt(scene, 0.75).row for scene in scenes]
+        made = [make_attempt(scene, 0.75).row.of_scene(scene) for scene in scenes]
         return [row if k % 2 else None for k, row in enumerate(made)]
 
     monkeypatch.setattr(into_store, "collide_to_rows", half)
@@ -310,7 +315,7 @@ def test_workers_begin_with_different_bonds(store, monkeypatch, make_attempt):
 
     def instant(scenes):
         begun.append({scene.label for scene in scenes})
-        return [make_attempt(scene).row for scene in scenes]
+        return [make_attempt(scene).row.of_scene(scene) for scene in scenes]
 
     monkeypatch.setattr(into_store, "collide_to_rows", instant)
     wide = Scene(particles=10, engine="reference", tolerance=1e-5)
@@ -326,7 +331,7 @@ def test_workers_begin_with_different_bonds(store, monkeypatch, make_attempt):
 
 def test_the_longest_come_first_give_or_take_a_factor_of_two():
     scenes = [Scene(particles=n, speed=0.4) for n in (5, 500, 50, 1000, 10)]
-    tasks = sorted(tasks_of(scenes, 1), key=carry_out._turn)
+    tasks = sorted(tasks_of(describe(scenes), 1), key=turn)
     seconds = [plan(task[0].scene).seconds for task in tasks]
     assert all(later < 2.0 * earlier for earlier, later in itertools.pairwise(seconds))
 

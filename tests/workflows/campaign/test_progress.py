@@ -81,8 +81,8 @@ def test_a_sweep_tells_a_log_how_far_it_is(capsys, monkeypatch):
     monkeypatch.delenv("FORCE_COLOR", raising=False)
     monkeypatch.setattr(progress, "LineAMinute", partial(progress.LineAMinute, seconds=0.0))
     with progress.progress_bar(True, points=4, seconds=10.0) as advance:
-        advance(2.0)
-        advance(3.0)
+        advance(2.0, 1)
+        advance(3.0, 1)
     first, second = capsys.readouterr().err.splitlines()
     assert "1 of 4 collisions, 20 % of the work" in first
     assert "2 of 4 collisions, 50 % of the work" in second

@@ -113,9 +113,13 @@ def test_an_axis_takes_the_place_of_what_contradicts_it(sweep_file):
         ('[axes]\nspeed = {from = 0.1, to = 1.0, points = 2, spacing = "cubic"}', "linear, or log"),
         ("[axes]\nspeed = {from = 0.1, to = 1.0, points = 2.5}", "a whole number"),
         (
-            "[axes]\nspeed = {from = 0.1, to = 1.0, points = 4000}\n"
-            "velocity = {from = 0.1, to = 1.0, points = 4000}",
-            "16000000 points; expected at most 10000000",
+            "[axes]\nspeed = {from = 0.1, to = 1.0, points = 4000000000}\n"
+            "velocity = {from = 0.1, to = 1.0, points = 4000000000}",
+            "16000000000000000000 points; expected at most 4611686018427387904",
+        ),
+        (
+            "[axes]\nparticles = {from = 2, to = 1e9, points = 100000000}",
+            "at most 10000000 values",
         ),
         ("zip = 3", "expected lists of axes"),
         ('zip = ["speed"]', "expected lists of axes"),
@@ -200,6 +204,27 @@ def test_dry_run_computes_and_writes_nothing(chaincor, sweep_file, tmp_path):
 def test_a_forecast_counts_each_collision_once(chaincor, sweep_file):
     path = sweep_file("[scene]\nparticles = 2\n[axes]\nspeed = [0.1, 0.2, 0.1]\n")
     assert "\nto compute   2, into" in chaincor("sweep", path, "--dry-run")[1]
+
+
+def test_a_forecast_of_a_large_sweep_is_made_from_a_sample(chaincor, sweep_file):
+    small, large = (
+        json.loads(
+            chaincor(
+                "sweep",
+                sweep_file(SWEEP.replace("points = 2,", f"points = {n},")),
+                "--dry-run",
+                "--json",
+            )[1]
+        )
+        for n in ("2000", "20000000")
+    )
+    assert (small["number_of_points"], large["number_of_points"]) == (6000, 60_000_000)
+    assert (small["to_compute"]["sample"], large["to_compute"]["sample"]) == (None, 2000)
+    few, many = small["to_compute"], large["to_compute"]
+    # Both draw the same three lengths equally often; costs vary little along this axis.
+    for name in ("points", "seconds", "disk_bytes"):
+        assert many[name] == pytest.approx(10_000 * few[name], rel=0.05)
+    assert len(large["points"]) < 10_000
 
 
 @pytest.mark.slow

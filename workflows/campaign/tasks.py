@@ -1,0 +1,135 @@
+"""Tasks of workers: collisions that take about a second together."""
+
+import math
+from collections import Counter
+from collections.abc import Hashable, Iterable, Sequence
+
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.accuracy.batching import LEAST_TOGETHER, TOGETHER_SHARE, kind_of
+from chaincor.workflows.accuracy.plan import plan
+from chaincor.workflows.accuracy.step_guess import foresee_frequency_ratio
+from chaincor.workflows.campaign.carry_out import Asked, Task
+from chaincor.workflows.campaign.points import Point, scene_of
+from chaincor.workflows.store.row import row_key
+
+# Fields of a requested collision besides its place and scene.
+Facts = tuple[float, Hashable, str, float | None, int]
+
+# Expected seconds of a task: long against the time that its way to a worker takes, and short
+# against the time that an interruption may lose.
+_TASK_SECONDS = 1.0
+# Tasks per task in flight in a short sweep, so that workers end together and sweeps with one store
+# share its collisions.
+_PARTS_EACH = 4
+# Largest number of collisions in a task.
+_MOST_TOGETHER = 4096
+
+
+def describe(scenes: Iterable[Scene | Point], *, stored: bool = True) -> list[Asked]:
+    """
+    Return collisions with their expected seconds and, to be stored, their keys.
+
+    Raises SceneError for a point that is no scene, and if a scene to be stored has no key.
+    """
+    given = list(scenes)
+    return with_facts(given, facts_of(given, stored=stored))
+
+
+def facts_of(scenes: Sequence[Scene | Point], *, stored: bool = True) -> list[Facts]:
+    """Return the facts of :func:`describe` without the scenes, for other processes."""
+    made = [scene_of(each) for each in scenes]
+    foresee_frequency_ratio(made)
+    return [
+        (
+            plan(scene).seconds,
+            _shared_kind(scene),
+            row_key(scene) if stored else "",
+            scene.asked_tolerance,
+            scene.particles,
+        )
+        for scene in made
+    ]
+
+
+def with_facts(scenes: Sequence[Scene | Point], facts: Iterable[Facts]) -> list[Asked]:
+    """Return collisions of scenes and their facts."""
+    both = enumerate(zip(scenes, facts, strict=True))
+    return [Asked(place, scene, *known) for place, (scene, known) in both]
+
+
+def _shared_kind(scene: Scene) -> Hashable:
+    """Return the kind of batch in a form that is the same in all processes."""
+    kind = kind_of(scene)
+    if kind is None:
+        return None
+    bond = scene.potential if isinstance(scene.potential, str) else kind[0]
+    return bond, repr(sorted(scene.bond_fields.items())), *kind[1:]
+
+
+def with_batches(asked: Sequence[Asked], weight: float = 1.0) -> list[Asked]:
+    """
+    Return collisions with the expected seconds that they take in batches, if there are enough.
+
+    `weight` is the number of collisions that each one stands for, as in a sample.
+    """
+    counts = Counter(each.kind for each in asked if each.kind is not None)
+    few = {kind for kind, count in counts.items() if count * weight < LEAST_TOGETHER}
+    return [
+        each._replace(kind=None)
+        if each.kind is None or each.kind in few
+        else each._replace(cost=TOGETHER_SHARE * each.cost)
+        for each in asked
+    ]
+
+
+def tasks_of(asked: Sequence[Asked], parts: int, whole: float | None = None) -> list[Task]:
+    """
+    Divide collisions into tasks of about a second, batches first, then the longest.
+
+    A task holds collisions of one kind, or single ones of similar cost. A few collisions are
+    divided into several tasks for each of `parts` tasks in flight; they are few by the expected
+    seconds of the `whole` sweep, by default of these collisions. Results do not depend on the
+    division.
+    """
+    kinds: dict[Hashable, Task] = {}
+    for each in with_batches(asked):
+        kinds.setdefault(each.kind, []).append(each)
+    alone = sorted(kinds.pop(None, []), key=lambda each: turn([each]))
+    if whole is None:
+        whole = sum(each.cost for task in (alone, *kinds.values()) for each in task)
+    seconds = min(_TASK_SECONDS, whole / (_PARTS_EACH * max(parts, 1)))
+    tasks = []
+    for task in kinds.values():
+        mean = sum(each.cost for each in task) / len(task)
+        size = min(max(int(seconds / mean), LEAST_TOGETHER), _MOST_TOGETHER)
+        tasks += [task[k : k + size] for k in range(0, len(task), size)]
+    return tasks + _similar(alone, seconds)
+
+
+def turn(task: Task) -> tuple[bool, int]:
+    """Return a sort key: batches first, then the longest; costs are known to a factor of two."""
+    alone = task[0].kind is None
+    return alone, -round(math.log2(max(task[0].cost, 1e-9))) if alone else 0
+
+
+def _similar(asked: Sequence[Asked], seconds: float) -> list[Task]:
+    """Divide single collisions into tasks that take at most some seconds, or hold one collision."""
+    tasks: list[Task] = []
+    room = 0.0
+    for each in asked:
+        if each.cost > room or len(tasks[-1]) == _MOST_TOGETHER:
+            tasks.append([])
+            room = seconds
+        tasks[-1].append(each)
+        room -= each.cost
+    return tasks
+
+
+def tightest(asked: Iterable[Asked]) -> list[Asked]:
+    """Return each collision once, with its tightest tolerance."""
+    chosen: dict[str, Asked] = {}
+    for each in asked:
+        other = chosen.get(each.collision_sha256)
+        if other is None or (each.asked_tolerance or 0.0) < (other.asked_tolerance or 0.0):
+            chosen[each.collision_sha256] = each
+    return list(chosen.values())
