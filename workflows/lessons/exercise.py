@@ -40,7 +40,7 @@ def exercise(asks: str, **fields: Any) -> Callable[[Callable[..., Answers]], Exe
 
 def check(exercise: str, answer: Any) -> Verdict:
     """
-    Judge an answer, and print what is right or wrong about it.
+    Return the verdict on an answer, which says what is right or wrong about it.
 
     The reference engine computes the right answer when it is needed; no answers are stored.
 

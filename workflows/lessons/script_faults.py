@@ -171,7 +171,8 @@ def _motion_and_wall(script: StudentScript) -> Iterator[str]:
         yield f"`{' '.join(wall)}` lacks its ID or its group: write {right}"
     if not walls and not unnamed:
         yield "no wall: add `fix ID all wall/reflect xlo 0.0`"
-    for wall in walls:
+    # A second wall may stand behind the chain.
+    for wall in [wall for wall in walls if "xlo" in wall] or walls:
         yield from _wall(script, wall)
     for name in ("fix", "velocity"):
         if script.last_place("run") < script.last_place(name) and script.named("run"):

@@ -157,6 +157,7 @@ OTHER = [
     ("xlo 0.0", "xlo $(0)"),
     ("xlo 0.0", "xlo 0.0 units box"),
     ("xlo 0.0", "xlo 0.0 xhi 100"),
+    ("xlo 0.0", "xlo 0.0\nfix behind all wall/reflect xhi 100"),
     ("1 0.5 1.0", "1 $(1/2) 1.0"),
     ("1 0.5 1.0", "* 5e-1 1 # half the stiffness"),
     ("bond_style      harmonic", "bond_style      harmonic # springs"),
