@@ -38,7 +38,7 @@ def _exercise_1() -> Answers:
 
 
 @exercise(
-    "one number: the speed, in units of v*, at which an lj chain of 40 keeps least, to 0.02",
+    "one number: the speed, in units of v*, at which eta of an lj chain of 40 is least, to 0.02",
     tolerance=0.02,
 )
 def _exercise_2() -> Answers:
@@ -50,7 +50,7 @@ def _exercise_2() -> Answers:
         _SPEEDS[np.argmin(_etas("lj", 40, _SPEEDS))],
         "this is the nearest point of the coarse sweep; refine it there",
     )
-    yield 0.8, "longer chains, n = 100 and more, keep least here"
+    yield 0.8, "eta of longer chains, n = 100 and more, is least here"
     yield 2.0, "the end of the axis: look for the least eta, not the largest"
 
 
