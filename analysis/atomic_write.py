@@ -2,11 +2,11 @@
 
 import errno
 import shutil
-import tempfile
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from io import BytesIO
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 from chaincor.analysis.output_paths import judge_output, resolve_output
@@ -40,6 +40,26 @@ def write_whole(path: Path, text: str) -> None:
 
 
 @contextmanager
+def made_folder(folder: Path, whole: bool = False) -> Iterator[None]:
+    """
+    Make a folder and its parents; if the block fails, remove those that are new and empty.
+
+    With `whole`, new folders are removed with their files, as half of them are of no use.
+    """
+    new = [each for each in (folder, *folder.parents) if not each.exists()]
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        yield
+    except Exception:
+        if new and whole:
+            shutil.rmtree(new[-1], ignore_errors=True)
+        with suppress(OSError):
+            for each in new:
+                each.rmdir()
+        raise
+
+
+@contextmanager
 def folder_aside(folder: Path, prefix: str = "partial") -> Iterator[Path]:
     """
     Yield an empty folder to fill, and move its files into the wanted one on success.
@@ -47,22 +67,24 @@ def folder_aside(folder: Path, prefix: str = "partial") -> Iterator[Path]:
     The folder is made if it is not there; files of other names in it stay. `prefix` starts the name
     of the temporary one. Raises InputError if the folder cannot be written to.
     """
-    folder = resolve_output(folder / prefix).parent
+    folder, began = resolve_output(folder / prefix).parent, False
     try:
-        folder.mkdir(parents=True, exist_ok=True)
-        aside = Path(tempfile.mkdtemp(prefix=f".{prefix}-", dir=folder))
+        with (
+            made_folder(folder),
+            TemporaryDirectory(
+                prefix=f".{prefix}-", dir=folder, ignore_cleanup_errors=True
+            ) as aside,
+        ):
+            began = True
+            yield Path(aside)
+            for path in sorted(Path(aside).iterdir()):
+                path.replace(folder / path.name)
     except OSError as error:
-        reason = error.strerror or type(error).__name__
-        raise InputError(f"cannot write into {folder}: {reason}") from None
-    try:
-        yield aside
-        for path in sorted(aside.iterdir()):
-            path.replace(folder / path.name)
-    except OSError as error:
+        if not began:
+            reason = error.strerror or type(error).__name__
+            raise InputError(f"cannot write into {folder}: {reason}") from None
         _name_what_was_written(error, folder)
         raise
-    finally:
-        shutil.rmtree(aside, ignore_errors=True)
 
 
 def publish(aside: Path, folder: Path) -> None:

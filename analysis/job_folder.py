@@ -19,6 +19,7 @@ from chaincor.analysis.dumps.yaml_text import YAML_START
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.schemes import SCHEME_ORDERS
+from chaincor.lammps_inputs.small_file import refuse_device
 from chaincor.lammps_inputs.units.unit_system import UNITS_FILE, UnitSystem
 
 _HEAD = 4096
@@ -227,6 +228,7 @@ def _why_no_dump(folder: Path, scripts: list[Path], scene: Path) -> str:
     if empty:
         found += f" ({', '.join(empty)} is empty)"
     for script in scripts:
+        refuse_device(script)
         if _DUMP_COMMAND.search(script.read_text(errors="replace")):
             return (
                 f"{found}; {script.name} writes one: run it, (cd {folder} && lmp -in {script.name})"
@@ -263,6 +265,7 @@ def count_atoms_and_bonds(path: Path) -> tuple[int, int]:
 
 
 def _read_head(path: Path) -> bytes:
+    refuse_device(path)
     try:
         with path.open("rb") as file:
             head = file.read(_HEAD)

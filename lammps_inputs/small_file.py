@@ -2,6 +2,8 @@
 
 from pathlib import Path
 
+from chaincor.lammps_inputs.errors import InputError
+
 # Largest size in bytes, which allows several bytes for each particle of the longest chain.
 _LARGEST = 1_000_000_000
 _TOO_LARGE = "it is larger than the longest chain needs"
@@ -37,3 +39,9 @@ def refuse_endless(path: Path, largest: int = _LARGEST) -> None:
         raise ValueError("it is a folder" if path.is_dir() else "it is no plain file")
     if path.stat().st_size > largest:
         raise ValueError(_TOO_LARGE)
+
+
+def refuse_device(path: Path) -> None:
+    """Raise InputError for a device or a pipe, which may never end; files may have any size."""
+    if path.exists() and not path.is_file() and not path.is_dir():
+        raise InputError(f"{str(path)!r} is a device or a pipe. Give a plain file")

@@ -8,6 +8,7 @@ from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
+from chaincor.analysis.atomic_write import made_folder
 from chaincor.lammps_inputs.chain_data import format_data
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.explain import explain_data, explain_script, explain_table
@@ -197,8 +198,10 @@ def write_files(texts: dict[str, str], folder: Path, replace_existing: bool) -> 
             "folder, or replace the job with --force"
         )
     try:
-        folder.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(prefix=".partial-", dir=folder) as aside:
+        with (
+            made_folder(folder),
+            tempfile.TemporaryDirectory(prefix=".partial-", dir=folder) as aside,
+        ):
             for name, text in texts.items():
                 (Path(aside) / name).write_text(text, encoding="utf-8")
             for name in texts:

@@ -14,6 +14,7 @@ from chaincor.analysis.dumps.frame import DumpFrame, Frames, TruncatedFrameError
 from chaincor.analysis.dumps.text import TextFrames, order_by_id
 from chaincor.analysis.dumps.yaml_text import YAML_START, YamlFrames
 from chaincor.lammps_inputs.errors import InputError
+from chaincor.lammps_inputs.small_file import refuse_device
 
 _GZIP_MAGIC = b"\x1f\x8b"
 _TEXT_START = b"ITEM:"
@@ -83,6 +84,7 @@ class Dump(Frames):
     @contextmanager
     def _open(self) -> Iterator[tuple[IO[bytes], IO[bytes]]]:
         """Open the file; yield it and the stream of its decompressed content."""
+        refuse_device(self.path)
         with self.path.open("rb") as file:
             compressed = file.read(2) == _GZIP_MAGIC
             file.seek(0)

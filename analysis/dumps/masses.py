@@ -16,6 +16,7 @@ from chaincor.analysis.modes import are_equal
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.scene import Scene
+from chaincor.lammps_inputs.small_file import refuse_endless
 
 MASS_COLUMN = "mass"
 TYPE_COLUMN = "type"
@@ -220,9 +221,10 @@ def read_sections(path: Path) -> dict[str, tuple[str, list[list[str]]]]:
     Raises InputError if the file cannot be read.
     """
     try:
+        refuse_endless(path)
         raw = path.read_bytes()
         text = (gzip.decompress(raw) if raw.startswith(b"\x1f\x8b") else raw).decode("utf-8")
-    except (OSError, EOFError, zlib.error, UnicodeDecodeError) as error:
+    except (OSError, EOFError, zlib.error, ValueError) as error:
         raise InputError(f"cannot read {path}: {error}. Give a LAMMPS data file") from None
     rows: list[list[str]] = []
     sections = {"": ("", rows)}

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from chaincor.lammps_inputs.errors import InputError
+from chaincor.analysis.dumps.ase_copy import no_velocities
 from chaincor.lammps_inputs.isolated import Isolated
 
 # Compressed formats hold at most about so many numbers a byte.
@@ -61,11 +61,7 @@ def _copy(source: Any, path: Path, folder: Path) -> None:
     times, boxes = np.zeros(frames), np.full((frames, 3), np.nan)
     for k, ts in enumerate(source):
         if not ts.has_velocities:
-            raise InputError(
-                f"{path} has no velocities, and the restitution needs them. Give a trajectory "
-                "with velocities: dump style custom with 'id x vx', or extxyz, TRR, NetCDF "
-                "with velocities"
-            )
+            raise no_velocities(path)
         x[k], vx[k] = ts.positions[:, 0], ts.velocities[:, 0]
         steps[k], times[k] = int(ts.data.get("step", ts.frame)), float(ts.time)
         if ts.dimensions is not None:

@@ -10,22 +10,18 @@ import tempfile
 import warnings
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from chaincor.analysis.dumps.ase_copy import copy_frames
 from chaincor.analysis.dumps.dump import Dump
 from chaincor.analysis.dumps.frame import DumpFrame, Frames
 from chaincor.analysis.dumps.many_files import ManyFileDump, is_pattern
-from chaincor.analysis.dumps.masses import MASS_COLUMN, TYPE_COLUMN
 from chaincor.analysis.dumps.mdanalysis_copy import copy_trajectory
 from chaincor.analysis.dumps.xyz_digits import printed_digits
-from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.errors import InputError, one_line
-
-if TYPE_CHECKING:
-    from ase import Atoms
 
 # Endings of files that ASE reads, and what it calls the format.
 _ASE_FORMATS = {".extxyz": "extxyz", ".xyz": "extxyz", ".traj": "traj"}
@@ -37,10 +33,6 @@ _MDANALYSIS_FORMATS = {
     ".dcd": ("DCD", b"T\x00\x00\x00CORD"),
     ".xtc": ("XTC", b"\x00\x00\x07\xcb"),
 }
-# As ASE, LAMMPS and this package write them; momenta are turned into velocities.
-_VELOCITY_ARRAYS = ("velo", "vel", "velocities")
-_TIME_KEYS = ("time", "Time")
-_STEP_KEYS = ("step", "Step", "Timestep", "timestep")
 # float32 has 24 bits, a little more than seven digits.
 _SINGLE_DIGITS = 7
 
@@ -107,41 +99,19 @@ class OtherTrajectory(Frames):
         if progress is not None:
             progress(self.path.stat().st_size)
 
-    def _no_velocities(self) -> InputError:
-        return InputError(
-            f"{self.path} has no velocities, and the restitution needs them. Give a "
-            "trajectory with velocities: dump style custom with 'id x vx', or extxyz, TRR, "
-            "NetCDF with velocities"
-        )
-
     def _through_ase(self) -> Iterator[DumpFrame]:
-        digits, decimals = (17, None)
-        if _ASE_FORMATS[self.path.suffix] == "extxyz":
-            digits, decimals = printed_digits(self.path)
-        for index, (atoms, columns) in enumerate(self._ase_columns()):
-            if atoms.has("masses"):
-                columns[MASS_COLUMN] = atoms.get_masses()
-            elif len(set(atoms.numbers)) > 1:
-                columns[TYPE_COLUMN] = atoms.numbers.astype(float)
-            cell = atoms.cell.lengths()
-            yield _frame(
-                columns,
-                step=int(_first_of(atoms.info, _STEP_KEYS, index)),
-                time=_first_of(atoms.info, _TIME_KEYS, None),
-                box=cell if atoms.pbc[0] and cell[0] > 0.0 else None,
-                resolution=0.0 if decimals is None else 0.5 * 10.0**-decimals,
-                digits=digits,
-            )
-
-    def _ase_columns(self) -> "Iterator[tuple[Atoms, dict[str, Array]]]":
-        from ase.io import iread
-
-        for atoms in iread(self.path, index=":", format=_ASE_FORMATS[self.path.suffix]):
-            name = next((name for name in _VELOCITY_ARRAYS if atoms.has(name)), None)
-            if name is None and not atoms.has("momenta"):
-                raise self._no_velocities()
-            v = atoms.get_velocities() if name is None else atoms.get_array(name)
-            yield atoms, {"x": atoms.positions[:, 0].copy(), "vx": np.array(v[:, 0], dtype=float)}
+        kind = _ASE_FORMATS[self.path.suffix]
+        digits, decimals = (17, None) if kind == "traj" else printed_digits(self.path)
+        with tempfile.TemporaryDirectory(prefix="chaincor-") as folder:
+            for columns, step, time, box in copy_frames(self.path, kind, Path(folder) / "frames"):
+                yield _frame(
+                    columns,
+                    step=step,
+                    time=time,
+                    box=box,
+                    resolution=0.0 if decimals is None else 0.5 * 10.0**-decimals,
+                    digits=digits,
+                )
 
     def _through_mdanalysis(self) -> Iterator[DumpFrame]:
         name, beginning = _MDANALYSIS_FORMATS[self.path.suffix]
@@ -184,7 +154,3 @@ def _frame(
         absolute_resolution=resolution,
         printed_digits=digits,
     )
-
-
-def _first_of(info: dict[str, Any], keys: tuple[str, ...], default: Any) -> Any:
-    return next((info[key] for key in keys if key in info), default)

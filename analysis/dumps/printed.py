@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from chaincor.lammps_inputs.given_numbers import number_in
+from chaincor.lammps_inputs.small_file import refuse_device
 
 _NUMBER = r"([-+.\deE]+|null|[-+]?(?:nan|inf))"
 # Messages of LAMMPS or of a job that stops without a result.
@@ -19,7 +20,8 @@ _SAME_RUN = 1e-12
 
 
 def end_of(log: Path, most_bytes: int) -> str:
-    """Return the end of the printed output."""
+    """Return the end of the printed output; raises InputError if it may never end."""
+    refuse_device(log)
     with log.open("rb") as file:
         file.seek(max(0, log.stat().st_size - most_bytes))
         return file.read().decode("utf-8", "replace")
@@ -60,6 +62,7 @@ def printed_error(
     """
     other = None
     for path in logs:
+        refuse_device(path)
         said = printed_numbers(
             path.read_text(errors="replace"), ("restitution", "restitution_error")
         )

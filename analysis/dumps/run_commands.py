@@ -7,7 +7,8 @@ from itertools import pairwise
 from pathlib import Path
 
 from chaincor.lammps_inputs.commands import commands_of
-from chaincor.lammps_inputs.errors import SceneError
+from chaincor.lammps_inputs.errors import InputError, SceneError
+from chaincor.lammps_inputs.small_file import refuse_endless, why_unreadable
 from chaincor.lammps_inputs.units.unit_system import CHAIN_UNITS, UnitSystem
 
 # Commands that declare the setup. Logs have many other lines.
@@ -132,7 +133,11 @@ class RunCommands:
 
 
 def _text(path: Path) -> str:
-    return path.read_text(errors="replace")
+    try:
+        refuse_endless(path)
+        return path.read_text(errors="replace")
+    except (OSError, ValueError) as error:
+        raise InputError(f"cannot read {str(path)!r}: {why_unreadable(error)}") from None
 
 
 def _commands(parts: Iterable[str]) -> list[Command]:

@@ -2,7 +2,7 @@ import errno
 
 import pytest
 
-from chaincor.analysis.atomic_write import folder_aside, written_aside
+from chaincor.analysis.atomic_write import folder_aside, made_folder, written_aside
 from chaincor.lammps_inputs.errors import InputError
 
 
@@ -32,6 +32,21 @@ def test_a_place_that_cannot_be_written_is_an_input_error(tmp_path):
     (tmp_path / "file").touch()
     with pytest.raises(InputError, match="cannot write into"), folder_aside(tmp_path / "file"):
         pass
+
+
+@pytest.mark.parametrize("whole", [True, False])
+def test_new_folders_go_if_the_work_in_them_fails(tmp_path, whole):
+    (tmp_path / "old").mkdir()
+    with pytest.raises(RuntimeError), made_folder(tmp_path / "old" / "a" / "b", whole):  # noqa: PT012
+        if whole:
+            (tmp_path / "old" / "a" / "b" / "half").touch()
+        raise RuntimeError
+    assert [path.name for path in tmp_path.rglob("*")] == ["old"]
+    # Files that are complete stay where half of the work is of use.
+    with pytest.raises(RuntimeError), made_folder(tmp_path / "old" / "a"):  # noqa: PT012
+        (tmp_path / "old" / "a" / "data").touch()
+        raise RuntimeError
+    assert (tmp_path / "old" / "a" / "data").exists()
 
 
 @pytest.mark.parametrize("source", [None, "/tmp/chaincor-1/dump.lammpstrj"])

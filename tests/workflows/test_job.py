@@ -465,6 +465,16 @@ def test_a_folder_that_cannot_be_made(tmp_path):
         write_job(Scene(potential="harmonic", particles=5), tmp_path / "file" / "job")
 
 
+def test_a_full_disk_leaves_no_half_of_a_job_or_grid(small_disk):
+    # The table takes more than the 300 kB of the disk.
+    scene = Scene(particles=3, scheme="verlet", timestep=0.01, table_points=20_001)
+    with pytest.raises(InputError, match=r"cannot write the job into .*No space left"):
+        write_job(scene, small_disk / "jobs" / "one")
+    with pytest.raises(InputError, match=r"cannot write the job.*No space left"):
+        write_grid([Scene(particles=2), scene], ["particles"], small_disk / "grid", "bash")
+    assert list(small_disk.iterdir()) == []
+
+
 def test_write_job_names_arguments_of_python(tmp_path):
     scene = Scene(particles=5, dump_frames=9)
     with pytest.raises(InputError, match="Add dump=True") as refused:

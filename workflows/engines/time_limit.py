@@ -1,6 +1,8 @@
 """Time limits: of a collision, and of a compiled loop before it returns to Python."""
 
+import ctypes
 import math
+import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -69,3 +71,45 @@ def check_time() -> None:
             "take, about, with no result yet; expected less: take fewer particles, a larger "
             "tolerance or a lower speed, or allow more (--most-hours, or most_seconds in Python)"
         )
+
+
+class _OutOfTime(BaseException):
+    """Raised in the thread of a collision when its time is over; no library catches it."""
+
+
+@contextmanager
+def stopped_at_limit() -> Iterator[None]:
+    """
+    Stop Python code within the block at the time limit; raises CostError.
+
+    The block is for code that cannot call :func:`check_time`, such as the compiler of loops. It
+    stops between two steps of Python.
+    """
+    check_time()
+    limit = _current.get()
+    if limit.end == math.inf:
+        yield
+        return
+    thread = ctypes.c_ulong(threading.get_ident())
+    finished, lock = threading.Event(), threading.Lock()
+
+    def stop() -> None:
+        with lock:
+            if not finished.is_set():
+                ctypes.pythonapi.PyThreadState_SetAsyncExc(thread, ctypes.py_object(_OutOfTime))
+
+    timer = threading.Timer(min(limit.left, threading.TIMEOUT_MAX), stop)
+    timer.daemon = True
+    timer.start()
+    try:
+        try:
+            yield
+        finally:
+            with lock:
+                finished.set()
+            timer.cancel()
+            # An exception that is on its way would be raised after the block.
+            ctypes.pythonapi.PyThreadState_SetAsyncExc(thread, None)
+    except _OutOfTime:
+        check_time()
+        raise

@@ -14,6 +14,7 @@ from chaincor.analysis.error_bar import ErrorBar
 from chaincor.lammps_inputs.errors import ChaincorError, InputError, one_line
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
+from chaincor.lammps_inputs.small_file import read_small_file, refuse_endless
 from chaincor.workflows.grids.grid import ASKED, MANIFEST
 from chaincor.workflows.store.row import Row
 from chaincor.workflows.versions import versions
@@ -51,9 +52,8 @@ def collect_grid(folder: Path) -> list[CollectedJob]:
     Raises InputError if the folder has no manifest.
     """
     try:
-        with (folder / MANIFEST).open(encoding="utf-8", newline="") as file:
-            rows = list(csv.DictReader(file))
-    except (OSError, UnicodeDecodeError, csv.Error):
+        rows = list(csv.DictReader(read_small_file(folder / MANIFEST).splitlines(keepends=True)))
+    except (OSError, ValueError, csv.Error):
         rows = []
     if not rows or not {"folder", "refusal"} <= set(rows[0]):
         raise InputError(
@@ -90,14 +90,18 @@ def _collect(grid: Path, name: str, refusal: str, known: dict[str, str]) -> Coll
         as_run = Scene.from_file(folder / "scene.toml")
     except ChaincorError as error:
         return CollectedJob(name, "missing", one_line(error))
-    log = _text(folder / "log.lammps")
-    everything = "\n".join([log, _text(folder / "log.motion"), _text(folder / "screen.txt")])
+    try:
+        log, *others = (_text(folder / each) for each in ("log.lammps", "log.motion", "screen.txt"))
+        script = _text(folder / "in.chain")
+    except ValueError as error:
+        return CollectedJob(name, "unfinished", f"{error}. Remove it and submit the job again")
+    everything = "\n".join([log, *others])
     if not everything.strip():
         return CollectedJob(name, "missing", "it has no log: submit it")
     said = stopped_with(everything)
     found = printed_numbers(log, _NAMES)
     if {"restitution", "restitution_error"} <= set(found) and said is None:
-        words = _missing(found) or _of_another_run(log, as_run, _text(folder / "in.chain"))
+        words = _missing(found) or _of_another_run(log, as_run, script)
         if words is not None:
             return CollectedJob(name, "unfinished", words)
         made = re.search(r"^LAMMPS \(([^)]*)\)", everything, re.MULTILINE)
@@ -156,10 +160,14 @@ def _shows_script(log: str, script: str) -> bool:
 
 
 def _text(path: Path) -> str:
+    """Return the text of a file, empty without one; raises ValueError if it may never end."""
     try:
+        refuse_endless(path)
         return path.read_text(encoding="utf-8", errors="replace")
     except OSError:
         return ""
+    except ValueError as error:
+        raise ValueError(f"{path.name} cannot be read: {error}") from None
 
 
 def _row(

@@ -3,12 +3,13 @@
 import csv
 import io
 import shlex
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import Literal
 
-from chaincor.analysis.atomic_write import write_whole
+from chaincor.analysis.atomic_write import made_folder, write_whole
 from chaincor.lammps_inputs.errors import ChaincorError, InputError, one_line
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.scene_parts.scene_file import read_from_anywhere
@@ -120,8 +121,7 @@ def write_grid(
         )
     refusals: dict[str, str] = {}
     rows = []
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
+    with _written_whole(folder):
         (folder / MANIFEST).unlink(missing_ok=True)
         for number, (scene, name) in enumerate(zip(scenes, names, strict=True), 1):
             refusals[name] = _write_point(scene, folder / name, wishes)
@@ -135,11 +135,19 @@ def write_grid(
         writer = csv.writer(text, lineterminator="\n")
         writer.writerows([["number", "folder", *axes, "refusal"], *rows])
         write_whole(folder / MANIFEST, text.getvalue())
+    return refusals
+
+
+@contextmanager
+def _written_whole(folder: Path) -> Iterator[None]:
+    """Make the folder of a grid, and remove it if the grid cannot be written."""
+    try:
+        with made_folder(folder, whole=True):
+            yield
     except OSError as error:
         raise InputError(
             f"cannot write the jobs into {str(folder)!r}: {error.strerror}; give another folder"
         ) from None
-    return refusals
 
 
 def _write_point(scene: Scene, job: Path, wishes: JobWishes) -> str:

@@ -15,6 +15,7 @@ import numpy as np
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.errors import InputError, one_line
 from chaincor.lammps_inputs.scene import Scene
+from chaincor.lammps_inputs.small_file import refuse_device
 from chaincor.workflows.campaign.pool import ProcessPool, sent
 from chaincor.workflows.errors import ChaincorError, RunError, WorkerDiedError
 
@@ -156,6 +157,7 @@ def _plain(value: Any) -> dict[str, Any]:
 
 
 def _read_file(path: Path) -> dict[str, Any]:
+    refuse_device(path)
     try:
         if path.suffix.lower() == ".npz":
             with path.open("rb") as data, np.load(data, allow_pickle=False) as file:

@@ -19,6 +19,7 @@ from chaincor.workflows.engines.reference import moving as chain_module
 from chaincor.workflows.engines.reference.moving import Motion, Stepper
 from chaincor.workflows.errors import CostError
 from tests.waiting import HANGS
+from tests.workflows.engines.reference.loops.test_cached_kernels import arguments, loop
 
 LJ = Scene(potential="lj", particles=24, speed=0.9)
 # Each ends with a look ahead in coarse steps, where the engine has such looks.
@@ -50,6 +51,36 @@ def test_a_run_whose_time_is_up_is_stopped(run):
         time_limit.time_limit().end = time.monotonic()
         with pytest.raises(CostError, match="was stopped after the 1 s that it may take"):
             run()
+
+
+def test_compilation_is_stopped_and_done_again_later(tmp_path, monkeypatch):
+    # A compiler that takes a minute of small steps of Python, as Numba does for a large loop.
+    kernel = loop(tmp_path, monkeypatch)
+    compiler = kernel._dispatcher
+
+    def slow():
+        end = time.monotonic() + 60.0
+        while time.monotonic() < end:
+            time.sleep(0.001)
+
+    monkeypatch.setattr(kernel, "_dispatcher", slow)
+    begun = time.monotonic()
+    with time_limit.limited_to(1.0):
+        time_limit.time_limit().end = time.monotonic() + 0.1
+        with pytest.raises(CostError, match="was stopped after the 1 s that it may take"):
+            kernel(*arguments())
+    assert time.monotonic() - begun < 60.0
+    monkeypatch.setattr(kernel, "_dispatcher", compiler)
+    with time_limit.limited_to(3600.0):
+        assert kernel(*arguments()) == loop(tmp_path, monkeypatch)(*arguments())
+
+
+def test_code_that_ends_in_time_is_not_stopped_afterwards():
+    with time_limit.limited_to(1.0):
+        time_limit.time_limit().end = time.monotonic() + 0.05
+        with time_limit.stopped_at_limit():
+            pass
+        time.sleep(0.1)
 
 
 class Counted:

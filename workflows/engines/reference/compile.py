@@ -11,6 +11,7 @@ import numpy as np
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.workflows.engines.reference.loops.cached_kernels import CachedKernel
 from chaincor.workflows.engines.reference.loops.fingerprint import has_print
+from chaincor.workflows.errors import CostError
 
 # A fused multiply-add rounds once instead of twice. No other reordering is allowed, so that steps
 # stay time-reversible to rounding.
@@ -63,6 +64,8 @@ def scalar_force(bond: Potential) -> ScalarForce | None:
     strains = np.linspace(-0.25, 0.25, 11)
     try:
         compiled = [single(strain, bond.parameters) for strain in strains.tolist()]
+    except CostError:  # the time limit, which says nothing about the function
+        raise
     except Exception:  # also any error that the function itself raises
         return None
     agrees = np.allclose(compiled, bond.force(strains), rtol=1e-12, atol=1e-15)
@@ -143,13 +146,16 @@ class LoopCompiler:
         from numba.extending import overload, register_jitable
 
         _spare_linear_algebra()
+        # An interrupted registration is done again.
         while self._registered:
-            function, options = self._registered.pop(0)
+            function, options = self._registered[0]
             register_jitable(**_OPTIONS, **options)(function)
+            del self._registered[0]
         while self._foreign:
-            stand_in, name = self._foreign.pop(0)
+            stand_in, name = self._foreign[0]
             settings: Any = _OPTIONS | {"fastmath": set(FUSED)}
             overload(stand_in, jit_options=settings, strict=False)(_caller_of(name))
+            del self._foreign[0]
 
     def _own(self, function: Callable) -> FunctionType:
         assert isinstance(function, FunctionType)

@@ -25,6 +25,7 @@ import numpy as np
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.workflows.engines.reference.loops.fingerprint import fingerprint
 from chaincor.workflows.engines.reference.loops.processes import a_loop_is_compiled, one_process
+from chaincor.workflows.engines.time_limit import stopped_at_limit
 
 # NumPy's flags that decide how compiled code reads an array: contiguous, aligned, writeable.
 _LAYOUT = 0x0001 | 0x0100 | 0x0400
@@ -115,11 +116,12 @@ class CachedKernel:
                 "expected Numba to compile them: unset it"
             )
         self.compiled += 1
-        loop = self._dispatcher()
-        types = tuple(map(numba.typeof, arguments))
-        loop.compile(types)
-        made = loop.overloads[types]
-        module = llvm.parse_assembly(loop.inspect_llvm(types))
+        with stopped_at_limit():
+            loop = self._dispatcher()
+            types = tuple(map(numba.typeof, arguments))
+            loop.compile(types)
+            made = loop.overloads[types]
+            module = llvm.parse_assembly(loop.inspect_llvm(types))
         entry = module.get_function(made.fndesc.llvm_func_name)
         needs = []
         for value in (*module.functions, *module.global_variables):

@@ -20,6 +20,7 @@ from multiprocessing import parent_process
 from pathlib import Path
 from typing import Any
 
+from chaincor.workflows.engines.time_limit import check_time
 from chaincor.workflows.versions import cores_allowed
 
 # Program of the helper process, with the module search path of this process.
@@ -90,6 +91,7 @@ def one_process(folder: Path, name: str) -> Iterator[None]:
 def _wait(fcntl: Any, file: Any, place: int) -> None:
     give_up = time.monotonic() + _LOCK_TIMEOUT
     while time.monotonic() < give_up:
+        check_time()
         try:
             fcntl.lockf(file, fcntl.LOCK_EX | fcntl.LOCK_NB, 1, place)
         except (BlockingIOError, PermissionError):
