@@ -95,7 +95,7 @@ def analyze_job(
         impact_velocity=None if impact_velocity is None else impact_velocity / units.speed,
         timestep=None if timestep is None else timestep / units.time,
         targets=layout.targets,
-        soft=scene is not None and scene.contact_duration > 0.0,
+        soft=scene is not None and scene.problem.contact_duration > 0.0,
         end_argument=end_argument,
     )
     known, notes = _with_scene(known, job, layout)
@@ -178,7 +178,7 @@ def _with_scene(told: Known, job: Job, layout: ChainLayout) -> tuple[Known, list
             f"energies are those of {told.bond.name} bonds, as asked for, where {job.scene.name} "
             f"has {scene.label} ones"
         )
-    _expect_count(scene.all_particles, job.scene, layout.all_particles, job.dump)
+    _expect_count(scene.problem.all_particles, job.scene, layout.all_particles, job.dump)
     known = replace(
         told,
         bond=told.bond or scene.bond,

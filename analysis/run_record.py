@@ -142,7 +142,7 @@ class RunRecord:
         than :math:`h^2 F/2m`. It is None if steps have no fixed length, or if LAMMPS
         alone looked at bonds.
         """
-        if self.scene.longest_body < 2:
+        if self.scene.problem.longest_body < 2:
             return 0.0
         if self.outcome.engine == "lammps" and not self._pilot_has_bonds:
             return None

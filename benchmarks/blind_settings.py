@@ -57,7 +57,7 @@ def numerics_in(scene: Scene, row: CheapestRow) -> Numerics:
 
 def promised_in(scene: Scene, row: CheapestRow) -> float:
     """Return what a row promises in another scene: no less than rounding of coordinates does."""
-    return max(row.error, rounding_error(row.setting.engine, scene))
+    return max(row.error, rounding_error(row.setting.engine, scene.problem))
 
 
 def errors_over_promises(scene: Scene, rows: list[CheapestRow]) -> np.ndarray:
@@ -66,11 +66,13 @@ def errors_over_promises(scene: Scene, rows: list[CheapestRow]) -> np.ndarray:
     found = []
     for row in rows:
         try:
-            outcome = lammps.run(scene, numerics_in(scene, row))
+            outcome = lammps.run(scene.problem, numerics_in(scene, row))
         except RunError:
             found.append(np.inf)
             continue
-        error = max(abs(eta_of(scene, outcome) - truth.restitution) - truth.restitution_error, 0.0)
+        error = max(
+            abs(eta_of(scene.problem, outcome) - truth.restitution) - truth.restitution_error, 0.0
+        )
         found.append(error / promised_in(scene, row))
     return np.array(found)
 

@@ -194,7 +194,9 @@ def _extrapolated(
 
 
 def _eta(scene: Scene, step: float) -> float:
-    return eta_of(scene, stepping.run(scene, Numerics(scheme=SCHEME, timestep=step)))
+    return eta_of(
+        scene.problem, stepping.run(scene.problem, Numerics(scheme=SCHEME, timestep=step))
+    )
 
 
 def cost(scene: Scene, result: Collision) -> float:
@@ -202,7 +204,7 @@ def cost(scene: Scene, result: Collision) -> float:
     step = result.sensitivity.step
 
     def run() -> None:
-        stepping.run(scene, Numerics(scheme=SCHEME, timestep=step))
+        stepping.run(scene.problem, Numerics(scheme=SCHEME, timestep=step))
 
     def differentiate() -> None:
         gradient(trace(scene, step, result.contacts, result.duration), [])

@@ -44,7 +44,7 @@ def trials_of(scene: Scene) -> list[Trial]:
     """Return the silences of a collision."""
     bond, n = scene.bond, scene.particles
     stepper = Stepper.of(scene.line, bond, "verlet", STEP)
-    moving = Motion.at_start(scene, stepper)
+    moving = Motion.at_start(scene.problem, stepper)
     bookkeeping.never_argue(moving.ledger)
     crossing, quiet = n / math.sqrt(bond.stiffness), sound_round_trip(n, bond.stiffness)
     found: list[Trial] = []

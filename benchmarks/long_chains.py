@@ -36,7 +36,7 @@ def scene_of(particles: int) -> Scene:
 
 def step_once(scene: Scene, stepper: Stepper, steps: int) -> tuple[float, float, Motion]:
     """Return seconds, processor seconds and the chain after steps with all bonds in motion."""
-    chain = Motion.at_start(scene, stepper)
+    chain = Motion.at_start(scene.problem, stepper)
     chain.ledger.active = scene.particles - 1
     bookkeeping.never_argue(chain.ledger)
     started, used = time.perf_counter(), time.process_time()

@@ -44,12 +44,12 @@ class Economy:
 def step(scene: Scene, timestep: float = 0.2, frame_interval: float | None = None) -> float:
     """Return eta by steps of order 8."""
     numerics = Numerics(scheme="order8", timestep=timestep)
-    return eta_of(scene, stepping.run(scene, numerics, frame_interval))
+    return eta_of(scene.problem, stepping.run(scene.problem, numerics, frame_interval))
 
 
 def step_and_prove(scene: Scene) -> float:
     """Return eta by steps of order 8 that shrink until they agree, from a usual one on."""
-    return converge(scene, 1e-10).restitution
+    return converge(scene.problem, 1e-10).restitution
 
 
 def step_with_frames(scene: Scene) -> float:
@@ -85,8 +85,8 @@ def step_everything(scene: Scene) -> float:
 
 def by_spheres(scene: Scene) -> float:
     """Return eta of hard spheres, with the estimate of its error."""
-    assert hard_sphere.deviation(scene) < 1e-6
-    return eta_of(scene, hard_sphere.run(scene))
+    assert hard_sphere.deviation(scene.problem) < 1e-6
+    return eta_of(scene.problem, hard_sphere.run(scene.problem))
 
 
 def with_table(scene: Scene, bond_range: tuple[float, float]) -> float:
@@ -94,7 +94,7 @@ def with_table(scene: Scene, bond_range: tuple[float, float]) -> float:
     numerics = Numerics(
         scheme="order6", timestep=0.1, bond_range=bond_range, force_error=FORCE_ERROR
     )
-    return eta_of(scene, lammps.run(scene, numerics))
+    return eta_of(scene.problem, lammps.run(scene.problem, numerics))
 
 
 SLOW = Scene(potential="lj", particles=100, speed=0.01)
@@ -104,7 +104,7 @@ ECONOMIES = (
         Economy(
             f"exact modes, not steps proved to 1e-10; harmonic, n = {n}",
             Scene(potential="harmonic", particles=n, velocity=0.1),
-            lambda scene: eta_of(scene, modal.run(scene)),
+            lambda scene: eta_of(scene.problem, modal.run(scene.problem)),
             step_and_prove,
             2e-10,
         )
@@ -114,7 +114,7 @@ ECONOMIES = (
         "hard spheres, not adaptive steps; lj, n = 100, 1000 v*",
         Scene(potential="lj", particles=100, speed=1000.0),
         by_spheres,
-        lambda scene: eta_of(scene, adaptive.run(scene, 1e-7)),
+        lambda scene: eta_of(scene.problem, adaptive.run(scene.problem, 1e-7)),
         1e-6,
     ),
     *(

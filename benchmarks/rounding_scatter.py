@@ -34,7 +34,7 @@ def compare(particles: int, speed: float, runs: int) -> tuple[str, bool]:
     began = time.process_time()
     scene = Scene(potential="lj", particles=particles, speed=speed, engine="reference")
     v0 = scene.impact_velocity
-    scout = stepping.run(scene, Numerics(scheme=SCHEME, timestep=SCOUT))
+    scout = stepping.run(scene.problem, Numerics(scheme=SCHEME, timestep=SCOUT))
     step, until = first_step(scene, scout.bond_min - 1.0), CROSSINGS * particles
     contacts = int(np.sum(scout.contact_times < until))
     etas = []

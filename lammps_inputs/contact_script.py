@@ -4,7 +4,7 @@ from typing import Any
 
 from chaincor.lammps_inputs.chain_data import initial_state
 from chaincor.lammps_inputs.line import Line
-from chaincor.lammps_inputs.scene import Scene
+from chaincor.lammps_inputs.problem import Problem
 from chaincor.lammps_inputs.units.unit_system import CHAIN_UNITS, UnitSystem
 
 
@@ -51,7 +51,7 @@ def contact_force_off(line: Line) -> list[str]:
     return ["unfix           push", *([] if line.rigid else ["unfix           pull"])]
 
 
-def contact_values(scene: Scene, units: UnitSystem) -> dict[str, Any]:
+def contact_values(problem: Problem, units: UnitSystem) -> dict[str, Any]:
     """
     Return the formulas of a script that depend on the bodies, for the template.
 
@@ -60,7 +60,7 @@ def contact_values(scene: Scene, units: UnitSystem) -> dict[str, Any]:
     velocity of the bodies. The other values describe the effect of a contact, and whether the
     velocity can be chosen.
     """
-    line, n = scene.line, scene.particles
+    line, n = problem.line, problem.particles
     targets = line.targets
     place = n + 1 if targets else None
     gap, opening, bend = "x[1]", "vx[1]", "fx[1]"
@@ -94,7 +94,7 @@ def contact_values(scene: Scene, units: UnitSystem) -> dict[str, Any]:
         "approaches": bool(positions[0] > 0.0 or velocities[0] >= 0.0),
         "first_mass": number(units.mass * line.chain_masses[0]),
         "target_mass": number(units.mass * line.target_masses[0]) if targets else None,
-        "given_velocities": scene.comes_moving,
+        "given_velocities": problem.comes_moving,
     }
     if soft:
         given = "-mass(target)*vcm(target,x)" if targets else "mass(all)*vcm(all,x)"

@@ -9,7 +9,7 @@ from chaincor.lammps_inputs.bonds.hertz import Hertz
 from chaincor.lammps_inputs.chain_data import ROOM, initial_state
 from chaincor.lammps_inputs.contact_script import number
 from chaincor.lammps_inputs.errors import SceneError
-from chaincor.lammps_inputs.scene import Scene
+from chaincor.lammps_inputs.problem import Problem
 from chaincor.lammps_inputs.script import DATA_FILE, SAFE_PATH_CHARACTERS, rendered
 from chaincor.lammps_inputs.script_plan import ScriptPlan
 
@@ -24,15 +24,15 @@ _FREE = 0.9
 _LONGER, _MARGIN = 1.05, 5.0
 
 
-def format_beads(scene: Scene) -> str:
+def format_beads(problem: Problem) -> str:
     """
     Format the data file of a column for ``atom_style sphere``, exact to the last bit.
 
     Beads of the column come first, then those of a free target, both from the contact outward. A
     bead of mass m and diameter 1 has the density 6 m/pi.
     """
-    line = scene.line
-    positions, velocities = bead_state(scene)
+    line = problem.line
+    positions, velocities = bead_state(problem)
     masses = np.concatenate((line.chain_masses, line.target_masses))
     slow = max(1.0, float(np.mean(masses)) ** 0.5) * max(1.0, 2.0 * float(np.abs(velocities).max()))
     reach = ROOM * (len(masses) + 10.0 + float(np.ptp(positions))) * slow
@@ -60,21 +60,21 @@ def format_beads(scene: Scene) -> str:
     return "\n".join(lines) + "\n"
 
 
-def bead_state(scene: Scene) -> Any:
+def bead_state(problem: Problem) -> Any:
     """Return positions of the centres and velocities; bead 1 at 0 touches the wall."""
-    positions, velocities = initial_state(scene.line)
-    positions[scene.particles :] -= 1.0  # beads of a target touch where centres are 1 apart
+    positions, velocities = initial_state(problem.line)
+    positions[problem.particles :] -= 1.0  # beads of a target touch where centres are 1 apart
     return positions, velocities
 
 
-def _pairs(scene: Scene) -> list[tuple[str, str]]:
+def _pairs(problem: Problem) -> list[tuple[str, str]]:
     """
     Return the types of beads and the stiffness and damping of each pair that LAMMPS needs.
 
     LAMMPS's viscoelastic factor is eta_n0 sqrt(R_eff d) m_eff, so that each pair of masses has its
     own eta_n0 for one factor A. For a dashpot, eta_n0 is A itself.
     """
-    bond, line = scene.bond, scene.line
+    bond, line = problem.bond, problem.line
     assert isinstance(bond, Hertz)
     stiffness = number(PAIR_STIFFNESS)
     if bond.damping_law == "dashpot" or not bond.damping:
@@ -88,39 +88,39 @@ def _pairs(scene: Scene) -> list[tuple[str, str]]:
     return [(types, f"{stiffness} {number(eta)}") for types, eta in damped.items()]
 
 
-def _wall(scene: Scene) -> str | None:
+def _wall(problem: Problem) -> str | None:
     """Return stiffness and damping of a soft wall, where m_eff is the mass of bead 1."""
-    contact, bond = scene.contact_law, scene.bond
+    contact, bond = problem.line.contact, problem.bond
     assert isinstance(bond, Hertz)
-    if not contact.soft or scene.target_particles is not None:
+    if not contact.soft or problem.line.targets:
         return None
     damping = bond.damping
     if bond.damping_law == "viscoelastic":
-        damping *= WALL_STIFFNESS / float(scene.line.chain_masses[0])
+        damping *= WALL_STIFFNESS / float(problem.line.chain_masses[0])
     return f"{number(WALL_STIFFNESS * contact.strength)} {number(damping)}"
 
 
-def _values(scene: Scene, folder: str) -> dict[str, Any]:
-    bond = scene.bond
+def _values(problem: Problem, folder: str) -> dict[str, Any]:
+    bond = problem.bond
     assert isinstance(bond, Hertz)
     viscoelastic = bond.damping > 0.0 and bond.damping_law == "viscoelastic"
     return {
         "data": f"{folder}/{DATA_FILE}",
-        "pairs": _pairs(scene),
+        "pairs": _pairs(problem),
         "damping": "viscoelastic" if viscoelastic else "velocity",
-        "wall": _wall(scene),
+        "wall": _wall(problem),
     }
 
 
-def render_granular_setup(scene: Scene, timestep: float, folder: str) -> str:
+def render_granular_setup(problem: Problem, timestep: float, folder: str) -> str:
     """Render the commands that set up a column for a run driven from Python."""
     assert set(folder) <= SAFE_PATH_CHARACTERS, "the engine has judged its folder"
     return rendered(
-        "granular", _values(scene, folder) | {"script": False, "step": number(timestep)}
+        "granular", _values(problem, folder) | {"script": False, "step": number(timestep)}
     )
 
 
-def render_granular_job(scene: Scene, plan: ScriptPlan) -> str:
+def render_granular_job(problem: Problem, plan: ScriptPlan) -> str:
     """
     Render a script for ``lmp -in``: two runs, at the step and twice the step, and the error bar.
 
@@ -129,8 +129,8 @@ def render_granular_job(scene: Scene, plan: ScriptPlan) -> str:
     """
     assert plan.end is not None
     assert plan.bar is not None
-    v0, line = scene.impact_velocity, scene.line
-    unit = line.overlap(v0) / v0 if line.soft else 1.0 / scene.fast_stiffness**0.5
+    v0, line = problem.impact_velocity, problem.line
+    unit = line.overlap(v0) / v0 if line.soft else 1.0 / problem.fast_stiffness**0.5
     overlap = max(1.0 - plan.end.bond_min, 1e-300)
     fastest = v0 * (_FREE / (2.0 * overlap)) ** ((_HERTZ + 1.0) / 2.0)
     if fastest < v0:
@@ -139,15 +139,15 @@ def render_granular_job(scene: Scene, plan: ScriptPlan) -> str:
             f"next but one may touch, too. Expected less than {fastest:.2g}"
         )
     duration = _LONGER * plan.end.lasted + _MARGIN * unit
-    values = _values(scene, ".") | {
+    values = _values(problem, ".") | {
         "script": True,
-        "title": f"A column of {scene.particles} beads meets "
+        "title": f"A column of {problem.particles} beads meets "
         + ("a wall" if line.rigid else f"{line.targets} beads at rest"),
         "velocity": number(v0),
-        "given_velocities": scene.comes_moving,
+        "given_velocities": problem.comes_moving,
         "targets": line.targets,
         "fastest": number(fastest),
-        "column": scene.particles,
+        "column": problem.particles,
         "parting": "(vcm(column,x)-vcm(target,x))" if line.targets else "vcm(all,x)",
         "hard": not line.soft,
         "mass": number(float(line.chain_masses[0])),

@@ -70,7 +70,7 @@ def plain_scene(scene: Scene) -> Scene:
                 + ("" if only else ", because it computes no error bar")
                 + f". Leave out {name} or --plain"
             )
-    step = scene.timestep or _TIMESTEP / scene.fast_stiffness**0.5
+    step = scene.timestep or _TIMESTEP / scene.problem.fast_stiffness**0.5
     return scene.replace(wall="reflect", scheme="verlet", timestep=step, error=False)
 
 
@@ -92,7 +92,7 @@ def render_plain(scene: Scene, plan: ScriptPlan, approach: float, wishes: JobWis
     duration = approach + _LONGER * plan.end.last_contact_time + _MARGIN
     steps = math.ceil(duration / scene.timestep)
     values = setup_values(Numerics.from_scene(scene), plan.table, ".")
-    values |= values_in_units(scene, wishes.units)
+    values |= values_in_units(scene.problem, wishes.units)
     values |= {
         "given_velocities": scene.temperature is not None or scene.initial is not None,
         "step": number(time * scene.timestep),

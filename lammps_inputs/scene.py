@@ -16,6 +16,8 @@ from chaincor.lammps_inputs.contacts.contact_laws import CONTACT_KEYS, contact_o
 from chaincor.lammps_inputs.errors import SceneError, mistakes_in
 from chaincor.lammps_inputs.initial_state import InitialState, read_initial_state
 from chaincor.lammps_inputs.line import Line
+from chaincor.lammps_inputs.problem import Problem
+from chaincor.lammps_inputs.run_files import RunFiles
 from chaincor.lammps_inputs.scene_parts.given_bodies import chain_masses, line_of
 from chaincor.lammps_inputs.scene_parts.identity import DEFAULT_TOLERANCE as DEFAULT_TOLERANCE
 from chaincor.lammps_inputs.scene_parts.identity import FILE_KEYS as FILE_KEYS
@@ -29,7 +31,7 @@ from chaincor.lammps_inputs.scene_parts.identity import (
 )
 from chaincor.lammps_inputs.scene_parts.rules import NUMERICS_KEYS, check_together, told
 from chaincor.lammps_inputs.scene_parts.scene_fields import SceneFields
-from chaincor.lammps_inputs.scene_parts.scene_file import read_scene_fields
+from chaincor.lammps_inputs.scene_parts.scene_file import read_from_anywhere, read_scene_fields
 from chaincor.lammps_inputs.toml_text import parse_toml
 
 DEFAULT_SPEED = 0.4  # units of v*
@@ -125,52 +127,38 @@ class Scene(SceneFields):
         """Both bodies along x, with their initial state."""
         return line_of(self)
 
-    @property
-    def fast_stiffness(self) -> float:
-        """U''(1) over the smallest mass: the square of the fastest bond's frequency."""
-        stiffness = self.bond.scale_stiffness(self.impact_velocity**2)
-        return stiffness / self.line.lightest
-
     @cached_property
-    def slow_stiffness(self) -> float:
-        """U''(1) over the mean mass of the slower body: the square of its speed of sound."""
-        return self.bond.sound_stiffness(self.impact_velocity**2) / self.line.mean_mass
-
-    @property
-    def contact_duration(self) -> float:
-        """Approximate duration of an overlap of two particles at the impact speed; 0 if hard."""
-        line = self.line
-        if not line.soft:
-            return 0.0
-        return 3.0 * line.overlap(self.impact_velocity) / self.impact_velocity
-
-    @cached_property
-    def start_energy(self) -> float:
-        """Total initial energy of the bodies: of motion and of strained bonds."""
-        return self.line.energy(self.bond, self.line.strains, self.line.velocities)
-
-    @property
-    def longest_body(self) -> int:
-        """Number of particles of the longer body, which sound has to cross."""
-        return max(self.particles, self.target_particles or 0)
+    def problem(self) -> Problem:
+        """Physics of the collision, for solvers."""
+        state = self.initial_state
+        moving = state is not None and state.velocities is not None
+        return Problem(
+            bond=self.bond,
+            line=self.line,
+            impact_velocity=self.impact_velocity,
+            label=self.label,
+            named=isinstance(self.potential, str),
+            temperature=self.temperature,
+            comes_moving=moving or self.temperature is not None,
+        )
 
     @property
     def frame_interval(self) -> float | None:
         """Time between the frames of a dump; None if frames are written at contacts."""
         if isinstance(self.dump_frames, str):
             return None
-        return self.longest_body / self.slow_stiffness**0.5 / self.dump_frames
+        return self.problem.longest_body / self.problem.slow_stiffness**0.5 / self.dump_frames
 
     @property
-    def comes_moving(self) -> bool:
-        """Whether particles have individual initial velocities, given or drawn."""
-        state = self.initial_state
-        return self.temperature is not None or (state is not None and state.velocities is not None)
-
-    @property
-    def all_particles(self) -> int:
-        """Number of particles of both bodies."""
-        return self.particles + (self.target_particles or 0)
+    def run_files(self) -> RunFiles:
+        """Files that a run in LAMMPS writes."""
+        kept = self.save is not None and isinstance(self.potential, str)
+        return RunFiles(
+            dump=self.dump,
+            frame_interval=self.frame_interval,
+            save=self.save,
+            scene=read_from_anywhere(self.without(*FILE_KEYS)).to_toml() if kept else None,
+        )
 
     @cached_property
     def explicit(self) -> bool:

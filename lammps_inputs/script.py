@@ -11,7 +11,7 @@ from chaincor.lammps_inputs.contact_script import contact_values, number
 from chaincor.lammps_inputs.errors import SceneError
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.own_templates.own_template import RENDERING
-from chaincor.lammps_inputs.scene import Scene
+from chaincor.lammps_inputs.problem import Problem
 from chaincor.lammps_inputs.scene_parts.rules import SHORTEST_TIMESTEP, VERLET_STABILITY_LIMIT
 from chaincor.lammps_inputs.script_plan import (
     NO_WISHES,
@@ -67,7 +67,7 @@ def render_setup(numerics: Numerics, table: BondTable | None, folder: str) -> st
 
 
 def render_job(
-    scene: Scene,
+    problem: Problem,
     plan: ScriptPlan,
     times: EndTimes,
     steps: ScriptedSteps | None = None,
@@ -75,11 +75,11 @@ def render_job(
 ) -> str:
     """Render a self-contained script for ``lmp -in``, with Verlet steps if `steps` is missing."""
     values = setup_values(plan.numerics, plan.table, ".")
-    values |= contact_values(scene, wishes.units)
-    values |= values_in_units(scene, wishes.units)
-    values |= _plan_values(scene, plan, steps, wishes.units)
+    values |= contact_values(problem, wishes.units)
+    values |= values_in_units(problem, wishes.units)
+    values |= _plan_values(problem, plan, steps, wishes.units)
     values |= _end_values(plan.end, times, values, wishes.units.time)
-    values |= _wished_values(scene, wishes)
+    values |= _wished_values(wishes)
     values |= _kept(values) | ({} if steps is None else asdict(steps))
     text = rendered("job", values)
     return text if wishes.template is None else wishes.template.render(values, text)
@@ -107,13 +107,13 @@ def setup_values(numerics: Numerics, table: BondTable | None, folder: str) -> di
     }
 
 
-def values_in_units(scene: Scene, units: UnitSystem) -> dict[str, Any]:
+def values_in_units(problem: Problem, units: UnitSystem) -> dict[str, Any]:
     """Return the template values of a scene, in the script's units."""
-    targets = scene.target_particles
+    targets = problem.line.targets
     return {
-        "title": f"A chain of {scene.particles} particles with {_plain(scene.bond.name)} bonds "
-        + ("meets a wall" if targets is None else f"meets {targets} at rest"),
-        "velocity": number(units.speed * scene.impact_velocity),
+        "title": f"A chain of {problem.particles} particles with {_plain(problem.bond.name)} bonds "
+        + ("meets a wall" if not targets else f"meets {targets} at rest"),
+        "velocity": number(units.speed * problem.impact_velocity),
         "units": units.style,
         "reduced": units == CHAIN_UNITS,
         "cutoff": number(3.0 * units.length),
@@ -127,22 +127,22 @@ def _plain(name: str) -> str:
 
 
 def _plan_values(
-    scene: Scene, plan: ScriptPlan, steps: ScriptedSteps | None, units: UnitSystem
+    problem: Problem, plan: ScriptPlan, steps: ScriptedSteps | None, units: UnitSystem
 ) -> dict[str, Any]:
     """Return the template values of the step, its bounds, the largest velocity and the error."""
     multiples = (1.0,) if plan.bar is None else plan.bar.multiples
     longest = max(multiples) if steps is None else steps.heaviest * max(multiples)
-    limit = 0.5 * VERLET_STABILITY_LIMIT / scene.fast_stiffness**0.5
+    limit = 0.5 * VERLET_STABILITY_LIMIT / problem.fast_stiffness**0.5
     return {
         "scripted": True,
         "composed": steps is not None,
-        "particles": scene.particles,
+        "particles": problem.particles,
         # The text has all digits, while an equal-style variable has 15.
         "timestep": "${step}",
         "step": number(units.time * plan.numerics.timestep),
-        "shortest": number(units.time * SHORTEST_TIMESTEP / scene.fast_stiffness**0.5),
+        "shortest": number(units.time * SHORTEST_TIMESTEP / problem.fast_stiffness**0.5),
         "unstable": number(units.time * limit / longest),
-        "fastest": number(units.speed * (plan.fastest or scene.impact_velocity)),
+        "fastest": number(units.speed * (plan.fastest or problem.impact_velocity)),
         "multiples": multiples,
         "bar": plan.bar,
         "tolerance": None if plan.tolerance is None else number(plan.tolerance),
@@ -166,9 +166,9 @@ def _end_values(
     }
 
 
-def _wished_values(scene: Scene, wishes: JobWishes) -> dict[str, Any]:
+def _wished_values(wishes: JobWishes) -> dict[str, Any]:
     """Return the template values of optional features of a script, and of their files."""
-    interval = scene.frame_interval
+    interval = wishes.frame_interval
     frames = "contacts" if interval is None else number(wishes.units.time * interval)
     return {
         "frame_time": frames if wishes.dump else None,

@@ -95,6 +95,8 @@ class JobWishes:
     plain: bool = False
     explain: bool = False  #: Whether to explain every command and file.
     dump: bool = False  #: Whether the job dumps its motion, in the frames of the scene.
+    #: Time between frames; None for frames at contacts.
+    frame_interval: float | None = None
     contacts: bool = False  #: Whether the job lists its contacts in a file.
     restartable: bool = False  #: Whether the job writes restart files and can continue from them.
     #: Whether the job refuses unsuitable inputs by name, and compares the momentum of the chain

@@ -50,7 +50,7 @@ def compile_steps(fields: dict) -> None:
 
 def compile_adaptive(fields: dict) -> None:
     """Take adaptive steps."""
-    adaptive.run(Scene(particles=5, **fields), 1e-6)
+    adaptive.run(Scene(particles=5, **fields).problem, 1e-6)
 
 
 def compile_masses(fields: dict) -> None:
@@ -73,13 +73,13 @@ def compile_modes() -> None:
     """Do the same by the modes of harmonic chains, at a wall and of unequal masses."""
     scene = Scene(potential="harmonic", particles=5, velocity=0.1, engine="reference")
     for each in (scene, scene.replace(masses=(1.0, 2.0))):
-        modal.run(each)
+        modal.run(each.problem)
 
 
 def step_once(scene: Scene) -> None:
     """Carry out a collision with steps of either kind."""
     for scheme in ("order8", "extrapolated14"):
-        stepping.run(scene, Numerics(scheme=scheme, timestep=0.1))
+        stepping.run(scene.problem, Numerics(scheme=scheme, timestep=0.1))
 
 
 def main() -> None:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, overload
 
 from chaincor.lammps_inputs.errors import ChaincorError, InputError
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.accuracy.plan import refuse_endless
+from chaincor.workflows.accuracy.plan import plan, refuse_endless
 from chaincor.workflows.accuracy.step_guess import foresee_frequency_ratio
 from chaincor.workflows.campaign.carry_out import TASKS_PER_WORKER, Done, carry_out, workers_for
 from chaincor.workflows.campaign.progress import progress_bar
@@ -137,12 +137,13 @@ def collide(
     if tolerance is not None:
         scenes = [each.replace(tolerance=tolerance) for each in scenes]
     refuse_shared_outputs(scenes)
-    foresee_frequency_ratio(scenes)
+    foresee_frequency_ratio(each.problem for each in scenes if each.engine == "reference")
     for each in scenes:
         refuse_unusable_outputs(each)
-        refuse_endless(each, most_seconds)
+        planned = plan(each)
+        refuse_endless(each, planned, most_seconds)
     if isinstance(scene, Scene) and store is None:
-        return collide_one(scenes[0], most_seconds)
+        return collide_one(scenes[0], most_seconds, planned)
     if store is not None:
         # A result without a store needs no database.
         from chaincor.workflows.campaign.into_store import collide_into_store

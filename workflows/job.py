@@ -125,9 +125,9 @@ def job_files(scene: Scene, wishes: JobWishes = NO_WISHES) -> dict[str, str]:
     if wishes.guards and named:
         plan = replace(plan, scene_sha256=_as_run(scene, plan).sha256)
     texts = {
-        SCRIPT_FILE: render_plain(scene, plan, approach_time(scene), wishes)
+        SCRIPT_FILE: render_plain(scene, plan, approach_time(scene.problem), wishes)
         if plain
-        else job_script(scene, plan, replace(wishes, dump=wishes.dump or scene.dump is not None)),
+        else job_script(scene.problem, plan, _with_frames(scene, wishes)),
         DATA_FILE: format_data(scene.line, units=units),
     }
     if plan.table is not None:
@@ -154,7 +154,10 @@ def _bead_files(scene: Scene, wishes: JobWishes) -> dict[str, str]:
                 "Leave it out, and edit the script"
             )
     plan = plan_script(scene)
-    texts = {SCRIPT_FILE: render_granular_job(scene, plan), DATA_FILE: format_beads(scene)}
+    texts = {
+        SCRIPT_FILE: render_granular_job(scene.problem, plan),
+        DATA_FILE: format_beads(scene.problem),
+    }
     if wishes.explain:
         texts[SCRIPT_FILE] = explain_script(texts[SCRIPT_FILE], False, brief=True)
         texts[DATA_FILE] = explain_data(texts[DATA_FILE])
@@ -162,6 +165,12 @@ def _bead_files(scene: Scene, wishes: JobWishes) -> dict[str, str]:
         used = scene.replace(tolerance=None, timestep=plan.numerics.timestep)
         texts[SCENE_FILE] = used.without("dump_frames").to_toml()
     return texts
+
+
+def _with_frames(scene: Scene, wishes: JobWishes) -> JobWishes:
+    """Return the wishes with the frames of the scene, which also asks for a dump by its own."""
+    dump = wishes.dump or scene.dump is not None
+    return replace(wishes, dump=dump, frame_interval=scene.frame_interval)
 
 
 def _refuse_units_of_velocity(scene: Scene, units: UnitSystem) -> None:

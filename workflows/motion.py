@@ -48,7 +48,7 @@ class Motion(Observed):
     @property
     def shown_until(self) -> float:
         """Last time that pictures show, when the chain flies off."""
-        flown = _BONDS_ON / self.scene.slow_stiffness**0.5
+        flown = _BONDS_ON / self.scene.problem.slow_stiffness**0.5
         end = (1.0 + _FLY_ON) * self.last_contact_time + flown
         # Soft bodies overlap during a contact.
         return end if self.contact is None else max(end, self.duration)
@@ -73,7 +73,7 @@ class Motion(Observed):
     def _histories(self) -> tuple[History, History | None]:
         replay = self._known_replay()
         scene, masses = replay.scene, replay.masses
-        room = _HISTORY_BYTES // (16 * scene.all_particles)
+        room = _HISTORY_BYTES // (16 * scene.problem.all_particles)
         states = self.trajectory(max(2, min(_HISTORY_FRAMES, room)))
         n = scene.particles
         records = [Record(m, scene.bond) for m in (masses[:n], masses[n:]) if m.size]

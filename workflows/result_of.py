@@ -32,13 +32,13 @@ def result_of(
         scene=scene,
         outcome=outcome,
         bar=bounded_run.bar,
-        restitution=eta_of(scene, outcome),
+        restitution=eta_of(scene.problem, outcome),
         reason=bounded_run.reason,
         details=found,
         others=bounded_run.others,
         seconds_total=time.perf_counter() - started,
         versions=versions(),
-        looks=modal.SAMPLE_INTERVAL if modal.supports(scene) else None,
+        looks=modal.SAMPLE_INTERVAL if modal.supports(scene.problem) else None,
         known_energies=energies,
     )
     values: dict[str, Any] = {each.name: each.compute(record) for each in OF_RUNS}

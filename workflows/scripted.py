@@ -66,16 +66,18 @@ def plan_script(scene: Scene, table_range: tuple[float, float] | None = None) ->
     planned, target_error, sensitivity = plan(scene), 0.0, 0.0
     asked, numerics = scene.asked_tolerance, planned.numerics
     if asked is None:
-        pilot = usual_pilot_run(scene, flown_on(scene))
+        pilot = usual_pilot_run(scene.problem, flown_on(scene.problem))
     else:
         target_error, sensitivity = target_error_of(planned)
-        search = LammpsSearch(scene, target_error, sensitivity, SCRIPTED_SCHEMES)
+        search = LammpsSearch(
+            scene.problem, target_error, sensitivity, SCRIPTED_SCHEMES, planned.files
+        )
         numerics = replace(search.numerics, bond_range=None)
-        pilot = watched_on(search.pilot.reference, scene, flown_on(scene))
+        pilot = watched_on(search.pilot.reference, scene.problem, flown_on(scene.problem))
     assert numerics is not None
     doubt = None if pilot is None else _doubt(scene, pilot, sensitivity)
     if pilot is not None and doubt is not None:
-        pilot = watched_on(pilot.reference, scene, _flown_on_at_most(scene, pilot))
+        pilot = watched_on(pilot.reference, scene.problem, _flown_on_at_most(scene, pilot))
     table = _tabulate(scene, numerics, pilot, table_range)
     bar = None
     if pilot is not None and (scene.error or asked is not None):
@@ -85,17 +87,19 @@ def plan_script(scene: Scene, table_range: tuple[float, float] | None = None) ->
             share=known,
             share_alone=known,
             table=_table_part(table, scene, pilot.outcome, target_error),
-            rounding=rounding_of_steps(scene, numerics.scheme, numerics.timestep),
-            ending=ending_error(pilot.outcome, scene),
+            rounding=rounding_of_steps(scene.problem, numerics.scheme, numerics.timestep),
+            ending=ending_error(pilot.outcome, scene.problem),
         )
         if asked is not None:
-            order = effective_order(scene, numerics.scheme)
+            order = effective_order(scene.problem, numerics.scheme)
             bar = replace(
                 bar,
                 multiples=_MULTIPLES,
                 share=share_of_difference(order, COARSER),
                 share_alone=_ALONE,
-                rounding=max(bar.rounding, amplified_rounding("lammps", sensitivity, scene)),
+                rounding=max(
+                    bar.rounding, amplified_rounding("lammps", sensitivity, scene.problem)
+                ),
                 reference_solution=pilot.reference.restitution,
                 reference_error=pilot.reference.error,
             )
@@ -117,7 +121,7 @@ def _doubt(scene: Scene, pilot: PilotRun, sensitivity: float) -> str | None:
     Raises ToleranceError if the reference engine does not know eta at all.
     """
     found = pilot.reference
-    known = error_bar(found.outcome, scene, found.error, sensitivity).total
+    known = error_bar(found.outcome, scene.problem, found.error, sensitivity).total
     assert known is not None
     if known > max(1.0, found.restitution):
         raise ToleranceError(
@@ -142,9 +146,9 @@ def _flown_on_at_most(scene: Scene, pilot: PilotRun) -> float:
     then follows the chain anew.
     """
     last = pilot.end.last_contact_time
-    span, stiffness = scene.longest_body, scene.slow_stiffness
+    span, stiffness = scene.problem.longest_body, scene.problem.slow_stiffness
     longest = longest_collision(span, stiffness, max(last, sound_round_trip(span, stiffness)))
-    return flown_on(scene) + min(_LATER * last, longest - last)
+    return flown_on(scene.problem) + min(_LATER * last, longest - last)
 
 
 def _refuse_range(scene: Scene, table_range: tuple[float, float]) -> None:
@@ -170,7 +174,7 @@ def _fastest_held(scene: Scene, table: BondTable) -> float | None:
     slow, fast = scene.impact_velocity, _MOST_FASTER * scene.impact_velocity
     for _ in range(_BISECTIONS):
         middle = (slow * fast) ** 0.5
-        low, high = guess_bond_range(scene.replace(speed=None, velocity=middle))
+        low, high = guess_bond_range(scene.replace(speed=None, velocity=middle).problem)
         held = table.lengths[0] <= low and high <= table.longest
         slow, fast = (middle, fast) if held else (slow, middle)
     return float(f"{slow:.3g}") if slow > 1.01 * scene.impact_velocity else None
@@ -184,13 +188,15 @@ def _tabulate(
 ) -> BondTable | None:
     if not scene.bond.is_tabulated:
         return None
-    low, high = guess_bond_range(scene) if pilot is None else pilot.table_range(scene)
+    low, high = (
+        guess_bond_range(scene.problem) if pilot is None else pilot.table_range(scene.problem)
+    )
     if numerics.scheme != "verlet":
         # The step that reaches the wall is first taken in full, behind the wall. Bond 1 is
         # stretched there.
         overshot = high + _OVERSHOOT * scene.impact_velocity * max(_MULTIPLES) * numerics.timestep
         high = max(high, min(overshot, 1.0 + 0.9 * scene.bond.strain_max))
-    if numerics.wall == "reflect" and scene.comes_moving:
+    if numerics.wall == "reflect" and scene.problem.comes_moving:
         low, high = (1.0 + _OTHERWISE * (length - 1.0) for length in (low, high))
     if table_range is not None:
         low, high = min(low, table_range[0]), max(high, table_range[1])
@@ -207,7 +213,7 @@ def _table_part(table: BondTable | None, scene: Scene, outcome: Outcome, toleran
     """Return the error of the job's table, and of the user's table from which it is made."""
     if table is None:
         return 0.0
-    own = table_error_of(table.style, interpolated_force_error(table, scene.bond), scene)
+    own = table_error_of(table.style, interpolated_force_error(table, scene.bond), scene.problem)
     return own + rows_error(scene, outcome, tolerance)
 
 

@@ -50,10 +50,10 @@ def compare_group(
         return []
     met, judged = (solve_batch([each[k] for k in alike]) for each in (scenes, tight))
     return [
-        (scenes[k], found[0].error, abs(eta_of(scenes[k], found[0].outcome) - right))
+        (scenes[k], found[0].error, abs(eta_of(scenes[k].problem, found[0].outcome) - right))
         for k, found, judge in zip(alike, met, judged, strict=True)
         if found is not None and judge is not None
-        for right in [eta_of(tight[k], judge[0].outcome)]
+        for right in [eta_of(tight[k].problem, judge[0].outcome)]
     ]
 
 

@@ -54,7 +54,7 @@ def draw_scene(random: Random, most: int = 150, potentials: tuple[str, ...] = ()
 
 def find_truth(scene: Scene) -> ConvergedRun:
     """Converge a scene as far as rounding lets it."""
-    return converge(scene, 3.0 * rounding_error("reference", scene))
+    return converge(scene.problem, 3.0 * rounding_error("reference", scene.problem))
 
 
 def draw_numerics(random: Random, scene: Scene, wall: str) -> Numerics:
@@ -66,7 +66,7 @@ def draw_numerics(random: Random, scene: Scene, wall: str) -> Numerics:
         step = float(10 ** random.uniform(np.log10(0.0025), np.log10(0.05)))
         return Numerics(scheme="verlet", timestep=step)
     scheme = str(random.choice([name for name in COMPOSITIONS if name != "verlet"]))
-    largest = min(largest_step(scheme, 1.0), 0.5) / frequency_ratio(scene)
+    largest = min(largest_step(scheme, 1.0), 0.5) / frequency_ratio(scene.problem)
     return Numerics(scheme=scheme, timestep=largest * float(10 ** random.uniform(-1, 0)))
 
 
@@ -86,13 +86,19 @@ def proof_share(random: Random, count: int) -> Samples:
             numerics = draw_numerics(random, scene, wall)
             try:
                 truth = find_truth(scene)
-                bonds = watched_on(truth, scene).table_range(scene)
+                bonds = watched_on(truth, scene.problem).table_range(scene.problem)
                 steps = [share * numerics.timestep for share in (1.0, *PROOF_STEPS)]
-                runs = lammps.run_at_steps(scene, replace(numerics, bond_range=bonds), steps)
+                runs = lammps.run_at_steps(
+                    scene.problem, replace(numerics, bond_range=bonds), steps
+                )
             except RunError:
                 continue
-            etas = np.array([eta_of(scene, run) for run in runs])
-            known = truth.error + table_error(runs[0], scene) + rounding_of(runs[0], scene)
+            etas = np.array([eta_of(scene.problem, run) for run in runs])
+            known = (
+                truth.error
+                + table_error(runs[0], scene.problem)
+                + rounding_of(runs[0], scene.problem)
+            )
             error = max(abs(etas[0] - truth.restitution) - known, 0.0)
             samples.append(error / max(float(np.max(np.abs(etas[1:] - etas[0]))), _TINY))
     return found
@@ -110,14 +116,16 @@ def adaptive_share(random: Random, count: int) -> Samples:
         accuracy = float(10 ** random.uniform(-11, -5))
         try:
             truth = eta_of(
-                scene, adaptive.run(scene, 1e-4 * accuracy if accuracy > 1e-9 else 1e-13)
+                scene.problem,
+                adaptive.run(scene.problem, 1e-4 * accuracy if accuracy > 1e-9 else 1e-13),
             )
             fine, coarse, coarser = (
-                eta_of(scene, adaptive.run(scene, k * accuracy)) for k in (1.0, 10.0, 100.0)
+                eta_of(scene.problem, adaptive.run(scene.problem, k * accuracy))
+                for k in (1.0, 10.0, 100.0)
             )
         except RunError:
             continue
-        error = abs(fine - truth) - rounding_error("reference", scene)
+        error = abs(fine - truth) - rounding_error("reference", scene.problem)
         difference = max(abs(coarse - fine), 0.4 * abs(coarser - fine))
         samples.append(max(error, 0.0) / max(difference, _TINY))
     return {"": samples}
@@ -132,18 +140,18 @@ def table_sensitivity(random: Random, count: int) -> Samples:
             rows = round(10 ** random.uniform(1.7, 3.3))
             numerics = Numerics(
                 scheme="order8",
-                timestep=guess_step(scene, "order8", 1e-10),
+                timestep=guess_step(scene.problem, "order8", 1e-10),
                 table=style,
             )
             try:
                 truth = find_truth(scene)
-                bonds = watched_on(truth, scene).table_range(scene)
+                bonds = watched_on(truth, scene.problem).table_range(scene.problem)
                 numerics = replace(numerics, bond_range=bonds)
-                rough = lammps.run(scene, replace(numerics, table_points=rows))
+                rough = lammps.run(scene.problem, replace(numerics, table_points=rows))
             except RunError:
                 continue
-            error = abs(eta_of(scene, rough) - truth.restitution) - 1e-10
-            error -= rounding_of(rough, scene)
+            error = abs(eta_of(scene.problem, rough) - truth.restitution) - 1e-10
+            error -= rounding_of(rough, scene.problem)
             size = rough.details["table"]["force_error"] / scene.impact_velocity
             # Values below the step's own error and rounding show nothing.
             if size > 1e-8:
@@ -171,12 +179,15 @@ def _slow_samples(random: Random, count: int, *, short: bool) -> list[float]:
         # Finer steps than rounding lets count are not taken for a tolerance; with explicit ones
         # the runs that prove them also differ by their rounding.
         goal = max(0.1 * unit, 1e-10)
-        numerics = Numerics(scheme=scheme, timestep=guess_step(scene, scheme, goal))
+        numerics = Numerics(scheme=scheme, timestep=guess_step(scene.problem, scheme, goal))
         stage = numerics.timestep * min(abs(w) for w in COMPOSITIONS[scheme].weights)
         drift = scene.impact_velocity * stage
         if (drift < SHORT_DRIFT * scene.particles * grain) is not short:
             continue
-        error = abs(eta_of(scene, lammps.run(scene, numerics)) - find_truth(scene).restitution)
+        error = abs(
+            eta_of(scene.problem, lammps.run(scene.problem, numerics))
+            - find_truth(scene).restitution
+        )
         samples.append(max(error - goal, 0.0) / unit)
     return samples
 
@@ -199,9 +210,9 @@ def extrapolated_rounding(random: Random, count: int) -> Samples:
         name: StepSchemeName = "extrapolated12"
         goal = max(0.1 * unit, 1e-10)
         # Steps finer than the target error needs are included.
-        step = guess_step(scene, name, goal) * float(10 ** random.uniform(-0.7, 0.0))
-        run = lammps.run(scene, Numerics(scheme=name, timestep=step))
-        error = abs(eta_of(scene, run) - find_truth(scene).restitution)
+        step = guess_step(scene.problem, name, goal) * float(10 ** random.uniform(-0.7, 0.0))
+        run = lammps.run(scene.problem, Numerics(scheme=name, timestep=step))
+        error = abs(eta_of(scene.problem, run) - find_truth(scene).restitution)
         samples.append(max(error - goal, 0.0) / (unit * STEP_SCHEMES[name].amplification))
     return {"": samples}
 
@@ -217,10 +228,10 @@ def nudge_reserve(random: Random, count: int) -> Samples:
         ulps = float(random.integers(7, 40))
         nudge = 1.0 + ulps * sys.float_info.epsilon
         try:
-            usual = find_rounding_sensitivity(scene)
-            step = guess_step(scene, "order8", 1e-9)
+            usual = find_rounding_sensitivity(scene.problem)
+            step = guess_step(scene.problem, "order8", 1e-9)
             one, other = (
-                eta_of(each, run_reference(each, "order8", step))
+                eta_of(each.problem, run_reference(each.problem, "order8", step))
                 for each in (
                     scene,
                     scene.replace(speed=None, velocity=nudge * scene.impact_velocity),
@@ -230,8 +241,8 @@ def nudge_reserve(random: Random, count: int) -> Samples:
             continue
         change = abs(one - other)
         # Without amplification, plain rounding is in the bar.
-        if max(usual, change) > rounding_error("reference", scene):
-            samples.append(change / max(usual, rounding_error("reference", scene)))
+        if max(usual, change) > rounding_error("reference", scene.problem):
+            samples.append(change / max(usual, rounding_error("reference", scene.problem)))
     return {"": samples}
 
 
@@ -240,9 +251,11 @@ def arithmetic_floor(random: Random, count: int) -> Samples:
     samples: list[float] = []
     while len(samples) < count:
         scene = draw_scene(random, most=500, potentials=("harmonic",))
-        exact = modal.run(scene)
-        stepped = run_reference(scene, "extrapolated14", 0.4)
-        samples.append(abs(eta_of(scene, stepped) - eta_of(scene, exact)) / scene.particles)
+        exact = modal.run(scene.problem)
+        stepped = run_reference(scene.problem, "extrapolated14", 0.4)
+        samples.append(
+            abs(eta_of(scene.problem, stepped) - eta_of(scene.problem, exact)) / scene.particles
+        )
     return {"": samples}
 
 
@@ -253,13 +266,15 @@ def array_sensitivity(random: Random, count: int) -> Samples:
         scene = draw_scene(random, most=100, potentials=("lj", "toda", "harmonic"))
         try:
             truth = find_truth(scene)
-            bonds = watched_on(truth, scene).table_range(scene)
-            step = guess_step(scene, "order8", 1e-12)
-            run = lammps.run(scene, Numerics(scheme="order8", timestep=step, bond_range=bonds))
+            bonds = watched_on(truth, scene.problem).table_range(scene.problem)
+            step = guess_step(scene.problem, "order8", 1e-12)
+            run = lammps.run(
+                scene.problem, Numerics(scheme="order8", timestep=step, bond_range=bonds)
+            )
         except RunError:
             continue
-        floor = table_error(run, scene) + rounding_of(run, scene)
-        apart = differences(truth.outcome, run, scene)
+        floor = table_error(run, scene.problem) + rounding_of(run, scene.problem)
+        apart = differences(truth.outcome, run, scene.problem)
         v0 = scene.impact_velocity
         scales = {
             "contact_times": run.duration,
@@ -279,9 +294,11 @@ def unseen_stretch(random: Random, count: int) -> Samples:
         scene = draw_scene(random, potentials=("lj", "toda", "log"))
         try:
             truth = find_truth(scene)
-            low, high = watched_on(truth, scene).table_range(scene)
-            numerics = Numerics(timestep=guess_step(scene, "order6", 1e-6))
-            run = lammps.run(scene, replace(numerics, bond_range=(low, 1.0 + 1.5 * (high - 1.0))))
+            low, high = watched_on(truth, scene.problem).table_range(scene.problem)
+            numerics = Numerics(timestep=guess_step(scene.problem, "order6", 1e-6))
+            run = lammps.run(
+                scene.problem, replace(numerics, bond_range=(low, 1.0 + 1.5 * (high - 1.0)))
+            )
         except RunError:
             continue
         stretch = truth.outcome.bond_max - 1.0
@@ -296,7 +313,7 @@ def sphere_power(random: Random, count: int) -> Samples:
         potential = str(random.choice(["lj", "toda", "log"]))
         speed = float(10 ** random.uniform(np.log10(4.0), 1.5))
         slow, fast = (
-            hard_sphere.vibration(Scene(potential=potential, particles=3, speed=k * speed))
+            hard_sphere.vibration(Scene(potential=potential, particles=3, speed=k * speed).problem)
             for k in (1.0, 2.0)
         )
         # Below 1e-20 the vibration is rounding.

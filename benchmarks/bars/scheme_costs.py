@@ -36,40 +36,42 @@ _REPEATS = 2
 def lammps_costs(random: Random, goal: float) -> dict[str, float]:
     """Return the seconds that each scheme takes to a target error in LAMMPS, in a random scene."""
     scene = draw_scene(random, most=300)
-    truth = converge(scene, 0.03 * goal)
-    scouting = watched_on(truth, scene)
+    truth = converge(scene.problem, 0.03 * goal)
+    scouting = watched_on(truth, scene.problem)
     model = shipped_cost_model()
     numerics = {}
     for scheme in LAMMPS_SCHEMES:
-        if not serves_in_lammps(scene, scheme, goal):
+        if not serves_in_lammps(scene.problem, scheme, goal):
             continue
         try:
-            numerics[scheme] = choose_numerics(scene, goal, scouting, schemes=(scheme,))
+            numerics[scheme] = choose_numerics(scene.problem, goal, scouting, schemes=(scheme,))
         except RunError:
             continue
     foreseen = {
-        scheme: model.integration(scene, chosen, scouting.end.last_contact_time)
+        scheme: model.integration(scene.problem, chosen, scouting.end.last_contact_time)
         for scheme, chosen in numerics.items()
     }
     costs = {}
     for scheme, chosen in numerics.items():
         if foreseen[scheme] <= HOPELESS * min(foreseen.values()):
             steps = (chosen.timestep, 2.0 * chosen.timestep)
-            costs[scheme] = _least(lambda: lammps.run_at_steps(scene, chosen, steps))  # noqa: B023
+            costs[scheme] = _least(lambda: lammps.run_at_steps(scene.problem, chosen, steps))  # noqa: B023
     return costs
 
 
 def reference_costs(random: Random, goal: float) -> dict[str, float]:
     """Return the seconds that each scheme of the reference engine takes to a target error."""
     scene = draw_scene(random, most=300, potentials=("lj", "toda", "log", "power"))
-    truth = converge(scene, max(0.03 * goal, 3e-14 * scene.particles))
+    truth = converge(scene.problem, max(0.03 * goal, 3e-14 * scene.particles))
     costs = {}
     for scheme in IN_HOUSE_SCHEMES:
         wanted = 0.5 * goal / usual_share(scheme)
-        coarse = find_step(scene, scheme, wanted, truth, guess_step(scene, scheme, wanted))
+        coarse = find_step(
+            scene.problem, scheme, wanted, truth, guess_step(scene.problem, scheme, wanted)
+        )
         if coarse is not None:
             step = coarse / COARSER[0]
-            costs[scheme] = _least(lambda: run_reference(scene, scheme, step))  # noqa: B023
+            costs[scheme] = _least(lambda: run_reference(scene.problem, scheme, step))  # noqa: B023
     return costs
 
 

@@ -18,20 +18,24 @@ _PHASES = tuple(np.linspace(0.97, 1.0, 8).tolist())
 
 
 def _error(scene: Scene, scheme: StepSchemeName, truth: float) -> float:
-    step = USUAL_STEPS[scheme] / frequency_ratio(scene)
-    return abs(eta_of(scene, run_reference(scene, scheme, step)) - truth)
+    step = USUAL_STEPS[scheme] / frequency_ratio(scene.problem)
+    return abs(eta_of(scene.problem, run_reference(scene.problem, scheme, step)) - truth)
 
 
 def _lammps_errors(scene: Scene, shares: tuple[float, ...]) -> dict[str, float]:
     """Return the worst error by LAMMPS at some shares of each scheme's usual step."""
     truth = find_truth(scene)
-    bonds = watched_on(truth, scene).table_range(scene)
+    bonds = watched_on(truth, scene.problem).table_range(scene.problem)
     worst = {}
     for scheme in COMPOSITIONS.values():
-        steps = [share * USUAL_STEPS[scheme.name] / frequency_ratio(scene) for share in shares]
+        steps = [
+            share * USUAL_STEPS[scheme.name] / frequency_ratio(scene.problem) for share in shares
+        ]
         numerics = Numerics(scheme=scheme.name, timestep=steps[0], bond_range=bonds)
-        runs = lammps.run_at_steps(scene, numerics, steps)
-        worst[str(scheme.name)] = max(abs(eta_of(scene, run) - truth.restitution) for run in runs)
+        runs = lammps.run_at_steps(scene.problem, numerics, steps)
+        worst[str(scheme.name)] = max(
+            abs(eta_of(scene.problem, run) - truth.restitution) for run in runs
+        )
     return worst
 
 

@@ -84,7 +84,7 @@ def judge(cell: Cell, scheme: str) -> dict[str, Any]:
     rounding = 1e-14 * cell.particles
 
     def compare(runs: list) -> dict[str, Any]:
-        coarse, fine = (eta_of(scene, run) for run in runs)
+        coarse, fine = (eta_of(scene.problem, run) for run in runs)
         return {
             "restitution": fine,
             "error": abs(fine - coarse) + rounding,
@@ -93,11 +93,11 @@ def judge(cell: Cell, scheme: str) -> dict[str, Any]:
         }
 
     if scheme == "adaptive8":
-        steps = [guess_step(scene, "order8", goal) for goal in JUDGE_STEP_GOALS]
-        return compare([run_reference(scene, "order8", step) for step in steps])
+        steps = [guess_step(scene.problem, "order8", goal) for goal in JUDGE_STEP_GOALS]
+        return compare([run_reference(scene.problem, "order8", step) for step in steps])
     for accuracies in JUDGE_ACCURACIES:
         try:
-            said = compare([adaptive.run(scene, accuracy) for accuracy in accuracies])
+            said = compare([adaptive.run(scene.problem, accuracy) for accuracy in accuracies])
         except (CrossingError, BarrierError) as fact:
             confirm(scene, accuracies[-1], fact)
             raise
@@ -111,7 +111,7 @@ def confirm(scene: Scene, accuracy: float, fact: RunError) -> None:
     from chaincor.workflows.engines.reference import adaptive
 
     try:
-        adaptive.run(scene, 0.1 * accuracy)
+        adaptive.run(scene.problem, 0.1 * accuracy)
     except type(fact) as again:
         same = max(SAME_TIME, SAME_SHARE * time_of(fact))
         if abs(time_of(again) - time_of(fact)) < same:

@@ -33,7 +33,7 @@ def time_bare_run(scene: Scene, numerics: Numerics, table: BondTable | None, ste
     """Return the seconds of one `run` command of a vibrating chain without wall."""
     with (
         tempfile.TemporaryDirectory() as name,
-        LammpsChain(scene, numerics, table, Path(name)) as chain,
+        LammpsChain(scene.problem, numerics, table, Path(name)) as chain,
     ):
         chain.commands("run 0 post no")
         # Away from the wall, all but particle 1: the chain vibrates.
@@ -48,7 +48,7 @@ def measure(fields: dict, particles: int, timestep: float, repeats: int) -> tupl
     """Return ratio of medians, quartiles, ratio of minima, microseconds of a bare step."""
     scene = Scene(particles=particles, scheme="verlet", timestep=timestep, **fields)
     numerics = Numerics.from_scene(scene)
-    first = lammps.run(scene, numerics)
+    first = lammps.run(scene.problem, numerics)
     steps = first.force_evaluations
     table = None
     if fields["potential"] != "harmonic":
@@ -57,7 +57,7 @@ def measure(fields: dict, particles: int, timestep: float, repeats: int) -> tupl
         table = tabulate(scene.bond, bond_range, rows=first.details["table"]["rows"])
     events, bare = [], []
     for _ in range(repeats):
-        events.append(lammps.run(scene, numerics).seconds)
+        events.append(lammps.run(scene.problem, numerics).seconds)
         bare.append(time_bare_run(scene, numerics, table, steps))
     low, high = np.percentile(np.array(events) / np.array(bare), [25, 75])
     ratio = float(np.median(events) / np.median(bare))

@@ -38,8 +38,10 @@ LOOSE = 1e-3
 
 def lammps_seconds(scene: Scene, numerics: Numerics) -> float:
     """Return the time of an integration: what more runs after one set-up take."""
-    one = timed(lambda: lammps.run_at_steps(scene, numerics, [numerics.timestep]))
-    more = timed(lambda: lammps.run_at_steps(scene, numerics, [numerics.timestep] * (1 + MORE)))
+    one = timed(lambda: lammps.run_at_steps(scene.problem, numerics, [numerics.timestep]))
+    more = timed(
+        lambda: lammps.run_at_steps(scene.problem, numerics, [numerics.timestep] * (1 + MORE))
+    )
     return (more - one) / MORE
 
 
@@ -48,7 +50,7 @@ def compare(repeats: int = 7) -> dict[str, float]:
     scene = Scene(potential="lj", particles=100, speed=0.4)
     truth = find_truth(scene)
     last, end = truth.last_contact_time + 1e-3, truth.scouting.outcome.duration
-    bond_range = truth.scouting.table_range(scene)
+    bond_range = truth.scouting.table_range(scene.problem)
 
     found: dict[str, float] = {}
     tasks: dict[str, Callable[[], float]] = {}
@@ -56,8 +58,8 @@ def compare(repeats: int = 7) -> dict[str, float]:
         bare = Numerics(scheme=scheme, bond_range=bond_range)
 
         def error_at(step: float, bare: Numerics = bare) -> float:
-            outcome = lammps.run(scene, replace(bare, timestep=step))
-            return abs(eta_of(scene, outcome) - truth.restitution)
+            outcome = lammps.run(scene.problem, replace(bare, timestep=step))
+            return abs(eta_of(scene.problem, outcome) - truth.restitution)
 
         step, found[f"{name}_error"] = coarsest(steps, error_at, ERROR)
         found[f"{name}_step"] = step

@@ -61,13 +61,13 @@ def restitution(velocities: np.ndarray, scene: Scene) -> float:
 
 def run_ours(scene: Scene, step: float, scheme: str = "order8") -> Outcome:
     """Run the stepping engine."""
-    return stepping.run(scene, Numerics(scheme=scheme, timestep=step))
+    return stepping.run(scene.problem, Numerics(scheme=scheme, timestep=step))
 
 
 def seconds_to_last_contact(scene: Scene, step: float, scheme: str, last: float) -> float:
     """Return the time the stepping engine takes up to a time, without arguing the end."""
     stepper = Stepper.of(scene.line, scene.bond, scheme, step)
-    chain = Motion.at_start(scene, stepper)
+    chain = Motion.at_start(scene.problem, stepper)
     bookkeeping.never_argue(chain.ledger)
     return timed(lambda: chain.advance(math.ceil(last / step)))
 
@@ -165,7 +165,7 @@ def measure_scaling(sizes: Iterable[int]) -> list[dict[str, float]]:
     rows: list[dict[str, float]] = []
     for particles in sizes:
         scene = Scene(potential="lj", particles=particles, speed=0.4)
-        outcome = stepping.run(scene, Numerics(scheme="order6", timestep=0.1))
+        outcome = stepping.run(scene.problem, Numerics(scheme="order6", timestep=0.1))
         # Time simulated per particle differs a little with when the end can be argued.
         per_square = outcome.seconds / (particles * outcome.duration)
         rows.append(

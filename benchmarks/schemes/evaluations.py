@@ -104,7 +104,7 @@ def main() -> None:
     parser.add_argument("--scene", nargs="+", choices=SCENES, default=list(SCENES))
     for name in parser.parse_args().scene:
         scene = Scene(particles=100, **SCENES[name])
-        truth = converge(scene, _TRUTH)
+        truth = converge(scene.problem, _TRUTH)
         last = float(truth.outcome.contact_times[-1]) + 1e-3
         print(f"\n| {name} | {' | '.join(f'{error:.0e}' for error in ERRORS)} |")
         print("|---" * (1 + len(ERRORS)) + "|")

@@ -3,6 +3,8 @@
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
+from chaincor.lammps_inputs.problem import Problem
+
 if TYPE_CHECKING:
     from chaincor.lammps_inputs.scene import Scene
 
@@ -28,8 +30,10 @@ def check_beads(scene: "Scene") -> Iterator[str]:
                     "overlaps. Give a tolerance instead"
                 )
         return
-    if refusal := granular_refusal(scene):
+    if refusal := granular_refusal(scene.problem):
         yield refusal
+    if scene.dump is not None:
+        yield "dump is for chains that hold together. Leave it out, or use arrays"
     for key, known in _GRANULAR.items():
         if getattr(scene, key) not in (None, known):
             yield (
@@ -38,10 +42,10 @@ def check_beads(scene: "Scene") -> Iterator[str]:
             )
 
 
-def granular_refusal(scene: "Scene") -> str | None:
+def granular_refusal(problem: Problem) -> str | None:
     """Return the reason, in one line, why `pair_style granular` lacks a column; None if not."""
-    exponents = {"hertz_exponent": dict(scene.bond.as_keys())["hertz_exponent"]}
-    contact = scene.contact_law
+    exponents = {"hertz_exponent": dict(problem.bond.as_keys())["hertz_exponent"]}
+    contact = problem.line.contact
     if contact.soft:
         exponents["contact_exponent"] = contact.as_keys()["contact_exponent"]
     for key, exponent in exponents.items():
@@ -50,17 +54,15 @@ def granular_refusal(scene: "Scene") -> str | None:
                 f"{key} is {exponent:g}, and LAMMPS's pair_style granular has Hertz's law, 1.5, "
                 "alone. Set engine to 'reference'"
             )
-    if scene.target_particles is not None and contact != scene.bond.contact:
+    if problem.line.targets and contact != problem.bond.contact:
         return (
             "the contact with the target has a law of its own, and LAMMPS's pair_style granular "
             "has one law for all beads. Leave contact out, or set engine to 'reference'"
         )
-    masses = {*(scene.masses or (1.0,)), *(scene.target_masses or (1.0,))}
-    if scene.damping is not None and len(masses) > _MOST_MASSES:
+    masses = {*problem.line.chain_masses.tolist(), *problem.line.target_masses.tolist()}
+    if dict(problem.bond.as_keys()).get("damping") and len(masses) > _MOST_MASSES:
         return (
             f"the beads have {len(masses)} masses, and LAMMPS's viscoelastic damping needs numbers "
             f"for each pair of them. Give at most {_MOST_MASSES}, or set engine to 'reference'"
         )
-    if scene.dump is not None:
-        return "dump is for chains that hold together. Leave it out, or use arrays"
     return None

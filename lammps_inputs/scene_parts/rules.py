@@ -271,7 +271,7 @@ def _check_numerics(scene: "Scene") -> Iterator[str]:
     if scene.wall == "reflect" and scene.scheme not in (None, "verlet"):
         yield (f"wall 'reflect' goes with scheme 'verlet', not '{scene.scheme}'")
     if scene.timestep is not None:
-        stiffness = scene.fast_stiffness
+        stiffness = scene.problem.fast_stiffness
         shortest = SHORTEST_TIMESTEP / stiffness**0.5
         if scene.timestep < shortest:
             yield (

@@ -21,7 +21,7 @@ KNOWN = [
 
 @pytest.mark.parametrize("case", [case for case, _ in KNOWN[:2]], ids=["20", "5"])
 def test_a_bond_that_stiffens_like_a_power_is_no_hard_sphere(case):
-    assert hard_sphere.deviation(case.scene()) == math.inf
+    assert hard_sphere.deviation(case.scene().problem) == math.inf
 
 
 @pytest.mark.parametrize(("case", "right"), KNOWN, ids=lambda each: getattr(each, "kind", ""))

@@ -66,9 +66,11 @@ def test_exact_modes():
             target_masses=10 ** random.uniform(-1.0, 1.0, targets),
             compression=float(random.uniform(0.0, 0.03)),
         )
-        exact = modal.run(scene)
+        exact = modal.run(scene.problem)
         found = judge(bonds_of(scene), bodies_of(scene), closer=CLOSE)
-        assert abs(found.seen.restitution - eta_of(scene, exact)) < 3.0 * found.error < 1e-10
+        assert (
+            abs(found.seen.restitution - eta_of(scene.problem, exact)) < 3.0 * found.error < 1e-10
+        )
         assert found.seen.contacts == len(exact.contact_times)
         assert found.seen.contact_times == pytest.approx(exact.contact_times, abs=1e-9)
 
@@ -159,5 +161,5 @@ def test_warm_scenes_are_of_every_kind(tmp_path):
 def test_a_warm_chain_of_springs_is_judged_as_its_exact_modes_say():
     scene = Scene(potential="harmonic", particles=5, velocity=0.05, temperature=1e-3, seed=4)
     found = judge_scene(scene, 1e-10)
-    exact = eta_of(scene, modal.run(scene))
+    exact = eta_of(scene.problem, modal.run(scene.problem))
     assert abs(found.seen.restitution - exact) <= found.error + 1e-12

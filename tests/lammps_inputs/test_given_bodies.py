@@ -206,8 +206,8 @@ def test_a_scene_becomes_one_line():
         "masses", "target_particles", "target_masses", "compression",
     }  # fmt: skip
     # omega^2 of the fastest bond, and of waves in the slower body.
-    assert scene.fast_stiffness == Harmonic().stiffness / 1.0
-    assert scene.slow_stiffness == pytest.approx(1.0 / 5.5, rel=1e-15)
+    assert scene.problem.fast_stiffness == Harmonic().stiffness / 1.0
+    assert scene.problem.slow_stiffness == pytest.approx(1.0 / 5.5, rel=1e-15)
 
 
 def test_a_state_brings_velocities_and_masses(folder):

@@ -40,7 +40,7 @@ BONDS = {
 
 def rendered(scene, table=None, steps=None, plan=None, **wishes):
     plan = ScriptPlan(Numerics.from_scene(scene), table, **{"end": END} | (plan or {}))
-    return render_job(scene, plan, TIMES, steps, JobWishes(**wishes))
+    return render_job(scene.problem, plan, TIMES, steps, JobWishes(**wishes))
 
 
 def render(wall, kind, frames=20, **options):

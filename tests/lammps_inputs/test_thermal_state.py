@@ -130,7 +130,7 @@ def test_a_farther_start_changes_no_distribution():
             strains[line.gap] = gap_of(strains[line.gap])
             line = replace(line, strains=strains)
             drawn.__dict__["line"] = line  # where it is kept
-            found.append(relative_velocity(line, modal.run(drawn)))
+            found.append(relative_velocity(line, modal.run(drawn.problem)))
         return found
 
     count = 500

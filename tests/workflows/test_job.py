@@ -30,10 +30,10 @@ from tests.lmp import number, run_lmp, unexpected_warnings
 def from_python(scene):
     """Run the same numerics, with the same table, through the engine."""
     numerics = Numerics.from_scene(scene)
-    scouting = usual_pilot_run(scene, flown_on(scene))
+    scouting = usual_pilot_run(scene.problem, flown_on(scene.problem))
     if scouting is not None:
-        numerics = replace(numerics, bond_range=scouting.table_range(scene))
-    return lammps.run(scene, numerics)
+        numerics = replace(numerics, bond_range=scouting.table_range(scene.problem))
+    return lammps.run(scene.problem, numerics)
 
 
 SCENES = [
@@ -107,7 +107,9 @@ def test_lmp_alone_gives_what_python_gives_for_two_bodies(fields, tmp_path):
     assert done.returncode == 0, done.stdout[-2000:]
     assert unexpected_warnings(done.stdout) == []
     outcome = from_python(scene)
-    assert number(done.stdout, "restitution") == pytest.approx(eta_of(scene, outcome), abs=1e-12)
+    assert number(done.stdout, "restitution") == pytest.approx(
+        eta_of(scene.problem, outcome), abs=1e-12
+    )
     contacts = np.loadtxt(tmp_path / "job" / "contacts.txt", skiprows=1, ndmin=2)
     assert contacts[:, 1] == pytest.approx(outcome.contact_times, abs=1e-10)
     assert contacts[:, 2] == pytest.approx(outcome.contact_speeds, abs=1e-11)
@@ -122,7 +124,7 @@ def test_a_job_with_a_target_runs_slower_chains_on_request(tmp_path):
     write_job(scene, tmp_path / "job")
     done = run_lmp(tmp_path / "job", "-var", "velocity", "0.03")
     slower = scene.replace(velocity=0.03)
-    table = usual_pilot_run(scene, flown_on(scene)).table_range(scene)
+    table = usual_pilot_run(scene.problem, flown_on(scene.problem)).table_range(scene.problem)
     outcome = lammps.run(slower, replace(Numerics.from_scene(slower), bond_range=table))
     # The table of the job is made for bonds that are watched a little longer.
     eta = eta_of(slower, outcome)
@@ -152,11 +154,13 @@ def test_a_job_sees_what_else_acts_on_its_target(tmp_path):
 
 def test_a_kept_run_of_two_bodies_is_a_job(tmp_path):
     scene = line_scene(LINES[4], tmp_path).replace(save=tmp_path / "kept")
-    outcome = lammps.run(scene, Numerics.from_scene(scene))
+    outcome = lammps.run(scene.problem, Numerics.from_scene(scene))
     done = run_lmp(tmp_path / "kept")
     assert done.returncode == 0, done.stdout[-2000:]
     # The kept script has a table of its own.
-    assert number(done.stdout, "restitution") == pytest.approx(eta_of(scene, outcome), abs=1e-10)
+    assert number(done.stdout, "restitution") == pytest.approx(
+        eta_of(scene.problem, outcome), abs=1e-10
+    )
 
 
 @pytest.mark.slow
@@ -267,7 +271,7 @@ def test_a_users_state_is_found_from_the_job_from_a_grid_and_from_a_kept_run(tmp
     scene = Scene(potential="toda", particles=3, initial="state.csv")
     write_job(scene, Path("job"))
     write_grid([scene], ["particles"], Path("grid"), "bash")
-    lammps.run(scene.replace(save=Path("kept")), Numerics())
+    lammps.run(scene.replace(save=Path("kept")).problem, Numerics())
     written = [path for name in ("job", "grid", "kept") for path in Path(name).rglob("*.toml")]
     assert len(written) == 4
     for path in written:
@@ -295,9 +299,9 @@ def test_a_job_runs_slower_chains_on_request(fields, wall, tmp_path):
     assert done.returncode == 0, done.stdout[-2000:]
     assert "ending = silence alone: no reference run was made at this velocity" in done.stdout
     # The table is that of the job.
-    scouting = usual_pilot_run(scene, flown_on(scene))
-    numerics = replace(Numerics.from_scene(slower), bond_range=scouting.table_range(scene))
-    outcome = lammps.run(slower, numerics)
+    scouting = usual_pilot_run(scene.problem, flown_on(scene.problem))
+    numerics = replace(Numerics.from_scene(slower), bond_range=scouting.table_range(scene.problem))
+    outcome = lammps.run(slower.problem, numerics)
     eta = restitution(outcome.velocities, slower.impact_velocity)
     # The same steps; the job's table is made for bonds that are watched a little longer.
     assert number(done.stdout, "restitution") == pytest.approx(eta, abs=1e-10)

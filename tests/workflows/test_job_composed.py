@@ -42,7 +42,7 @@ def from_python(scene, monkeypatch):
     plan = plan_script(scene)
     monkeypatch.setattr(lammps, "tabulate_near_and_far", lambda *_: plan.table)
     monkeypatch.setattr(lammps, "_unsure_end", lambda *_: 0.0)
-    return lammps.run(scene, plan.numerics)
+    return lammps.run(scene.problem, plan.numerics)
 
 
 @pytest.mark.slow_cases
@@ -57,7 +57,7 @@ def test_lmp_alone_gives_what_the_engine_gives(fields, tmp_path, monkeypatch):
     # Steps of one size, which end elsewhere before a contact: each is off by its own error.
     error = number(done.stdout, "restitution_error")
     assert number(done.stdout, "restitution") == pytest.approx(
-        eta_of(scene, outcome), abs=2.0 * error
+        eta_of(scene.problem, outcome), abs=2.0 * error
     )
     assert error < 1e-3
     contacts = np.loadtxt(tmp_path / "contacts.txt", skiprows=1, ndmin=2)
@@ -84,7 +84,9 @@ def test_a_job_proves_its_number(fields, tolerance, tmp_path, monkeypatch):
     exact = collide(Scene(**fields, engine="reference", tolerance=1e-11))
     assert abs(eta - exact.restitution) <= error + exact.restitution_error
     assert 0.05 * (tolerance or 1e-6) < error <= (tolerance or 1e-6)
-    assert eta == pytest.approx(eta_of(scene, from_python(scene, monkeypatch)), abs=2.0 * error)
+    assert eta == pytest.approx(
+        eta_of(scene.problem, from_python(scene, monkeypatch)), abs=2.0 * error
+    )
     # The scene that lies beside the script takes the same steps, with as many rows.
     again, plan = Scene.from_file(tmp_path / "scene.toml"), plan_script(scene)
     numerics = Numerics.from_scene(again)
@@ -113,7 +115,7 @@ def test_the_error_of_a_table_is_told_without_lammps(style):
         scheme="order6", timestep=0.1, table=style, table_points=300, bond_range=(0.9, 1.1)
     )
     told = interpolated_force_error(tabulate(scene.bond, (0.9, 1.1), style, 300), scene.bond)
-    certified = lammps.run(scene, numerics).details["table"]["force_error"]
+    certified = lammps.run(scene.problem, numerics).details["table"]["force_error"]
     # Asked at other places: some part of a row nearer to the steep end is much.
     assert 0.99 * certified <= told <= 2.0 * certified
 
@@ -145,7 +147,9 @@ def test_a_late_contact_interrupts_the_silence(tmp_path):
     plan = plan_script(scene)
     write_job(scene, tmp_path)
     whole = run_lmp(tmp_path).stdout
-    (tmp_path / "in.chain").write_text(job_script(scene, ScriptPlan(plan.numerics, plan.table)))
+    (tmp_path / "in.chain").write_text(
+        job_script(scene.problem, ScriptPlan(plan.numerics, plan.table))
+    )
     alone = run_lmp(tmp_path).stdout
     assert number(alone, "contacts") == number(whole, "contacts") == 27
     for name in ("restitution", "last_contact_time"):
@@ -201,7 +205,7 @@ def test_the_log_has_the_result_and_not_the_thousands_of_runs(tmp_path):
 def test_extrapolated_steps_are_refused_in_one_line():
     numerics = Numerics(scheme="extrapolated12", timestep=0.5)
     with pytest.raises(SceneError, match="a script can do verlet, order4, order6, order8: give"):
-        job_script(Scene(particles=5), ScriptPlan(numerics, None))
+        job_script(Scene(particles=5).problem, ScriptPlan(numerics, None))
 
 
 def test_steps_that_are_unstable_at_twice_their_length_are_refused(tmp_path):
@@ -219,6 +223,8 @@ def test_steps_that_are_unstable_at_twice_their_length_are_refused(tmp_path):
 def test_the_kept_script_of_a_run_takes_its_steps(tmp_path):
     scene = Scene(particles=8, speed=0.4, save=tmp_path / "kept")
     numerics = replace(Numerics(), scheme="order8", timestep=0.1)
-    outcome = lammps.run(scene, numerics)
+    outcome = lammps.run(scene.problem, numerics)
     done = run_lmp(tmp_path / "kept")
-    assert number(done.stdout, "restitution") == pytest.approx(eta_of(scene, outcome), abs=1e-10)
+    assert number(done.stdout, "restitution") == pytest.approx(
+        eta_of(scene.problem, outcome), abs=1e-10
+    )

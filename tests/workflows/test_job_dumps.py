@@ -42,7 +42,7 @@ def test_other_readers_open_the_dump_of_a_job(kind, tmp_path):
         )
     many = read(path, format="lammps-dump-text", index=":")
     assert len(universe.trajectory) == len(many) == len(frames) > 10
-    assert universe.atoms.n_atoms == scene.all_particles
+    assert universe.atoms.n_atoms == scene.problem.all_particles
     for ts, atoms, frame in zip(universe.trajectory, many, frames, strict=True):
         x, low, v = frame.column("x"), frame.bounds[0, 0], frame.column("vx")
         # MDAnalysis counts from the lower face, in numbers of 24 bits: twice rounded.

@@ -32,12 +32,12 @@ WARM = [
 @pytest.mark.slow_cases
 def test_both_engines_and_the_judge_agree(fields):
     scene = Scene(**fields, seed=5)
-    ours, theirs = stepping.run(scene, SHARP), lammps.run(scene, SHARP)
+    ours, theirs = stepping.run(scene.problem, SHARP), lammps.run(scene.problem, SHARP)
     judged = judge_scene(scene, 1e-9).seen
     assert len(ours.contact_times) == len(theirs.contact_times) == judged.contacts
     # Steps of order 8 of a twentieth of the fastest period: about (0.05/0.2)^8 of what 0.2 does.
-    assert eta_of(scene, ours) == pytest.approx(judged.restitution, rel=1e-8)
-    assert eta_of(scene, theirs) == pytest.approx(judged.restitution, rel=1e-8)
+    assert eta_of(scene.problem, ours) == pytest.approx(judged.restitution, rel=1e-8)
+    assert eta_of(scene.problem, theirs) == pytest.approx(judged.restitution, rel=1e-8)
     assert ours.energy_end == pytest.approx(ours.energy_start, rel=1e-9)
     assert theirs.displacements == pytest.approx(ours.displacements, abs=1e-8)
     assert theirs.target_displacements == pytest.approx(ours.target_displacements, abs=1e-8)
@@ -87,7 +87,7 @@ def test_a_slow_chain_is_waited_for():
     # needs 20 to cross the chain and come back.
     scene = Scene(potential="toda", particles=10, velocity=0.01, temperature=0.01, seed=2)
     steps = Numerics(scheme="order8", timestep=0.05)
-    for outcome in (stepping.run(scene, steps), lammps.run(scene, steps)):
+    for outcome in (stepping.run(scene.problem, steps), lammps.run(scene.problem, steps)):
         assert len(outcome.contact_times) == 2
         # Errors grow meanwhile: those of the steps, and of the table of bonds.
         assert outcome.contact_times[-1] == pytest.approx(168.5184, abs=0.1)
@@ -97,9 +97,9 @@ def test_a_slow_chain_is_waited_for():
 def test_steps_of_high_order_are_taken_where_flights_amplify_errors():
     # Verlet steps, usually the cheapest for 1e-3, cost twenty times as much as those of order 8.
     scene = Scene(potential="toda", particles=10, velocity=0.01, temperature=0.01, seed=2)
-    assert LammpsSearch(scene, 1e-3, 0.0).numerics.scheme in ("order6", "order8")
+    assert LammpsSearch(scene.problem, 1e-3, 0.0).numerics.scheme in ("order6", "order8")
     cold = Scene(potential="toda", particles=10, velocity=0.01)
-    assert LammpsSearch(cold, 1e-3, 0.0).numerics.scheme == "verlet"
+    assert LammpsSearch(cold.problem, 1e-3, 0.0).numerics.scheme == "verlet"
 
 
 def test_lammps_refuses_what_it_cannot_place():

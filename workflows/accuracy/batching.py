@@ -10,6 +10,7 @@ from chaincor.analysis.modes import mode_energies
 from chaincor.analysis.restitution import centre_of_mass_velocity
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.line import Line
+from chaincor.lammps_inputs.problem import Problem
 from chaincor.lammps_inputs.scene import FILE_KEYS, Scene
 from chaincor.lammps_inputs.schemes import StepSchemeName
 from chaincor.workflows.accuracy.bounded_run import BoundedRun, bounded_run, decade_above
@@ -59,7 +60,7 @@ def kind_of(scene: Scene) -> Kind | None:
         return None
     assert planned.numerics is not None
     assert planned.target_error is not None
-    if rounding_matters("reference", scene, planned.target_error):
+    if rounding_matters("reference", planned.problem, planned.target_error):
         return None
     if planned.usually_shatters:
         return None  # it needs several steps, and most time goes to its end
@@ -72,7 +73,6 @@ def batches(scenes: Sequence[Scene]) -> list[list[int]]:
 
     The result of a collision does not depend on this division.
     """
-    foresee_frequency_ratio(scenes)
     kinds: dict[Kind | int, list[int]] = {}
     for place, scene in enumerate(scenes):
         kind = kind_of(scene) if len(scenes) >= LEAST_TOGETHER else None
@@ -102,41 +102,43 @@ def solve_batch(scenes: Sequence[Scene]) -> list[tuple[BoundedRun, Array] | None
     then be solved alone. Otherwise it is the result of ``solve_to_tolerance`` to the last bit, and
     the energies of the modes after the collision. No result depends on the other scenes.
     """
-    foresee_frequency_ratio(scenes)
+    problems = [scene.problem for scene in scenes]
+    foresee_frequency_ratio(problems)
     kind = kind_of(scenes[0])
     assert kind is not None
     _, particles, scheme = kind
-    batch = Batch(scenes[0].line, scenes[0].bond, scheme)
-    floor = rounding_error("reference", scenes[0])
+    problem = problems[0]
+    batch = Batch(problem.line, problem.bond, scheme)
+    floor = rounding_error("reference", problem)
     target_errors = [_goal(scene, floor) for scene in scenes]
     steps = np.array(
-        [first_step(s, scheme, max(g, floor)) for s, g in zip(scenes, target_errors, strict=True)]
+        [first_step(p, scheme, max(g, floor)) for p, g in zip(problems, target_errors, strict=True)]
     )
     found: list[tuple[BoundedRun, Array] | None] = [None] * len(scenes)
-    fine = batch.follow_cold(scenes, steps)
+    fine = batch.follow_cold(problems, steps)
     places = np.flatnonzero(fine.settled)
     if len(places) == 0:
         return found
     fine, steps = fine.chosen(places), steps[places]
-    followed = [scenes[place] for place in places.tolist()]
+    followed = [problems[place] for place in places.tolist()]
     both = np.concatenate([times * steps for times in COARSER])
     lasts = np.tile(fine.last_contact_times, len(COARSER))
-    speeds = np.array([scene.impact_velocity for scene in followed])
+    speeds = np.array([each.impact_velocity for each in followed])
     approaches = np.tile(speeds, len(COARSER))
     compared = batch.compare(StartStates.cold(approaches, particles), both, lasts, approaches)
     coarse = [compared.chosen(part) for part in np.split(np.arange(len(both)), len(COARSER))]
     runs = [fine, *coarse]
-    _, errors, agree = compare_many(scheme, steps, runs, speeds, scenes[0].line, floor)
-    agree &= fine.longest_silences <= sound_round_trip(particles, scenes[0].slow_stiffness)
-    energies, apart = _compared(scenes[0], fine, coarse[0])
-    for k, (place, scene) in enumerate(zip(places.tolist(), followed, strict=True)):
+    _, errors, agree = compare_many(scheme, steps, runs, speeds, problem.line, floor)
+    agree &= fine.longest_silences <= sound_round_trip(particles, problem.slow_stiffness)
+    energies, apart = _compared(problem, fine, coarse[0])
+    for k, (place, each) in enumerate(zip(places.tolist(), followed, strict=True)):
         target_error, error = target_errors[place], float(errors[k])
         if not (agree[k] and error + floor <= target_error):
             continue
-        outcome = _outcome(scene, fine, k, scheme, float(steps[k]))
-        differences = {name: float(each[k]) for name, each in apart.items()}
+        outcome = _outcome(each, fine, k, scheme, float(steps[k]))
+        differences = {name: float(gap[k]) for name, gap in apart.items()}
         tries = [{"timestep": float(steps[k]), "step_error": error}]
-        met = bounded_run(scene, outcome, error, differences, tries)
+        met = bounded_run(each, outcome, error, differences, tries)
         if met.error <= target_error:
             found[place] = met, energies[k]
     return found
@@ -175,13 +177,13 @@ def compare_many(
     return np.square(e), errors, alike & np.all(settled, axis=0)
 
 
-def _compared(scene: Scene, fine: ManyRuns, coarse: ManyRuns) -> tuple[Array, dict[str, Array]]:
+def _compared(problem: Problem, fine: ManyRuns, coarse: ManyRuns) -> tuple[Array, dict[str, Array]]:
     """Return the mode energies of fine runs, and their `differences` to coarse runs."""
     alike = fine.counts == coarse.counts
     contacts = np.where(fine.listed[:, None, :], np.abs(fine.contacts - coarse.contacts), 0.0)
     times, speeds = np.where(alike, np.max(contacts, axis=2).T, np.inf)
     energies, others = (
-        mode_energies(run.displacements, run.velocities, scene.bond.stiffness)
+        mode_energies(run.displacements, run.velocities, problem.bond.stiffness)
         for run in (fine, coarse)
     )
     return energies, {
@@ -193,10 +195,10 @@ def _compared(scene: Scene, fine: ManyRuns, coarse: ManyRuns) -> tuple[Array, di
     }
 
 
-def _outcome(scene: Scene, runs: ManyRuns, k: int, scheme: str, step: float) -> Outcome:
+def _outcome(problem: Problem, runs: ManyRuns, k: int, scheme: str, step: float) -> Outcome:
     velocities, count = runs.velocities[k], runs.counts[k]
     return finish(
-        scene,
+        problem,
         LastContact(
             strains=runs.strains[k],
             velocities=velocities,

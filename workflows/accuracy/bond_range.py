@@ -2,7 +2,7 @@
 
 import math
 
-from chaincor.lammps_inputs.scene import Scene
+from chaincor.lammps_inputs.problem import Problem
 from chaincor.workflows.engines.lammps.contact import approach_time
 from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.engines.reference import bookkeeping
@@ -13,29 +13,29 @@ from chaincor.workflows.engines.reference.moving import Motion, Stepper
 _APPROACH_STEPS = 64
 
 
-def bonds_from_start(scene: Scene, outcome: Outcome) -> tuple[float, float]:
+def bonds_from_start(problem: Problem, outcome: Outcome) -> tuple[float, float]:
     """
     Return the shortest and the longest bond from the initial state to the last contact.
 
     The `outcome` has the range from the first contact on. The flight before that is followed with
     coarse steps; in a cold chain no bond moves there.
     """
-    line, bond = scene.line, scene.bond
+    line, bond = problem.line, problem.bond
     shortest, longest = outcome.bond_min, outcome.bond_max
-    if line.cold or scene.longest_body == 1:
+    if line.cold or problem.longest_body == 1:
         return shortest, longest
     step = coarse_step(bond, shortest - 1.0, line.lightest)
     stepper = Stepper.of(line, bond, "verlet", step)
-    moving = Motion.in_state(stepper, line.strains, line.velocities, scene.impact_velocity)
+    moving = Motion.in_state(stepper, line.strains, line.velocities, problem.impact_velocity)
     ceiling = float(moving.ledger["strain_ceiling"])
     ahead = CoarseRun(moving, 0.0, step, clearance=0.0, ceiling=ceiling)
-    ahead.fly(approach_time(scene))
+    ahead.fly(approach_time(problem))
     low, high = (float(ahead.moving.ledger[name]) for name in ("strain_min", "strain_max"))
     return min(shortest, 1.0 + low), max(longest, 1.0 + high)
 
 
 def bonds_to_contact(
-    scene: Scene, like: Outcome, contacts: int, last: float
+    problem: Problem, like: Outcome, contacts: int, last: float
 ) -> tuple[float, float] | None:
     """
     Return the shortest and the longest bond from the first contact to a later one.
@@ -44,13 +44,13 @@ def bonds_to_contact(
     scheme and the step are those of the run `like`, by the reference engine. Return None if the
     motion has another number of contacts by then, or if fixed steps do not resolve it.
     """
-    if like.timestep is None or scene.longest_body == 1:
+    if like.timestep is None or problem.longest_body == 1:
         return None
     step = like.timestep
-    moving = Motion.at_start(scene, Stepper.of(scene.line, scene.bond, like.scheme, step))
+    moving = Motion.at_start(problem, Stepper.of(problem.line, problem.bond, like.scheme, step))
     ledger = moving.ledger
     bookkeeping.never_argue(ledger)
-    latest = math.ceil(approach_time(scene) / step)
+    latest = math.ceil(approach_time(problem) / step)
     while ledger["contacts"] == 0 and ledger["steps"] <= latest:
         if not _advance(moving, int(ledger["steps"]) + _APPROACH_STEPS):
             return None

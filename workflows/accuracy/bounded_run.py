@@ -9,7 +9,7 @@ import numpy as np
 from chaincor.analysis.error_bar import ErrorBar
 from chaincor.analysis.modes import mode_energies
 from chaincor.lammps_inputs.arrays import Array
-from chaincor.lammps_inputs.scene import Scene
+from chaincor.lammps_inputs.problem import Problem
 from chaincor.workflows.accuracy.reference_runs import relative_velocity
 from chaincor.workflows.durations import format_duration
 from chaincor.workflows.engines.outcome import Outcome
@@ -57,7 +57,7 @@ class BoundedRun:
 
 
 def bounded_run(
-    scene: Scene,
+    problem: Problem,
     outcome: Outcome,
     step: float,
     other: Outcome | dict[str, float],
@@ -71,8 +71,8 @@ def bounded_run(
     error, or the difference in each array. `tries` are the steps and errors of the search. For
     `sensitivity` see :func:`error_bar`.
     """
-    bar = error_bar(outcome, scene, step, sensitivity)
-    details: dict[str, Any] = {"spread": spread_of(scene, outcome, other)}
+    bar = error_bar(outcome, problem, step, sensitivity)
+    details: dict[str, Any] = {"spread": spread_of(problem, outcome, other)}
     if tries is not None:
         details["choice"] = {"tries": tries}
     others = (other,) if isinstance(other, Outcome) else ()
@@ -119,7 +119,7 @@ def decade_within(tolerance: float) -> float:
     return 10.0 ** math.floor(math.log10(tolerance) + 1e-9)
 
 
-def table_error(outcome: Outcome, scene: Scene) -> float:
+def table_error(outcome: Outcome, problem: Problem) -> float:
     """
     Return the error of eta due to the bond table, from its certificate.
 
@@ -129,15 +129,15 @@ def table_error(outcome: Outcome, scene: Scene) -> float:
     certificate = outcome.details.get("table")
     if certificate is None:
         return 0.0
-    return table_error_of(certificate["style"], certificate["force_error"], scene)
+    return table_error_of(certificate["style"], certificate["force_error"], problem)
 
 
-def table_error_of(style: str, force_error: float, scene: Scene) -> float:
+def table_error_of(style: str, force_error: float, problem: Problem) -> float:
     """Return the error of eta due to a table of a style with a largest error of the force."""
-    return TABLE_SENSITIVITY[style] * force_error / scene.impact_velocity
+    return TABLE_SENSITIVITY[style] * force_error / problem.impact_velocity
 
 
-def ending_error(outcome: Outcome, scene: Scene) -> float:
+def ending_error(outcome: Outcome, problem: Problem) -> float:
     r"""
     Return the largest change of eta by contacts that may still come.
 
@@ -146,13 +146,13 @@ def ending_error(outcome: Outcome, scene: Scene) -> float:
     """
     if outcome.ending.missed_momentum == 0.0:
         return 0.0
-    gained = outcome.ending.missed_momentum / scene.line.reduced_mass
-    mean = abs(relative_velocity(scene.line, outcome))
-    return (2.0 * mean + gained) * gained / scene.impact_velocity**2
+    gained = outcome.ending.missed_momentum / problem.line.reduced_mass
+    mean = abs(relative_velocity(problem.line, outcome))
+    return (2.0 * mean + gained) * gained / problem.impact_velocity**2
 
 
 def error_bar(
-    outcome: Outcome, scene: Scene, step: float | None, sensitivity: float = 0.0
+    outcome: Outcome, problem: Problem, step: float | None, sensitivity: float = 0.0
 ) -> ErrorBar:
     """
     Return the error bar of a run.
@@ -165,31 +165,31 @@ def error_bar(
     elif outcome.scheme in STEP_SCHEMES:
         sensitivity *= STEP_SCHEMES[outcome.scheme].amplification
     rounding = max(
-        rounding_of(outcome, scene), amplified_rounding(outcome.engine, sensitivity, scene)
+        rounding_of(outcome, problem), amplified_rounding(outcome.engine, sensitivity, problem)
     )
     return ErrorBar(
         step=step,
-        table=table_error(outcome, scene),
+        table=table_error(outcome, problem),
         rounding=rounding,
-        ending=ending_error(outcome, scene),
+        ending=ending_error(outcome, problem),
     )
 
 
-def differences(first: Outcome, second: Outcome, scene: Scene) -> dict[str, float]:
+def differences(first: Outcome, second: Outcome, problem: Problem) -> dict[str, float]:
     """
     Return the differences between the arrays of two runs at different steps.
 
     The result has, for each array, the largest absolute difference: contact times and speeds,
     velocities and mode energies. It is inf if the numbers of contacts differ.
     """
-    stiffness, masses = scene.bond.stiffness, scene.line.chain_masses
+    stiffness, masses = problem.bond.stiffness, problem.line.chain_masses
     pairs = {
         "contact_times": (first.contact_times, second.contact_times),
         "contact_speeds": (first.contact_speeds, second.contact_speeds),
         "velocities": (first.velocities, second.velocities),
         "target_velocities": (first.target_velocities, second.target_velocities),
     }
-    if not scene.bond.only_pushes:  # whose bodies have no modes
+    if not problem.bond.only_pushes:  # whose bodies have no modes
         pairs["mode_energies"] = (
             mode_energies(first.displacements, first.velocities, stiffness, masses),
             mode_energies(second.displacements, second.velocities, stiffness, masses),
@@ -205,7 +205,7 @@ def farthest(one: Array, other: Array) -> float:
 
 
 def spread_of(
-    scene: Scene, outcome: Outcome, other: Outcome | dict[str, float]
+    problem: Problem, outcome: Outcome, other: Outcome | dict[str, float]
 ) -> dict[str, float]:
     """
     Return the spread of each array between two runs, for comparison with other integrators.
@@ -213,15 +213,15 @@ def spread_of(
     `other` is one of the runs, or the :func:`differences`. Errors common to both runs, from tables
     and rounding, are included.
     """
-    apart = differences(outcome, other, scene) if isinstance(other, Outcome) else other
-    floor = table_error(outcome, scene) + rounding_of(outcome, scene)
-    v0 = scene.impact_velocity
+    apart = differences(outcome, other, problem) if isinstance(other, Outcome) else other
+    floor = table_error(outcome, problem) + rounding_of(outcome, problem)
+    v0 = problem.impact_velocity
     scales = {
-        "contact_times": scene.longest_body / scene.slow_stiffness**0.5,
+        "contact_times": problem.longest_body / problem.slow_stiffness**0.5,
         "contact_speeds": v0,
         "velocities": v0,
         "target_velocities": v0,
-        "mode_energies": 0.5 * v0**2 * float(np.sum(scene.line.chain_masses)),
+        "mode_energies": 0.5 * v0**2 * float(np.sum(problem.line.chain_masses)),
     }
     return {
         name: difference + ARRAY_SENSITIVITY * floor * scales[name]

@@ -6,7 +6,8 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 from chaincor.lammps_inputs.numerics import Numerics
-from chaincor.lammps_inputs.scene import Scene
+from chaincor.lammps_inputs.problem import Problem
+from chaincor.lammps_inputs.run_files import NO_FILES, RunFiles
 from chaincor.lammps_inputs.scene_parts.scene_fields import TableStyle
 from chaincor.lammps_inputs.schemes import SCHEME_ORDERS, StepSchemeName
 from chaincor.workflows.accuracy.bounded_run import (
@@ -104,57 +105,61 @@ class LammpsSearch:
 
     def __init__(
         self,
-        scene: Scene,
+        problem: Problem,
         target_error: float,
         sensitivity: float,
         schemes: Sequence[StepSchemeName] = LAMMPS_SCHEMES,
+        files: RunFiles = NO_FILES,
     ) -> None:
-        self.scene, self.target_error, self.sensitivity = scene, target_error, sensitivity
-        amplified = amplified_rounding("lammps", sensitivity, scene)
-        self.floor = max(rounding_error("lammps", scene), amplified)
+        self.files = files
+        self.problem, self.target_error, self.sensitivity = problem, target_error, sensitivity
+        amplified = amplified_rounding("lammps", sensitivity, problem)
+        self.floor = max(rounding_error("lammps", problem), amplified)
         # Below the rounding floor a finer step gains nothing.
         self.reachable = max(target_error - self.floor, self.floor)
-        solver_of(scene, (LAMMPS,))  # raises RunError if LAMMPS cannot run the scene
-        self.pilot = pilot_run(scene, TRUTH_SHARE * self.reachable)
-        usual = usual_schemes(scene, self.reachable, schemes, sensitivity)
-        self.numerics = choose_numerics(scene, self.reachable, self.pilot, usual)
+        solver_of(problem, (LAMMPS,))  # raises RunError if LAMMPS cannot run the scene
+        self.pilot = pilot_run(problem, TRUTH_SHARE * self.reachable, files=files)
+        usual = usual_schemes(problem, self.reachable, schemes, sensitivity)
+        self.numerics = choose_numerics(problem, self.reachable, self.pilot, usual)
 
     def within_time(self, numerics: Numerics) -> Numerics:
         """Return numerics with a longer, stable step if the runs would take too long."""
-        limit, scene = time_limit(), self.scene
+        limit, problem = time_limit(), self.problem
         if limit.end == math.inf:
             return numerics
         lasts = self.pilot.end.last_contact_time
-        expected = LAMMPS_RUNS * cost_model().integration(scene, numerics, lasts)
+        expected = LAMMPS_RUNS * cost_model().integration(problem, numerics, lasts)
         available = max(_TIME_SHARE * limit.left, 1e-3)
         if expected <= available:
             return numerics
         limit.was_short = True
-        longest = largest_step(numerics.scheme, scene.fast_stiffness) / COARSER
+        longest = largest_step(numerics.scheme, problem.fast_stiffness) / COARSER
         longer = min(numerics.timestep * expected / available, longest)
         return replace(numerics, timestep=max(longer, numerics.timestep))
 
     def attempt(self, step: float) -> Attempt[tuple[Outcome, Outcome]]:
         """Run at a step and at twice the step."""
-        scene, truth, target_error = self.scene, self.pilot.reference, self.target_error
+        problem, truth, target_error = self.problem, self.pilot.reference, self.target_error
         numerics = self.numerics = replace(self.numerics, timestep=step)
-        fine, coarse = lammps.run_at_steps(scene, numerics, (step, COARSER * step))
-        order = effective_order(scene, numerics.scheme)
-        steps_record = share_of_difference(order, COARSER) * largest_difference(
-            scene, fine, [coarse]
+        fine, coarse = lammps.run_at_steps(
+            problem, numerics, (step, COARSER * step), files=self.files
         )
-        error = max(steps_record, abs(eta_of(scene, fine) - truth.restitution)) + truth.error
+        order = effective_order(problem, numerics.scheme)
+        steps_record = share_of_difference(order, COARSER) * largest_difference(
+            problem, fine, [coarse]
+        )
+        error = max(steps_record, abs(eta_of(problem, fine) - truth.restitution)) + truth.error
         # If the reference run is in doubt about a late contact, this run is too.
         doubt = truth.outcome.ending.missed_momentum
         fine = replace(fine, ending=fine.ending.doubted(doubt))
-        bar = error_bar(fine, scene, error, self.sensitivity)
+        bar = error_bar(fine, problem, error, self.sensitivity)
         assert bar.total is not None
         done = (
             bar.total <= target_error
             or bar.rounding + bar.ending > target_error
             or error < 0.3 * self.floor
         )
-        done |= truth.kinked and step <= least_step(scene, self.pilot.end.last_contact_time)
+        done |= truth.kinked and step <= least_step(problem, self.pilot.end.last_contact_time)
         smaller = numerics
         wanted = STEP_SHARE * self.reachable
         if error > wanted:
@@ -171,16 +176,17 @@ class LammpsSearch:
     def reference_error(self) -> float:
         """Return the error of eta of the pilot run, with its open end and amplified rounding."""
         found = self.pilot.reference
-        bar = error_bar(found.outcome, self.scene, found.error, self.sensitivity)
+        bar = error_bar(found.outcome, self.problem, found.error, self.sensitivity)
         assert bar.total is not None
         return bar.total
 
 
 def solve_with_lammps(
-    scene: Scene,
+    problem: Problem,
     target_error: float,
     sensitivity: float,
     schemes: Sequence[StepSchemeName] = LAMMPS_SCHEMES,
+    files: RunFiles = NO_FILES,
 ) -> BoundedRun:
     """
     Choose the numerics of LAMMPS with the reference engine, then prove them with both engines.
@@ -190,7 +196,7 @@ def solve_with_lammps(
     scheme. For `sensitivity` and `schemes` see :class:`LammpsSearch`.
     """
     started = time.perf_counter()
-    search = LammpsSearch(scene, target_error, sensitivity, schemes)
+    search = LammpsSearch(problem, target_error, sensitivity, schemes, files)
     chosen = time.perf_counter() - started
     search.numerics = search.within_time(search.numerics)
     policy = Policy(_MOST_REFINEMENTS, retried=_CURED_BY_STEPS)
@@ -201,26 +207,26 @@ def solve_with_lammps(
     # Both LAMMPS runs may have the same error, which the reference run reveals. The reference run
     # differs from its own run at the next larger step by more than its error.
     reference = search.pilot.reference
-    apart = [differences(fine, run, scene) for run in (coarse, search.pilot.outcome)]
-    own = differences(search.pilot.outcome, reference.proofs[-1], scene)
+    apart = [differences(fine, run, problem) for run in (coarse, search.pilot.outcome)]
+    own = differences(search.pilot.outcome, reference.proofs[-1], problem)
     farther = {name: max(each[name] for each in apart) + own[name] for name in apart[0]}
-    found = bounded_run(scene, fine, error, farther, steps_record(ran), sensitivity)
+    found = bounded_run(problem, fine, error, farther, steps_record(ran), sensitivity)
     if found.error > target_error and search.numerics.scheme not in COMPOSITIONS:
         # Composed steps cost more but do not amplify rounding.
-        return solve_with_lammps(scene, target_error, sensitivity, SCRIPTED_SCHEMES)
+        return solve_with_lammps(problem, target_error, sensitivity, SCRIPTED_SCHEMES, files)
     found.details["choice"] |= {
         "seconds": chosen,
         "in_house_restitution": reference.restitution,
         "in_house_error": search.reference_error(),
         # error from LAMMPS alone: the difference between its two runs
-        "error_alone": found.error - error + largest_difference(scene, fine, [coarse]),
+        "error_alone": found.error - error + largest_difference(problem, fine, [coarse]),
     }
-    details = found.details | {"scouting": search.pilot.beside(scene, fine)}
+    details = found.details | {"scouting": search.pilot.beside(problem, fine)}
     return replace(found, details=details, others=(coarse, search.pilot.outcome))
 
 
 def choose_numerics(
-    scene: Scene,
+    problem: Problem,
     tolerance: float,
     pilot: PilotRun,
     schemes: Sequence[StepSchemeName],
@@ -232,35 +238,35 @@ def choose_numerics(
     their measured costs first. The first scheme that reaches the tolerance is returned. If bonds
     pass kinks, this is Verlet, which is as exact there as any other scheme and far quicker.
     """
-    if scene.bond.only_pushes:
-        return Numerics(scheme="verlet", timestep=granular_step(scene, tolerance))
+    if problem.bond.only_pushes:
+        return Numerics(scheme="verlet", timestep=granular_step(problem, tolerance))
     truth = pilot.reference
-    numerics = Numerics(scheme="verlet", bond_range=pilot.table_range(scene))
+    numerics = Numerics(scheme="verlet", bond_range=pilot.table_range(problem))
     # A spline cannot represent a kink; straight lines between rows can, if one row lies on the
     # kink.
-    style: TableStyle = "linear" if truth.kinked and scene.bond.kinks else "spline"
-    if scene.bond.is_tabulated:
-        force_error = _TABLE_SHARE * tolerance * scene.impact_velocity / TABLE_SENSITIVITY[style]
+    style: TableStyle = "linear" if truth.kinked and problem.bond.kinks else "spline"
+    if problem.bond.is_tabulated:
+        force_error = _TABLE_SHARE * tolerance * problem.impact_velocity / TABLE_SENSITIVITY[style]
         numerics = replace(numerics, force_error=force_error)
     if truth.kinked:
-        target_error = coarser_target_error(scene, "verlet", tolerance)
-        start = guess_step(scene, "verlet", target_error)
-        found = find_step(scene, "verlet", target_error, truth, start) or 0.1 * start
-        step = max(found / COARSER, least_step(scene, pilot.end.last_contact_time))
+        target_error = coarser_target_error(problem, "verlet", tolerance)
+        start = guess_step(problem, "verlet", target_error)
+        found = find_step(problem, "verlet", target_error, truth, start) or 0.1 * start
+        step = max(found / COARSER, least_step(problem, pilot.end.last_contact_time))
         return replace(numerics, timestep=step, table=style)
-    target_errors = {scheme: coarser_target_error(scene, scheme, tolerance) for scheme in schemes}
+    target_errors = {scheme: coarser_target_error(problem, scheme, tolerance) for scheme in schemes}
     guessed: Iterable[tuple[StepSchemeName, float]] = (
         (scheme, estimate)
         for scheme in schemes
-        if (estimate := estimate_step(scene, scheme, target_errors[scheme], truth)) is not None
+        if (estimate := estimate_step(problem, scheme, target_errors[scheme], truth)) is not None
     )
-    if not scene.line.has_equal_masses:
+    if not problem.line.has_equal_masses:
         # Sort by the costs that the estimated steps imply. Long flights between contacts, and heavy
         # particles among light ones, amplify errors, and the usually cheapest low orders may then
         # cost most.
         guessed = sorted(guessed, key=lambda each: STEP_SCHEMES[each[0]].evaluations / each[1])
     for scheme, guess in guessed:
-        coarse = find_step(scene, scheme, target_errors[scheme], truth, guess)
+        coarse = find_step(problem, scheme, target_errors[scheme], truth, guess)
         if coarse is not None:
             return replace(numerics, scheme=scheme, timestep=coarse / COARSER)
     raise RunError(
@@ -269,26 +275,26 @@ def choose_numerics(
     )
 
 
-def coarser_target_error(scene: Scene, scheme: StepSchemeName, target_error: float) -> float:
+def coarser_target_error(problem: Problem, scheme: StepSchemeName, target_error: float) -> float:
     """Return the reference engine's error at `COARSER` times the step that LAMMPS needs."""
-    share = share_of_difference(effective_order(scene, scheme), COARSER)
+    share = share_of_difference(effective_order(problem, scheme), COARSER)
     return STEP_SHARE * target_error / (_LAMMPS_OVER_IN_HOUSE * share)
 
 
-def least_step(scene: Scene, duration: float) -> float:
+def least_step(problem: Problem, duration: float) -> float:
     """Return the smallest Verlet step of a run that covers a duration within minutes."""
-    return duration * scene.all_particles / _MOST_BOND_STEPS
+    return duration * problem.all_particles / _MOST_BOND_STEPS
 
 
 def usual_schemes(
-    scene: Scene,
+    problem: Problem,
     tolerance: float,
     schemes: Sequence[StepSchemeName] = LAMMPS_SCHEMES,
     sensitivity: float = 0.0,
 ) -> list[StepSchemeName]:
     """Return the schemes that LAMMPS can use, the usually cheapest for a tolerance first."""
     serving = [
-        scheme for scheme in schemes if serves_in_lammps(scene, scheme, tolerance, sensitivity)
+        scheme for scheme in schemes if serves_in_lammps(problem, scheme, tolerance, sensitivity)
     ]
     table = measured("lammps_schemes")
     usual = [name for name in serving if tolerance > table.get(name, math.inf)]
@@ -300,7 +306,7 @@ def usual_schemes(
 
 
 def serves_in_lammps(
-    scene: Scene, scheme: StepSchemeName, tolerance: float, sensitivity: float = 0.0
+    problem: Problem, scheme: StepSchemeName, tolerance: float, sensitivity: float = 0.0
 ) -> bool:
     """
     Return whether a scheme may be chosen for a tolerance.
@@ -310,6 +316,6 @@ def serves_in_lammps(
     """
     if scheme in COMPOSITIONS:
         return True
-    rounding = rounding_of_steps(scene, scheme, largest_step(scheme, scene.fast_stiffness))
-    amplified = amplified_rounding("lammps", coarsening(scheme) * sensitivity, scene)
-    return scene.line.is_standard and max(rounding, amplified) <= _ROUNDING_SHARE * tolerance
+    rounding = rounding_of_steps(problem, scheme, largest_step(scheme, problem.fast_stiffness))
+    amplified = amplified_rounding("lammps", coarsening(scheme) * sensitivity, problem)
+    return problem.line.is_standard and max(rounding, amplified) <= _ROUNDING_SHARE * tolerance

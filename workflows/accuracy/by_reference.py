@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from chaincor.lammps_inputs.scene import Scene
+from chaincor.lammps_inputs.problem import Problem
 from chaincor.workflows.accuracy.bounded_run import BoundedRun, bounded_run
 from chaincor.workflows.accuracy.fixed_steps import refine_regularly, solve_with_fixed_steps
 from chaincor.workflows.accuracy.irregular import refine_irregularly
@@ -46,7 +46,7 @@ MODAL_ERROR = 1e-13
 
 
 def solve_with_reference(
-    scene: Scene, target_error: float, sensitivity: float, known: Outcome | None = None
+    problem: Problem, target_error: float, sensitivity: float, known: Outcome | None = None
 ) -> BoundedRun:
     """
     Run a scene with the cheapest reference solver, an exact one if possible.
@@ -54,57 +54,59 @@ def solve_with_reference(
     `sensitivity` is the rounding sensitivity of eta, if it matters. `known` is the collision
     followed to its end at some step; by default this is done here.
     """
-    solver = solver_of(scene, IN_HOUSE)
+    solver = solver_of(problem, IN_HOUSE)
     if solver is EXACT_MODES:
-        outcome = EXACT_MODES.run(scene)
-        return bounded_run(scene, outcome, modal_error(scene), outcome)
+        outcome = EXACT_MODES.run(problem)
+        return bounded_run(problem, outcome, modal_error(problem), outcome)
     if solver is FIXED_STEPS:
-        if is_smooth(scene):
-            return solve_with_fixed_steps(scene, target_error, sensitivity, known)
-        return _solve_irregularly(scene, target_error, sensitivity)
-    if scene.bond.only_pushes:
-        return _solve_with_adaptive_steps(scene, target_error)
-    deviation = hard_sphere.deviation(scene)
-    reached = deviation + rounding_error("reference", scene)
-    refused = ADAPTIVE_STEPS.refusal(scene)
+        if is_smooth(problem):
+            return solve_with_fixed_steps(problem, target_error, sensitivity, known)
+        return _solve_irregularly(problem, target_error, sensitivity)
+    if problem.bond.only_pushes:
+        return _solve_with_adaptive_steps(problem, target_error)
+    deviation = hard_sphere.deviation(problem)
+    reached = deviation + rounding_error("reference", problem)
+    refused = ADAPTIVE_STEPS.refusal(problem)
     if reached <= target_error or (refused is not None and deviation <= _ROUGH_SPHERES):
-        return _as_spheres(scene, deviation)
+        return _as_spheres(problem, deviation)
     if refused is not None:
         raise RunError(
             f"{refused}, and the limit of hard spheres is good to {deviation:.1g} only. Take fewer "
             "particles or another speed"
         )
-    stepped = _solve_with_adaptive_steps(scene, target_error)
-    return _as_spheres(scene, deviation) if reached < stepped.error else stepped
+    stepped = _solve_with_adaptive_steps(problem, target_error)
+    return _as_spheres(problem, deviation) if reached < stepped.error else stepped
 
 
-def _as_spheres(scene: Scene, deviation: float) -> BoundedRun:
+def _as_spheres(problem: Problem, deviation: float) -> BoundedRun:
     """Return the result of hard spheres; the errors of its times, speeds and modes are unknown."""
-    return bounded_run(scene, HARD_SPHERES.run(scene), deviation, {})
+    return bounded_run(problem, HARD_SPHERES.run(problem), deviation, {})
 
 
-def _solve_irregularly(scene: Scene, target_error: float, sensitivity: float) -> BoundedRun:
+def _solve_irregularly(problem: Problem, target_error: float, sensitivity: float) -> BoundedRun:
     """Refine without assuming an order, because bonds of users may have kinks."""
-    found = refine_irregularly(scene, target_error, rounding_error("reference", scene))
-    if found.stalled or rounding_matters("reference", scene, target_error):
-        sensitivity = sensitivity or find_rounding_sensitivity(scene)
-    return bounded_run(scene, found.outcome, found.error, found.proofs[0], found.tries, sensitivity)
+    found = refine_irregularly(problem, target_error, rounding_error("reference", problem))
+    if found.stalled or rounding_matters("reference", problem, target_error):
+        sensitivity = sensitivity or find_rounding_sensitivity(problem)
+    return bounded_run(
+        problem, found.outcome, found.error, found.proofs[0], found.tries, sensitivity
+    )
 
 
-def _solve_with_adaptive_steps(scene: Scene, target_error: float) -> BoundedRun:
+def _solve_with_adaptive_steps(problem: Problem, target_error: float) -> BoundedRun:
     """Run the adaptive integrator at increasing accuracy until three runs agree."""
-    floor = rounding_error("reference", scene)
-    shares = _ADAPTIVE_SHARES if scene.bond.smooth else _IRREGULAR_SHARES
-    shares = _BEAD_SHARES if scene.bond.only_pushes else shares
+    floor = rounding_error("reference", problem)
+    shares = _ADAPTIVE_SHARES if problem.bond.smooth else _IRREGULAR_SHARES
+    shares = _BEAD_SHARES if problem.bond.only_pushes else shares
     accuracy = max(target_error, floor)
-    runs = [ADAPTIVE_STEPS.run(scene, None, k * accuracy) for k in (1.0, 10.0)]
+    runs = [ADAPTIVE_STEPS.run(problem, None, k * accuracy) for k in (1.0, 10.0)]
 
     def attempt(accuracy: float) -> Attempt[Outcome]:
-        fine = ADAPTIVE_STEPS.run(scene, None, accuracy)
+        fine = ADAPTIVE_STEPS.run(problem, None, accuracy)
         # The error sometimes shrinks by less than ten, and one difference can be small by chance.
-        eta = eta_of(scene, fine)
+        eta = eta_of(problem, fine)
         error = max(
-            share * abs(eta_of(scene, run) - eta)
+            share * abs(eta_of(problem, run) - eta)
             for share, run in zip(shares, runs[:2], strict=True)
         )
         runs.insert(0, fine)
@@ -112,54 +114,54 @@ def _solve_with_adaptive_steps(scene: Scene, target_error: float) -> BoundedRun:
         return Attempt(accuracy, error, fine, done, 0.1 * accuracy)
 
     tries = refine(0.1 * accuracy, attempt, Policy(_MOST_REFINEMENTS, retried=()))
-    return bounded_run(scene, runs[0], tries[-1].error, runs[1], steps_record(tries, "accuracy"))
+    return bounded_run(problem, runs[0], tries[-1].error, runs[1], steps_record(tries, "accuracy"))
 
 
-def converge(scene: Scene, target_error: float) -> ConvergedRun:
+def converge(problem: Problem, target_error: float) -> ConvergedRun:
     """
     Refine the reference engine until its error is below a target error, or steps help no more.
 
     Harmonic chains are exact. The error includes rounding. Raises the RunError that stopped the
     finest runs.
     """
-    if EXACT_MODES.supports(scene):
-        return exact_modes(scene)
-    floor = rounding_error("reference", scene)
-    if scene.bond.only_pushes:
-        solved = _solve_with_adaptive_steps(scene, target_error)
+    if EXACT_MODES.supports(problem):
+        return exact_modes(problem)
+    floor = rounding_error("reference", problem)
+    if problem.bond.only_pushes:
+        solved = _solve_with_adaptive_steps(problem, target_error)
         run, step = solved.outcome, solved.bar.step or 0.0
-        return ConvergedRun(run, [*solved.others], eta_of(scene, run), step + floor, run.seconds)
-    if is_smooth(scene):
+        return ConvergedRun(run, [*solved.others], eta_of(problem, run), step + floor, run.seconds)
+    if is_smooth(problem):
         # Trial steps for LAMMPS in the reference engine use the same compiled scheme.
-        found = refine_regularly(scene, target_error, "order8", floor, None)
+        found = refine_regularly(problem, target_error, "order8", floor, None)
     else:
-        found = refine_irregularly(scene, target_error, floor)
+        found = refine_irregularly(problem, target_error, floor)
     return replace(found, error=found.error + floor)
 
 
-def exact_modes(scene: Scene) -> ConvergedRun:
+def exact_modes(problem: Problem) -> ConvergedRun:
     """
     Return the exact collision of a harmonic chain, for comparison with LAMMPS.
 
     Its error is the rounding of modes. Raises CrossingError if particles pass through each other,
     which LAMMPS cannot follow.
     """
-    outcome = EXACT_MODES.run(scene)
+    outcome = EXACT_MODES.run(problem)
     if outcome.crossed:
         raise CrossingError(
             f"particles of a harmonic chain pass through each other at velocity "
-            f"{scene.impact_velocity:g}, which LAMMPS cannot represent (it knows only the "
+            f"{problem.impact_velocity:g}, which LAMMPS cannot represent (it knows only the "
             "absolute bond length); expected less than about 0.69: use engine 'reference'"
         )
-    error = max(MODAL_ERROR, modal_error(scene))
-    return ConvergedRun(outcome, [outcome], eta_of(scene, outcome), error, outcome.seconds)
+    error = max(MODAL_ERROR, modal_error(problem))
+    return ConvergedRun(outcome, [outcome], eta_of(problem, outcome), error, outcome.seconds)
 
 
-def modal_error(scene: Scene) -> float:
+def modal_error(problem: Problem) -> float:
     """
     Return the error of eta of an exact propagation, beyond that of a plain chain at a wall.
 
     Light particles between heavy ones, and long bodies with many contacts, amplify rounding. The
     error is the effect of some changes of all rounding, with a reserve of three.
     """
-    return 0.0 if scene.line.is_standard else 3.0 * modal.rounding_sensitivity(scene)
+    return 0.0 if problem.line.is_standard else 3.0 * modal.rounding_sensitivity(problem)

@@ -16,6 +16,7 @@ from platformdirs import user_config_path
 
 from chaincor.lammps_inputs.bond_table import tabulate
 from chaincor.lammps_inputs.numerics import Numerics
+from chaincor.lammps_inputs.problem import Problem
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.scene_parts.scene_fields import TableStyle
 from chaincor.lammps_inputs.schemes import StepSchemeName
@@ -58,26 +59,26 @@ class CostModel:
     #: reversal.
     contact: float
 
-    def integration(self, scene: Scene, numerics: Numerics, duration: float) -> float:
+    def integration(self, problem: Problem, numerics: Numerics, duration: float) -> float:
         """
         Return the expected seconds to integrate a simulated time.
 
         LAMMPS runs little longer than to the last contact.
         """
-        if scene.bond.only_pushes:
-            per_step = _GRANULAR_STEP + _GRANULAR_BEAD * scene.all_particles
+        if problem.bond.only_pushes:
+            per_step = _GRANULAR_STEP + _GRANULAR_BEAD * problem.all_particles
             return per_step * duration / numerics.timestep
-        harmonic = scene.bond.is_harmonic
+        harmonic = problem.bond.is_harmonic
         per_bond = self.harmonic_bond if harmonic else getattr(self, f"{numerics.table}_bond")
         scheme = STEP_SCHEMES[numerics.scheme]
         # A free target has bonds of its own, and the shorter body limits the number of contacts.
-        targets = scene.target_particles or 0
-        bonds = scene.particles - 1 + max(targets - 1, 0)
-        contacts = 0.9 * (min(scene.particles, targets) if targets else scene.particles)
+        targets = problem.line.targets
+        bonds = problem.particles - 1 + max(targets - 1, 0)
+        contacts = 0.9 * (min(problem.particles, targets) if targets else problem.particles)
         per_step = scheme.evaluations * (self.step + per_bond * bonds)
         steps = duration / numerics.timestep
         if numerics.scheme == "verlet":
-            if not scene.line.is_standard:
+            if not problem.line.is_standard:
                 per_step += _LOOK * self.stage
             return steps * per_step + contacts * self.contact
         # A contact costs about one more step.
@@ -173,12 +174,12 @@ def _chain(
 ) -> Iterator[LammpsChain]:
     """Set up a chain, harmonic or with a table of a style."""
     potential = "harmonic" if style is None else "lj"
-    scene = Scene(potential=potential, particles=particles, velocity=_TREMBLE)
-    table = None if style is None else tabulate(scene.bond, (0.9, 1.1), style, _ROWS)
+    problem = Scene(potential=potential, particles=particles, velocity=_TREMBLE).problem
+    table = None if style is None else tabulate(problem.bond, (0.9, 1.1), style, _ROWS)
     numerics = Numerics(scheme=scheme, timestep=1e-6)
     with (
         tempfile.TemporaryDirectory(prefix="chaincor-") as name,
-        LammpsChain(scene, numerics, table, Path(name)) as chain,
+        LammpsChain(problem, numerics, table, Path(name)) as chain,
     ):
         yield chain
 
@@ -215,8 +216,8 @@ def _time_setup() -> float:
 
 def _time_collision() -> tuple[float, int, int]:
     """Return seconds with set-up, force evaluations and contacts of a Verlet collision."""
-    scene = Scene(potential="harmonic", particles=100, velocity=0.1)
+    problem = Scene(potential="harmonic", particles=100, velocity=0.1).problem
     started = time.thread_time()
-    outcome = lammps.run(scene, Numerics(scheme="verlet", timestep=0.0125))
+    outcome = lammps.run(problem, Numerics(scheme="verlet", timestep=0.0125))
     seconds = time.thread_time() - started
     return seconds, outcome.force_evaluations, len(outcome.contact_times)

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from chaincor.lammps_inputs.scene import Scene
+from chaincor.lammps_inputs.problem import Problem
 from chaincor.lammps_inputs.schemes import StepSchemeName
 from chaincor.workflows.accuracy.bounded_run import BoundedRun, bounded_run, ending_error
 from chaincor.workflows.accuracy.reference_runs import (
@@ -60,19 +60,19 @@ def usual_scheme(target_error: float) -> StepSchemeName:
     return next(name for name, least in _SCHEMES.items() if target_error > least)
 
 
-def plain_scheme(scene: Scene, target_error: float, sensitivity: float) -> StepSchemeName:
+def plain_scheme(problem: Problem, target_error: float, sensitivity: float) -> StepSchemeName:
     """Return the usual scheme, or the one that amplifies rounding least if there is much of it."""
     scheme = usual_scheme(target_error)
-    if scene.line.has_equal_masses:
-        much = scene.particles > LONG
+    if problem.line.has_equal_masses:
+        much = problem.particles > LONG
     else:
         amplified = sensitivity * STEP_SCHEMES[scheme].amplification
-        much = amplified_rounding("reference", amplified, scene) > STEP_SHARE * target_error
+        much = amplified_rounding("reference", amplified, problem) > STEP_SHARE * target_error
     return _PLAINEST if much else scheme
 
 
 def solve_with_fixed_steps(
-    scene: Scene, target_error: float, sensitivity: float, followed: Outcome | None = None
+    problem: Problem, target_error: float, sensitivity: float, followed: Outcome | None = None
 ) -> BoundedRun:
     """
     Return the solution from the usual step of a scheme, refined until three steps agree.
@@ -80,54 +80,60 @@ def solve_with_fixed_steps(
     For `sensitivity` and `followed` see
     :func:`chaincor.workflows.accuracy.by_reference.solve_with_reference`.
     """
-    scheme = plain_scheme(scene, target_error, sensitivity)
-    found = _meet_with_scheme(scene, target_error, scheme, sensitivity, followed)
+    scheme = plain_scheme(problem, target_error, sensitivity)
+    found = _meet_with_scheme(problem, target_error, scheme, sensitivity, followed)
     assert found.bar.step is not None
-    reachable = max(target_error, rounding_error("reference", scene))
+    reachable = max(target_error, rounding_error("reference", problem))
     if scheme != _PLAINEST and found.bar.rounding > reachable >= found.bar.step:
         plainest = _meet_with_scheme(
-            scene, target_error, _PLAINEST, found.rounding_sensitivity, followed
+            problem, target_error, _PLAINEST, found.rounding_sensitivity, followed
         )
         return min(found, plainest, key=lambda each: each.error)
     return found
 
 
 def _meet_with_scheme(
-    scene: Scene,
+    problem: Problem,
     target_error: float,
     scheme: StepSchemeName,
     sensitivity: float,
     followed: Outcome | None,
 ) -> BoundedRun:
     """Refine the steps of one scheme, then examine the end and the effect of rounding."""
-    floor = rounding_error("reference", scene)
-    found = refine_regularly(scene, target_error, scheme, floor, followed)
+    floor = rounding_error("reference", problem)
+    found = refine_regularly(problem, target_error, scheme, floor, followed)
     fine, error, proof = found.outcome, found.error, found.proofs[0]
     step = fine.timestep
     assert step is not None
     if followed is None and fine is not found.first:
-        whole = run_reference(scene, scheme, step)
-        error = max(error, abs(eta_of(scene, whole) - eta_of(scene, fine)))
+        whole = run_reference(problem, scheme, step)
+        error = max(error, abs(eta_of(problem, whole) - eta_of(problem, fine)))
         fine = with_doubts(whole, (fine, proof))
-    silent = fine.longest_silence > sound_round_trip(scene.longest_body, scene.slow_stiffness)
+    silent = fine.longest_silence > sound_round_trip(problem.longest_body, problem.slow_stiffness)
     # Scenes with unequal masses, two bodies or warm chains have had their rounding examined before,
     # at a step that is long for bodies that need many tries. A chain that broke amplifies rounding
     # after a long time without a contact. If the number of contacts depends on the step, it may
     # also depend on rounding, and so it may in long chains that need finer steps than usual.
-    refined = scene.particles > LONGEST_TRUSTED and len(found.tries) > 1
-    matters = sensitivity > 0.0 or refined or rounding_matters("reference", scene, target_error)
-    hard = not scene.line.has_equal_masses and len(found.tries) > _USUAL_TRIES
-    if (scene.line.has_equal_masses and matters) or silent or found.grazes or found.stalled or hard:
+    refined = problem.particles > LONGEST_TRUSTED and len(found.tries) > 1
+    matters = sensitivity > 0.0 or refined or rounding_matters("reference", problem, target_error)
+    hard = not problem.line.has_equal_masses and len(found.tries) > _USUAL_TRIES
+    if (
+        (problem.line.has_equal_masses and matters)
+        or silent
+        or found.grazes
+        or found.stalled
+        or hard
+    ):
         amplification = STEP_SCHEMES[scheme].amplification  # the error bar multiplies by this
-        changed = found.nudged or nudged_change(scene, scheme, step, fine)
+        changed = found.nudged or nudged_change(problem, scheme, step, fine)
         sensitivity = max(sensitivity, changed / amplification)
-        sure = not scene.line.has_equal_masses and fine.ending.kind == "proved"
+        sure = not problem.line.has_equal_masses and fine.ending.kind == "proved"
         if silent and max(amplification * sensitivity, error) > target_error and not sure:
             # If rounding decides how hard this contact is, it may also decide whether another one
             # comes.
             another = 2.0 * float(fine.contact_speeds[-1])
             fine = replace(fine, ending=fine.ending.doubted(another))
-    bounded = bounded_run(scene, fine, error, proof, found.tries, sensitivity)
+    bounded = bounded_run(problem, fine, error, proof, found.tries, sensitivity)
     return replace(bounded, others=tuple(found.proofs))
 
 
@@ -148,13 +154,13 @@ def with_doubts(outcome: Outcome, others: Sequence[Outcome]) -> Outcome:
     return replace(outcome, ending=ending)
 
 
-def first_step(scene: Scene, scheme: StepSchemeName, reachable: float) -> float:
+def first_step(problem: Problem, scheme: StepSchemeName, reachable: float) -> float:
     """Return the first step to try for an error; usually it suffices."""
-    return 0.5 * guess_step(scene, scheme, STEP_SHARE * reachable / usual_share(scheme))
+    return 0.5 * guess_step(problem, scheme, STEP_SHARE * reachable / usual_share(scheme))
 
 
 def refine_regularly(
-    scene: Scene,
+    problem: Problem,
     target_error: float,
     scheme: StepSchemeName,
     floor: float,
@@ -168,10 +174,10 @@ def refine_regularly(
     followed. The best runs decide. If rounding decides, the first of the last few runs does.
     Raises RunError, with the cause that stopped the finest runs.
     """
-    search = _Search(scene, target_error, floor, scheme, followed)
+    search = _Search(problem, target_error, floor, scheme, followed)
     policy = Policy(_MOST_REFINEMENTS, stalls=True)
-    tries = refine(first_step(scene, scheme, max(target_error, floor)), search.attempt, policy)
-    return refined(scene, tries, search.known, search.nudged)
+    tries = refine(first_step(problem, scheme, max(target_error, floor)), search.attempt, policy)
+    return refined(problem, tries, search.known, search.nudged)
 
 
 @dataclass
@@ -183,7 +189,7 @@ class _Search:
     of eta by other rounding, if this explains the difference between steps.
     """
 
-    scene: Scene
+    problem: Problem
     target_error: float
     floor: float
     scheme: StepSchemeName
@@ -192,9 +198,14 @@ class _Search:
     nudged: float = 0.0
 
     def attempt(self, step: float) -> Attempt[list[Outcome]]:
-        scene, scheme, target_error, floor = self.scene, self.scheme, self.target_error, self.floor
+        problem, scheme, target_error, floor = (
+            self.problem,
+            self.scheme,
+            self.target_error,
+            self.floor,
+        )
         last, self.last = self.last, None
-        fine = run_reference(scene, scheme, step, self.known)
+        fine = run_reference(problem, scheme, step, self.known)
         self.known = self.known or fine
         telling = telling_step(scheme, step, fine.lasted)
         if telling < step:
@@ -202,26 +213,26 @@ class _Search:
         proofs = self._proofs(fine, last)
         self.last = fine
         error, regular = self._error(fine, proofs)
-        resolved = step <= first_step(scene, scheme, _RESOLVED)
-        if scene.particles > LONG and resolved and not regular and error > target_error:
+        resolved = step <= first_step(problem, scheme, _RESOLVED)
+        if problem.particles > LONG and resolved and not regular and error > target_error:
             # If rounding explains the difference between steps, finer steps do not help.
-            enough = error / amplified_rounding("reference", 1.0, scene)
-            changed = nudged_change(scene, scheme, step, fine, enough)
+            enough = error / amplified_rounding("reference", 1.0, problem)
+            changed = nudged_change(problem, scheme, step, fine, enough)
             self.nudged = changed if changed >= enough else 0.0
         done = error + floor <= target_error or error < 0.3 * floor or step < _LEAST_STEP
         # No finer step reduces the error from contacts after an open end.
-        ending = ending_error(self.known, scene)
-        done |= scene.particles > LONG and regular and error <= ending > target_error
+        ending = ending_error(self.known, problem)
+        done |= problem.particles > LONG and regular and error <= ending > target_error
         if done and self.nudged == 0.0 and differ(fine, [self.known]):
             # The end comes from a run with other contacts, so this run may have one more.
-            whole = run_reference(scene, scheme, step)
+            whole = run_reference(problem, scheme, step)
             late, self.known = differ(fine, [whole]), whole
             if late:
                 return Attempt(step, math.inf, [whole, *proofs], following=step)
             fine = whole
         share = 0.5  # without an order: this run then serves for comparison with the next
         if regular:
-            order = effective_order(scene, scheme)
+            order = effective_order(problem, scheme)
             # Below the rounding floor a finer step gains nothing.
             share = by_order(STEP_SHARE * max(target_error, floor), error, order, 0.3)
         return Attempt(step, error, [fine, *proofs], done or self.nudged > 0.0, step * share)
@@ -233,24 +244,24 @@ class _Search:
         For a long chain, only the first run is taken if it misses the target error with other
         contacts. No order holds then, and the second run would prove nothing.
         """
-        scene = self.scene
+        problem = self.problem
         assert fine.timestep is not None
         runs: list[Outcome] = []
         for k in COARSER:
             step = k * fine.timestep
             if last is None or last.timestep != step:
-                runs.append(run_reference(scene, self.scheme, step, fine))
+                runs.append(run_reference(problem, self.scheme, step, fine))
             else:
                 runs.append(last)
-            missed = abs(eta_of(scene, runs[0]) - eta_of(scene, fine)) > self.target_error
-            if scene.particles > LONG and missed and differ(fine, runs):
+            missed = abs(eta_of(problem, runs[0]) - eta_of(problem, fine)) > self.target_error
+            if problem.particles > LONG and missed and differ(fine, runs):
                 break
         return runs
 
     def _error(self, fine: Outcome, proofs: Sequence[Outcome]) -> tuple[float, bool]:
         """Return the error of a run's step, and whether it falls with the order of the scheme."""
-        far, *nearer = (difference_to(self.scene, fine, run) for run in proofs)
-        amplifies = not self.scene.line.has_equal_masses
+        far, *nearer = (difference_to(self.problem, fine, run) for run in proofs)
+        amplifies = not self.problem.line.has_equal_masses
         if amplifies and nearer and not _converge(fine, proofs[1], proofs[0]):
             return math.inf, False
         alike = not differ(fine, proofs)

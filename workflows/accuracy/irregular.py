@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass
 
-from chaincor.lammps_inputs.scene import Scene
+from chaincor.lammps_inputs.problem import Problem
 from chaincor.lammps_inputs.schemes import StepSchemeName
 from chaincor.workflows.accuracy.bond_range import bonds_from_start
 from chaincor.workflows.accuracy.reference_runs import (
@@ -46,44 +46,44 @@ _RESERVE = 1.2
 _FIRST_STEP = 0.0125
 
 
-def meets_kinks(scene: Scene) -> bool:
+def meets_kinks(problem: Problem) -> bool:
     """Return whether bonds pass kinks in a coarse run, or whether this run fails."""
-    kinks = scene.bond.kinks
-    if not kinks or scene.particles == 1:
+    kinks = problem.bond.kinks
+    if not kinks or problem.particles == 1:
         return False
     try:
-        step = _FIRST_STEP / (scene.fast_stiffness**0.5 * frequency_ratio(scene))
-        outcome = run_reference(scene, "verlet", step)
+        step = _FIRST_STEP / (problem.fast_stiffness**0.5 * frequency_ratio(problem))
+        outcome = run_reference(problem, "verlet", step)
     except RunError:
         return True
-    low, high = (_RESERVE * (length - 1.0) for length in bonds_from_start(scene, outcome))
+    low, high = (_RESERVE * (length - 1.0) for length in bonds_from_start(problem, outcome))
     return any(low <= kink <= high for kink in kinks)
 
 
-def least_step(scene: Scene, scheme: StepSchemeName, duration: float) -> float:
+def least_step(problem: Problem, scheme: StepSchemeName, duration: float) -> float:
     """Return the smallest step with which a run over a duration takes some seconds at most."""
     parts = STEP_SCHEMES[scheme]
     steps = _MOST_ARRAY_STEPS
-    if kernels_for(scene.bond, parts).compiled:
-        steps = _MOST_BOND_STEPS / scene.all_particles
+    if kernels_for(problem.bond, parts).compiled:
+        steps = _MOST_BOND_STEPS / problem.all_particles
     return duration * parts.evaluations / steps
 
 
-def first_step(scene: Scene, scheme: StepSchemeName, reachable: float, kinked: bool) -> float:
+def first_step(problem: Problem, scheme: StepSchemeName, reachable: float, kinked: bool) -> float:
     """Return the first step to try for an error."""
-    share = _share(scene, kinked)
-    step = 0.5 * guess_step(scene, scheme, STEP_SHARE * reachable / share)
+    share = _share(problem, kinked)
+    step = 0.5 * guess_step(problem, scheme, STEP_SHARE * reachable / share)
     # A sound round trip is about the duration of most collisions.
-    crossings = 2.0 * scene.longest_body / scene.slow_stiffness**0.5
-    return max(step, least_step(scene, scheme, crossings))
+    crossings = 2.0 * problem.longest_body / problem.slow_stiffness**0.5
+    return max(step, least_step(problem, scheme, crossings))
 
 
-def _share(scene: Scene, kinked: bool) -> float:
+def _share(problem: Problem, kinked: bool) -> float:
     """Return the error over the largest difference between runs."""
-    return KINKED_SHARE if kinked or not scene.line.contact.smooth else _SEEMINGLY_SMOOTH_SHARE
+    return KINKED_SHARE if kinked or not problem.line.contact.smooth else _SEEMINGLY_SMOOTH_SHARE
 
 
-def refine_irregularly(scene: Scene, target_error: float, floor: float) -> ConvergedRun:
+def refine_irregularly(problem: Problem, target_error: float, floor: float) -> ConvergedRun:
     """
     Refine the reference engine until its error is below a target error, or costs too much.
 
@@ -91,18 +91,18 @@ def refine_irregularly(scene: Scene, target_error: float, floor: float) -> Conve
     rounding, below which finer steps gain nothing. Raises the RunError that stopped the finest
     runs.
     """
-    kinked = meets_kinks(scene)
-    search = _Search(scene, target_error, floor, "verlet" if kinked else SCHEME, kinked)
-    step = first_step(scene, search.scheme, search.reachable, kinked)
+    kinked = meets_kinks(problem)
+    search = _Search(problem, target_error, floor, "verlet" if kinked else SCHEME, kinked)
+    step = first_step(problem, search.scheme, search.reachable, kinked)
     tries = refine(step, search.attempt, Policy(_MOST_REFINEMENTS, stalls=True))
-    return refined(scene, tries, kinked=search.kinked)
+    return refined(problem, tries, kinked=search.kinked)
 
 
 @dataclass
 class _Search:
     """Search with runs at ever smaller steps and at `COARSER` times each step."""
 
-    scene: Scene
+    problem: Problem
     target_error: float
     floor: float
     scheme: StepSchemeName
@@ -115,20 +115,20 @@ class _Search:
         return max(self.target_error - self.floor, self.floor, 1e-15)
 
     def attempt(self, step: float) -> Attempt[list[Outcome]]:
-        scene, scheme, floor = self.scene, self.scheme, self.floor
+        problem, scheme, floor = self.problem, self.scheme, self.floor
         before, self.before = self.before, None
-        fine = run_reference(scene, scheme, step)
+        fine = run_reference(problem, scheme, step)
         telling = telling_step(scheme, step, fine.lasted)
         if telling < step:
             return Attempt(step, math.inf, following=telling, anew=True)
-        proofs = [run_reference(scene, scheme, k * step, fine) for k in COARSER]
+        proofs = [run_reference(problem, scheme, k * step, fine) for k in COARSER]
         runs = [fine, *proofs]
-        error = _share(scene, self.kinked) * largest_difference(scene, fine, proofs)
-        order = _observed_order(before, step, error, effective_order(scene, scheme))
-        least = least_step(scene, scheme, float(fine.contact_times[-1]))
+        error = _share(problem, self.kinked) * largest_difference(problem, fine, proofs)
+        order = _observed_order(before, step, error, effective_order(problem, scheme))
+        least = least_step(problem, scheme, float(fine.contact_times[-1]))
         done = error + floor <= self.target_error or error < 0.3 * floor or step <= least
         self.lost = self.lost + 1 if order < _LOST_ORDER and error > 10.0 * floor else 0
-        anew = scheme != "verlet" and self.lost == 2 and scene.line.contact.smooth
+        anew = scheme != "verlet" and self.lost == 2 and problem.line.contact.smooth
         if anew:
             self.scheme, self.kinked = "verlet", True
             smaller = step / STEP_SCHEMES[SCHEME].evaluations

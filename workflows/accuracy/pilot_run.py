@@ -3,7 +3,8 @@
 from dataclasses import dataclass
 from typing import Any
 
-from chaincor.lammps_inputs.scene import Scene
+from chaincor.lammps_inputs.problem import Problem
+from chaincor.lammps_inputs.run_files import NO_FILES, RunFiles
 from chaincor.lammps_inputs.script_plan import ScoutedEnd
 from chaincor.workflows.accuracy.bond_range import bonds_from_start, bonds_to_contact
 from chaincor.workflows.accuracy.by_reference import converge, exact_modes
@@ -46,7 +47,7 @@ class PilotRun:
         """Facts about the end that a script needs."""
         return scouted_end(self.outcome)
 
-    def beside(self, scene: Scene, run: Outcome) -> dict[str, Any]:
+    def beside(self, problem: Problem, run: Outcome) -> dict[str, Any]:
         """
         Return the facts for the record of a run by LAMMPS.
 
@@ -58,7 +59,7 @@ class PilotRun:
         if contacts == len(self.outcome.contact_times):
             return known
         last = float(run.contact_times[-1])
-        found = bonds_to_contact(scene, self.outcome, contacts, last)
+        found = bonds_to_contact(problem, self.outcome, contacts, last)
         shortest, longest = found or (None, None)
         return known | {"bond_min": shortest, "bond_max": longest}
 
@@ -79,7 +80,7 @@ class PilotRun:
             "timestep": run.timestep,
         }
 
-    def table_range(self, scene: Scene) -> tuple[float, float]:
+    def table_range(self, problem: Problem) -> tuple[float, float]:
         """
         Return the shortest and longest bond that a bond table must hold.
 
@@ -87,14 +88,19 @@ class PilotRun:
         for the end.
         """
         longest = self.flight_max
-        nearly_broken = scene.bond.energy(longest - 1.0) >= 0.6 * scene.bond.dissociation
+        nearly_broken = problem.bond.energy(longest - 1.0) >= 0.6 * problem.bond.dissociation
         if self.outcome.fragments > 1 or nearly_broken:
-            flight = 2.0 * look_interval(scene.longest_body, scene.slow_stiffness)
-            longest = 1.0 + 1.2 * (longest - 1.0) + 2.0 * scene.impact_velocity * flight
+            flight = 2.0 * look_interval(problem.longest_body, problem.slow_stiffness)
+            longest = 1.0 + 1.2 * (longest - 1.0) + 2.0 * problem.impact_velocity * flight
         return self.flight_min, longest
 
 
-def pilot_run(scene: Scene, target_error: float, fly_on: float | None = None) -> PilotRun:
+def pilot_run(
+    problem: Problem,
+    target_error: float,
+    fly_on: float | None = None,
+    files: RunFiles = NO_FILES,
+) -> PilotRun:
     """
     Return the pilot run of a scene for a target error of eta.
 
@@ -102,31 +108,38 @@ def pilot_run(scene: Scene, target_error: float, fly_on: float | None = None) ->
     until LAMMPS has looked for the end, and as long as frames are taken. Raises RunError as
     :func:`converge` does.
     """
-    return watched_on(converge(scene, target_error), scene, fly_on)
+    return watched_on(converge(problem, target_error), problem, fly_on, files)
 
 
-def watched_on(found: ConvergedRun, scene: Scene, fly_on: float | None = None) -> PilotRun:
+def watched_on(
+    found: ConvergedRun,
+    problem: Problem,
+    fly_on: float | None = None,
+    files: RunFiles = NO_FILES,
+) -> PilotRun:
     """Return the pilot run of a converged run; for `fly_on` see :func:`pilot_run`."""
     outcome = found.outcome
-    shortest, longest = bonds_from_start(scene, outcome)
-    if scene.longest_body > 1 and scene.bond.is_tabulated:
+    shortest, longest = bonds_from_start(problem, outcome)
+    if problem.longest_body > 1 and problem.bond.is_tabulated:
         if fly_on is None:
-            fly_on = _ASKED_WITHIN * PATIENCE / scene.slow_stiffness**0.5
-            if scene.dump is not None and scene.dump_frames != "contacts":
-                fly_on = max(fly_on, sound_round_trip(scene.longest_body, scene.slow_stiffness))
-        low, high = bonds_in_flight(scene, outcome, fly_on)
+            fly_on = _ASKED_WITHIN * PATIENCE / problem.slow_stiffness**0.5
+            if files.dump is not None and files.frame_interval is not None:
+                fly_on = max(fly_on, sound_round_trip(problem.longest_body, problem.slow_stiffness))
+        low, high = bonds_in_flight(problem, outcome, fly_on)
         shortest, longest = min(shortest, low), max(longest, high)
     return PilotRun(found, shortest, longest)
 
 
-def usual_pilot_run(scene: Scene, fly_on: float | None = None) -> PilotRun | None:
+def usual_pilot_run(
+    problem: Problem, fly_on: float | None = None, files: RunFiles = NO_FILES
+) -> PilotRun | None:
     """Return a pilot run for the range of bonds; None if the scene cannot be run."""
-    if EXACT_MODES.supports(scene):
-        return watched_on(exact_modes(scene), scene, fly_on)
-    if frequency_ratio(scene) > _SHARPEST:
+    if EXACT_MODES.supports(problem):
+        return watched_on(exact_modes(problem), problem, fly_on, files)
+    if frequency_ratio(problem) > _SHARPEST:
         return None
     try:
-        found = converge(scene, _SCOUTING_GOAL)
+        found = converge(problem, _SCOUTING_GOAL)
     except RunError:
         return None
-    return watched_on(found, scene, fly_on)
+    return watched_on(found, problem, fly_on, files)

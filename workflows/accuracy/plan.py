@@ -6,6 +6,8 @@ from typing import Any
 
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.numerics import Numerics
+from chaincor.lammps_inputs.problem import Problem
+from chaincor.lammps_inputs.run_files import NO_FILES, RunFiles
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.schemes import StepSchemeName
 from chaincor.workflows.accuracy import irregular, step_proof
@@ -24,6 +26,7 @@ from chaincor.workflows.accuracy.solvers import (
     EXACT_MODES,
     FIXED_STEPS,
     HARD_SPHERES,
+    IN_HOUSE,
     LAMMPS,
     OVERHEAD,
     Solver,
@@ -61,7 +64,7 @@ class Plan:
     reference run decides the step of LAMMPS.
     """
 
-    scene: Scene  #: Collision.
+    problem: Problem  #: Bodies of the collision.
     solver: Solver  #: Solver that gives the result.
     scheme: str | None  #: Scheme of its steps; None without fixed steps.
     numerics: Numerics | None  #: Numerics of its first run; None without fixed steps.
@@ -75,27 +78,34 @@ class Plan:
     #: Solver that replaces the first if it reaches the target error, which a run of three particles
     #: shows.
     instead: Solver | None = None
+    tolerance: float | None = None  #: Absolute error asked of eta; None with explicit numerics.
+    files: RunFiles = NO_FILES  #: Files that the run writes.
+
+    @property
+    def engine(self) -> str:
+        """Engine of the result."""
+        return self.solver.engine
 
     @property
     def regular(self) -> bool:
         """Whether the plan has fixed steps of smooth bonds, which have an order."""
-        return self.solver is FIXED_STEPS and is_smooth(self.scene)
+        return self.solver is FIXED_STEPS and is_smooth(self.problem)
 
     @property
     def may_take_longer(self) -> bool:
         """Whether several times the forecast is usual: for chains longer than the measured ones."""
-        return self.scene.longest_body > _MOST_MEASURED and not EXACT_MODES.supports(self.scene)
+        return self.problem.longest_body > _MOST_MEASURED and not EXACT_MODES.supports(self.problem)
 
     @property
     def usually_shatters(self) -> bool:
         """Whether vibrations usually have the energy to break several bonds."""
-        energy = 0.5 * self.scene.particles * self.scene.impact_velocity**2
-        return energy > _SHATTERED * breaking_energy(self.scene.bond)
+        energy = 0.5 * self.problem.particles * self.problem.impact_velocity**2
+        return energy > _SHATTERED * breaking_energy(self.problem.bond)
 
     def to_dict(self) -> dict[str, Any]:
         """Return the plan, JSON-ready."""
-        numerics, scene = self.numerics, self.scene
-        tabulated = self.solver is LAMMPS and scene.bond.is_tabulated
+        numerics = self.numerics
+        tabulated = self.solver is LAMMPS and self.problem.bond.is_tabulated
         step = None if numerics is None else numerics.timestep
         return {
             "solver": self.solver.name,
@@ -106,7 +116,7 @@ class Plan:
             "table": numerics.table if numerics is not None and tabulated else None,
             "table_points": None if numerics is None else numerics.table_points,
             "proof_timesteps": [] if step is None else [k * step for k in self.proofs],
-            "tolerance": scene.asked_tolerance,
+            "tolerance": self.tolerance,
             "target_error": self.target_error,
             "seconds": self.seconds,
             "may_take_longer": self.may_take_longer,
@@ -135,32 +145,36 @@ def plan(scene: Scene, tolerance: float | None = None) -> Plan:
     """
     asked = scene.asked_tolerance if tolerance is None else tolerance
     if asked is None:
-        return _given(scene)
-    # The target error is never below rounding.
-    target_error = decade_above(rounding_error(scene.engine, scene), asked)
-    if scene.engine == "lammps":
-        return _with_lammps(scene, target_error)
-    return _with_reference(scene, target_error)
+        planned = _given(scene)
+    else:
+        problem = scene.problem
+        # The target error is never below rounding.
+        target_error = decade_above(rounding_error(scene.engine, problem), asked)
+        with_engine = _with_lammps if scene.engine == "lammps" else _with_reference
+        planned = with_engine(problem, target_error)
+    files = NO_FILES if scene.save is None and scene.dump is None else scene.run_files
+    reference = planned.reference and replace(planned.reference, tolerance=asked)
+    return replace(planned, tolerance=asked, files=files, reference=reference)
 
 
 def _given(scene: Scene) -> Plan:
     """Return the plan of explicit numerics."""
-    numerics = Numerics.from_scene(scene)
+    problem, numerics = scene.problem, Numerics.from_scene(scene)
     solver = LAMMPS if scene.engine == "lammps" else FIXED_STEPS
     proofs = PROOF_STEPS if scene.error else ()
     runs = 1.0 + sum(1.0 / share for share in proofs)
-    seconds = OVERHEAD[scene.engine] + runs * solver.forecast(scene, numerics)
-    return Plan(scene, solver, numerics.scheme, numerics, proofs, None, seconds)
+    seconds = OVERHEAD[scene.engine] + runs * solver.forecast(problem, numerics)
+    return Plan(problem, solver, numerics.scheme, numerics, proofs, None, seconds)
 
 
-def _with_reference(scene: Scene, target_error: float) -> Plan:
-    solver = solver_of(scene)
+def _with_reference(problem: Problem, target_error: float) -> Plan:
+    solver = solver_of(problem, IN_HOUSE)
     if solver is FIXED_STEPS:
-        return _with_fixed_steps(scene, target_error)
-    seconds = solver.forecast(scene, None)
-    sharp = solver is ADAPTIVE_STEPS and not scene.bond.only_pushes
+        return _with_fixed_steps(problem, target_error)
+    seconds = solver.forecast(problem, None)
+    sharp = solver is ADAPTIVE_STEPS and not problem.bond.only_pushes
     return Plan(
-        scene,
+        problem,
         solver,
         None,
         None,
@@ -172,78 +186,84 @@ def _with_reference(scene: Scene, target_error: float) -> Plan:
 
 
 def _with_fixed_steps(
-    scene: Scene, target_error: float, scheme: StepSchemeName | None = None
+    problem: Problem, target_error: float, scheme: StepSchemeName | None = None
 ) -> Plan:
     """Return the plan of fixed steps, with the usual scheme or another one."""
-    reachable = max(target_error, rounding_error("reference", scene))
-    if is_smooth(scene):
-        scheme = scheme or plain_scheme(scene, target_error, 0.0)
-        step = first_step(scene, scheme, reachable)
+    reachable = max(target_error, rounding_error("reference", problem))
+    if is_smooth(problem):
+        scheme = scheme or plain_scheme(problem, target_error, 0.0)
+        step = first_step(problem, scheme, reachable)
         proofs: tuple[float, ...] = step_proof.COARSER
     else:
-        scheme = "verlet" if scene.bond.kinks else irregular.SCHEME
-        step = irregular.first_step(scene, scheme, reachable, kinked=scheme == "verlet")
+        scheme = "verlet" if problem.bond.kinks else irregular.SCHEME
+        step = irregular.first_step(problem, scheme, reachable, kinked=scheme == "verlet")
         proofs = irregular.COARSER
     numerics = forecast_with = Numerics(scheme=scheme, timestep=step)
-    if contact_is_stiffest(scene):
+    if contact_is_stiffest(problem):
         # Steps during a stiff contact are shortened below the least step of the flight.
-        shorter = first_step(scene, plain_scheme(scene, target_error, 0.0), reachable)
+        shorter = first_step(problem, plain_scheme(problem, target_error, 0.0), reachable)
         forecast_with = replace(numerics, timestep=min(step, shorter))
-    seconds = OVERHEAD["reference"] + _IN_HOUSE_RUNS * FIXED_STEPS.forecast(scene, forecast_with)
-    return Plan(scene, FIXED_STEPS, scheme, numerics, proofs, target_error, seconds)
+    seconds = OVERHEAD["reference"] + _IN_HOUSE_RUNS * FIXED_STEPS.forecast(problem, forecast_with)
+    return Plan(problem, FIXED_STEPS, scheme, numerics, proofs, target_error, seconds)
 
 
-def _with_lammps(scene: Scene, target_error: float) -> Plan:
+def _with_lammps(problem: Problem, target_error: float) -> Plan:
     try:
-        solver_of(scene)
+        solver_of(problem, (LAMMPS,))
     except RunError as error:
         overhead = OVERHEAD["lammps"]
-        return Plan(scene, LAMMPS, None, None, (), target_error, overhead, refusal=str(error))
-    if scene.bond.only_pushes:
-        numerics = Numerics(scheme="verlet", timestep=granular_step(scene, target_error))
-        run, alone = LAMMPS.forecast(scene, numerics), ADAPTIVE_STEPS.forecast(scene)
-        reference = Plan(scene, ADAPTIVE_STEPS, None, None, (), target_error, alone)
+        return Plan(problem, LAMMPS, None, None, (), target_error, overhead, refusal=str(error))
+    if problem.bond.only_pushes:
+        numerics = Numerics(scheme="verlet", timestep=granular_step(problem, target_error))
+        run, alone = LAMMPS.forecast(problem, numerics), ADAPTIVE_STEPS.forecast(problem)
+        reference = Plan(problem, ADAPTIVE_STEPS, None, None, (), target_error, alone)
         seconds = OVERHEAD["lammps"] + LAMMPS_RUNS * run + alone
         chosen = LAMMPS, "verlet", numerics, (COARSER,), target_error, seconds
-        return Plan(scene, *chosen, reference=reference)
-    if EXACT_MODES.supports(scene):
-        seconds = EXACT_MODES.forecast(scene)
-        reference = Plan(scene, EXACT_MODES, None, None, (), target_error, seconds)
+        return Plan(problem, *chosen, reference=reference)
+    if EXACT_MODES.supports(problem):
+        seconds = EXACT_MODES.forecast(problem)
+        reference = Plan(problem, EXACT_MODES, None, None, (), target_error, seconds)
     else:
         # Trial steps for LAMMPS in the reference engine use this scheme, too.
-        reference = _with_fixed_steps(scene, TRUTH_SHARE * target_error, "order8")
-    usual = usual_schemes(scene, target_error)[0]
-    numerics = _in_lammps(scene, usual, target_error)
-    run = LAMMPS.forecast(scene, numerics)
+        reference = _with_fixed_steps(problem, TRUTH_SHARE * target_error, "order8")
+    usual = usual_schemes(problem, target_error)[0]
+    numerics = _in_lammps(problem, usual, target_error)
+    run = LAMMPS.forecast(problem, numerics)
     # at kinks Verlet steps are as exact as any, with a table that holds the kinks
-    if scene.bond.kinks:
-        numerics = replace(_in_lammps(scene, "verlet", target_error), table="linear")
-        run = LAMMPS.forecast(scene, numerics)
+    if problem.bond.kinks:
+        numerics = replace(_in_lammps(problem, "verlet", target_error), table="linear")
+        run = LAMMPS.forecast(problem, numerics)
     elif usual == "verlet":  # taken if it is cheaper than this
-        run = LAMMPS.forecast(scene, _in_lammps(scene, "order8", target_error))
+        run = LAMMPS.forecast(problem, _in_lammps(problem, "order8", target_error))
     seconds = OVERHEAD["lammps"] + LAMMPS_RUNS * run + reference.seconds
     proofs = (COARSER,)
     scheme = numerics.scheme
-    return Plan(scene, LAMMPS, scheme, numerics, proofs, target_error, seconds, reference=reference)
+    return Plan(
+        problem, LAMMPS, scheme, numerics, proofs, target_error, seconds, reference=reference
+    )
 
 
-def _in_lammps(scene: Scene, scheme: StepSchemeName, target_error: float) -> Numerics:
+def _in_lammps(problem: Problem, scheme: StepSchemeName, target_error: float) -> Numerics:
     """Return the numerics of LAMMPS with the step that usually reaches a target error."""
-    step = guess_step(scene, scheme, coarser_target_error(scene, scheme, target_error)) / COARSER
+    step = (
+        guess_step(problem, scheme, coarser_target_error(problem, scheme, target_error)) / COARSER
+    )
     if scheme == "verlet":
-        step = max(step, least_step(scene, duration_of(scene)))
+        step = max(step, least_step(problem, duration_of(problem)))
     return Numerics(scheme=scheme, timestep=step)
 
 
-def refuse_endless(scene: Scene, most_seconds: float) -> None:
-    """Raise CostError if a collision is expected to take longer than it may."""
+def refuse_endless(scene: Scene, planned: Plan, most_seconds: float) -> None:
+    """Raise CostError if a planned collision is expected to take longer than it may."""
     if math.isnan(most_seconds):
         raise InputError("the time it may take is nan; expected a number of seconds or hours")
-    expected = plan(scene).seconds
+    expected, problem = planned.seconds, planned.problem
     if expected <= most_seconds:
         return
     cheaper = (
-        f", or a smaller {scene.line.contact.strength_key}" if contact_is_stiffest(scene) else ""
+        f", or a smaller {problem.line.contact.strength_key}"
+        if contact_is_stiffest(problem)
+        else ""
     )
     if scene.engine != "reference" and not scene.explicit:
         in_house = plan(scene.replace(engine="reference")).seconds
@@ -257,23 +277,21 @@ def refuse_endless(scene: Scene, most_seconds: float) -> None:
 
 def describe_plan(planned: Plan) -> str:
     """Return a plan as text."""
-    scene, rows = planned.scene, [("solver", planned.solver.name)]
+    problem, rows = planned.problem, [("solver", planned.solver.name)]
     if planned.instead is not None:
         rows.append(("or", f"{planned.instead.name}, where they are good to the target error"))
     rows += _rows_of_steps(planned)
     if planned.target_error is not None:
-        asked = scene.asked_tolerance
-        assert asked is not None
-        rows.append(("tolerance", f"{asked:g}, target error {planned.target_error:g}"))
+        rows.append(("tolerance", f"{planned.tolerance:g}, target error {planned.target_error:g}"))
     if planned.reference is not None:
         steps = [f"{name} {value}" for name, value in _rows_of_steps(planned.reference)]
         rows.append(("reference", ", ".join([planned.reference.solver.name, *steps])))
     longer = ", or several times that" if planned.may_take_longer else ""
     rows.append(("expected", f"{format_duration(planned.seconds)} on one core{longer}"))
-    if scene.contact_duration > 0.0:
-        rows.append(("contact", scene.line.contact.description))
-    rows.append(("bonds swing", f"up to {frequency_ratio(scene):.3g} times as fast as at rest"))
-    rows.append(("last contact", f"at about t = {duration_of(scene):.4g}"))
+    if problem.contact_duration > 0.0:
+        rows.append(("contact", problem.line.contact.description))
+    rows.append(("bonds swing", f"up to {frequency_ratio(problem):.3g} times as fast as at rest"))
+    rows.append(("last contact", f"at about t = {duration_of(problem):.4g}"))
     return "\n".join(f"{name:<13} {value}" for name, value in rows)
 
 
@@ -285,7 +303,7 @@ def _rows_of_steps(planned: Plan) -> list[tuple[str, str]]:
     if planned.proofs:
         steps = ", ".join(f"{share * numerics.timestep:.4g}" for share in planned.proofs)
         rows.append(("proof runs", f"at steps {steps}"))
-    if planned.solver is LAMMPS and planned.scene.bond.is_tabulated:
+    if planned.solver is LAMMPS and planned.problem.bond.is_tabulated:
         points = "as many rows as the force needs"
         if numerics.table_points is not None:
             points = f"{numerics.table_points} rows"

@@ -9,7 +9,7 @@ import numpy as np
 
 from chaincor.lammps_inputs.line import Line
 from chaincor.lammps_inputs.numerics import Numerics
-from chaincor.lammps_inputs.scene import Scene
+from chaincor.lammps_inputs.problem import Problem
 from chaincor.lammps_inputs.schemes import StepSchemeName
 from chaincor.workflows.accuracy.refining import (
     STALLED,
@@ -44,26 +44,26 @@ _RESERVE = 0.3
 _MOST_TRIES = 5
 
 
-def eta_of(scene: Scene, outcome: Outcome) -> float:
+def eta_of(problem: Problem, outcome: Outcome) -> float:
     """Return the restitution of an outcome; for a free target, of the relative translation."""
-    e = relative_velocity(scene.line, outcome) / scene.impact_velocity
+    e = relative_velocity(problem.line, outcome) / problem.impact_velocity
     return e * e
 
 
-def largest_difference(scene: Scene, run: Outcome, others: Iterable[Outcome]) -> float:
+def largest_difference(problem: Problem, run: Outcome, others: Iterable[Outcome]) -> float:
     """Return the largest difference of the restitution between a run and other runs."""
-    eta = eta_of(scene, run)
-    return max(abs(eta_of(scene, other) - eta) for other in others)
+    eta = eta_of(problem, run)
+    return max(abs(eta_of(problem, other) - eta) for other in others)
 
 
-def difference_to(scene: Scene, run: Outcome, other: Outcome) -> float:
+def difference_to(problem: Problem, run: Outcome, other: Outcome) -> float:
     """Return the `step_proof.difference` of a run to another; of eta alone if contacts differ."""
     if differ(run, [other]):
-        return largest_difference(scene, run, [other])
-    v0 = scene.impact_velocity
-    e, others = (relative_velocity(scene.line, each) / v0 for each in (run, other))
+        return largest_difference(problem, run, [other])
+    v0 = problem.impact_velocity
+    e, others = (relative_velocity(problem.line, each) / v0 for each in (run, other))
     one, two = run.contact_speeds, other.contact_speeds
-    return float(difference(scene.line, e, others, one, two, v0))
+    return float(difference(problem.line, e, others, one, two, v0))
 
 
 def relative_velocity(line: Line, outcome: Outcome) -> float:
@@ -73,10 +73,10 @@ def relative_velocity(line: Line, outcome: Outcome) -> float:
 
 
 def run_reference(
-    scene: Scene, scheme: StepSchemeName, timestep: float, known: Outcome | None = None
+    problem: Problem, scheme: StepSchemeName, timestep: float, known: Outcome | None = None
 ) -> Outcome:
     """Run the reference engine with one scheme and step."""
-    return stepping.run(scene, Numerics(scheme=scheme, timestep=timestep), known=known)
+    return stepping.run(problem, Numerics(scheme=scheme, timestep=timestep), known=known)
 
 
 @dataclass(frozen=True)
@@ -108,7 +108,7 @@ def differ(fine: Outcome, proofs: Sequence[Outcome]) -> bool:
 
 
 def refined(
-    scene: Scene,
+    problem: Problem,
     tries: Sequence[Attempt[list[Outcome]]],
     first: Outcome | None = None,
     nudged: float = 0.0,
@@ -128,29 +128,29 @@ def refined(
     if stuck:
         alike = ran[-STALLED:] if forgets else ran[-STALLED - 1 :]
         runs = alike[0][1] if forgets else runs
-        error = largest_difference(scene, runs[0], (run for _, each in alike for run in each))
+        error = largest_difference(problem, runs[0], (run for _, each in alike for run in each))
     nudged = max(nudged, error) if forgets else 0.0
     # A run may be compared with runs at two steps, but its time counts once.
     seconds = sum({id(run): run.seconds for _, each in ran for run in each}.values())
-    found = runs[0], runs[1:], eta_of(scene, runs[0]), error, seconds
+    found = runs[0], runs[1:], eta_of(problem, runs[0]), error, seconds
     return ConvergedRun(*found, stuck, steps_record(tries), first, nudged, kinked)
 
 
 def nudged_change(
-    scene: Scene, scheme: StepSchemeName, step: float, plain: Outcome, enough: float = math.inf
+    problem: Problem, scheme: StepSchemeName, step: float, plain: Outcome, enough: float = math.inf
 ) -> float:
     """
     Return the change of eta for impact velocities that differ by a few units of rounding.
 
     It is the largest change, or the first that reaches `enough`.
     """
-    worst, eta = 0.0, eta_of(scene, plain)
-    for ulps in _NUDGES_OF_LONG if scene.particles > LONG else _NUDGES:
+    worst, eta = 0.0, eta_of(problem, plain)
+    for ulps in _NUDGES_OF_LONG if problem.particles > LONG else _NUDGES:
         change = 1.0 + ulps * sys.float_info.epsilon
-        if scene.line.has_equal_masses:
-            nudged, near = scene.replace(speed=None, velocity=change * scene.impact_velocity), step
+        if problem.line.has_equal_masses:
+            nudged, near = problem.at_velocity(change * problem.impact_velocity), step
         else:  # given velocities stay; another step also changes all rounding
-            nudged, near = scene, change * step
+            nudged, near = problem, change * step
         other = run_reference(nudged, scheme, near, plain)
         worst = max(worst, abs(eta_of(nudged, other) - eta))
         if worst >= enough:
@@ -158,7 +158,7 @@ def nudged_change(
     return worst
 
 
-def find_rounding_sensitivity(scene: Scene) -> float:
+def find_rounding_sensitivity(problem: Problem) -> float:
     """
     Return the change of eta when all rounding changes.
 
@@ -166,54 +166,54 @@ def find_rounding_sensitivity(scene: Scene) -> float:
     that depends on the scene alone. It needs bonds that fixed steps can follow.
     """
     # A slow warm chain may be thrown back to the target long after its first contacts.
-    follow = scene.temperature is not None
+    follow = problem.temperature is not None
 
     def attempt(step: float) -> Attempt[float]:
-        plain = stepping.run(scene, Numerics(scheme="order8", timestep=step), follow=follow)
-        return Attempt(step, 0.0, nudged_change(scene, "order8", step, plain), done=True)
+        plain = stepping.run(problem, Numerics(scheme="order8", timestep=step), follow=follow)
+        return Attempt(step, 0.0, nudged_change(problem, "order8", step, plain), done=True)
 
-    step = guess_step(scene, "order8", _GOAL)
+    step = guess_step(problem, "order8", _GOAL)
     found = that_ran(refine(step, attempt, Policy(_MOST_HALVINGS)))[-1].found
     assert found is not None
     return found
 
 
-def _error_at(scene: Scene, scheme: StepSchemeName, step: float, truth: ConvergedRun) -> float:
+def _error_at(problem: Problem, scheme: StepSchemeName, step: float, truth: ConvergedRun) -> float:
     """Return the error of eta at a step; raises RunError if the step is too large to run."""
-    outcome = run_reference(scene, scheme, step, truth.outcome)
-    return max(abs(eta_of(scene, outcome) - truth.restitution), 1e-17)
+    outcome = run_reference(problem, scheme, step, truth.outcome)
+    return max(abs(eta_of(problem, outcome) - truth.restitution), 1e-17)
 
 
 def estimate_step(
-    scene: Scene, scheme: StepSchemeName, target_error: float, truth: ConvergedRun
+    problem: Problem, scheme: StepSchemeName, target_error: float, truth: ConvergedRun
 ) -> float | None:
     """
     Return an estimate of the step for a target error, from one run and with a reserve.
 
     Return None if even a much smaller step does not run.
     """
-    order = effective_order(scene, scheme)
+    order = effective_order(problem, scheme)
 
     def attempt(step: float) -> Attempt[float]:
-        error = _error_at(scene, scheme, step, truth)
+        error = _error_at(problem, scheme, step, truth)
         growth = by_order(_RESERVE * target_error, error, order, 0.1, 3.0)
         return Attempt(step, error, growth, done=True)
 
     policy = Policy(_MOST_TRIES, refused=0.4, believed=False)
-    last = refine(guess_step(scene, scheme, target_error), attempt, policy)[-1]
+    last = refine(guess_step(problem, scheme, target_error), attempt, policy)[-1]
     if last.found is None:
         return None
-    return min(largest_step(scheme, scene.fast_stiffness), last.step * last.found)
+    return min(largest_step(scheme, problem.fast_stiffness), last.step * last.found)
 
 
 def find_step(
-    scene: Scene, scheme: StepSchemeName, target_error: float, truth: ConvergedRun, start: float
+    problem: Problem, scheme: StepSchemeName, target_error: float, truth: ConvergedRun, start: float
 ) -> float | None:
     """Return a step that reaches a target error, near the largest; None if none was found."""
-    order = effective_order(scene, scheme)
+    order = effective_order(problem, scheme)
 
     def attempt(step: float) -> Attempt[None]:
-        error = _error_at(scene, scheme, step, truth)
+        error = _error_at(problem, scheme, step, truth)
         smaller = step * by_order(_RESERVE * target_error, error, order, 0.25)
         return Attempt(step, error, done=error <= target_error, following=smaller)
 

@@ -2,12 +2,12 @@
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 
-from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.bounded_run import BoundedRun, reason_missed
 from chaincor.workflows.accuracy.by_lammps import solve_with_lammps
 from chaincor.workflows.accuracy.by_reference import solve_with_reference
-from chaincor.workflows.accuracy.plan import Plan, plan
+from chaincor.workflows.accuracy.plan import Plan
 from chaincor.workflows.accuracy.reference_runs import eta_of, find_rounding_sensitivity
 from chaincor.workflows.accuracy.solvers import EXACT_MODES, FIXED_STEPS, LAMMPS
 from chaincor.workflows.accuracy.warm import WarmSolver, is_warm
@@ -21,23 +21,25 @@ from chaincor.workflows.errors import ToleranceError
 _MOST_LOOSER = 2
 
 
-def solve_to_tolerance(scene: Scene, tolerance: float) -> BoundedRun:
+def solve_to_tolerance(planned: Plan) -> BoundedRun:
     """
-    Run a scene with the numerics that usually reach a tolerance at the least cost, and prove it.
+    Run a plan, whose numerics usually reach its tolerance at the least cost, and prove the result.
 
     Numerics are chosen for target errors that are powers of ten: the largest within the tolerance
     or, if this is below rounding, the first below rounding. If a target error is missed, the next
     looser one is tried too, and the smallest error bar counts. Raises ToleranceError if this bar is
     useless.
     """
-    if is_warm(scene) and (usual := WarmSolver(scene).solve_alone()):
+    problem, tolerance = planned.problem, planned.tolerance
+    assert tolerance is not None
+    if is_warm(planned) and (usual := WarmSolver(problem, tolerance).solve_alone()):
         return usual
-    planned = plan(scene, tolerance)
     target_error, sensitivity = target_error_of(planned)
     in_house = planned.solver is not LAMMPS
-    solve_goal: Callable[..., BoundedRun] = solve_with_reference if in_house else solve_with_lammps
+    with_lammps = partial(solve_with_lammps, files=planned.files)
+    solve_goal: Callable[..., BoundedRun] = solve_with_reference if in_house else with_lammps
     loosest = target_error * 10.0**_MOST_LOOSER
-    best = found = solve_goal(scene, target_error, sensitivity)
+    best = found = solve_goal(problem, target_error, sensitivity)
     for _ in range(_MOST_LOOSER):
         # No finer step reduces the error from contacts after an open end. If refinement stalled
         # above the loosest target and the rounding, a smaller bar at longer steps would be luck.
@@ -47,7 +49,7 @@ def solve_to_tolerance(scene: Scene, tolerance: float) -> BoundedRun:
         hopeless = (
             loosest
             < found.bar.rounding
-            <= amplified_rounding(scene.engine, found.rounding_sensitivity, scene)
+            <= amplified_rounding(planned.engine, found.rounding_sensitivity, problem)
         )
         short = time_limit().was_short  # for looser goals, too
         if found.error - found.bar.ending <= target_error or stalled or hopeless or short:
@@ -56,9 +58,9 @@ def solve_to_tolerance(scene: Scene, tolerance: float) -> BoundedRun:
         # The amplification of rounding belongs to the collision, at any step.
         sensitivity = max(sensitivity, found.rounding_sensitivity)
         known = (found.outcome,) if in_house else ()
-        found = solve_goal(scene, target_error, sensitivity, *known)
+        found = solve_goal(problem, target_error, sensitivity, *known)
         best = min(best, found, key=lambda each: each.error)
-    eta = eta_of(scene, best.outcome)
+    eta = eta_of(problem, best.outcome)
     if not best.error <= max(1.0, eta):
         raise ToleranceError(
             f"the error of eta is {best.error:.2g}, so that its value {eta:.3g} says nothing. "
@@ -75,14 +77,16 @@ def target_error_of(planned: Plan) -> tuple[float, float]:
     nudges of cold chains at a wall, with steps that resolve them, because coarse steps may
     overestimate it.
     """
-    scene, target_error = planned.scene, planned.target_error
+    problem, target_error = planned.problem, planned.target_error
     assert target_error is not None
     # Light particles between heavy ones amplify rounding more than equal ones ever do.
-    matters = not scene.line.has_equal_masses
-    matters |= scene.engine == "lammps" and rounding_matters("lammps", scene, target_error)
+    matters = not problem.line.has_equal_masses
+    matters |= planned.solver is LAMMPS and rounding_matters("lammps", problem, target_error)
     # Modes have no chaos, and steps that are too long for the bonds measure nothing.
-    stepped = planned.solver in (FIXED_STEPS, LAMMPS) and not EXACT_MODES.supports(scene)
-    stepped &= not scene.bond.only_pushes  # which fixed steps of the reference engine do not follow
-    if not (matters and stepped and planned.solver.resolves(scene)):
+    stepped = planned.solver in (FIXED_STEPS, LAMMPS) and not EXACT_MODES.supports(problem)
+    stepped &= (
+        not problem.bond.only_pushes
+    )  # which fixed steps of the reference engine do not follow
+    if not (matters and stepped and planned.solver.resolves(problem)):
         return target_error, 0.0
-    return target_error, find_rounding_sensitivity(scene)
+    return target_error, find_rounding_sensitivity(problem)

@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 
 from chaincor.lammps_inputs.numerics import Numerics
-from chaincor.lammps_inputs.scene import Scene
+from chaincor.lammps_inputs.problem import Problem
 from chaincor.lammps_inputs.scene_parts.bead_rules import granular_refusal
 from chaincor.workflows.accuracy.cost_model import cost_model
 from chaincor.workflows.accuracy.step_guess import (
@@ -51,23 +51,23 @@ class Solver(ABC):
     sharpest: ClassVar[float] = math.inf
 
     @abstractmethod
-    def refusal(self, scene: Scene) -> str | None:
+    def refusal(self, problem: Problem) -> str | None:
         """Return the reason, in one line, why a scene is not supported; None if it is."""
 
-    def supports(self, scene: Scene) -> bool:
+    def supports(self, problem: Problem) -> bool:
         """Return whether a scene is supported."""
-        return self.refusal(scene) is None
+        return self.refusal(problem) is None
 
-    def resolves(self, scene: Scene) -> bool:
+    def resolves(self, problem: Problem) -> bool:
         """Return whether its steps can follow the fastest bond or contact."""
-        return frequency_ratio(scene) <= self.sharpest
+        return frequency_ratio(problem) <= self.sharpest
 
     @abstractmethod
-    def forecast(self, scene: Scene, numerics: Numerics | None) -> float:
+    def forecast(self, problem: Problem, numerics: Numerics | None) -> float:
         """Return the expected seconds of one run on one core."""
 
     @abstractmethod
-    def run(self, scene: Scene, numerics: Numerics | None, accuracy: float = 1e-6) -> Outcome:
+    def run(self, problem: Problem, numerics: Numerics | None, accuracy: float = 1e-6) -> Outcome:
         """
         Run a collision.
 
@@ -80,23 +80,25 @@ class ExactModes(Solver):
 
     name, engine = "exact modes", "reference"
 
-    def refusal(self, scene: Scene) -> str | None:
+    def refusal(self, problem: Problem) -> str | None:
         """Return the reason why a scene cannot be propagated by modes."""
-        if modal.supports(scene):
+        if modal.supports(problem):
             return None
-        if not scene.bond.is_harmonic:
+        if not problem.bond.is_harmonic:
             return "the bonds are not harmonic"
-        if scene.line.soft:
+        if problem.line.soft:
             return "the contact is soft"
         return f"a body of unequal masses has more than {modal.MOST_UNEQUAL} particles"
 
-    def forecast(self, scene: Scene, numerics: Numerics | None = None) -> float:
+    def forecast(self, problem: Problem, numerics: Numerics | None = None) -> float:
         """Return the expected seconds."""
-        return _IN_HOUSE_SECONDS + _MODAL_PAIR * scene.longest_body**2
+        return _IN_HOUSE_SECONDS + _MODAL_PAIR * problem.longest_body**2
 
-    def run(self, scene: Scene, numerics: Numerics | None = None, accuracy: float = 0.0) -> Outcome:
+    def run(
+        self, problem: Problem, numerics: Numerics | None = None, accuracy: float = 0.0
+    ) -> Outcome:
         """Propagate the modes."""
-        return modal.run(scene)
+        return modal.run(problem)
 
 
 class FixedSteps(Solver):
@@ -105,28 +107,28 @@ class FixedSteps(Solver):
     name, engine = "fixed steps", "reference"
     sharpest = 60.0  # beyond this ratio, adaptive steps of a plain chain take less processor time
 
-    def refusal(self, scene: Scene) -> str | None:
+    def refusal(self, problem: Problem) -> str | None:
         """Return the reason why adaptive steps are cheaper."""
-        if scene.bond.only_pushes:
-            return f"{scene.label} beads only push: their steps adapt to their overlaps"
-        if not scene.line.is_standard or self.resolves(scene):
+        if problem.bond.only_pushes:
+            return f"{problem.label} beads only push: their steps adapt to their overlaps"
+        if not problem.line.is_standard or self.resolves(problem):
             return None
         return (
-            f"bonds swing {frequency_ratio(scene):.2g} times faster than at rest where they are "
+            f"bonds swing {frequency_ratio(problem):.2g} times faster than at rest where they are "
             f"shortest, more than {self.sharpest:g}"
         )
 
-    def forecast(self, scene: Scene, numerics: Numerics | None) -> float:
+    def forecast(self, problem: Problem, numerics: Numerics | None) -> float:
         """Return the expected seconds."""
         assert numerics is not None
         evaluations = STEP_SCHEMES[numerics.scheme].evaluations
-        stages = evaluations * duration_of(scene) / numerics.timestep
-        return stages * (_IN_HOUSE_STAGE + _IN_HOUSE_BOND * scene.all_particles)
+        stages = evaluations * duration_of(problem) / numerics.timestep
+        return stages * (_IN_HOUSE_STAGE + _IN_HOUSE_BOND * problem.all_particles)
 
-    def run(self, scene: Scene, numerics: Numerics | None, accuracy: float = 0.0) -> Outcome:
+    def run(self, problem: Problem, numerics: Numerics | None, accuracy: float = 0.0) -> Outcome:
         """Take the steps."""
         assert numerics is not None
-        return stepping.run(scene, numerics)
+        return stepping.run(problem, numerics)
 
 
 class AdaptiveSteps(Solver):
@@ -134,28 +136,28 @@ class AdaptiveSteps(Solver):
 
     name, engine = "adaptive steps", "reference"
 
-    def refusal(self, scene: Scene) -> str | None:
+    def refusal(self, problem: Problem) -> str | None:
         """Return the reason why adaptive steps are not taken."""
-        if scene.bond.only_pushes:
+        if problem.bond.only_pushes:
             return None
-        if not scene.line.is_standard:
+        if not problem.line.is_standard:
             return "the bodies are more than a cold chain of equal masses and a hard wall"
-        if (scene.particles * math.log(frequency_ratio(scene))) ** 3 > _MOST_STEPPED:
+        if (problem.particles * math.log(frequency_ratio(problem))) ** 3 > _MOST_STEPPED:
             return (
-                f"{scene.particles} particles with bonds {frequency_ratio(scene):.2g} times faster "
-                "than at rest would take hours or more to step"
+                f"{problem.particles} particles with bonds {frequency_ratio(problem):.2g} times "
+                "faster than at rest would take hours or more to step"
             )
         return None
 
-    def forecast(self, scene: Scene, numerics: Numerics | None = None) -> float:
+    def forecast(self, problem: Problem, numerics: Numerics | None = None) -> float:
         """Return the expected seconds."""
-        if scene.bond.only_pushes:
-            return _IN_HOUSE_SECONDS + _BEAD_PAIR * scene.all_particles**2
-        return _ADAPTIVE_PAIR * scene.particles**2 * math.log10(frequency_ratio(scene))
+        if problem.bond.only_pushes:
+            return _IN_HOUSE_SECONDS + _BEAD_PAIR * problem.all_particles**2
+        return _ADAPTIVE_PAIR * problem.particles**2 * math.log10(frequency_ratio(problem))
 
-    def run(self, scene: Scene, numerics: Numerics | None, accuracy: float = 1e-6) -> Outcome:
+    def run(self, problem: Problem, numerics: Numerics | None, accuracy: float = 1e-6) -> Outcome:
         """Take the steps."""
-        return adaptive.run(scene, accuracy)
+        return adaptive.run(problem, accuracy)
 
 
 class HardSpheres(Solver):
@@ -163,21 +165,23 @@ class HardSpheres(Solver):
 
     name, engine = "hard spheres", "reference"
 
-    def refusal(self, scene: Scene) -> str | None:
+    def refusal(self, problem: Problem) -> str | None:
         """Return the reason why the limit is not reached."""
-        if scene.bond.only_pushes:
+        if problem.bond.only_pushes:
             return "beads of a power law become no hard spheres at any speed"
-        if FIXED_STEPS.supports(scene):
+        if FIXED_STEPS.supports(problem):
             return "bonds are too soft to be hard spheres"
         return None
 
-    def forecast(self, scene: Scene, numerics: Numerics | None = None) -> float:
+    def forecast(self, problem: Problem, numerics: Numerics | None = None) -> float:
         """Return the expected seconds, which a run of three particles takes."""
         return _IN_HOUSE_SECONDS
 
-    def run(self, scene: Scene, numerics: Numerics | None = None, accuracy: float = 0.0) -> Outcome:
+    def run(
+        self, problem: Problem, numerics: Numerics | None = None, accuracy: float = 0.0
+    ) -> Outcome:
         """Return the limit."""
-        return hard_sphere.run(scene)
+        return hard_sphere.run(problem)
 
 
 class Lammps(Solver):
@@ -186,39 +190,39 @@ class Lammps(Solver):
     name, engine = "LAMMPS", "lammps"
     sharpest = 300.0  # beyond this ratio, millions of steps would be needed
 
-    def refusal(self, scene: Scene) -> str | None:
+    def refusal(self, problem: Problem) -> str | None:
         """Return the contact or the bonds as the reason why LAMMPS's fixed steps fail."""
-        if scene.bond.only_pushes:
-            return granular_refusal(scene)
-        if EXACT_MODES.supports(scene) or self.resolves(scene):
+        if problem.bond.only_pushes:
+            return granular_refusal(problem)
+        if EXACT_MODES.supports(problem) or self.resolves(problem):
             return None
-        sharp = frequency_ratio(scene)
+        sharp = frequency_ratio(problem)
         expected = f"expected less than {self.sharpest:g} times for LAMMPS's fixed steps"
-        if contact_is_stiffest(scene):
-            law = scene.line.contact
+        if contact_is_stiffest(problem):
+            law = problem.line.contact
             return (
                 f"with {law.strength_key} {law.strength:g} the contact would swing {sharp:.2g} "
                 f"times faster than bonds at rest; {expected}: give a smaller one, or use engine "
                 "'reference', or contact 'hard'"
             )
-        line = scene.line
+        line = problem.line
         at_first = float(np.min(np.delete(line.strains, line.gap), initial=0.0))
-        shortest = 1.0 + min(at_first, scene.bond.compressed_strain(pair_energy(line)))
+        shortest = 1.0 + min(at_first, problem.bond.compressed_strain(pair_energy(line)))
         return (
             f"bonds would be compressed to about {shortest:.2g} of their length, where they swing "
             f"{sharp:.2g} times faster than at rest; {expected}: lower the speed, or use engine "
             "'reference'"
         )
 
-    def forecast(self, scene: Scene, numerics: Numerics | None) -> float:
+    def forecast(self, problem: Problem, numerics: Numerics | None) -> float:
         """Return the expected seconds, from the measured cost model."""
         assert numerics is not None
-        return cost_model().integration(scene, numerics, duration_of(scene))
+        return cost_model().integration(problem, numerics, duration_of(problem))
 
-    def run(self, scene: Scene, numerics: Numerics | None, accuracy: float = 0.0) -> Outcome:
+    def run(self, problem: Problem, numerics: Numerics | None, accuracy: float = 0.0) -> Outcome:
         """Run LAMMPS."""
         assert numerics is not None
-        return lammps.run(scene, numerics)
+        return lammps.run(problem, numerics)
 
 
 EXACT_MODES, FIXED_STEPS, LAMMPS = ExactModes(), FixedSteps(), Lammps()
@@ -236,29 +240,28 @@ IN_HOUSE = tuple(solver for solver in SOLVERS if solver.engine == "reference")
 OVERHEAD = {"lammps": _LAMMPS_SECONDS, "reference": _IN_HOUSE_SECONDS}
 
 
-def solver_of(scene: Scene, among: Iterable[Solver] | None = None) -> Solver:
+def solver_of(problem: Problem, among: Iterable[Solver]) -> Solver:
     """
-    Return the first solver that supports a scene, by default among the solvers of its engine.
+    Return the first of some solvers that supports a problem.
 
-    Raises RunError with the reason of the last solver if none supports the scene.
+    Raises RunError with the reason of the last solver if none supports the problem.
     """
     reason = ""
-    own = (solver for solver in SOLVERS if solver.engine == scene.engine)
-    for solver in own if among is None else among:
-        refused = solver.refusal(scene)
+    for solver in among:
+        refused = solver.refusal(problem)
         if refused is None:
             return solver
         reason = refused
     raise RunError(reason)
 
 
-def duration_of(scene: Scene) -> float:
+def duration_of(problem: Problem) -> float:
     """
     Return the expected time from the start to the last contact.
 
     It is a sound round trip at the low speeds at which this takes longest, plus the time to the
     first contact and the duration of a soft contact.
     """
-    duration = 2.2 * scene.longest_body / math.sqrt(scene.slow_stiffness)
-    duration += float(scene.line.strains[scene.line.gap]) / scene.impact_velocity
-    return duration + scene.contact_duration
+    duration = 2.2 * problem.longest_body / math.sqrt(problem.slow_stiffness)
+    duration += float(problem.line.strains[problem.line.gap]) / problem.impact_velocity
+    return duration + problem.contact_duration

@@ -8,7 +8,7 @@ import numpy as np
 
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.line import Line
-from chaincor.lammps_inputs.scene import Scene
+from chaincor.lammps_inputs.problem import Problem
 from chaincor.lammps_inputs.schemes import DEFAULT_TIMESTEPS, StepSchemeName
 from chaincor.workflows.engines.compositions import COMPOSITIONS
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
@@ -45,20 +45,20 @@ _DAMPED_ERROR = 0.01
 _LARGEST = {"srkn14": 1.4, "extrapolated12": 0.7, "extrapolated14": 1.2}
 
 
-def frequency_ratio(scene: Scene) -> float:
+def frequency_ratio(problem: Problem) -> float:
     """
     Return the frequency of the most compressed bond, or a soft contact, over its value at rest.
 
     It is sqrt(U''(shortest)/U''(1)), 1 or more, with a guess of the shortest bond.
     """
-    line, bond = scene.line, scene.bond
+    line, bond = problem.line, problem.bond
     if bond.only_pushes:
         return 1.0  # of the scale of the scene, which is no stiffness at rest
     sharpest = 1.0
     if line.heaviest_pair > 0.0:
         energy = pair_energy(line)
         # An object of a user may not be hashable.
-        if isinstance(scene.potential, str):
+        if problem.named:
             if (bond, energy) not in _compressed:
                 _keep_compressed(bond, [energy])
             strain, curvature = _compressed[bond, energy]
@@ -70,17 +70,16 @@ def frequency_ratio(scene: Scene) -> float:
                 curvature = float(bond.curvature(shortest))
         sharpest = max(1.0, curvature / bond.stiffness)
     if line.soft:
-        sharpest = max(sharpest, line.contact_rate / scene.fast_stiffness)
+        sharpest = max(sharpest, line.contact_rate / problem.fast_stiffness)
     return math.sqrt(sharpest)
 
 
-def foresee_frequency_ratio(scenes: Iterable[Scene]) -> None:
-    """Compute the frequency ratios of many scenes at once, in a tenth of the time."""
+def foresee_frequency_ratio(problems: Iterable[Problem]) -> None:
+    """Compute the frequency ratios of many problems at once, in a tenth of the time."""
     energies: dict[Potential, set[float]] = {}
-    for scene in scenes:
-        named = isinstance(scene.potential, str)
-        if named and scene.engine == "reference" and scene.line.heaviest_pair > 0.0:
-            energies.setdefault(scene.bond, set()).add(pair_energy(scene.line))
+    for problem in problems:
+        if problem.named and problem.line.heaviest_pair > 0.0:
+            energies.setdefault(problem.bond, set()).add(pair_energy(problem.line))
     for bond, asked in energies.items():
         if new := [energy for energy in asked if (bond, energy) not in _compressed]:
             _keep_compressed(bond, new)
@@ -110,27 +109,27 @@ def _compressed_by(bond: Potential, energies: list[float]) -> list[tuple[float, 
     return [(strain, float(bond.curvature(strain))) for strain in strains]
 
 
-def contact_is_stiffest(scene: Scene) -> bool:
+def contact_is_stiffest(problem: Problem) -> bool:
     """Return whether the contact of soft bodies, not a bond, has the highest frequency."""
-    if not scene.line.soft:
+    if not problem.line.soft:
         return False
-    return frequency_ratio(scene) <= math.sqrt(scene.line.contact_rate / scene.fast_stiffness)
+    return frequency_ratio(problem) <= math.sqrt(problem.line.contact_rate / problem.fast_stiffness)
 
 
-def is_smooth(scene: Scene) -> bool:
+def is_smooth(problem: Problem) -> bool:
     """Return whether schemes keep their order: neither bonds nor a soft contact have kinks."""
-    return scene.bond.smooth and scene.line.contact.smooth
+    return problem.bond.smooth and problem.line.contact.smooth
 
 
-def effective_order(scene: Scene, scheme: StepSchemeName) -> float:
+def effective_order(problem: Problem, scheme: StepSchemeName) -> float:
     """
     Return the least power of the step with which errors fall.
 
     A soft contact of a power q that is not an integer causes an error of order q + 1 where the
     bodies touch and part. Graded steps make this error small, but do not change its order.
     """
-    order, onset = float(STEP_SCHEMES[scheme].order), scene.line.contact.onset
-    if getattr(scene.bond, "damping", 0.0) > 0.0:
+    order, onset = float(STEP_SCHEMES[scheme].order), problem.line.contact.onset
+    if getattr(problem.bond, "damping", 0.0) > 0.0:
         return 1.0  # LAMMPS computes damping forces with the velocities of half a step before
     return order if onset is None else min(order, onset + 1.0)
 
@@ -151,18 +150,18 @@ def _heaviest(scheme: StepSchemeName) -> float:
     return max(abs(weight) for weight in COMPOSITIONS[scheme].weights)
 
 
-def guess_step(scene: Scene, scheme: StepSchemeName, target_error: float) -> float:
+def guess_step(problem: Problem, scheme: StepSchemeName, target_error: float) -> float:
     """Return a guess of the step that reaches a target error."""
-    return usual_step(scheme, target_error, scene.fast_stiffness) / frequency_ratio(scene)
+    return usual_step(scheme, target_error, problem.fast_stiffness) / frequency_ratio(problem)
 
 
-def granular_step(scene: Scene, target_error: float) -> float:
+def granular_step(problem: Problem, target_error: float) -> float:
     """Return a guess of the Verlet step with which LAMMPS's granular styles reach an error."""
-    scale = _GRANULAR_ERROR * scene.fast_stiffness
+    scale = _GRANULAR_ERROR * problem.fast_stiffness
     usual = (STEP_SHARE * target_error / scale) ** 0.5
-    if effective_order(scene, "verlet") < 2.0:
-        usual = STEP_SHARE * target_error / (_DAMPED_ERROR * scene.fast_stiffness**0.5)
-    return min(largest_step("verlet", scene.fast_stiffness) / 2.0, usual)
+    if effective_order(problem, "verlet") < 2.0:
+        usual = STEP_SHARE * target_error / (_DAMPED_ERROR * problem.fast_stiffness**0.5)
+    return min(largest_step("verlet", problem.fast_stiffness) / 2.0, usual)
 
 
 def usual_step(scheme: StepSchemeName, target_error: float, stiffness: float) -> float:

@@ -58,9 +58,9 @@ def rows_error(scene: Scene, outcome: Outcome, tolerance: float) -> float:
     bond = scene.bond
     if not isinstance(bond, TableBond):
         return 0.0
-    shortest, longest = bonds_from_start(scene, outcome)
+    shortest, longest = bonds_from_start(scene.problem, outcome)
     force_error = bond.rows.largest_error(shortest - 1.0, longest - 1.0)
-    estimate = table_error_of("spline", force_error, scene)
+    estimate = table_error_of("spline", force_error, scene.problem)
     if estimate <= _NEGLIGIBLE * tolerance:
         return estimate
     numerics = Numerics(scheme="order8", timestep=2.0 * (outcome.timestep or _STEP))
@@ -74,10 +74,10 @@ def rows_error(scene: Scene, outcome: Outcome, tolerance: float) -> float:
         arrays=None,
     )
     changes = []
-    asked = eta_of(scene, outcome)
+    asked = eta_of(scene.problem, outcome)
     for force in (bond.force_spline, *bond.rows.alternatives()):
         try:
-            other = same.replace(potential=_bond_of(force))
+            other = same.replace(potential=_bond_of(force)).problem
             changes.append(eta_of(other, stepping.run(other, numerics)) - asked)
         except ChaincorError as error:
             raise TableError(

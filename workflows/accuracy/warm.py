@@ -8,10 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chaincor.lammps_inputs.arrays import Array
-from chaincor.lammps_inputs.scene import Scene
+from chaincor.lammps_inputs.problem import Problem
 from chaincor.workflows.accuracy.batching import compare_many
 from chaincor.workflows.accuracy.bounded_run import BoundedRun, bounded_run, decade_within
 from chaincor.workflows.accuracy.fixed_steps import usual_scheme
+from chaincor.workflows.accuracy.plan import Plan
 from chaincor.workflows.accuracy.reference_runs import differ, difference_to, run_reference
 from chaincor.workflows.accuracy.solvers import FIXED_STEPS
 from chaincor.workflows.accuracy.step_guess import STEP_SHARE, usual_step
@@ -63,37 +64,34 @@ MET = np.dtype(
 )
 
 
-def is_warm(scene: Scene) -> bool:
-    """Return whether `WarmSolver` supports a scene."""
-    if scene.engine != "reference" or scene.explicit or scene.temperature is None:
+def is_warm(planned: Plan) -> bool:
+    """Return whether `WarmSolver` supports a plan."""
+    problem, asked = planned.problem, planned.tolerance
+    if planned.engine != "reference" or asked is None or problem.temperature is None:
         return False
-    asked = scene.asked_tolerance
-    assert asked is not None
-    return decade_within(asked) >= SHARPEST_GOAL and supports(scene.line, scene.bond)
+    return decade_within(asked) >= SHARPEST_GOAL and supports(problem.line, problem.bond)
 
 
 class WarmSolver:
     """
-    Solver of a scene, accepted by :func:`is_warm`, for many initial states or for its own.
+    Solver of a problem, accepted by :func:`is_warm`, for many initial states or for its own.
 
     Bonds, masses and tolerance are common to all collisions. Each is run at H, 2 H and 1.3 H, which
     prove its error (``step_proof``). This error includes amplified rounding, because rounding
     differs in every run.
     """
 
-    def __init__(self, scene: Scene) -> None:
-        asked = scene.asked_tolerance
-        assert asked is not None
-        self._scene, self._line = scene, scene.line
-        self._goal = decade_within(asked)
+    def __init__(self, problem: Problem, tolerance: float) -> None:
+        self._problem, self._line = problem, problem.line
+        self._goal = decade_within(tolerance)
         self.scheme = usual_scheme(self._goal)
         self._rungs: dict[int, tuple[int, int]] = {}
-        self._quiet = sound_round_trip(scene.particles, scene.slow_stiffness)
+        self._quiet = sound_round_trip(problem.particles, problem.slow_stiffness)
 
     @cached_property
     def batch(self) -> Batch:
         """Batch of many collisions, whose loops are loaded at its first use."""
-        return Batch(self._line, self._scene.bond, self.scheme)
+        return Batch(self._line, self._problem.bond, self.scheme)
 
     def share(self, velocity: float) -> int:
         """Return the number of collisions to solve at once, so that progress is visible."""
@@ -133,7 +131,7 @@ class WarmSolver:
 
     def solve_alone(self) -> BoundedRun | None:
         """Return the solution of the scene; None if it needs a closer examination."""
-        scene, velocity = self._scene, self._scene.impact_velocity
+        problem, velocity = self._problem, self._problem.impact_velocity
         rung, last_rung = self._rungs_of(velocity)
         floor = float(self._rounding(StartStates.of([self._line]), np.array([velocity]))[0])
         if rung < 0 or floor > _ROUNDING_SHARE * self._goal:
@@ -143,18 +141,18 @@ class WarmSolver:
             runs, error, over = self._compare_alone(step, floor)
             if runs is not None and error + floor <= self._goal:
                 tried = {"timestep": step, "step_error": error}
-                return bounded_run(scene, runs[0], error, runs[1], [tried])
+                return bounded_run(problem, runs[0], error, runs[1], [tried])
             if over or rung >= last_rung:
                 return None
             rung = min(int(self._finer(rung, error, tries)), last_rung)
         return None
 
     def _step(self, rung: int) -> float:
-        return _LARGEST_STEP / self._scene.fast_stiffness**0.5 * _STEP_LADDER**rung
+        return _LARGEST_STEP / self._problem.fast_stiffness**0.5 * _STEP_LADDER**rung
 
     def _rungs_of(self, velocity: float) -> tuple[int, int]:
         """Return the first and the last rung to try; -1 if bonds are too sharp for fixed steps."""
-        energy = velocity**2 + _HOTTEST_BOND * (self._scene.temperature or 0.0)
+        energy = velocity**2 + _HOTTEST_BOND * (self._problem.temperature or 0.0)
         place = math.ceil(math.log(energy) / _ENERGY_LADDER)
         if place not in self._rungs:
             energy = math.exp(place * _ENERGY_LADDER)
@@ -164,13 +162,13 @@ class WarmSolver:
         return self._rungs[place]
 
     def _rung_at(self, energy: float, target_error: float) -> int:
-        scene, bond = self._scene, self._scene.bond
+        problem, bond = self._problem, self._problem.bond
         strain = bond.compressed_strain(energy)
         sharpness = math.sqrt(max(1.0, float(bond.curvature(strain)) / bond.stiffness))
         if sharpness > FIXED_STEPS.sharpest:
             return -1
         step = 0.5 * usual_step(
-            self.scheme, target_error / usual_share(self.scheme), scene.fast_stiffness
+            self.scheme, target_error / usual_share(self.scheme), problem.fast_stiffness
         )
         smaller = math.log(step / sharpness / self._step(0)) / math.log(_STEP_LADDER)
         return max(math.ceil(smaller), 0)
@@ -187,8 +185,8 @@ class WarmSolver:
     def _rounding(self, starts: StartStates, velocities: Array) -> Array:
         """Return the error of eta due to rounding, as ``engines.rounding`` does."""
         translation = 0.5 * float(np.sum(self._line.chain_masses)) * velocities**2
-        heat = np.maximum(chain_energies(self._line, self._scene.bond, starts) / translation, 1.0)
-        return np.asarray(arithmetic_error(self._scene.particles, heat))
+        heat = np.maximum(chain_energies(self._line, self._problem.bond, starts) / translation, 1.0)
+        return np.asarray(arithmetic_error(self._problem.particles, heat))
 
     def _compare(
         self, starts: StartStates, steps: Array, velocities: Array, floor: Array
@@ -223,19 +221,19 @@ class WarmSolver:
         Return the run and the run at twice its step, the error, and whether finer steps do not
         help.
         """
-        scene, scheme = self._scene, self.scheme
+        problem, scheme = self._problem, self.scheme
         try:
-            fine = run_reference(scene, scheme, step)
+            fine = run_reference(problem, scheme, step)
             kind = fine.ending.kind
             silent = fine.longest_silence > self._quiet
             if kind == "open" or (silent and kind != "proved"):
                 return None, math.inf, True
-            coarse = [run_reference(scene, scheme, times * step, fine) for times in COARSER]
+            coarse = [run_reference(problem, scheme, times * step, fine) for times in COARSER]
         except CostError:
             raise
         except RunError:
             return None, math.inf, False
-        far, near = (difference_to(scene, fine, run) for run in coarse)
+        far, near = (difference_to(problem, fine, run) for run in coarse)
         alike = not differ(fine, coarse)
         error = proved_error(scheme, fine.lasted / step, far, near, floor, alike)[0]
         return (fine, coarse[0]), float(error), False

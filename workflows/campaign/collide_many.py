@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.accuracy.plan import plan
 from chaincor.workflows.accuracy.warm import WarmSolver, is_warm
 from chaincor.workflows.campaign.carry_out import (
     MACHINE_FAILURES,
@@ -104,7 +105,7 @@ def collide_many(
 
     with progress_bar(progress, count, seconds) as advance:
         for group in groups:
-            if not is_warm(group.scene):
+            if not is_warm(plan(group.scene)):
                 alone += zip(group.places, group, strict=True)
                 continue
             for k, sample in enumerate(_met_together(group, workers)):
@@ -129,7 +130,9 @@ def collide_many(
 
 def _met_together(group: Group, workers: int) -> Iterator[Sample | None]:
     """Compute a group in compiled loops; yields each sample, or None if it must run alone."""
-    warm_solver = WarmSolver(group.scene)
+    tolerance = group.scene.asked_tolerance
+    assert tolerance is not None
+    warm_solver = WarmSolver(group.scene.problem, tolerance)
     # Compilation and shared values are finished before threads start.
     warm_solver.solve(group[:1].starts(), group.velocities[:1])
     share = min(warm_solver.share(float(np.median(group.velocities))), -(-len(group) // workers))

@@ -38,7 +38,7 @@ def describe(scenes: Iterable[Scene | Point], *, stored: bool = True) -> list[As
 def facts_of(scenes: Sequence[Scene | Point], *, stored: bool = True) -> list[Facts]:
     """Return the facts of :func:`describe` without the scenes, for other processes."""
     made = [scene_of(each) for each in scenes]
-    foresee_frequency_ratio(made)
+    foresee_frequency_ratio(each.problem for each in made if each.engine == "reference")
     return [
         (
             plan(scene).seconds,

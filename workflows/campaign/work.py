@@ -38,15 +38,17 @@ MOST_SECONDS = 86400.0
 _one_at_a_time = threading.Lock()
 
 
-def collide_one(scene: Scene, most_seconds: float) -> Collision:
-    """Carry out one collision, see :func:`chaincor.workflows.collision.collide`."""
+def collide_one(scene: Scene, most_seconds: float, planned: Plan | None = None) -> Collision:
+    """
+    Carry out one collision, see :func:`chaincor.workflows.collision.collide`.
+
+    The plan is made here if it is not given.
+    """
     started = time.perf_counter()
-    asked = scene.asked_tolerance
+    planned = plan(scene) if planned is None else planned
+    asked = planned.tolerance
     with limited_to(most_seconds):
-        if asked is None:
-            answer = _run_as_given(plan(scene))
-        else:
-            answer = solve.solve_to_tolerance(scene, asked)
+        answer = _run_as_given(planned) if asked is None else solve.solve_to_tolerance(planned)
         answer = with_rows(scene, answer, asked)
     if scene.temperature is not None:
         gap = float(scene.line.strains[scene.line.gap])
@@ -72,29 +74,29 @@ def collide_together(scenes: Sequence[Scene]) -> list[Collision | None]:
 
 
 def _run_as_given(planned: Plan) -> BoundedRun:
-    scene, numerics = planned.scene, planned.numerics
+    problem, numerics = planned.problem, planned.numerics
     assert numerics is not None
     details: dict[str, Any] = {}
-    pilot = usual_pilot_run(scene) if planned.solver is LAMMPS else None
+    pilot = usual_pilot_run(problem, files=planned.files) if planned.solver is LAMMPS else None
     # The reference engine sees its bonds.
     if pilot is not None:
-        numerics = replace(numerics, bond_range=pilot.table_range(scene))
+        numerics = replace(numerics, bond_range=pilot.table_range(problem))
     timesteps = [share * numerics.timestep for share in (1.0, *planned.proofs)]
     if planned.solver is LAMMPS:
-        outcome, *others = lammps.run_at_steps(scene, numerics, timesteps)
+        outcome, *others = lammps.run_at_steps(problem, numerics, timesteps, files=planned.files)
     else:
         runs = (replace(numerics, timestep=step) for step in timesteps)
-        outcome, *others = (planned.solver.run(scene, each) for each in runs)
+        outcome, *others = (planned.solver.run(problem, each) for each in runs)
     if pilot is not None:
-        details["scouting"] = pilot.beside(scene, outcome)
+        details["scouting"] = pilot.beside(problem, outcome)
     step = None
     if others:
         share = PROOF_SHARE[numerics.wall]
-        step = share * largest_difference(scene, outcome, others)
+        step = share * largest_difference(problem, outcome, others)
         # Errors of arrays exceed differences of arrays by the same factor as for eta.
-        spreads = [spread_of(scene, outcome, run) for run in others]
+        spreads = [spread_of(problem, outcome, run) for run in others]
         details["spread"] = {name: share * max(s[name] for s in spreads) for name in spreads[0]}
-    bar = error_bar(outcome, scene, step)
+    bar = error_bar(outcome, problem, step)
     return BoundedRun(outcome, bar, details=details, others=tuple(others))
 
 

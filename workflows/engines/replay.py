@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chaincor.lammps_inputs.numerics import Numerics
-from chaincor.lammps_inputs.scene import FILE_KEYS, Scene
+from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.outcome import Frames
 from chaincor.workflows.errors import RunError
 
@@ -35,21 +35,21 @@ class Replay:
         """
         from chaincor.workflows.engines.reference import adaptive, hard_sphere, modal, stepping
 
-        scene = self.scene.without(*FILE_KEYS)
+        problem = self.scene.problem
         if self.scheme == hard_sphere.SCHEME:
             raise RunError(
                 "the result is the limit of hard spheres, in which bonds have no motion to show; "
                 "expected a run with steps: lower the speed, or give another tolerance"
             )
-        if self.numerics is not None and scene.engine == "lammps":
+        if self.numerics is not None and self.scene.engine == "lammps":
             from chaincor.workflows.engines.lammps import engine as lammps
 
-            outcome = lammps.run(scene, self.numerics, interval)
+            outcome = lammps.run(problem, self.numerics, interval)
         elif self.numerics is not None:
-            outcome = stepping.run(scene, self.numerics, interval)
+            outcome = stepping.run(problem, self.numerics, interval)
         elif self.accuracy is not None:
-            outcome = adaptive.run(scene, self.accuracy, interval)
+            outcome = adaptive.run(problem, self.accuracy, interval)
         else:
-            outcome = modal.run(scene, interval)
+            outcome = modal.run(problem, interval)
         assert outcome.frames is not None
         return outcome.frames

@@ -3,7 +3,7 @@
 import sys
 from typing import Any
 
-from chaincor.lammps_inputs.scene import Scene
+from chaincor.lammps_inputs.problem import Problem
 from chaincor.workflows.engines.compositions import COMPOSITIONS
 from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
@@ -35,7 +35,7 @@ ARITHMETIC_FLOOR: float = measured("arithmetic_floor")
 _ROUNDINGS = 3.0
 
 
-def rounding_error(engine: str, scene: Scene, stage: float | None = None) -> float:
+def rounding_error(engine: str, problem: Problem, stage: float | None = None) -> float:
     """
     Return the error of eta due to rounding.
 
@@ -43,21 +43,21 @@ def rounding_error(engine: str, scene: Scene, stage: float | None = None) -> flo
     holds absolute coordinates instead of strains, a measured constant times n eps/v0 is added.
     `stage` is the shortest stage of a step; None if it is not known yet.
     """
-    n = scene.all_particles
+    n = problem.all_particles
     # A displacement is of order v0 times the time of a vibration.
-    v0 = scene.impact_velocity / scene.slow_stiffness**0.5
-    arithmetic = arithmetic_error(n, heat_of(scene))
+    v0 = problem.impact_velocity / problem.slow_stiffness**0.5
+    arithmetic = arithmetic_error(n, heat_of(problem))
     if engine != "lammps":
         return arithmetic
     grain = n * sys.float_info.epsilon
     short = stage is not None and v0 * stage < SHORT_DRIFT * grain
     share = SHORT_DRIFT_ROUNDING if short else COORDINATE_ROUNDING
-    return arithmetic + share * grain / v0 * heat_of(scene) ** 0.5
+    return arithmetic + share * grain / v0 * heat_of(problem) ** 0.5
 
 
-def rounding_matters(engine: str, scene: Scene, goal: float) -> bool:
+def rounding_matters(engine: str, problem: Problem, goal: float) -> bool:
     """Return whether the rounding that a collision may amplify comes near a target error."""
-    return goal < _AMPLIFICATION_MATTERS * rounding_error(engine, scene)
+    return goal < _AMPLIFICATION_MATTERS * rounding_error(engine, problem)
 
 
 def arithmetic_error(particles: int, heat: Any) -> Any:
@@ -65,26 +65,26 @@ def arithmetic_error(particles: int, heat: Any) -> Any:
     return ARITHMETIC_FLOOR * particles * heat
 
 
-def heat_of(scene: Scene) -> float:
+def heat_of(problem: Problem) -> float:
     """
     Return the initial energy of two bodies over the energy of their relative translation.
 
     The ratio is 1 for a cold chain. A chain that vibrates rounds velocities that are larger than
     its own by the root of this ratio, and may leave faster than it came.
     """
-    if scene.line.cold:
+    if problem.line.cold:
         return 1.0
-    chain = float(scene.line.chain_masses.sum())
-    return max(scene.start_energy / (0.5 * chain * scene.impact_velocity**2), 1.0)
+    chain = float(problem.line.chain_masses.sum())
+    return max(problem.start_energy / (0.5 * chain * problem.impact_velocity**2), 1.0)
 
 
-def rounding_of(outcome: Outcome, scene: Scene) -> float:
+def rounding_of(outcome: Outcome, problem: Problem) -> float:
     """Return the error of eta due to rounding in a run, see :func:`rounding_error`."""
     if outcome.timestep is None:
-        return rounding_error(outcome.engine, scene)
+        return rounding_error(outcome.engine, problem)
     if outcome.engine != "lammps":
-        return max(rounding_error(outcome.engine, scene), _walk_of_rounding(outcome))
-    return rounding_of_steps(scene, outcome.scheme, outcome.timestep)
+        return max(rounding_error(outcome.engine, problem), _walk_of_rounding(outcome))
+    return rounding_of_steps(problem, outcome.scheme, outcome.timestep)
 
 
 def _walk_of_rounding(outcome: Outcome) -> float:
@@ -96,13 +96,13 @@ def _walk_of_rounding(outcome: Outcome) -> float:
     return _ROUNDINGS * sys.float_info.epsilon * steps**0.5
 
 
-def rounding_of_steps(scene: Scene, scheme: str, timestep: float) -> float:
+def rounding_of_steps(problem: Problem, scheme: str, timestep: float) -> float:
     """Return the rounding error of eta in LAMMPS for a scheme and a step."""
     steps = STEP_SCHEMES[scheme]
     if scheme in COMPOSITIONS:
-        return rounding_error("lammps", scene, steps.shortest_stage(timestep))
-    arithmetic = rounding_error("reference", scene)
-    return arithmetic + coarsening(scheme) * (rounding_error("lammps", scene) - arithmetic)
+        return rounding_error("lammps", problem, steps.shortest_stage(timestep))
+    arithmetic = rounding_error("reference", problem)
+    return arithmetic + coarsening(scheme) * (rounding_error("lammps", problem) - arithmetic)
 
 
 def coarsening(scheme: str) -> float:
@@ -113,7 +113,7 @@ def coarsening(scheme: str) -> float:
     return max(1.0, extrapolated / COORDINATE_ROUNDING)
 
 
-def amplified_rounding(engine: str, sensitivity: float, scene: Scene) -> float:
+def amplified_rounding(engine: str, sensitivity: float, problem: Problem) -> float:
     """
     Return the error of eta due to rounding that the collision amplifies.
 
@@ -121,6 +121,8 @@ def amplified_rounding(engine: str, sensitivity: float, scene: Scene) -> float:
     is added. For ``lammps`` the result is multiplied by the ratio of the rounding of coordinates to
     the rounding of strains.
     """
-    n = scene.all_particles
-    coarser = n * scene.slow_stiffness**0.5 / scene.impact_velocity if engine == "lammps" else 1.0
+    n = problem.all_particles
+    coarser = (
+        n * problem.slow_stiffness**0.5 / problem.impact_velocity if engine == "lammps" else 1.0
+    )
     return NUDGE_RESERVE * sensitivity * coarser

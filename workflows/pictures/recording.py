@@ -24,12 +24,12 @@ def record_motion(scene: Scene, interval: float) -> Outcome:
     Frames are `interval` apart, from the first contact to the end of the run. They include a free
     target. The engine and the numerics of the scene are not used.
     """
-    if modal.supports(scene):
-        return modal.run(scene, interval)
+    if modal.supports(scene.problem):
+        return modal.run(scene.problem, interval)
     if not (scene.line.is_standard or scene.bond.only_pushes):
-        step = guess_step(scene, _SCHEME, _ACCURACY)
-        return stepping.run(scene, Numerics(scheme=_SCHEME, timestep=step), interval)
-    return adaptive.run(scene, _ACCURACY, interval)
+        step = guess_step(scene.problem, _SCHEME, _ACCURACY)
+        return stepping.run(scene.problem, Numerics(scheme=_SCHEME, timestep=step), interval)
+    return adaptive.run(scene.problem, _ACCURACY, interval)
 
 
 def follow_to_the_end(result: "Collision") -> Outcome:

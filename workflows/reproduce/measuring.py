@@ -44,7 +44,7 @@ def _reference_twin(scene: Scene) -> Scene:
     Its tolerance is a tenth of LAMMPS's tolerance. If bonds are too stiff for LAMMPS, the result of
     the reference engine is shown, and the tolerance stays.
     """
-    share = 1.0 if frequency_ratio(scene) > LAMMPS.sharpest else SHARPER
+    share = 1.0 if frequency_ratio(scene.problem) > LAMMPS.sharpest else SHARPER
     return judging_scene(scene, share * (scene.tolerance or DEFAULT_TOLERANCE))
 
 

@@ -183,7 +183,9 @@ def _told(scene: Scene, found: Gradient, variants: list[Variant], step: float) -
 def first_step(scene: Scene, shortest: float) -> float:
     """Return the first step, for bonds whose strain does not fall below `shortest`."""
     line, bond = scene.line, scene.bond
-    sharpest = scene.fast_stiffness * max(1.0, float(bond.curvature(shortest)) / bond.stiffness)
+    sharpest = scene.problem.fast_stiffness * max(
+        1.0, float(bond.curvature(shortest)) / bond.stiffness
+    )
     if line.soft:
         sharpest = max(sharpest, line.contact_rate)
     return _USUAL_STEP / math.sqrt(sharpest)

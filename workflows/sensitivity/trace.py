@@ -98,7 +98,7 @@ def trace(scene: Scene, step: float, contacts: int, duration: float) -> Trace:
             "numbers that Numba knows, such as the functions of a formula"
         )
     stepper = Stepper.of(line, scene.bond, SCHEME, step)
-    moving = Motion.at_start(scene, stepper)
+    moving = Motion.at_start(scene.problem, stepper)
     law, inverse = line.contact.parameters, line.inverse_masses.copy()
     parameters = LineParameters(loops.parameters, inverse, line.gap, law)
     drifts, kicks = stepper.scheme.fractions

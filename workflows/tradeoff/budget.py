@@ -90,29 +90,34 @@ def measure_budget(
     """
     advance(0.0)
     scene = truth.scene
-    full = located = lammps.run(scene, numerics)
-    total = eta_of(scene, full) - truth.restitution
+    full = located = lammps.run(scene.problem, numerics)
+    total = eta_of(scene.problem, full) - truth.restitution
     advance(1.0 / (phases + 2))
     event = replace(numerics, wall="event")
     wall = None
     if numerics.wall == "reflect":
-        located = lammps.run(scene, event)
+        located = lammps.run(scene.problem, event)
         errors = [total]
-        walls = [eta_of(scene, full) - eta_of(scene, located)]
+        walls = [eta_of(scene.problem, full) - eta_of(scene.problem, located)]
         for phase in range(1, phases):
             step = numerics.timestep * (1.0 - PHASE_WIDTH * phase / phases)
-            stock = eta_of(scene, lammps.run(scene, replace(numerics, timestep=step)))
-            walls.append(stock - eta_of(scene, lammps.run(scene, replace(event, timestep=step))))
+            stock = eta_of(
+                scene.problem, lammps.run(scene.problem, replace(numerics, timestep=step))
+            )
+            walls.append(
+                stock
+                - eta_of(scene.problem, lammps.run(scene.problem, replace(event, timestep=step)))
+            )
             errors.append(stock - truth.restitution)
             advance((phase + 1.0) / (phases + 2))
         wall = float(np.sqrt(np.mean(np.square(walls))))
         total = float(np.sqrt(np.mean(np.square(errors))))
-    exact, table = eta_of(scene, located), None
+    exact, table = eta_of(scene.problem, located), None
     if scene.bond.is_harmonic:
         table = 0.0
     elif _LEPTON_CALL * located.force_evaluations < oracle_seconds and lepton_formula(scene):
         exact = restitution_with_exact_bonds(scene, event, located)
-        table = abs(eta_of(scene, located) - exact)
+        table = abs(eta_of(scene.problem, located) - exact)
     advance((phases + 1.0) / (phases + 2))
     integrator = rounding = None
     if wider_floats() and _WIDE_STAGE * located.force_evaluations < oracle_seconds:
@@ -129,8 +134,8 @@ def measure_budget(
         integrator=integrator,
         table=table,
         rounding=rounding,
-        output=abs(printed_restitution(scene, full, "%g") - eta_of(scene, full)),
-        output_exact=abs(printed_restitution(scene, full, "%.17g") - eta_of(scene, full)),
+        output=abs(printed_restitution(scene, full, "%g") - eta_of(scene.problem, full)),
+        output_exact=abs(printed_restitution(scene, full, "%.17g") - eta_of(scene.problem, full)),
         total=abs(total),
         exact_restitution=None if table is None else exact,
     )
@@ -171,7 +176,7 @@ def measure_tables(
         advance(k / len(tables))
         table = replace(numerics, table=style, table_points=rows, bond_range=ranges[name])
         try:
-            outcome = lammps.run(scene, table)
+            outcome = lammps.run(scene.problem, table)
         except ChaincorError:
             continue  # too coarse to hold the chain together
         points.append(
@@ -180,7 +185,7 @@ def measure_tables(
                 rows=rows,
                 bond_range=name,
                 force_error=outcome.details["table"]["force_error"],
-                restitution_error=abs(eta_of(scene, outcome) - exact),
+                restitution_error=abs(eta_of(scene.problem, outcome) - exact),
             )
         )
     return points

@@ -100,7 +100,7 @@ def give_advice(scene: Scene, rows: list[CheapestRow], tolerance: float) -> str:
     """Return one line on the cost of an error, and on a quicker choice by tolerance if any."""
     row = advised(rows, tolerance)
     # Neither a scene nor a script can have extrapolated steps.
-    has_more = usual_schemes(scene, tolerance)[0] not in SCHEME_ORDERS
+    has_more = usual_schemes(scene.problem, tolerance)[0] not in SCHEME_ORDERS
     if row is None:
         reached = f"{rows[-1].error:.0e}" if rows else "nothing"
         more = f"; --tolerance {tolerance:.0e} may reach it" if has_more else ""

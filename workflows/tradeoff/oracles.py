@@ -39,7 +39,7 @@ def restitution_with_exact_bonds(scene: Scene, numerics: Numerics, like: Outcome
     assert formula is not None
     with (
         tempfile.TemporaryDirectory(prefix="chaincor-") as name,
-        LammpsChain(scene, numerics, None, Path(name)) as chain,
+        LammpsChain(scene.problem, numerics, None, Path(name)) as chain,
     ):
         chain.commands(f'bond_style lepton\nbond_coeff 1 1.0 "{formula}"\nrun 0 post no')
         return _collide(scene, numerics, chain, like)

@@ -92,7 +92,7 @@ def time_unit(scene: Scene, wall: Wall) -> float:
     compression, it is 1/frequency of a bond at natural length.
     """
     unit = scene.bond.stiffness**-0.5
-    return unit if wall == "reflect" else unit / frequency_ratio(scene)
+    return unit if wall == "reflect" else unit / frequency_ratio(scene.problem)
 
 
 _STOCK_STEPS = {
@@ -267,7 +267,9 @@ def measure_ladders(
 def expected_seconds(truth: Truth, setting: Setting) -> float:
     """Return the approximate seconds of one run of a setting, for planning."""
     numerics = setting.numerics(truth.scene)
-    seconds = cost_model().integration(truth.scene, numerics, truth.scouting.end.last_contact_time)
+    seconds = cost_model().integration(
+        truth.scene.problem, numerics, truth.scouting.end.last_contact_time
+    )
     if setting.engine == "reference":
         return _IN_HOUSE_COST * seconds
     return seconds if math.isfinite(seconds) else 0.0

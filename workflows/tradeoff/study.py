@@ -154,7 +154,7 @@ def tradeoff(
         study_settings(scene, quick),
         quick=quick,
         seconds=ladder_seconds,
-        floor=truth.restitution_error + 0.1 * rounding_error("lammps", scene),
+        floor=truth.restitution_error + 0.1 * rounding_error("lammps", scene.problem),
         advance=_share_of(progress, "settings", 0.05, 0.65),
     )
     if all(m.failure for m in measurements):

@@ -48,7 +48,7 @@ class Truth:
     @property
     def bond_range(self) -> tuple[float, float]:
         """Range of bond lengths that a table of this collision must cover."""
-        return self.scouting.table_range(self.scene)
+        return self.scouting.table_range(self.scene.problem)
 
     def deviation(self, outcome: Outcome) -> Deviation:
         """Return the deviation of a run from the converged values."""
@@ -57,7 +57,7 @@ class Truth:
         same = len(outcome.contact_times) == self.contacts
         apart = _modes(self.scene, outcome) - self.mode_energies
         return Deviation(
-            restitution=eta_of(self.scene, outcome) - self.restitution,
+            restitution=eta_of(self.scene.problem, outcome) - self.restitution,
             last_contact_time=late if same else float("inf"),
             mode_energies=float(np.max(np.abs(apart))) / energy,
         )
@@ -71,11 +71,13 @@ def find_truth(scene: Scene) -> Truth:
     resolves the collision.
     """
     if scene.bond.is_harmonic:
-        exact = modal.run(scene)
-        found = ConvergedRun(exact, [exact], eta_of(scene, exact), MODAL_ERROR, exact.seconds)
+        exact = modal.run(scene.problem)
+        found = ConvergedRun(
+            exact, [exact], eta_of(scene.problem, exact), MODAL_ERROR, exact.seconds
+        )
         source = "exact modes"
     else:
-        found = converge(scene, _GOAL)
+        found = converge(scene.problem, _GOAL)
         order = STEP_SCHEMES[found.outcome.scheme].order
         source = f"reference engine, order {order}, H = {found.outcome.timestep:.4g}"
     outcome = found.outcome
@@ -89,7 +91,7 @@ def find_truth(scene: Scene) -> Truth:
         mode_energies=_modes(scene, outcome),
         mode_energies_error=rounding,
         contacts=len(outcome.contact_times),
-        scouting=watched_on(found, scene),
+        scouting=watched_on(found, scene.problem),
         source=source,
     )
     spread = bare.deviation(found.proofs[-1])

@@ -232,7 +232,9 @@ def _unseen_share(scene: Scene, *results: Collision) -> float:
     The highest frequency is twice the frequency of a bond of the lightest mass. Between two times
     that are H apart, the extreme is therefore within 1 - cos(H).
     """
-    steps = [r.timestep * scene.fast_stiffness**0.5 for r in results if r.timestep is not None]
+    steps = [
+        r.timestep * scene.problem.fast_stiffness**0.5 for r in results if r.timestep is not None
+    ]
     return 1.0 - math.cos(min(max([_USUAL_STEP, *steps]), math.pi))
 
 

@@ -113,11 +113,11 @@ def validate_result(scene: Scene, found: LammpsResult) -> Validation:
     1e-6) or the error from the digits of the dump. Raises InputError if the numbers of particles
     differ.
     """
-    if found.particles not in (None, scene.all_particles):
+    if found.particles not in (None, scene.problem.all_particles):
         raise InputError(
             f"{found.source} has {found.particles} particles, but the scene has "
-            f"{scene.all_particles}. Give the scene of that run: SCENE.toml, or --particles "
-            f"{found.particles} and its other options"
+            f"{scene.problem.all_particles}. Give the scene of that run: SCENE.toml, or "
+            f"--particles {found.particles} and its other options"
         )
     asked = scene.tolerance or DEFAULT_TOLERANCE
     judge = judge_for(scene, asked)

@@ -140,7 +140,7 @@ def _with_line(error: BaseException, module: str) -> str:
 
 def _with_velocity(scene: Scene) -> Scene:
     """Return a scene with its `velocity` as a number, if it has one velocity."""
-    if scene.velocity is not None or scene.comes_moving:
+    if scene.velocity is not None or scene.problem.comes_moving:
         return scene
     return scene.replace(speed=None, velocity=scene.impact_velocity)
 

@@ -40,10 +40,10 @@ def test_compressed_chain_is_never_longer_than_at_its_first_contact():
 def test_warm_chain_has_the_range_of_its_frames_between_contacts(potential, seed):
     scene = Scene(potential=potential, particles=4, velocity=0.05, temperature=1e-3, seed=seed)
     if potential == "harmonic":
-        outcome = modal.run(scene, frame_interval=INTERVAL)
+        outcome = modal.run(scene.problem, frame_interval=INTERVAL)
     else:
         numerics = Numerics(scheme="order8", timestep=STEP)
-        outcome = stepping.run(scene, numerics, frame_interval=INTERVAL)
+        outcome = stepping.run(scene.problem, numerics, frame_interval=INTERVAL)
     frames = outcome.frames
     lengths = 1.0 + np.diff(frames.displacements, axis=1)
     during = lengths[(frames.times >= 0.0) & (frames.times <= outcome.contact_times[-1])]
@@ -52,7 +52,7 @@ def test_warm_chain_has_the_range_of_its_frames_between_contacts(potential, seed
     room = 0.3 * modal.SAMPLE_INTERVAL if potential == "harmonic" else 0.3 * (STEP + INTERVAL)
     assert outcome.bond_min == pytest.approx(during.min(), abs=room)
     assert outcome.bond_max == pytest.approx(during.max(), abs=room)
-    low, high = bonds_from_start(scene, outcome)
+    low, high = bonds_from_start(scene.problem, outcome)
     before = lengths_before_contact(scene)
     # Coarse steps follow bonds to a percent of their strains, which are below 0.1.
     assert low == pytest.approx(min(before.min(), outcome.bond_min), abs=room + 1e-3)
@@ -61,15 +61,15 @@ def test_warm_chain_has_the_range_of_its_frames_between_contacts(potential, seed
 
 def test_range_up_to_a_contact_ends_there():
     scene = Scene(potential="lj", particles=8, velocity=0.05)
-    outcome = stepping.run(scene, Numerics(scheme="order8", timestep=STEP))
+    outcome = stepping.run(scene.problem, Numerics(scheme="order8", timestep=STEP))
     count, times = len(outcome.contact_times), outcome.contact_times
     assert count > 1
-    whole = bonds_to_contact(scene, outcome, count, float(times[-1]))
+    whole = bonds_to_contact(scene.problem, outcome, count, float(times[-1]))
     assert whole == (outcome.bond_min, outcome.bond_max)
     # At the first contact no bond of a cold chain has moved.
-    assert bonds_to_contact(scene, outcome, 1, float(times[0])) == (1.0, 1.0)
+    assert bonds_to_contact(scene.problem, outcome, 1, float(times[0])) == (1.0, 1.0)
     # The motion has other contacts by then.
-    assert bonds_to_contact(scene, outcome, count + 1, float(times[-1])) is None
+    assert bonds_to_contact(scene.problem, outcome, count + 1, float(times[-1])) is None
 
 
 @pytest.mark.slow

@@ -32,7 +32,7 @@ def test_the_work_of_a_run_is_foretold(scheme, step):
     counted = CostModel("no machine", 1.0, 0.0, 0.0, 0.0, stage=0.0, contact=0.0)
     scene = Scene(particles=60)
     numerics = Numerics(scheme=scheme, timestep=step, bond_range=(0.92, 1.17))
-    (outcome,) = lammps.run_at_steps(scene, numerics, (step,))
-    expected = counted.integration(scene, numerics, float(outcome.contact_times[-1]))
+    (outcome,) = lammps.run_at_steps(scene.problem, numerics, (step,))
+    expected = counted.integration(scene.problem, numerics, float(outcome.contact_times[-1]))
     # What follows the last contact, 3.5 of 90, and searches for contacts come on top.
     assert 0.9 < outcome.force_evaluations / expected < 1.3

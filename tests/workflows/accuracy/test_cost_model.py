@@ -27,11 +27,15 @@ LJ = Scene(particles=101)
 def test_verlet_is_charged_by_steps_bonds_and_contacts():
     numerics = Numerics(scheme="verlet", timestep=0.5)
     # 200 steps of 1 + 100 bonds of 0.03, and 0.9 contacts a particle.
-    assert MODEL.integration(LJ, numerics, 100.0) == pytest.approx(200 * 4.0 + 0.9 * 101 * 20.0)
+    assert MODEL.integration(LJ.problem, numerics, 100.0) == pytest.approx(
+        200 * 4.0 + 0.9 * 101 * 20.0
+    )
     linear = replace(numerics, table="linear")
-    assert MODEL.integration(LJ, linear, 100.0) == pytest.approx(200 * 3.0 + 0.9 * 101 * 20.0)
+    assert MODEL.integration(LJ.problem, linear, 100.0) == pytest.approx(
+        200 * 3.0 + 0.9 * 101 * 20.0
+    )
     harmonic = Scene(potential="harmonic", particles=101)
-    assert MODEL.integration(harmonic, numerics, 100.0) == pytest.approx(
+    assert MODEL.integration(harmonic.problem, numerics, 100.0) == pytest.approx(
         200 * 2.0 + 0.9 * 101 * 20.0
     )
 
@@ -42,13 +46,13 @@ def test_a_free_target_is_charged_as_well():
     # 100 bonds in either, and about one contact; and a look before each step.
     for scene in (one, other):
         expected = pytest.approx(200 * (4.0 + 8.0 * 5.0) + 0.9 * 20.0)
-        assert MODEL.integration(scene, numerics, 100.0) == expected
+        assert MODEL.integration(scene.problem, numerics, 100.0) == expected
 
 
 def test_compositions_are_charged_by_stages():
     numerics = Numerics(scheme="order8", timestep=0.5)
     stages = 17 * (200 + 0.9 * 101)
-    assert MODEL.integration(LJ, numerics, 100.0) == pytest.approx(stages * (4.0 + 5.0))
+    assert MODEL.integration(LJ.problem, numerics, 100.0) == pytest.approx(stages * (4.0 + 5.0))
 
 
 @pytest.fixture

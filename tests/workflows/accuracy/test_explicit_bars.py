@@ -54,9 +54,9 @@ def test_the_bar_of_the_stock_wall_of_the_readme_holds():
 
 def test_extrapolated_steps_in_lammps_have_a_bar():
     scene = Scene(potential="harmonic", particles=10, velocity=1e-5)
-    outcome = lammps.run(scene, Numerics(scheme="extrapolated14", timestep=0.4))
-    bar = error_bar(outcome, scene, 1e-12)
-    truth = eta_of(scene, modal.run(scene))
-    assert abs(eta_of(scene, outcome) - truth) <= bar.total
+    outcome = lammps.run(scene.problem, Numerics(scheme="extrapolated14", timestep=0.4))
+    bar = error_bar(outcome, scene.problem, 1e-12)
+    truth = eta_of(scene.problem, modal.run(scene.problem))
+    assert abs(eta_of(scene.problem, outcome) - truth) <= bar.total
     # The mixture amplifies rounding: 10 eps/v0 = 2e-10 times 6, by some tens at most.
     assert bar.total <= 1e-7

@@ -16,7 +16,7 @@ from chaincor.workflows.engines.reference import stepping
 
 def truths(scene: Scene, *steps: float) -> list[float]:
     """Return eta at steps that are far below what the tolerances here choose."""
-    return [eta_of(scene, run_reference(scene, "order8", step)) for step in steps]
+    return [eta_of(scene.problem, run_reference(scene.problem, "order8", step)) for step in steps]
 
 
 def nudged(scene: Scene, ulps: float) -> Scene:
@@ -63,7 +63,7 @@ def test_what_roundings_make_of_a_long_chain_is_in_every_bar():
 def made_up(scene, step, eta, contacts, missed):
     """Return an outcome as a run at some step would have it, with an open end."""
     short = Scene(potential="lj", particles=5, engine="reference")
-    run = stepping.run(short, Numerics(scheme="order8", timestep=0.1))
+    run = stepping.run(short.problem, Numerics(scheme="order8", timestep=0.1))
     return replace(
         run,
         timestep=step,
@@ -87,9 +87,9 @@ def test_an_open_end_does_not_hide_steps_that_are_too_long(monkeypatch):
 
     monkeypatch.setattr(fixed_steps, "run_reference", run)
     monkeypatch.setattr(fixed_steps, "nudged_change", lambda *_given: 0.0)
-    found = fixed_steps.refine_regularly(scene, 1e-6, "srkn14", 1e-12, None)
-    assert ending_error(found.outcome, scene) == pytest.approx(6e-4, rel=1e-3)
-    assert eta_of(scene, found.outcome) == pytest.approx(0.71686, abs=1e-9)
+    found = fixed_steps.refine_regularly(scene.problem, 1e-6, "srkn14", 1e-12, None)
+    assert ending_error(found.outcome, scene.problem) == pytest.approx(6e-4, rel=1e-3)
+    assert eta_of(scene.problem, found.outcome) == pytest.approx(0.71686, abs=1e-9)
     assert not found.grazes
 
 

@@ -163,7 +163,7 @@ def test_the_certificate_looks_at_kinks(tmp_path):
     errors = {}
     for style in ("spline", "linear"):
         table = tabulate(bond, (0.9, 1.1), style, 20_001)
-        with LammpsChain(scene, Numerics(table=style), table, tmp_path) as chain:
+        with LammpsChain(scene.problem, Numerics(table=style), table, tmp_path) as chain:
             errors[style] = certify_table(chain, table, bond).force_error
     assert 0.03 * table.spacing < errors["spline"] < 0.3 * table.spacing
     assert errors["linear"] < 1e-13

@@ -15,7 +15,7 @@ from chaincor.workflows.engines.lammps import engine as lammps
 
 def test_scouted_bonds_are_those_of_the_collision():
     scene = Scene(particles=10, speed=0.4, timestep=0.05)
-    found = usual_pilot_run(scene)
+    found = usual_pilot_run(scene.problem)
     exact = collide(Scene(particles=10, speed=0.4, engine="reference", tolerance=1e-8))
     assert found.end.contacts == exact.contacts
     # Seen at the ends of steps: a share of the strain is missed, at most a tenth.
@@ -29,9 +29,9 @@ def test_scouted_bonds_are_those_of_the_collision():
 def test_a_table_of_scouted_bonds_is_not_outgrown(particles, speed, dumped, tmp_path):
     dump = {"dump": tmp_path / "dump.lammpstrj"} if dumped else {}
     scene = Scene(particles=particles, speed=speed, table_points=1001, **dump)
-    bonds = usual_pilot_run(scene).table_range(scene)
+    bonds = usual_pilot_run(scene.problem).table_range(scene.problem)
     numerics = replace(Numerics.from_scene(scene), bond_range=bonds)
-    used = lammps.run(scene, numerics).details["table"]
+    used = lammps.run(scene.problem, numerics).details["table"]
     made = tabulate(scene.bond, bonds, numerics.table, 1001)
     assert (used["shortest"], used["longest"]) == (made.lengths[0], made.longest)
 
@@ -40,7 +40,7 @@ def test_a_table_of_scouted_bonds_is_not_outgrown(particles, speed, dumped, tmp_
 def test_bonds_too_sharp_for_any_step_are_not_scouted(velocity):
     # A log bond at 4 v* is compressed to 1e-7: steps that follow it would take hours.
     scene = Scene(potential="log", particles=2, velocity=velocity, timestep=0.01)
-    assert usual_pilot_run(scene) is None
+    assert usual_pilot_run(scene.problem) is None
 
 
 def test_bonds_too_short_for_a_table_are_refused():

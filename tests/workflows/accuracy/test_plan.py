@@ -31,7 +31,7 @@ def test_the_first_solver_that_supports_a_scene_is_taken(fields, solver):
     assert planned.solver.name == solver
     # Each solver that is preferred says in one line why it does not support the scene.
     for preferred in SOLVERS[: SOLVERS.index(planned.solver)]:
-        reason = preferred.refusal(scene)
+        reason = preferred.refusal(scene.problem)
         assert reason
         assert "\n" not in reason
     assert plan(scene.replace(engine="lammps")).solver.name == "LAMMPS"
@@ -40,7 +40,7 @@ def test_the_first_solver_that_supports_a_scene_is_taken(fields, solver):
 def test_a_scene_that_no_solver_supports_is_refused_with_the_reason():
     scene = Scene(particles=10, contact="power", contact_stiffness=1e9)
     with pytest.raises(RunError, match=r"with contact_stiffness 1e\+09 the contact would swing"):
-        solver_of(scene)
+        solver_of(scene.problem)
     assert "contact_stiffness" in plan(scene).refusal
     with pytest.raises(RunError, match="contact_stiffness"):
         collide(scene)

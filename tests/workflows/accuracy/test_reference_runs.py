@@ -18,7 +18,7 @@ STUCK = (1e-3, 2e-6, 2e-6, 1e-6, 2e-6)
 
 @pytest.fixture(scope="module")
 def tries():
-    run = run_reference(SCENE, "order8", 0.1)
+    run = run_reference(SCENE.problem, "order8", 0.1)
 
     def at(restitution):
         speed = SCENE.impact_velocity * math.sqrt(restitution)
@@ -29,19 +29,19 @@ def tries():
 
 def test_where_steps_stop_to_help_the_error_is_how_far_the_last_four_are_apart(tries):
     assert has_stalled(tries)
-    found = refined(SCENE, tries)
+    found = refined(SCENE.problem, tries)
     assert found.stalled
-    assert eta_of(SCENE, found.outcome) == pytest.approx(0.7, abs=1e-15)
+    assert eta_of(SCENE.problem, found.outcome) == pytest.approx(0.7, abs=1e-15)
     assert found.error == pytest.approx(0.001, abs=1e-15)
 
 
 def test_where_roundings_decide_the_first_of_the_last_three_is_as_good_as_the_finest(tries):
-    found = refined(SCENE, tries, nudged=1e-9)
-    assert eta_of(SCENE, found.outcome) == pytest.approx(0.7002, abs=1e-15)
+    found = refined(SCENE.problem, tries, nudged=1e-9)
+    assert eta_of(SCENE.problem, found.outcome) == pytest.approx(0.7002, abs=1e-15)
     assert found.error == pytest.approx(0.0002, abs=1e-15)
 
 
 def test_while_steps_help_the_best_has_its_own_error(tries):
     assert not has_stalled(tries[:4])
-    found = refined(SCENE, tries[:4])
+    found = refined(SCENE.problem, tries[:4])
     assert (found.error, found.stalled) == (1e-6, False)

@@ -50,7 +50,7 @@ def test_a_collision_within_the_first_step_has_an_honest_bar(seed):
         engine="reference",
     )
     found = collide(scene, tolerance=1e-4)
-    fine = stepping.run(scene, Numerics(scheme="order8", timestep=0.005))
+    fine = stepping.run(scene.problem, Numerics(scheme="order8", timestep=0.005))
     speed = scene.line.separation(np.concatenate((fine.target_velocities, fine.velocities)))
     # What 60 steps of order 8 err by is rounding.
     assert abs(found.restitution - (speed / scene.impact_velocity) ** 2) <= found.restitution_error
@@ -68,13 +68,16 @@ def test_a_collision_that_is_a_small_part_of_a_step_is_resolved(gap, refine, tmp
         potential="toda", particles=3, target_particles=1, initial=start, engine="reference"
     )
     if refine == "regularly":
-        found = refine_regularly(scene, 1e-3, "srkn14", 1e-13, None)
+        found = refine_regularly(scene.problem, 1e-3, "srkn14", 1e-13, None)
     else:
-        found = refine_irregularly(scene, 1e-3, 1e-13)
+        found = refine_irregularly(scene.problem, 1e-3, 1e-13)
     assert len(found.outcome.contact_times) == 1
-    fine = stepping.run(scene, Numerics(scheme="order8", timestep=gap / 60.0))
+    fine = stepping.run(scene.problem, Numerics(scheme="order8", timestep=gap / 60.0))
     # What 120 steps of order 8 err by is rounding.
-    assert abs(eta_of(scene, found.outcome) - eta_of(scene, fine)) <= found.error + 1e-13
+    assert (
+        abs(eta_of(scene.problem, found.outcome) - eta_of(scene.problem, fine))
+        <= found.error + 1e-13
+    )
     assert found.outcome.lasted > COARSER[0] * found.outcome.timestep
 
 

@@ -112,4 +112,4 @@ def test_adaptive_steps_too_end_with_what_ran_by_then(time_is_up_after, monkeypa
     assert found.tolerance_met is False
     assert abs(found.restitution - exact.restitution) <= found.restitution_error
     with pytest.raises(CostError), limited_to(1000.0):
-        adaptive.run(scene, 1e-6)
+        adaptive.run(scene.problem, 1e-6)

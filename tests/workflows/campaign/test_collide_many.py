@@ -153,14 +153,14 @@ def test_bars_are_honest_against_sharper_ones():
 
 def test_a_step_that_is_too_large_is_found_out(monkeypatch):
     # Without refinement, a first step ten times too large must not pass for a number.
-    warm_solver = WarmSolver(WARM)
+    warm_solver = WarmSolver(WARM.problem, WARM.asked_tolerance)
     line = WARM.line
     starts, v = StartStates.of([line]), np.array([0.08])
     good = warm_solver.solve(starts, v)
     monkeypatch.setattr("chaincor.workflows.accuracy.warm._LARGEST_STEP", 1.1)
     # The first one is too large; finer ones may be tried.
     monkeypatch.setattr(WarmSolver, "_rungs_of", lambda *_: (0, 30))
-    coarse = WarmSolver(WARM).solve(starts, v)
+    coarse = WarmSolver(WARM.problem, WARM.asked_tolerance).solve(starts, v)
     assert not coarse.met[0] or coarse.timestep[0] < 0.8
     if coarse.met[0]:
         bars = coarse.step_error[0] + good.step_error[0]
@@ -191,7 +191,7 @@ def test_what_finer_steps_do_not_help_is_left_to_be_met_alone(monkeypatch, field
     )
     scene = Scene(potential="toda", temperature=1e-3, engine="reference", **fields)
     velocity = np.array([scene.velocity])
-    warm_solver = WarmSolver(scene)
+    warm_solver = WarmSolver(scene.problem, scene.asked_tolerance)
     met = warm_solver.solve(StartStates.of([scene.line]), velocity)
     assert not met.met[0]
     assert min(steps) > least

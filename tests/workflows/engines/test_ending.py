@@ -199,7 +199,7 @@ def test_no_contact_gives_more_than_is_reckoned_with():
         pattern = np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0])
         start = -0.05 + frequency * pattern
         pieces = Body(1.0, np.zeros(5), start).pieces(LJ)
-        outcome = stepping.run(scene, Numerics(scheme="order8", timestep=0.1))
+        outcome = stepping.run(scene.problem, Numerics(scheme="order8", timestep=0.1))
         gained = float(outcome.velocities.sum()) + 6 * 0.05
         assert gained <= approach(pieces) * (1.0 + 1e-9)
 
@@ -212,7 +212,7 @@ def test_the_ends_of_a_broken_bond_are_bound_to_pieces_of_their_own():
     scene = Scene(potential="lj", particles=3, velocity=0.1)
     state = np.append(0.05, strains), np.append(0.0, velocities)
     for now in (100.0, 200.0):
-        found = follow(scene, *state, now=now, last_contact=100.0, shortest=0.9)
+        found = follow(scene.problem, *state, now=now, last_contact=100.0, shortest=0.9)
         assert found.ending is None
         # The judge (tests/judge/judge.py) says 3.819; steps of order 8 are good to 1e-6.
         assert found.time == pytest.approx(now + 3.819, abs=1e-3)
@@ -329,7 +329,7 @@ def test_no_hit_follows_once_the_end_was_seen(fields, monkeypatch):
     monkeypatch.setattr(LookAhead, "keeps_off", patiently_off)
     monkeypatch.setattr(LookAhead, "settle", lambda self: None)
     step = 0.02 if scene.velocity is None and scene.speed > 2.0 else 0.05
-    outcome = stepping.run(scene, Numerics(scheme="order6", timestep=step))
+    outcome = stepping.run(scene.problem, Numerics(scheme="order6", timestep=step))
     assert outcome.duration > outcome.contact_times[-1] + 5.0 * scene.particles
     assert outcome.contact_times[-1] == seen[0][1], "a contact came after the end was seen"
 

@@ -71,7 +71,7 @@ def test_what_the_last_digits_decide_is_in_the_bar(particles, speed):
 def test_a_contact_that_only_the_run_itself_misses_is_in_the_bar(monkeypatch):
     monkeypatch.setattr(LookAhead, "_follow_again", lambda *_: 0.1)
     scene = Scene(potential="lj", particles=48, speed=1.3505)
-    found = stepping.run(scene, Numerics(scheme="order8", timestep=0.05))
+    found = stepping.run(scene.problem, Numerics(scheme="order8", timestep=0.05))
     assert found.ending.kind == "open"
     assert found.ending.missed_momentum >= 0.1
 
@@ -80,12 +80,12 @@ def test_a_long_broken_chain_is_followed_again_from_its_last_contact(monkeypatch
     # The same motion as above, as if it were long: from the first contact on it would be another.
     scene = Scene(potential="lj", particles=48, speed=1.3505)
     numerics = Numerics(scheme="order8", timestep=0.05)
-    whole = stepping.run(scene, numerics)
+    whole = stepping.run(scene.problem, numerics)
     begun = []
     after = Motion.after_last_contact
     monkeypatch.setattr(Motion, "after_last_contact", lambda self: begun.append(1) or after(self))
     monkeypatch.setattr(look_ahead, "_MOST_SAMPLED", 47)
-    found = stepping.run(scene, numerics)
+    found = stepping.run(scene.problem, numerics)
     assert begun == [1]
     assert np.array_equal(found.contact_times, whole.contact_times)
     assert found.ending.kind != "proved"
@@ -94,10 +94,10 @@ def test_a_long_broken_chain_is_followed_again_from_its_last_contact(monkeypatch
 def test_one_that_takes_all_cores_is_not_followed_again(monkeypatch):
     scene = Scene(potential="lj", particles=48, speed=1.3505)
     numerics = Numerics(scheme="order8", timestep=0.05)
-    whole = stepping.run(scene, numerics)
+    whole = stepping.run(scene.problem, numerics)
     monkeypatch.setattr(look_ahead, "LEAST_ACTIVE", 47)
     monkeypatch.setattr(LookAhead, "_follow_again", lambda *_: pytest.fail("it was"))
-    found = stepping.run(scene, numerics)
+    found = stepping.run(scene.problem, numerics)
     assert found.ending.kind == "argued"
     assert found.duration > whole.contact_times[-1] + sound_round_trip(48, 1.0)
     assert np.array_equal(found.contact_times, whole.contact_times)
@@ -114,7 +114,7 @@ def test_what_comes_after_a_long_silence_amplifies_rounding():
 
 def test_contacts_of_only_one_of_two_runs_are_in_doubt():
     scene = Scene(potential="lj", particles=28, speed=1.47, engine="reference")
-    whole = stepping.run(scene, Numerics(scheme="order8", timestep=0.03))
+    whole = stepping.run(scene.problem, Numerics(scheme="order8", timestep=0.03))
     cut = replace(
         whole,
         contact_times=whole.contact_times[:-1],

@@ -12,9 +12,11 @@ from chaincor.workflows.engines.rounding import rounding_of
 
 def test_rounding_grows_with_the_root_of_the_number_of_steps():
     scene = Scene(potential="lj", particles=3, engine="reference")
-    coarse = stepping.run(scene, Numerics(scheme="verlet", timestep=0.01))
+    coarse = stepping.run(scene.problem, Numerics(scheme="verlet", timestep=0.01))
     # So short that the walk is more than the floor of the arithmetic.
     short = replace(coarse, timestep=1e-8)
     shorter = replace(coarse, timestep=1e-10)
-    assert rounding_of(coarse, scene) <= rounding_of(short, scene)
-    assert rounding_of(shorter, scene) == pytest.approx(10.0 * rounding_of(short, scene))
+    assert rounding_of(coarse, scene.problem) <= rounding_of(short, scene.problem)
+    assert rounding_of(shorter, scene.problem) == pytest.approx(
+        10.0 * rounding_of(short, scene.problem)
+    )

@@ -24,11 +24,17 @@ from tests.workflows.engines.reference.loops.test_cached_kernels import argument
 LJ = Scene(potential="lj", particles=24, speed=0.9)
 # Each ends with a look ahead in coarse steps, where the engine has such looks.
 RUNS = {
-    "composed": lambda: stepping.run(LJ, Numerics(scheme="order8", timestep=0.2)),
-    "extrapolated": lambda: stepping.run(LJ, Numerics(scheme="extrapolated14", timestep=0.5)),
-    "modal": lambda: modal.run(Scene(potential="harmonic", particles=40, velocity=0.1), 0.7),
-    "adaptive": lambda: adaptive.run(Scene(potential="log", particles=8, speed=2.0), 1e-8, 0.5),
-    "lammps": lambda: lammps.run(LJ, Numerics(scheme="verlet", timestep=0.01)),
+    "composed": lambda: stepping.run(LJ.problem, Numerics(scheme="order8", timestep=0.2)),
+    "extrapolated": lambda: stepping.run(
+        LJ.problem, Numerics(scheme="extrapolated14", timestep=0.5)
+    ),
+    "modal": lambda: modal.run(
+        Scene(potential="harmonic", particles=40, velocity=0.1).problem, 0.7
+    ),
+    "adaptive": lambda: adaptive.run(
+        Scene(potential="log", particles=8, speed=2.0).problem, 1e-8, 0.5
+    ),
+    "lammps": lambda: lammps.run(LJ.problem, Numerics(scheme="verlet", timestep=0.01)),
 }
 
 
@@ -101,7 +107,7 @@ def test_no_call_does_more_work_than_it_may(monkeypatch):
     scene = Scene(potential="lj", particles=200_001, speed=0.4)
     stepper = Stepper.of(scene.line, scene.bond, "order4", 1e-3)
     kernels, evaluations = Counted(stepper.kernels), stepper.scheme.evaluations
-    chain = Motion.at_start(scene, replace(stepper, kernels=kernels))
+    chain = Motion.at_start(scene.problem, replace(stepper, kernels=kernels))
     goal = 4 * time_limit.WORK_AT_ONCE // (evaluations * 200_000)
     chain.advance(goal)
     assert sum(kernels.steps) == goal
@@ -113,7 +119,7 @@ def test_lammps_comes_back_too(tmp_path, monkeypatch):
     monkeypatch.setattr(time_limit, "WORK_AT_ONCE", 10 * 24 * 5)
     sent = []
     with LammpsChain(
-        LJ.replace(potential="harmonic", speed=None, velocity=0.1),
+        LJ.replace(potential="harmonic", speed=None, velocity=0.1).problem,
         Numerics(scheme="verlet", timestep=0.01),
         None,
         tmp_path,

@@ -63,7 +63,7 @@ NAMES = [*list(SCENES)[:-1], pytest.param("soft target", marks=pytest.mark.slow)
 
 
 def run(scene):
-    return stepping.run(scene, Numerics(scheme=tracing.SCHEME, timestep=STEP))
+    return stepping.run(scene.problem, Numerics(scheme=tracing.SCHEME, timestep=STEP))
 
 
 def traced(name):

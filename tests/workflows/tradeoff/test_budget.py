@@ -32,10 +32,10 @@ def truth():
 @pytest.mark.parametrize("scheme", ["verlet", "order6"])
 def test_exact_bonds_agree_with_a_spline_table_of_many_rows(scheme):
     numerics = Numerics(scheme=scheme, timestep=0.05, bond_range=(0.9, 1.2))
-    outcome = lammps.run(SCENE, numerics)
+    outcome = lammps.run(SCENE.problem, numerics)
     exact = restitution_with_exact_bonds(SCENE, numerics, outcome)
     # The certified force error, 3e-14, over v0 = 0.05 and some tens of time units.
-    assert eta_of(SCENE, outcome) == pytest.approx(exact, abs=1e-10)
+    assert eta_of(SCENE.problem, outcome) == pytest.approx(exact, abs=1e-10)
 
 
 @needs_wider_floats
@@ -45,11 +45,11 @@ def test_wider_floats_take_the_same_steps(potential, scheme):
     fields = {"velocity": 0.1} if potential == "harmonic" else {"speed": 0.2}
     scene = Scene(potential=potential, particles=6, **fields)
     numerics = Numerics(scheme=scheme, timestep=0.1)
-    outcome = lammps.run(scene, numerics)
+    outcome = lammps.run(scene.problem, numerics)
     smooth = restitution_without_rounding(scene, numerics, outcome)
     # Coordinates of 6 rounded to 1e-15, over v0 = 0.03 and some hundred steps; the error of the
     # steps themselves, which both have, is 1e-8 and more.
-    assert eta_of(scene, outcome) == pytest.approx(smooth, abs=1e-11)
+    assert eta_of(scene.problem, outcome) == pytest.approx(smooth, abs=1e-11)
 
 
 def test_a_bond_given_by_a_file_has_no_formula(tmp_path):
@@ -88,8 +88,8 @@ def test_the_stock_recipes_error_is_the_walls(truth):
 
 
 def test_six_digits_cost_more_than_seventeen():
-    outcome = lammps.run(SCENE, Numerics(scheme="order6", timestep=0.1))
-    eta = eta_of(SCENE, outcome)
+    outcome = lammps.run(SCENE.problem, Numerics(scheme="order6", timestep=0.1))
+    eta = eta_of(SCENE.problem, outcome)
     assert printed_restitution(SCENE, outcome, "%.17g") == eta
     # Half of the sixth digit of velocities about v0, relative, twice as eta is a square.
     assert 0.0 < abs(printed_restitution(SCENE, outcome, "%g") - eta) < 2e-5
@@ -98,7 +98,7 @@ def test_six_digits_cost_more_than_seventeen():
 @pytest.mark.slow
 def test_errors_of_tables_fall_with_their_rows_and_with_a_narrower_range(truth):
     numerics = Numerics(scheme="order6", timestep=0.1, bond_range=truth.bond_range)
-    outcome = lammps.run(SCENE, numerics)
+    outcome = lammps.run(SCENE.problem, numerics)
     exact = restitution_with_exact_bonds(SCENE, numerics, outcome)
     points = {
         (p.style, p.bond_range, p.rows): p

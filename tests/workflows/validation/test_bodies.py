@@ -34,7 +34,7 @@ def verlet(scene, h=2e-3):
     s, v = line.strains.copy(), line.velocities.copy()
     if not line.soft:
         s[gap] = 0.0
-    quiet, limit = 0.0, 3.0 * len(s) / scene.slow_stiffness**0.5
+    quiet, limit = 0.0, 3.0 * len(s) / scene.problem.slow_stiffness**0.5
     while quiet < limit:
         if not line.soft and s[gap] <= 0.0 and v[gap + 1] < v[gap]:
             given = 2.0 * line.contact_mass * (v[gap] - v[gap + 1])

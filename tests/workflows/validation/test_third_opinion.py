@@ -56,7 +56,7 @@ def test_ase_velocity_verlet_takes_the_same_steps_until_the_next_contact():
     atoms = chain_atoms(scene)
     VelocityVerlet(atoms, timestep=step).run(steps)
     frames = lammps.run(
-        scene, Numerics(scheme="verlet", timestep=step), frame_interval=step * steps
+        scene.problem, Numerics(scheme="verlet", timestep=step), frame_interval=step * steps
     ).frames
     assert frames.times[1] == pytest.approx(step * steps)
     # Both kick, drift and kick. Tables are good to 3e-13 of the largest force, about 1 here, and

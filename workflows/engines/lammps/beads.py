@@ -9,8 +9,9 @@ from pathlib import Path
 import numpy as np
 
 from chaincor.lammps_inputs.arrays import Array
+from chaincor.lammps_inputs.bonds.hertz import Hertz
 from chaincor.lammps_inputs.numerics import Numerics
-from chaincor.lammps_inputs.scene import Scene
+from chaincor.lammps_inputs.problem import Problem
 from chaincor.workflows.engines.bead_end import bodies_part
 from chaincor.workflows.engines.ending import Ending
 from chaincor.workflows.engines.fragments import count_fragments
@@ -27,7 +28,7 @@ _LOOK, _FOLLOWED = 0.3, 1000.0
 
 
 def run_beads(
-    scene: Scene,
+    problem: Problem,
     numerics: Numerics,
     timesteps: Sequence[float],
     frame_interval: float | None = None,
@@ -41,11 +42,11 @@ def run_beads(
     outcomes = []
     with (
         tempfile.TemporaryDirectory(prefix="chaincor-") as name,
-        LammpsChain(scene, numerics, None, Path(name)) as chain,
+        LammpsChain(problem, numerics, None, Path(name)) as chain,
     ):
         for step in timesteps:
             chain.restart(step)
-            column = _Column(scene, chain, frame_interval)
+            column = _Column(problem, chain, frame_interval)
             started = time.perf_counter()
             column.follow()
             seconds = time.perf_counter() - started
@@ -58,23 +59,23 @@ def run_beads(
 class _Column:
     """Column in flight: its contacts, the range of its bonds, its frames and its end."""
 
-    def __init__(self, scene: Scene, chain: LammpsChain, frame_interval: float | None) -> None:
-        self._scene, self._chain, self._line = scene, chain, scene.line
-        n, targets = scene.particles, scene.line.targets
+    def __init__(self, problem: Problem, chain: LammpsChain, frame_interval: float | None) -> None:
+        self._problem, self._chain, self._line = problem, chain, problem.line
+        n, targets = problem.particles, problem.line.targets
         self._rest = np.append(np.arange(n, dtype=float), -1.0 - np.arange(targets, dtype=float))
         self._order = np.append(np.arange(n + targets)[: n - 1 : -1], np.arange(n))
-        self._flight = VerletFlight(chain, Meeting(chain, scene.line), False, None)
+        self._flight = VerletFlight(chain, Meeting(chain, problem.line), False, None)
         self._contacts: list[Contact] = []
         self._touched: tuple[float, float, float] | None = None
         self._seen = self._range = (0.0, 0.0)
         self._last = self._state()
         self._interval = frame_interval
         self._frames: list[tuple[float, Array, Array]] = []
-        unit = -scene.bond.compressed_strain(scene.line.mean_mass * scene.impact_velocity**2)
-        unit /= scene.impact_velocity
+        unit = -problem.bond.compressed_strain(problem.line.mean_mass * problem.impact_velocity**2)
+        unit /= problem.impact_velocity
         self._look = _LOOK * unit
-        closing = float(np.max(scene.line.strains, initial=0.0)) / scene.impact_velocity
-        self._longest = _FOLLOWED * (scene.all_particles + 10) * (unit + closing)
+        closing = float(np.max(problem.line.strains, initial=0.0)) / problem.impact_velocity
+        self._longest = _FOLLOWED * (problem.all_particles + 10) * (unit + closing)
 
     def _state(self) -> tuple[Array, Array]:
         """Return displacements and velocities along x, with a rigid wall as a particle."""
@@ -94,7 +95,7 @@ class _Column:
                 self._contacts.append(contact)
                 self._last, self._range = self._state(), self._seen
             if not flight.time < self._longest:
-                raise unfinished_error(self._scene, flight.time)
+                raise unfinished_error(self._problem, flight.time)
             ended = self._watch()
         if self._interval is not None:
             self._frames.append((flight.time, *self._state()))
@@ -116,18 +117,18 @@ class _Column:
                 "lets them repel each other, too. Lower the speed, or use engine 'reference'"
             )
         self._seen = min(low, self._seen[0]), max(high, self._seen[1])
-        potential = float(np.sum(self._scene.bond.energy(strains)))
+        potential = float(np.sum(self._problem.bond.energy(strains)))
         return bool(self._contacts) and bodies_part(line, potential, float(gaps[line.gap]), v)
 
     def _gap(self) -> tuple[float, float]:
         """Return the gap between the bodies and the rate at which it opens."""
-        x, v, n = self._chain.x, self._chain.v, self._scene.particles
+        x, v, n = self._chain.x, self._chain.v, self._problem.particles
         if self._line.rigid:
             return float(x[0]), float(v[0])
         return float(x[0] - x[n]) - 1.0, float(v[0] - v[n])
 
     def _momentum(self) -> float:
-        return float(self._line.chain_masses @ self._chain.v[: self._scene.particles])
+        return float(self._line.chain_masses @ self._chain.v[: self._problem.particles])
 
     def _overlap(self, until: float) -> Contact | None:
         """Take steps of soft bodies; return the contact if one ends before a time."""
@@ -154,13 +155,14 @@ class _Column:
 
     def outcome(self, numerics: Numerics, seconds: float) -> Outcome:
         """Return the raw outcome."""
-        line, bond, contacts = self._line, self._scene.bond, self._contacts
+        line, bond, contacts = self._line, self._problem.bond, self._contacts
+        assert isinstance(bond, Hertz)
         first, targets = line.first, line.targets
         u, v = self._last
         began = contacts[0].time
-        energy_start, energy_end = self._scene.start_energy, line.energy(bond, np.diff(u), v)
+        energy_start, energy_end = self._problem.start_energy, line.energy(bond, np.diff(u), v)
         # LAMMPS does not add up what damping takes.
-        missing = None if self._scene.damping is None else energy_start - energy_end
+        missing = energy_start - energy_end if bond.damping > 0.0 else None
         displacements, velocities = u[first:].copy(), v[first:].copy()
         frames = [(moment - began, x, w) for moment, x, w in self._frames]
         return Outcome(

@@ -8,7 +8,7 @@ import numpy as np
 from chaincor.lammps_inputs.chain_data import initial_state
 from chaincor.lammps_inputs.contact_script import contact_force, contact_force_off, contact_force_on
 from chaincor.lammps_inputs.line import Line
-from chaincor.lammps_inputs.scene import Scene
+from chaincor.lammps_inputs.problem import Problem
 from chaincor.workflows.engines.contact_search import PathPoint
 from chaincor.workflows.engines.lammps.instance import LammpsChain
 
@@ -102,11 +102,11 @@ class SoftMeeting(Meeting):
     Without grading the order would be q + 1 for any scheme.
     """
 
-    def __init__(self, chain: LammpsChain, scene: Scene, order: int) -> None:
-        super().__init__(chain, scene.line)
-        self._graded = grading(scene, order)
+    def __init__(self, chain: LammpsChain, problem: Problem, order: int) -> None:
+        super().__init__(chain, problem.line)
+        self._graded = grading(problem, order)
         self._began = (0.0, 0.0, 0.0)
-        chain.commands("\n".join(contact_force(scene.line)))
+        chain.commands("\n".join(contact_force(problem.line)))
 
     def state(self) -> PathPoint:
         """Return the gap and its derivatives, or the overlap and its derivatives during contact."""
@@ -164,17 +164,17 @@ class SoftMeeting(Meeting):
         self.chain.commands("\n".join([*commands, "run 0 post no"]))
 
 
-def grading(scene: Scene, order: int) -> tuple[float, float] | None:
+def grading(problem: Problem, order: int) -> tuple[float, float] | None:
     """
     Return the time and the power g of grading of steps where bodies touch.
 
     Return None if steps are not graded: for hard bodies, and if the force is a polynomial.
     """
-    line = scene.line
+    line = problem.line
     onset = line.contact.onset
     if onset is None:
         return None
-    return _ZONE / scene.fast_stiffness**0.5, max(1.0, order / (onset + 1.0))
+    return _ZONE / problem.fast_stiffness**0.5, max(1.0, order / (onset + 1.0))
 
 
 def time_to_zero(distance: float, rate: float, acceleration: float) -> float:
@@ -190,19 +190,19 @@ def time_to_zero(distance: float, rate: float, acceleration: float) -> float:
     return 2.0 * distance / (root - rate) if rate < 0.0 else -(rate + root) / acceleration
 
 
-def approach_time(scene: Scene) -> float:
+def approach_time(problem: Problem) -> float:
     """
     Return the longest time to the first contact; 0 if the bodies start with it.
 
     The bodies meet before their centres of mass could, which approach each other with v0.
     """
-    n, masses = scene.particles, scene.line.chain_masses
-    positions, velocities = initial_state(scene.line)
+    n, masses = problem.particles, problem.line.chain_masses
+    positions, velocities = initial_state(problem.line)
     if positions[0] == 0.0 and velocities[0] < 0.0:
         return 0.0
     way = float(masses @ positions[:n]) / float(np.sum(masses))
-    if scene.line.targets:
+    if problem.line.targets:
         # For a single particle this distance is zero, except for rounding.
-        targets = scene.line.target_masses
+        targets = problem.line.target_masses
         way += 1.0 - float(targets @ positions[n:]) / float(np.sum(targets))
-    return _LATEST * way / scene.impact_velocity
+    return _LATEST * way / problem.impact_velocity

@@ -13,7 +13,8 @@ from chaincor.analysis.atomic_write import folder_aside, written_aside
 from chaincor.lammps_inputs.bond_table import BondTable, tabulate_near_and_far
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.numerics import Numerics
-from chaincor.lammps_inputs.scene import Scene
+from chaincor.lammps_inputs.problem import Problem
+from chaincor.lammps_inputs.run_files import NO_FILES, RunFiles
 from chaincor.lammps_inputs.script import DATA_FILE, DUMP_FILE
 from chaincor.workflows.engines.end_watch import longest_collision
 from chaincor.workflows.engines.lammps.beads import run_beads
@@ -50,7 +51,12 @@ _UNSEEN: float = measured("unseen_stretch")
 _LARGEST_FLOOR = 0.1
 
 
-def run(scene: Scene, numerics: Numerics, frame_interval: float | None = None) -> Outcome:
+def run(
+    problem: Problem,
+    numerics: Numerics,
+    frame_interval: float | None = None,
+    files: RunFiles = NO_FILES,
+) -> Outcome:
     """
     Run one collision in LAMMPS.
 
@@ -58,15 +64,16 @@ def run(scene: Scene, numerics: Numerics, frame_interval: float | None = None) -
     None. Raises a RunError that names the failure: a bond outside its table, particles that would
     cross, a bond over its barrier, a collision that does not end, or an error of LAMMPS.
     """
-    (outcome,) = run_at_steps(scene, numerics, (numerics.timestep,), frame_interval)
+    (outcome,) = run_at_steps(problem, numerics, (numerics.timestep,), frame_interval, files)
     return outcome
 
 
 def run_at_steps(
-    scene: Scene,
+    problem: Problem,
     numerics: Numerics,
     timesteps: Sequence[float],
     frame_interval: float | None = None,
+    files: RunFiles = NO_FILES,
 ) -> tuple[Outcome, ...]:
     """
     Run one collision several times, with different steps, in one LAMMPS instance.
@@ -75,28 +82,28 @@ def run_at_steps(
     fast chains. Only the first run has a dump and frames. Each outcome equals the outcome of a
     separate run to the last bit, and the errors are the errors of :func:`run`.
     """
-    floor = rounding_error("lammps", scene)
+    floor = rounding_error("lammps", problem)
     if floor > _LARGEST_FLOOR:
         raise ToleranceError(
-            f"at velocity {scene.impact_velocity:g} the motion of {scene.particles} particles "
+            f"at velocity {problem.impact_velocity:g} the motion of {problem.particles} particles "
             "drowns in the rounding of LAMMPS's absolute coordinates: eta would be wrong by "
             f"{floor:.1g}; expected a faster chain: use engine 'reference', which has no such floor"
         )
-    if scene.bond.only_pushes:
-        return run_beads(scene, numerics, timesteps, frame_interval)
+    if problem.bond.only_pushes:
+        return run_beads(problem, numerics, timesteps, frame_interval)
     with tempfile.TemporaryDirectory(prefix="chaincor-") as name:
         folder = Path(name)
         try:
-            outcomes = _run_in_folder(scene, numerics, timesteps, frame_interval, folder)
+            outcomes = _run_in_folder(problem, numerics, timesteps, frame_interval, folder, files)
         except ChaincorError:
             # Keep the files of a failed run for inspection, but never in place of a finished job.
-            if scene.save is not None and not (scene.save / DATA_FILE).exists():
-                _keep_job(scene.save, folder)
+            if files.save is not None and not (files.save / DATA_FILE).exists():
+                _keep_job(files.save, folder)
             raise
-        if scene.save is not None:
-            _keep_job(scene.save, folder, scene.dump)
-        if scene.dump is not None:
-            with written_aside(scene.dump, "dump") as aside:
+        if files.save is not None:
+            _keep_job(files.save, folder, files.dump)
+        if files.dump is not None:
+            with written_aside(files.dump, "dump") as aside:
                 shutil.move(folder / DUMP_FILE, aside)
         return outcomes
 
@@ -117,16 +124,17 @@ def _keep_job(target: Path, folder: Path, dump: Path | None = None) -> None:
 
 
 def _write_kept(
-    scene: Scene,
+    problem: Problem,
     numerics: Numerics,
     table: BondTable | None,
     outcome: Outcome | None,
     folder: Path,
+    files: RunFiles,
 ) -> None:
-    if scene.save is None:
+    if files.save is None:
         return
     (folder / _KEPT).mkdir(exist_ok=True)
-    for name, text in kept_files(scene, numerics, table, outcome).items():
+    for name, text in kept_files(problem, numerics, table, outcome, files.scene).items():
         (folder / _KEPT / name).write_text(text)
 
 
@@ -140,23 +148,24 @@ class _Runs:
 
 
 def _run_in_folder(
-    scene: Scene,
+    problem: Problem,
     numerics: Numerics,
     timesteps: Sequence[float],
     frame_interval: float | None,
     folder: Path,
+    files: RunFiles,
 ) -> tuple[Outcome, ...]:
-    bond = scene.bond
+    bond = problem.bond
 
     def collide_all(table: BondTable | None) -> _Runs:
-        return _collide(scene, numerics, timesteps, table, frame_interval, folder)
+        return _collide(problem, numerics, timesteps, table, frame_interval, folder, files)
 
-    if bond.is_harmonic or scene.longest_body == 1:
+    if bond.is_harmonic or problem.longest_body == 1:
         runs = collide_all(None)
         if runs.stopped is not None:
             raise runs.stopped
         return tuple(runs.outcomes)
-    bond_range = numerics.bond_range or guess_bond_range(scene)
+    bond_range = numerics.bond_range or guess_bond_range(problem)
     excused = False
     for _ in range(_MOST_WIDENINGS):
         table = tabulate_near_and_far(
@@ -167,7 +176,7 @@ def _run_in_folder(
         held = seen < table.longest - _unsure_end(table, numerics)
         if error is not None:
             length = error.length if isinstance(error, BondRangeError) else np.inf
-            if _is_impossible(scene, length):
+            if _is_impossible(problem, length):
                 # Within a bin beyond the last row LAMMPS reads undefined memory and may move a bond
                 # anywhere. This is excused once.
                 if excused:
@@ -181,9 +190,8 @@ def _run_in_folder(
                 # Longer steps, which only check the first, have other bonds. They get a wider
                 # table, which is less exact, for themselves.
                 wider = replace(numerics, bond_range=_widened(bond, table, length))
-                rest = scene.replace(save=None, dump=None)
                 left = timesteps[len(runs.outcomes) :]
-                return (*runs.outcomes, *run_at_steps(rest, wider, left))
+                return (*runs.outcomes, *run_at_steps(problem, wider, left))
         elif held:
             return tuple(runs.outcomes)
         else:
@@ -195,9 +203,9 @@ def _run_in_folder(
     )
 
 
-def guess_bond_range(scene: Scene) -> tuple[float, float]:
+def guess_bond_range(problem: Problem) -> tuple[float, float]:
     """Return a guess of the shortest and longest bond of a collision."""
-    bond, v0, line = scene.bond, scene.impact_velocity, scene.line
+    bond, v0, line = problem.bond, problem.impact_velocity, problem.line
     heaviest = max(1.0, float(np.max(line.chain_masses)))
     shortest = bond.compressed_strain(_GUESS_ENERGY * heaviest * v0**2)
     longest = min(_GUESS_STRETCH * heaviest**0.5 * v0, 0.9 * bond.strain_max)
@@ -214,15 +222,15 @@ def _unsure_end(table: BondTable, numerics: Numerics) -> float:
     return (table.far or table).spacing
 
 
-def _is_impossible(scene: Scene, length: float) -> bool:
+def _is_impossible(problem: Problem, length: float) -> bool:
     """Return whether a bond of a length has, or needs, more energy than the chain came with."""
-    energy = scene.start_energy
+    energy = problem.start_energy
     # The bounds are all energy in one bond, or in two particles that separate for the longest time.
-    speed = 2.0 * (energy / scene.line.lightest) ** 0.5
-    longest = 1.0 + speed * longest_collision(scene.longest_body, scene.slow_stiffness, np.inf)
+    speed = 2.0 * (energy / problem.line.lightest) ** 0.5
+    longest = 1.0 + speed * longest_collision(problem.longest_body, problem.slow_stiffness, np.inf)
     if length > longest:
         return True
-    return float(scene.bond.energy(np.array(length - 1.0))) > MOST_ENERGY_GROWTH * energy
+    return float(problem.bond.energy(np.array(length - 1.0))) > MOST_ENERGY_GROWTH * energy
 
 
 def _widened(bond: Potential, table: BondTable, length: float) -> tuple[float, float]:
@@ -256,26 +264,29 @@ def _widened(bond: Potential, table: BondTable, length: float) -> tuple[float, f
 
 
 def _collide(
-    scene: Scene,
+    problem: Problem,
     numerics: Numerics,
     timesteps: Sequence[float],
     table: BondTable | None,
     frame_interval: float | None,
     folder: Path,
+    files: RunFiles,
 ) -> _Runs:
     """Run the collision at each step until a bond leaves the table; the first run has frames."""
     outcomes: list[Outcome] = []
-    longest_seen, stopped = 0.0, None
+    longest_seen, stopped, dumping = 0.0, None, files
     numerics_first = replace(numerics, timestep=timesteps[0])
-    _write_kept(scene, numerics_first, table, None, folder)
-    with LammpsChain(scene, numerics, table, folder) as chain:
+    _write_kept(problem, numerics_first, table, None, folder, files)
+    with LammpsChain(problem, numerics, table, folder, log=files.save is not None) as chain:
         details = {}
         if table is not None:
-            details["table"] = asdict(certify_table(chain, table, scene.bond))
+            details["table"] = asdict(certify_table(chain, table, problem.bond))
         for timestep in timesteps:
             chain.restart(timestep)
             used = replace(numerics, timestep=timestep)
-            collision = ChainCollision(scene, flight_of(chain, scene, used), frame_interval)
+            collision = ChainCollision(
+                problem, flight_of(chain, problem, used), frame_interval, dumping
+            )
             started = time.perf_counter()
             try:
                 collision.carry_out()
@@ -286,7 +297,7 @@ def _collide(
             outcome = collision.outcome(used, seconds)
             outcomes.append(replace(outcome, numerics=used, details=details))
             longest_seen = max(longest_seen, collision.longest_ever)
-            scene, frame_interval = scene.replace(dump=None), None
+            dumping, frame_interval = NO_FILES, None
     if outcomes:
-        _write_kept(scene, numerics_first, table, outcomes[0], folder)
+        _write_kept(problem, numerics_first, table, outcomes[0], folder, files)
     return _Runs(outcomes, longest_seen, stopped)

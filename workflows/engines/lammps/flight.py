@@ -4,7 +4,7 @@ import math
 from abc import ABC, abstractmethod
 
 from chaincor.lammps_inputs.numerics import Numerics
-from chaincor.lammps_inputs.scene import Scene
+from chaincor.lammps_inputs.problem import Problem
 from chaincor.workflows.engines.contact_search import (
     PathPoint,
     count_sign_changes,
@@ -233,15 +233,17 @@ class ComposedFlight(Flight):
         return taken if arrived else None
 
 
-def flight_of(chain: LammpsChain, scene: Scene, numerics: Numerics, guarded: bool = True) -> Flight:
+def flight_of(
+    chain: LammpsChain, problem: Problem, numerics: Numerics, guarded: bool = True
+) -> Flight:
     """Return the flight of the bodies of a scene for some numerics."""
-    meeting = Meeting(chain, scene.line)
-    if scene.line.soft:
-        meeting = SoftMeeting(chain, scene, STEP_SCHEMES[numerics.scheme].order)
+    meeting = Meeting(chain, problem.line)
+    if problem.line.soft:
+        meeting = SoftMeeting(chain, problem, STEP_SCHEMES[numerics.scheme].order)
     if numerics.scheme != "verlet":
         return ComposedFlight(chain, meeting)
     reflect = numerics.wall == "reflect"
     # The guard works for one body at a hard wall.
-    guarded = guarded and scene.line.is_standard and scene.particles > 1
-    guard = WallGuard(chain, scene, reflect) if guarded else None
+    guarded = guarded and problem.line.is_standard and problem.particles > 1
+    guard = WallGuard(chain, problem, reflect) if guarded else None
     return VerletFlight(chain, meeting, reflect, guard)

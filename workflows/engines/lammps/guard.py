@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from chaincor.lammps_inputs.scene import Scene
+from chaincor.lammps_inputs.problem import Problem
 from chaincor.lammps_inputs.script import number
 from chaincor.workflows.engines.contact_search import PathPoint
 from chaincor.workflows.engines.lammps.contact import time_to_zero
@@ -19,19 +19,19 @@ _BLIND_SHARE = 0.9
 _STRAINS = np.geomspace(1e-3, 1e3, 601)
 
 
-def largest_tension(scene: Scene) -> float:
+def largest_tension(problem: Problem) -> float:
     """
     Return the largest tension with which bond 1 can pull particle 1 off the wall.
 
     It is twice the largest U'(s) of a stretched bond with at most twice the energy of the
     collision. It bounds the acceleration of particle 1 for any motion of the chain.
     """
-    energy = MOST_ENERGY_GROWTH * 0.5 * scene.particles * scene.impact_velocity**2
+    energy = MOST_ENERGY_GROWTH * 0.5 * problem.particles * problem.impact_velocity**2
     strains = np.sqrt(2.0 * energy) * _STRAINS
-    strains = strains[strains < scene.bond.strain_max]
+    strains = strains[strains < problem.bond.strain_max]
     with np.errstate(all="ignore"):
-        held = np.asarray(scene.bond.energy(strains)) <= energy
-        tension = -np.asarray(scene.bond.force(strains))
+        held = np.asarray(problem.bond.energy(strains)) <= energy
+        tension = -np.asarray(problem.bond.force(strains))
     return 2.0 * float(np.max(tension, where=held & np.isfinite(tension), initial=0.0))
 
 
@@ -49,12 +49,12 @@ class WallGuard:
     within a h^2/8 of the wall. Steps with the stock wall are not examined between their ends.
     """
 
-    def __init__(self, chain: LammpsChain, scene: Scene, reflect: bool) -> None:
+    def __init__(self, chain: LammpsChain, problem: Problem, reflect: bool) -> None:
         self._chain, h = chain, chain.timestep
-        reach = 0.0 if reflect else largest_tension(scene) / 8.0
+        reach = 0.0 if reflect else largest_tension(problem) / 8.0
         self.position = reach * h * h  #: Position at which particle 1 is stopped.
         #: Time over which the present acceleration is a prediction: 1/frequency of the bonds.
-        self.longest = 1.0 / scene.slow_stiffness**0.5
+        self.longest = 1.0 / problem.slow_stiffness**0.5
         # Part of the predicted time that is used. The present acceleration does not predict
         # collisions of sharp bonds, which would otherwise spoil long windows again and again.
         self._share = 1.0
@@ -64,7 +64,7 @@ class WallGuard:
         self._watched = self._groups("group guarded id 1")
         self._unwatched = 1
         if reflect:
-            self._unwatched = self._groups(f"group mirrored id 1:{scene.particles}")
+            self._unwatched = self._groups(f"group mirrored id 1:{problem.particles}")
             chain.commands("unfix wall\nfix wall mirrored wall/reflect xlo 0.0")
         self._mask[0] = self._unwatched
         chain.commands(

@@ -15,7 +15,7 @@ from chaincor.lammps_inputs.contact_script import displacement
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.granular import format_beads, render_granular_setup
 from chaincor.lammps_inputs.numerics import Numerics
-from chaincor.lammps_inputs.scene import Scene
+from chaincor.lammps_inputs.problem import Problem
 from chaincor.lammps_inputs.script import (
     DATA_FILE,
     DUMP_FILE,
@@ -59,14 +59,19 @@ class LammpsChain:
     """
 
     def __init__(
-        self, scene: Scene, numerics: Numerics, table: BondTable | None, folder: Path
+        self,
+        problem: Problem,
+        numerics: Numerics,
+        table: BondTable | None,
+        folder: Path,
+        log: bool = False,
     ) -> None:
-        self.particles = scene.particles
-        count = scene.all_particles
-        self._alone = count == scene.particles
+        self.particles = problem.particles
+        count = problem.all_particles
+        self._alone = count == problem.particles
         bond_types = 1 if table is None or table.far is None else 2
-        beads = scene.bond.only_pushes
-        data = format_beads(scene) if beads else format_data(scene.line, bond_types)
+        beads = problem.bond.only_pushes
+        data = format_beads(problem) if beads else format_data(problem.line, bond_types)
         (folder / DATA_FILE).write_text(data)
         if table is not None:
             (folder / TABLE_FILE).write_text(table.to_text())
@@ -84,8 +89,8 @@ class LammpsChain:
         self._dump_started = False
         self._at_once = steps_at_once(_PARTICLE_WORK * count)
         module = load_lammps()
-        log = str(folder / LOG_FILE) if scene.save is not None else "none"
-        self.lammps: Any = module.lammps(cmdargs=["-log", log, "-screen", "none", "-nocite"])
+        log_file = str(folder / LOG_FILE) if log else "none"
+        self.lammps: Any = module.lammps(cmdargs=["-log", log_file, "-screen", "none", "-nocite"])
         self._handle = self.lammps.lmp
         # A function taken by its name has no declared types to convert to, which saves 4 % of a
         # stage.
@@ -95,7 +100,7 @@ class LammpsChain:
         try:
             place = folder.as_posix()
             self.commands(
-                render_granular_setup(scene, numerics.timestep, place)
+                render_granular_setup(problem, numerics.timestep, place)
                 if beads
                 else render_setup(numerics, table, place)
             )

@@ -6,8 +6,7 @@ from chaincor.lammps_inputs.bond_table import BondTable, tabulate
 from chaincor.lammps_inputs.chain_data import format_data
 from chaincor.lammps_inputs.errors import SceneError
 from chaincor.lammps_inputs.numerics import Numerics
-from chaincor.lammps_inputs.scene import FILE_KEYS, Scene
-from chaincor.lammps_inputs.scene_parts.scene_file import read_from_anywhere
+from chaincor.lammps_inputs.problem import Problem
 from chaincor.lammps_inputs.schemes import DEFAULT_TIMESTEPS, Scheme
 from chaincor.lammps_inputs.script import (
     DATA_FILE,
@@ -40,17 +39,17 @@ _MARGIN = 1.2
 _INSTEAD: Scheme = "order8"
 
 
-def job_script(scene: Scene, plan: ScriptPlan, wishes: JobWishes = NO_WISHES) -> str:
+def job_script(problem: Problem, plan: ScriptPlan, wishes: JobWishes = NO_WISHES) -> str:
     """Return a script that follows the chain at least as long as the reference engine does."""
-    span, stiffness, time = scene.longest_body, scene.slow_stiffness, wishes.units.time
+    span, stiffness, time = problem.longest_body, problem.slow_stiffness, wishes.units.time
     quiet = sound_round_trip(span, stiffness)
     last = 0.0 if plan.end is None else plan.end.last_contact_time
-    cap = longest_collision(span, stiffness, max(quiet, last)) + approach_time(scene)
+    cap = longest_collision(span, stiffness, max(quiet, last)) + approach_time(problem)
     times = EndTimes(time * quiet, time * cap, time * look_interval(span, stiffness))
-    return render_job(scene, plan, times, _scripted_steps(scene, plan.numerics, time), wishes)
+    return render_job(problem, plan, times, _scripted_steps(problem, plan.numerics, time), wishes)
 
 
-def _scripted_steps(scene: Scene, numerics: Numerics, time: float) -> ScriptedSteps | None:
+def _scripted_steps(problem: Problem, numerics: Numerics, time: float) -> ScriptedSteps | None:
     """
     Return the composition of steps in a script; None for Verlet steps.
 
@@ -65,24 +64,24 @@ def _scripted_steps(scene: Scene, numerics: Numerics, time: float) -> ScriptedSt
             "of these, or use `chaincor run`, which drives LAMMPS step by step"
         )
     composition = COMPOSITIONS[numerics.scheme]
-    graded = grading(scene, composition.order)
+    graded = grading(problem, composition.order)
     return ScriptedSteps(
         weights=composition.weights,
         order=composition.order,
         citation=SOURCES[numerics.scheme],
-        coarse=time * (DEFAULT_TIMESTEPS["verlet"] / scene.fast_stiffness**0.5),
-        patience=time * (PATIENCE / scene.slow_stiffness**0.5),
+        coarse=time * (DEFAULT_TIMESTEPS["verlet"] / problem.fast_stiffness**0.5),
+        patience=time * (PATIENCE / problem.slow_stiffness**0.5),
         graded=None if graded is None else (time * graded[0], graded[1]),
     )
 
 
-def flown_on(scene: Scene) -> float:
+def flown_on(problem: Problem) -> float:
     """
     Return the time for which a script follows a chain after its last contact.
 
     The bond table of the script must hold the bonds during this time.
     """
-    span, stiffness = scene.longest_body, scene.slow_stiffness
+    span, stiffness = problem.longest_body, problem.slow_stiffness
     return sound_round_trip(span, stiffness) + 2.0 * look_interval(span, stiffness)
 
 
@@ -94,13 +93,17 @@ def scouted_end(outcome: Outcome) -> ScoutedEnd:
 
 
 def kept_files(
-    scene: Scene, numerics: Numerics, table: BondTable | None, outcome: Outcome | None
+    problem: Problem,
+    numerics: Numerics,
+    table: BondTable | None,
+    outcome: Outcome | None,
+    scene: str | None,
 ) -> dict[str, str]:
     """
     Return the files that make a kept folder a job: ``lmp -in in.chain`` runs it.
 
-    The scene is among the files. A script composes its steps as the engine did. If the engine
-    extrapolated, the script has steps of order 8 with as many Verlet steps on average.
+    The text of the `scene` is among the files. A script composes its steps as the engine did. If
+    the engine extrapolated, the script has steps of order 8 with as many Verlet steps on average.
 
     A script has one table and follows the chain longer than the engine. The files contain a bond
     table and a data file if those of the engine do not suit it. `outcome` is None before it is
@@ -109,11 +112,11 @@ def kept_files(
     files = {}
     scouted = None if outcome is None else scouted_end(outcome)
     if table is not None:
-        bond_range = _range_in_flight(scene, table, outcome)
+        bond_range = _range_in_flight(problem, table, outcome)
         if table.far is not None or bond_range != (float(table.lengths[0]), table.longest):
-            table = tabulate(scene.bond, bond_range, numerics.table, numerics.table_points)
+            table = tabulate(problem.bond, bond_range, numerics.table, numerics.table_points)
             files[TABLE_FILE] = table.to_text()
-            files[DATA_FILE] = format_data(scene.line)
+            files[DATA_FILE] = format_data(problem.line)
     scheme, step = numerics.scheme, numerics.timestep
     note = ""
     if scheme not in COMPOSITIONS:
@@ -124,19 +127,19 @@ def kept_files(
             f"# cannot take. This one takes as many Verlet steps, in steps of {_INSTEAD}, and is\n"
             "# less accurate.\n"
         )
-    files[SCRIPT_FILE] = note + job_script(scene, ScriptPlan(numerics, table, scouted))
-    if isinstance(scene.potential, str):
-        files[SCENE_FILE] = read_from_anywhere(scene.without(*FILE_KEYS)).to_toml()
+    files[SCRIPT_FILE] = note + job_script(problem, ScriptPlan(numerics, table, scouted))
+    if scene is not None:
+        files[SCENE_FILE] = scene
     return files
 
 
 def _range_in_flight(
-    scene: Scene, table: BondTable, outcome: Outcome | None
+    problem: Problem, table: BondTable, outcome: Outcome | None
 ) -> tuple[float, float]:
     """Return the range of a table that holds the engine's bonds and those of the later flight."""
     low, high = float(table.lengths[0]), table.longest
-    if outcome is None or scene.longest_body == 1:
+    if outcome is None or problem.longest_body == 1:
         return low, high
-    shortest, longest = bonds_in_flight(scene, outcome, flown_on(scene))
+    shortest, longest = bonds_in_flight(problem, outcome, flown_on(problem))
     # Coarse steps, and the script's own steps, may have slightly different bonds.
     return min(low, 1.0 - _MARGIN * (1.0 - shortest)), max(high, 1.0 + _MARGIN * (longest - 1.0))

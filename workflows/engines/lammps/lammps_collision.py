@@ -7,7 +7,8 @@ import numpy as np
 
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.numerics import Numerics
-from chaincor.lammps_inputs.scene import Scene
+from chaincor.lammps_inputs.problem import Problem
+from chaincor.lammps_inputs.run_files import NO_FILES, RunFiles
 from chaincor.workflows.engines.end_watch import longest_collision, look_interval
 from chaincor.workflows.engines.ending import Ending, sound_round_trip
 from chaincor.workflows.engines.fragments import count_fragments
@@ -35,38 +36,45 @@ class ChainCollision:
     State of one collision: contacts, search for the end, and frames.
 
     A flight moves the chain from contact to contact. `frame_interval` is the least time between
-    frames. If it is None, frames are for the dump of the scene, if it has one: at contacts, or at
-    the interval of the scene.
+    frames. If it is None, frames are for the dump among the `files`, if there is one: at
+    contacts, or at its interval.
     """
 
-    def __init__(self, scene: Scene, flight: Flight, frame_interval: float | None) -> None:
-        self.scene, self.bond, self.line = scene, scene.bond, scene.line
+    def __init__(
+        self,
+        problem: Problem,
+        flight: Flight,
+        frame_interval: float | None,
+        files: RunFiles = NO_FILES,
+    ) -> None:
+        self.problem, self.bond, self.line = problem, problem.bond, problem.line
         self.flight, self.chain = flight, flight.chain
         # Rest positions of all particles, in LAMMPS's order with the chain first, and their order
         # along x.
-        n, targets = scene.particles, scene.line.targets
+        n, targets = problem.particles, problem.line.targets
         self._rest = np.append(np.arange(n, dtype=float), -np.arange(targets, dtype=float))
         self._order = np.append(np.arange(n + targets)[: n - 1 : -1], np.arange(n))
         self.contacts: list[Contact] = []
         self.after_contact = self._state()
         # Shortest and longest bond since the first contact, including the flight after the
         # last contact; then the values up to the last contact.
-        lengths = self.chain.lengths() if scene.longest_body > 1 else np.ones(1)
+        lengths = self.chain.lengths() if problem.longest_body > 1 else np.ones(1)
         self.shortest_seen, self.longest_seen = float(lengths.min()), float(lengths.max())
         self.shortest, self.longest = self.shortest_seen, self.longest_seen
         # Longest bond at any time, which a bond table has to hold.
         self.longest_ever = self.longest_seen
         self._touched = False
         self.ending: Ending | None = None
-        dumped = scene.dump is not None and frame_interval is None
-        self.frames_at_contacts = dumped and scene.frame_interval is None
+        self._dumps = files.dump is not None
+        dumped = self._dumps and frame_interval is None
+        self.frames_at_contacts = dumped and files.frame_interval is None
         if dumped:
-            frame_interval = scene.frame_interval
+            frame_interval = files.frame_interval
         self.frame_interval = frame_interval
         self.next_frame = np.inf if frame_interval is None else 0.0
         self.frames: list[tuple[float, Array, Array]] = []
         # Time after a contact until the next one is late, and the present such time.
-        self.patience = PATIENCE / scene.slow_stiffness**0.5
+        self.patience = PATIENCE / problem.slow_stiffness**0.5
         self.overdue = np.inf
         # Time at which the end was found, and time until which frames are needed.
         self.ended_at, self.flown_on = 0.0, np.inf
@@ -80,11 +88,11 @@ class ChainCollision:
 
     def carry_out(self) -> None:
         """Run from contact to contact until no further contact can come."""
-        if self.scene.longest_body == 1:  # neither body has parts
+        if self.problem.longest_body == 1:  # neither body has parts
             self._bounce_once()
             return
         self._approach()
-        interval = look_interval(self.scene.longest_body, self.scene.slow_stiffness)
+        interval = look_interval(self.problem.longest_body, self.problem.slow_stiffness)
         next_watch = self.flight.time + interval
         while self.ending is None or self.flight.time < self.flown_on:
             limit = min(next_watch, self.next_frame, self.overdue, self.flown_on)
@@ -122,13 +130,13 @@ class ChainCollision:
         if gap == 0.0 and opening < 0.0:
             return
         start, stages = self.chain.snapshot(), self.chain.stages_done
-        longest = approach_time(self.scene)
+        longest = approach_time(self.problem)
         while self._advance(self.flight.time + self.patience) is None:
             self._watch_bonds()
             if self.flight.meeting.touching:
                 break
             if self.flight.time > longest:
-                raise unfinished_error(self.scene, self.flight.time)
+                raise unfinished_error(self.problem, self.flight.time)
         self.flight.meeting.reset()
         self._touched = False
         self.chain.restore(start)
@@ -201,13 +209,15 @@ class ChainCollision:
         now, last = self.flight.time, self.contacts[-1].end
         displacements, velocities = self._state()
         if self.line.is_standard and not self.line.separation(velocities) > 0.0:
-            if now > longest_collision(self.scene.longest_body, self.scene.slow_stiffness, last):
-                raise unfinished_error(self.scene, now)
+            if now > longest_collision(
+                self.problem.longest_body, self.problem.slow_stiffness, last
+            ):
+                raise unfinished_error(self.problem, now)
             self.overdue = now + self.patience
             return
         times = {"now": now, "last_contact": last, "shortest": self.shortest_seen}
         # The two particles in contact have the same rest position, so their difference is the gap.
-        next_event = follow(self.scene, np.diff(displacements), velocities, **times)
+        next_event = follow(self.problem, np.diff(displacements), velocities, **times)
         self.overdue = next_event.time + self.patience
         self.doubt = max(self.doubt, next_event.doubt)
         if next_event.ending is None:
@@ -216,14 +226,14 @@ class ChainCollision:
         self.ended_at, self.overdue = next_event.time, np.inf
         self.flown_on = now
         if self.frame_interval is not None or self.frames_at_contacts:
-            quiet = sound_round_trip(self.scene.longest_body, self.scene.slow_stiffness)
+            quiet = sound_round_trip(self.problem.longest_body, self.problem.slow_stiffness)
             self.flown_on = min(self.ended_at, last + quiet)
 
     def _take_frame(self) -> None:
         now = self.flight.time
         displacements, velocities = self._state()
         self.frames.append((now, displacements, velocities))
-        if self.scene.dump is not None:
+        if self._dumps:
             self.chain.write_frame(now)
         if self.frame_interval is None or self.next_frame > now:
             return
@@ -260,7 +270,7 @@ class ChainCollision:
             duration=max(self.flight.time, self.ended_at),
             bond_min=self.shortest,
             bond_max=self.longest,
-            energy_start=self.scene.start_energy,
+            energy_start=self.problem.start_energy,
             energy_end=line.energy(bond, np.diff(u), v),
             fragments=count_fragments(np.diff(displacements), velocities, bond, line.chain_masses),
             seconds=seconds,

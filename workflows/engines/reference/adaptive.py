@@ -10,7 +10,7 @@ import numpy as np
 
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.potential import Potential
-from chaincor.lammps_inputs.scene import Scene
+from chaincor.lammps_inputs.problem import Problem
 from chaincor.workflows.engines.end_watch import EndWatch, longest_collision
 from chaincor.workflows.engines.ending import Ending, sound_round_trip
 from chaincor.workflows.engines.fragments import Body
@@ -51,7 +51,7 @@ _LOG_LENGTH_TO_ARGUE = -20.0
 
 # A trial step may leave the range of numbers; its error is then not a number, and it is refused.
 @np.errstate(over="ignore", invalid="ignore", divide="ignore")
-def run(scene: Scene, accuracy: float, frame_interval: float | None = None) -> Outcome:
+def run(problem: Problem, accuracy: float, frame_interval: float | None = None) -> Outcome:
     """
     Run the collision of a chain with steps that adapt to the stiffest bond.
 
@@ -60,12 +60,12 @@ def run(scene: Scene, accuracy: float, frame_interval: float | None = None) -> O
     motion unchanged. Raises TimestepError if no step, however small, is accurate, and the errors of
     ``stepping.run``.
     """
-    if scene.bond.only_pushes:
-        return beads.run(scene, accuracy, frame_interval, SCHEME)
-    if scene.particles == 1:
-        return run_single_particle(scene, SCHEME, None, frame_interval)
-    bond = _bond_loops(scene.bond)
-    flight = _Flight(scene, bond, accuracy, frame_interval)
+    if problem.bond.only_pushes:
+        return beads.run(problem, accuracy, frame_interval, SCHEME)
+    if problem.particles == 1:
+        return run_single_particle(problem, SCHEME, None, frame_interval)
+    bond = _bond_loops(problem.bond)
+    flight = _Flight(problem, bond, accuracy, frame_interval)
     flight.warm_up()
     started = time.perf_counter()
     ending = flight.run()
@@ -76,7 +76,7 @@ def run(scene: Scene, accuracy: float, frame_interval: float | None = None) -> O
     last_bonds, last_velocities = flight.split(flight.arrays.last)
     potential_energy = float(np.sum(bond.energy(last_bonds)))
     return finish(
-        scene,
+        problem,
         LastContact(
             bond.strains(last_bonds),
             last_velocities,
@@ -131,15 +131,15 @@ def _compile(function: Callable, *, keep: bool, logarithmic: bool) -> Callable:
     return compiler.compile(flight)
 
 
-def _strain_scale(scene: Scene) -> float:
+def _strain_scale(problem: Problem) -> float:
     """
     Return the scale of strain errors: v0, as for a stiffness of 1, but at most 1.
 
     If the stiffness at rest says little about the bond, the scale lies within a factor of ten of
     the strain at which two particles stop each other.
     """
-    speed = scene.impact_velocity
-    strain = -scene.bond.compressed_strain(speed**2)
+    speed = problem.impact_velocity
+    strain = -problem.bond.compressed_strain(speed**2)
     return min(1.0, 10.0 * strain, max(speed, 0.1 * strain)) if strain > 0.0 else min(1.0, speed)
 
 
@@ -147,19 +147,19 @@ class _Flight:
     """Collision in progress: the arrays of the adaptive loops, and the decision when to stop."""
 
     def __init__(
-        self, scene: Scene, bond: BondLoops, accuracy: float, frame_interval: float | None
+        self, problem: Problem, bond: BondLoops, accuracy: float, frame_interval: float | None
     ) -> None:
         from scipy.integrate import DOP853
 
-        particles, speed = scene.particles, scene.impact_velocity
-        self._scene, self._bond, self._interval = scene, bond, frame_interval
+        particles, speed = problem.particles, problem.impact_velocity
+        self._problem, self._bond, self._interval = problem, bond, frame_interval
         self._particles = particles
         state = np.zeros(2 * particles)
         state[particles:] = -speed
         state[particles] = speed
         contacts = np.zeros((3, 2 * particles + 64))
         local = max(FINEST_LOCAL, LOCAL_SHARE * accuracy)
-        scale = np.full(2 * particles, local * _strain_scale(scene))
+        scale = np.full(2 * particles, local * _strain_scale(problem))
         scale[particles:] = local * speed
         slopes = np.zeros((DOP853.n_stages + 1, 2 * particles))
         self.arrays = adaptive.Arrays(
@@ -178,14 +178,14 @@ class _Flight:
         tableau = (DOP853.A, DOP853.B, DOP853.E3, DOP853.E5)
         self._method = adaptive.Tableau(*(np.ascontiguousarray(part) for part in tableau))
         self._not_before = 0.0
-        stiffness = scene.slow_stiffness
+        stiffness = problem.slow_stiffness
         self.ledger = ledger = np.zeros(1, adaptive.LEDGER)[0]
         ledger.momentum = -particles * speed
         bookkeeping.argue_when_silent(ledger, stiffness)
         ledger.longest = longest_collision(particles, stiffness, 0.0)
         ledger.frame_interval = math.inf if frame_interval is None else frame_interval
         ledger.next_frame = math.inf if frame_interval is None else 0.0
-        floor, ceiling = allowed_strains(scene.bond)
+        floor, ceiling = allowed_strains(problem.bond)
         ledger.strain_floor = -math.inf if bond.logarithmic else floor
         ledger.strain_ceiling = ceiling
         # This is only a guess: steps that are too large are rejected and shrink.
@@ -213,8 +213,8 @@ class _Flight:
 
     def run(self) -> Ending:
         """Integrate until the collision ends and return its end."""
-        ledger, scene = self.ledger, self._scene
-        watch = EndWatch(scene.particles, scene.bond, scene.slow_stiffness)
+        ledger, problem = self.ledger, self._problem
+        watch = EndWatch(problem.particles, problem.bond, problem.slow_stiffness)
         while True:
             status = self._advance()
             now, last = float(ledger.time), float(ledger.last_contact)
@@ -227,7 +227,7 @@ class _Flight:
                 ledger.argue_after = watch.next_look(now, last) - last
                 if status == adaptive.LATE:
                     if now > watch.followed_until(last):
-                        raise unfinished_error(scene, now)
+                        raise unfinished_error(problem, now)
                     ledger.longest = 1.01 * watch.followed_until(last)
             else:
                 raise self._failure(status)
@@ -244,30 +244,30 @@ class _Flight:
         bonds, velocities = self.split(self.arrays.state)
         if self._bond.logarithmic and bonds.min() < _LOG_LENGTH_TO_ARGUE:
             return None
-        ledger, scene = self.ledger, self._scene
+        ledger, problem = self.ledger, self._problem
         now, last = float(ledger.time), float(ledger.last_contact)
         first, strains = float(self.arrays.state[0]), self._bond.strains(bonds)
         ending = watch.look_at(now, last, [Body(first, strains, velocities)])
-        quiet = sound_round_trip(scene.particles, scene.slow_stiffness)
+        quiet = sound_round_trip(problem.particles, problem.slow_stiffness)
         if ending is not None or now - last < quiet or now < self._not_before:
             return ending
         # A chain that broke and flew freely for this long is followed with fixed steps.
         shortest = float(self._bond.length_of(bonds.min()))
         along_x = np.append(first, strains), np.append(0.0, velocities)
-        ahead = follow(scene, *along_x, now=now, last_contact=last, shortest=shortest)
+        ahead = follow(problem, *along_x, now=now, last_contact=last, shortest=shortest)
         self._not_before = ahead.time
         return ahead.ending
 
     def _failure(self, status: int) -> RunError:
-        ledger, scene = self.ledger, self._scene
+        ledger, problem = self.ledger, self._problem
         now = float(ledger.time)
         if status == adaptive.OUTSIDE:
             low, high = (
                 float(self._bond.length_of(y)) for y in (ledger.strain_min, ledger.strain_max)
             )
-            return strain_error(scene, low - 1.0, high - 1.0, now, "lower the speed")
+            return strain_error(problem, low - 1.0, high - 1.0, now, "lower the speed")
         return TimestepError(
-            f"no step resolves the {scene.label} bonds at time {now:.6g} to the accuracy asked; "
+            f"no step resolves the {problem.label} bonds at time {now:.6g} to the accuracy asked; "
             "ask for less, or lower the speed"
         )
 

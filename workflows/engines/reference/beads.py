@@ -8,7 +8,7 @@ from functools import lru_cache
 import numpy as np
 
 from chaincor.lammps_inputs.bonds.hertz import Hertz
-from chaincor.lammps_inputs.scene import Scene
+from chaincor.lammps_inputs.problem import Problem
 from chaincor.workflows.engines.ending import Ending
 from chaincor.workflows.engines.outcome import Frames, Outcome
 from chaincor.workflows.engines.reference import bead_loops as loops
@@ -34,7 +34,7 @@ _FIRST_STEP, _FOLLOWED = 0.01, 1000.0
 _SHOWN = 5.0
 
 
-def run(scene: Scene, accuracy: float, frame_interval: float | None, scheme: str) -> Outcome:
+def run(problem: Problem, accuracy: float, frame_interval: float | None, scheme: str) -> Outcome:
     """
     Run the collision of beads with steps that adapt to their overlaps.
 
@@ -42,7 +42,7 @@ def run(scene: Scene, accuracy: float, frame_interval: float | None, scheme: str
     are taken by partial steps that leave the motion unchanged. Raises TimestepError if no step,
     however small, is accurate, and UnfinishedCollisionError if the bodies do not part.
     """
-    flight = _Flight(scene, accuracy, frame_interval)
+    flight = _Flight(problem, accuracy, frame_interval)
     flight.warm_up()
     started = time.perf_counter()
     flight.run()
@@ -50,14 +50,14 @@ def run(scene: Scene, accuracy: float, frame_interval: float | None, scheme: str
     if frame_interval is not None:
         flight.fly_on()
     seconds = time.perf_counter() - started
-    ledger, line = flight.ledger, scene.line
+    ledger, line = flight.ledger, problem.line
     times, speeds, given = flight.arrays.contacts[:, : ledger.contacts].copy()
     first = float(times[0])
     beads = len(line.masses)
     last = flight.arrays.last
     skipped = 1 if line.at_wall else 0
     return finish(
-        scene,
+        problem,
         LastContact(
             last[1 + skipped : beads].copy(),
             last[beads + skipped : 2 * beads].copy(),
@@ -89,13 +89,13 @@ def _compile(bond: Callable, contact: Callable) -> Callable:
 class _Flight:
     """Collision in progress: the arrays of the loops, and the decision when to stop."""
 
-    def __init__(self, scene: Scene, accuracy: float, frame_interval: float | None) -> None:
+    def __init__(self, problem: Problem, accuracy: float, frame_interval: float | None) -> None:
         from scipy.integrate import DOP853
 
-        line, bond, speed = scene.line, scene.bond, scene.impact_velocity
+        line, bond, speed = problem.line, problem.bond, problem.impact_velocity
         assert isinstance(bond, Hertz), "beads follow a power of their overlap"
         self.damped = bond.damping > 0.0
-        self._scene, self._interval = scene, frame_interval
+        self._problem, self._interval = problem, frame_interval
         self._advance_loop = _compile(bond.force_kernel, type(line.contact).force_kernel)
         self._beads = beads = len(line.masses)
         overlap = -bond.compressed_strain(line.mean_mass * speed**2)
@@ -156,7 +156,7 @@ class _Flight:
             if status == loops.FULL:
                 self._make_room()
             elif status == loops.LATE:
-                raise unfinished_error(self._scene, float(self.ledger.time))
+                raise unfinished_error(self._problem, float(self.ledger.time))
             else:
                 raise TimestepError(
                     f"no step resolves the overlaps of the beads at time {self.ledger.time:.6g} to "
@@ -179,4 +179,4 @@ class _Flight:
         beads = self._beads
         moved = [displacements_from(state[0], state[1:beads]) for state in states]
         times = self._interval * np.arange(len(states)) - first
-        return Frames.of(self._scene.line, times, moved, states[:, beads : 2 * beads].copy())
+        return Frames.of(self._problem.line, times, moved, states[:, beads : 2 * beads].copy())

@@ -14,7 +14,7 @@ import math
 import numpy as np
 
 from chaincor.lammps_inputs.bonds.potential import Potential
-from chaincor.lammps_inputs.scene import Scene
+from chaincor.lammps_inputs.problem import Problem
 from chaincor.workflows.engines.end_watch import EndWatch, look_interval
 from chaincor.workflows.engines.ending import Ending
 from chaincor.workflows.engines.outcome import Outcome
@@ -87,7 +87,7 @@ def coarse_step(bond: Potential, shortest: float, lightest: float = 1.0) -> floa
     return COARSE_STEP / highest_frequency(bond, shortest, lightest)
 
 
-def required_clearance(scene: Scene, distance: float) -> float | None:
+def required_clearance(problem: Problem, distance: float) -> float | None:
     """
     Return the least distance from the wall that a coarse motion must keep.
 
@@ -95,7 +95,7 @@ def required_clearance(scene: Scene, distance: float) -> float | None:
     a contact.
     """
     clearance = CLEARANCE * distance
-    least = LEAST_CLEARANCE * scene.impact_velocity / math.sqrt(scene.slow_stiffness)
+    least = LEAST_CLEARANCE * problem.impact_velocity / math.sqrt(problem.slow_stiffness)
     return clearance if clearance >= least else None
 
 
@@ -112,15 +112,15 @@ def coarse_ceiling(bond: Potential) -> float:
     return bond.convex_strain if math.isfinite(bond.dissociation) else bond.barrier_strain
 
 
-def find_end(scene: Scene, ahead: CoarseRun, last_contact: float) -> Ending | None:
+def find_end(problem: Problem, ahead: CoarseRun, last_contact: float) -> Ending | None:
     """
     Advance a look-ahead run until the end of the collision is proved or argued.
 
     `last_contact` is the time of the last contact so far. Return None if the motion came near the
     wall or a bond came near to breaking.
     """
-    particles, stiffness = scene.longest_body, scene.slow_stiffness
-    watch = EndWatch(particles, scene.bond, stiffness)
+    particles, stiffness = problem.longest_body, problem.slow_stiffness
+    watch = EndWatch(particles, problem.bond, stiffness)
     interval = look_interval(particles, stiffness)
     while True:
         ending = watch.look_at(ahead.time, last_contact, ahead.moving.bodies())
@@ -131,7 +131,7 @@ def find_end(scene: Scene, ahead: CoarseRun, last_contact: float) -> Ending | No
             return None
 
 
-def bonds_in_flight(scene: Scene, outcome: Outcome, duration: float) -> tuple[float, float]:
+def bonds_in_flight(problem: Problem, outcome: Outcome, duration: float) -> tuple[float, float]:
     """
     Return the shortest and longest bond in free flight for `duration` after the last contact.
 
@@ -139,7 +139,7 @@ def bonds_in_flight(scene: Scene, outcome: Outcome, duration: float) -> tuple[fl
     strains are accurate to some parts in 1e3. The flight ends early if a bond leaves its allowed
     range.
     """
-    line, bond = scene.line, scene.bond
+    line, bond = problem.line, problem.bond
     target = np.zeros(line.first), np.zeros(line.first)
     if line.targets:
         target = outcome.target_displacements[::-1], outcome.target_velocities[::-1]
@@ -148,7 +148,7 @@ def bonds_in_flight(scene: Scene, outcome: Outcome, duration: float) -> tuple[fl
     velocities = np.concatenate((target[1], outcome.velocities))
     step = coarse_step(bond, outcome.bond_min - 1.0, line.lightest)
     stepper = Stepper.of(line, bond, "verlet", step)
-    moving = Motion.in_state(stepper, strains, velocities, scene.impact_velocity)
+    moving = Motion.in_state(stepper, strains, velocities, problem.impact_velocity)
     ceiling = float(moving.ledger["strain_ceiling"])
     ahead = CoarseRun(moving, 0.0, step, ceiling=ceiling)
     ahead.fly(duration)

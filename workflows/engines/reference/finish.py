@@ -8,7 +8,7 @@ import numpy as np
 
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.potential import Potential
-from chaincor.lammps_inputs.scene import Scene
+from chaincor.lammps_inputs.problem import Problem
 from chaincor.workflows.engines.ending import Ending
 from chaincor.workflows.engines.fragments import count_fragments
 from chaincor.workflows.engines.outcome import MOST_ENERGY_GROWTH, Frames, Outcome
@@ -66,7 +66,7 @@ def displacements_from(position: float, strains: Array) -> Array:
 
 
 def finish(
-    scene: Scene,
+    problem: Problem,
     last: LastContact,
     end: End,
     *,
@@ -81,13 +81,13 @@ def finish(
     The keyword arguments are fields of `Outcome`. Raises TimestepError if the energy has grown as
     only unstable steps can make it grow.
     """
-    bond, line = scene.bond, scene.line
-    energy_start, energy_end = _energies(scene, last)
+    bond, line = problem.bond, problem.line
+    energy_start, energy_end = _energies(problem, last)
     if last.energy is not None:
         energy_end = last.energy
     if not energy_end <= MOST_ENERGY_GROWTH * energy_start:
         raise TimestepError(
-            f"the energy of the {scene.label} chain grew from {energy_start:.6g} to "
+            f"the energy of the {problem.label} chain grew from {energy_start:.6g} to "
             f"{energy_end:.6g}; expected it to be kept: take a smaller timestep, or lower the speed"
         )
     low, high = last.bond_range
@@ -124,18 +124,18 @@ def finish(
     )
 
 
-def _energies(scene: Scene, last: LastContact) -> tuple[float, float]:
+def _energies(problem: Problem, last: LastContact) -> tuple[float, float]:
     """Return the total energy at the start and after the last contact."""
-    line, bond = scene.line, scene.bond
+    line, bond = problem.line, problem.bond
     with np.errstate(over="ignore", invalid="ignore"):
         if line.is_standard:
             energy_end = kinetic_energy(last.velocities)
             energy_end += float(np.sum(bond.energy(last.strains)))
-            return 0.5 * scene.particles * scene.impact_velocity**2, energy_end
+            return 0.5 * problem.particles * problem.impact_velocity**2, energy_end
         strains, velocities = last.strains, last.velocities
         if line.at_wall:
             strains, velocities = np.append(0.0, strains), np.append(0.0, velocities)
-        return scene.start_energy, line.energy(bond, strains, velocities)
+        return problem.start_energy, line.energy(bond, strains, velocities)
 
 
 def kinetic_energy(velocities: Array) -> float:
@@ -145,22 +145,22 @@ def kinetic_energy(velocities: Array) -> float:
 
 
 def run_single_particle(
-    scene: Scene, scheme: str, timestep: float | None, frame_interval: float | None
+    problem: Problem, scheme: str, timestep: float | None, frame_interval: float | None
 ) -> Outcome:
     """
     Return the outcome of one particle, which bounces once and keeps its speed.
 
     With a `frame_interval` the outcome has one snapshot, because the collision is over at t = 0.
     """
-    velocities = np.array([scene.impact_velocity])
+    velocities = np.array([problem.impact_velocity])
     frames = None
     if frame_interval is not None:
         frames = Frames(np.zeros(1), np.zeros((1, 1)), velocities.reshape(1, 1).copy())
     return finish(
-        scene,
+        problem,
         LastContact(
             *(np.empty(0), velocities, np.zeros(1), velocities.copy()),
-            impulses=2.0 * scene.line.contact_mass * velocities,
+            impulses=2.0 * problem.line.contact_mass * velocities,
         ),
         End(Ending("proved"), 0.0, 0),
         scheme=scheme,
@@ -181,7 +181,7 @@ def allowed_strains(bond: Potential) -> tuple[float, float]:
     return bond.crossing_strain, min(bond.barrier_strain, bond.strain_max)
 
 
-def strain_error(scene: Scene, low: float, high: float, time: float, remedy: str) -> RunError:
+def strain_error(problem: Problem, low: float, high: float, time: float, remedy: str) -> RunError:
     """
     Return the error that describes invalid strains of a chain.
 
@@ -191,11 +191,11 @@ def strain_error(scene: Scene, low: float, high: float, time: float, remedy: str
     potential permits, BondRangeError if a bond has left its own data, and otherwise TimestepError,
     also for strains that are not numbers.
     """
-    bond = scene.bond
+    bond = problem.bond
     barrier = bond.barrier_strain
     if high >= barrier:
         return BarrierError(
-            f"a {scene.label} bond is stretched to {1.0 + high:.6g} at time {time:.6g}, over its "
+            f"a {problem.label} bond is stretched to {1.0 + high:.6g} at time {time:.6g}, over its "
             f"energy barrier at {1.0 + barrier:.6g}, beyond which it would fly apart with energy "
             "without bound; lower the speed"
         )
@@ -203,28 +203,29 @@ def strain_error(scene: Scene, low: float, high: float, time: float, remedy: str
         holds = not math.isfinite(float(bond.energy(np.array(-1.0))))
     if low <= -1.0 and not holds:
         return CrossingError(
-            f"two particles meet at time {time:.6g}: a {scene.label} bond cannot keep them apart "
-            f"at velocity {scene.impact_velocity:.6g}; lower the speed or stiffen the bond"
+            f"two particles meet at time {time:.6g}: a {problem.label} bond cannot keep them apart "
+            f"at velocity {problem.impact_velocity:.6g}; lower the speed or stiffen the bond"
         )
     # Beyond its data a bond has no force and the strains are not numbers, so `low` and `high` come
     # from earlier steps.
     first, last = _NEAR_END * bond.strain_min, _NEAR_END * bond.strain_max
     if (bond.strain_min > -1.0 and low <= first) or high >= last:
         return BondRangeError(
-            f"a {scene.label} bond is {1.0 + low:.6g} to {1.0 + high:.6g} long by time {time:.6g}, "
-            f"but its data reach from {1.0 + bond.strain_min:.6g} to {1.0 + bond.strain_max:.6g}; "
+            f"a {problem.label} bond is {1.0 + low:.6g} to {1.0 + high:.6g} long by time "
+            f"{time:.6g}, but its data reach from {1.0 + bond.strain_min:.6g} to "
+            f"{1.0 + bond.strain_max:.6g}; "
             "expected data for every bond: extend the table, or lower the speed"
         )
     return TimestepError(
-        f"the motion of {scene.label} bonds is not resolved at time {time:.6g} (bond lengths "
+        f"the motion of {problem.label} bonds is not resolved at time {time:.6g} (bond lengths "
         f"{1.0 + low:.6g} to {1.0 + high:.6g}); {remedy}"
     )
 
 
-def unfinished_error(scene: Scene, longest: float) -> UnfinishedCollisionError:
+def unfinished_error(problem: Problem, longest: float) -> UnfinishedCollisionError:
     """Return the error of a collision that did not end within the time `longest`."""
     return UnfinishedCollisionError(
-        f"a time of {longest:.6g} after the first contact the {scene.particles} particles still "
+        f"a time of {longest:.6g} after the first contact the {problem.particles} particles still "
         "approach the wall; expected a wall that turns them round in the time that sound needs to "
         "cross them and come back: take a smaller timestep, or another speed"
     )

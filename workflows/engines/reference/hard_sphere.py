@@ -17,11 +17,12 @@ are 3.1 at 8 v* and 4.5 at 64 v* for lj, 3.0 and 3.5 for toda, and 9 to 11 for l
 """
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
 from chaincor.lammps_inputs.bonds.potential import Potential
-from chaincor.lammps_inputs.scene import Scene
+from chaincor.lammps_inputs.problem import Problem
 from chaincor.workflows.engines.ending import Ending
 from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.engines.reference.finish import (
@@ -47,20 +48,20 @@ _MOST_HALVINGS = 40
 _LEAST_POWER: float = measured("sphere_power")
 
 
-def run(scene: Scene) -> Outcome:
+def run(problem: Problem) -> Outcome:
     """
     Return the outcome of a collision in the limit of high speed, with a restitution of 1.
 
     Raises CrossingError if the bond cannot stop two particles that meet at this speed.
     """
-    particles, speed = scene.particles, scene.impact_velocity
+    particles, speed = problem.particles, problem.impact_velocity
     if particles == 1:
-        return run_single_particle(scene, SCHEME, None, None)
-    diameter = stopping_length(scene.bond, speed)
+        return run_single_particle(problem, SCHEME, None, None)
+    diameter = stopping_length(problem.bond, speed)
     times = np.linspace(0.0, (particles - 1) * (1.0 - diameter) / speed, particles)
     strains, velocities = np.zeros(particles - 1), np.full(particles, speed)
     return finish(
-        scene,
+        problem,
         LastContact(
             strains, velocities, times, np.full(particles, speed), bond_range=(diameter, 1.0)
         ),
@@ -71,7 +72,7 @@ def run(scene: Scene) -> Outcome:
     )
 
 
-def deviation(scene: Scene) -> float:
+def deviation(problem: Problem) -> float:
     """
     Return an estimated bound on 1 - eta for the bonds of a scene.
 
@@ -89,37 +90,37 @@ def deviation(scene: Scene) -> float:
     become hard; for other bonds inf is returned. Raises TimestepError if bonds become hard but no
     triple can be followed at any speed.
     """
-    particles, bond = scene.particles, scene.bond
+    particles, bond = problem.particles, problem.bond
     if particles < 3:
         return 0.0
-    velocity, halvings = scene.impact_velocity, 0
+    velocity, halvings = problem.impact_velocity, 0
     if bond.becomes_hard:
         assert bond.natural_speed is not None
         velocity, halvings = min(velocity, _FASTEST_TRIPLE * bond.natural_speed), _MOST_HALVINGS
-    triple = scene.replace(particles=3, speed=None, velocity=velocity)
+    triple = replace(Problem.of_cold_chain(bond, 3, velocity), label=problem.label)
     loss = vibration(triple)
     for _ in range(halvings):
         if loss is not None:
             break
-        triple = triple.replace(velocity=0.5 * triple.impact_velocity)
+        triple = triple.at_velocity(0.5 * triple.impact_velocity)
         loss = vibration(triple)
     if loss is None:
         if not bond.becomes_hard:
             return math.inf
         raise TimestepError(
-            f"no step resolves three particles with {scene.label} bonds, at velocity "
+            f"no step resolves three particles with {problem.label} bonds, at velocity "
             f"{velocity:.6g} or down to {triple.impact_velocity:.2g}, so the "
             "distance of the chain to hard spheres is unknown; expected bonds that get softer as "
             "they are less compressed: check the potential, or lower the speed"
         )
-    slower = vibration(triple.replace(velocity=0.5 * triple.impact_velocity))
+    slower = vibration(triple.at_velocity(0.5 * triple.impact_velocity))
     if slower is None or max(loss, _LEAST_LOSS) > max(0.5**_LEAST_POWER * slower, _LEAST_LOSS):
         return math.inf
-    loss *= (triple.impact_velocity / scene.impact_velocity) ** _LEAST_POWER
+    loss *= (triple.impact_velocity / problem.impact_velocity) ** _LEAST_POWER
     return 0.5 * (particles - 1) * (particles - 2) * max(loss, _LEAST_LOSS)
 
 
-def vibration(scene: Scene) -> float | None:
+def vibration(problem: Problem) -> float | None:
     """
     Return the vibration energy of three particles after their collision, as a part of all energy.
 
@@ -128,11 +129,11 @@ def vibration(scene: Scene) -> float | None:
     from chaincor.workflows.engines.reference import adaptive
 
     try:
-        end = adaptive.run(scene, _TRIPLE_ACCURACY)
+        end = adaptive.run(problem, _TRIPLE_ACCURACY)
     except TimestepError:
         return None
     about_mean = end.velocities - float(np.mean(end.velocities))
-    stored = float(np.sum(scene.bond.energy(np.diff(end.displacements))))
+    stored = float(np.sum(problem.bond.energy(np.diff(end.displacements))))
     return (0.5 * float(about_mean @ about_mean) + stored) / end.energy_start
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from functools import partial
 
 from chaincor.lammps_inputs.arrays import Array
-from chaincor.lammps_inputs.scene import Scene
+from chaincor.lammps_inputs.problem import Problem
 from chaincor.workflows.engines.end_watch import EndWatch
 from chaincor.workflows.engines.ending import Ending, evaporation, sound_round_trip
 from chaincor.workflows.engines.fragments import Body
@@ -60,16 +60,16 @@ class LookAhead:
 
     def __init__(
         self,
-        scene: Scene,
+        problem: Problem,
         moving: Motion,
         first: Callable[[], Motion] | None = None,
         start: float = 0.0,
     ) -> None:
-        self._scene, self._moving, self._start = scene, moving, start
-        self._bond, self._stepper = scene.bond, moving.stepper
-        self._first = first or partial(Motion.at_start, scene, moving.stepper)
-        self._long = scene.longest_body > _MOST_SAMPLED
-        self._quiet = sound_round_trip(scene.longest_body, scene.slow_stiffness)
+        self._problem, self._moving, self._start = problem, moving, start
+        self._bond, self._stepper = problem.bond, moving.stepper
+        self._first = first or partial(Motion.at_start, problem, moving.stepper)
+        self._long = problem.longest_body > _MOST_SAMPLED
+        self._quiet = sound_round_trip(problem.longest_body, problem.slow_stiffness)
         self._not_before = 0.0
         # Largest impulse of contacts that occur, or may occur, in some motions only.
         self.doubt = 0.0
@@ -85,14 +85,14 @@ class LookAhead:
 
     def _coarse_step(self) -> float:
         shortest = float(self._moving.ledger["strain_min"])
-        return coarse_step(self._bond, shortest, self._scene.line.lightest)
+        return coarse_step(self._bond, shortest, self._problem.line.lightest)
 
     def unresolved(self) -> RunError:
         """Return the error that describes the invalid strains of the bodies."""
         ledger, step = self._moving.ledger, self._stepper.step
         low, high = float(ledger["strain_min"]), float(ledger["strain_max"])
         remedy = f"take a smaller timestep than {step:g}, or a lower speed"
-        return strain_error(self._scene, low, high, self.times()[0], remedy)
+        return strain_error(self._problem, low, high, self.times()[0], remedy)
 
     def look(self, watch: EndWatch, follow: bool = True) -> End | None:
         """
@@ -127,24 +127,24 @@ class LookAhead:
         Return the look-ahead run and the end of the collision; None if another contact may come or
         a bond may break.
         """
-        ledger, scene = self._moving.ledger, self._scene
+        ledger, problem = self._moving.ledger, self._problem
         now, last = self.times()
         if now < self._not_before:
             return None
         # After a sound round trip the end of a broken chain hardly depends on how it is followed.
         if now - last > self._quiet:
             # A long chain takes exact steps on all cores, but coarse steps on one core.
-            longest = scene.longest_body > LEAST_ACTIVE
+            longest = problem.longest_body > LEAST_ACTIVE
             return None if longest else self._sample(now, last)
-        clearance = required_clearance(scene, self._moving.gap)
-        ceiling = coarse_ceiling(scene.bond)
+        clearance = required_clearance(problem, self._moving.gap)
+        ceiling = coarse_ceiling(problem.bond)
         coarse = self._coarse_step()
         if clearance is None or longest_strain(self._moving) >= ceiling:
             return None
         if 1.0 / coarse >= self._stepper.scheme.evaluations / self._stepper.step:
             return None
         ahead = CoarseRun(self._moving, now, coarse, clearance, ceiling)
-        ending = find_end(scene, ahead, last)
+        ending = find_end(problem, ahead, last)
         if ending is not None:
             return ahead, ending
         ledger["evaluations"] = ahead.moving.ledger["evaluations"]
@@ -158,15 +158,15 @@ class LookAhead:
         The result is a flag, the time at which this was seen or up to which the motion is known,
         and the number of force evaluations so far. ``whole_end`` gives the time `until`.
         """
-        ledger, scene = self._moving.ledger, self._scene
+        ledger, problem = self._moving.ledger, self._problem
         now, _ = self.times()
         evaluations = int(ledger["evaluations"])
         if until <= now:
             return True, now, evaluations
-        clearance = required_clearance(scene, self._moving.gap)
+        clearance = required_clearance(problem, self._moving.gap)
         if clearance is None:
             return False, now, evaluations
-        coarse, ceiling = self._coarse_step(), coarse_ceiling(scene.bond)
+        coarse, ceiling = self._coarse_step(), coarse_ceiling(problem.bond)
         ahead = CoarseRun(self._moving, now, coarse, clearance, ceiling)
         return ahead.fly(until - now), ahead.time, int(ahead.moving.ledger["evaluations"])
 
@@ -205,7 +205,7 @@ class LookAhead:
 
     def _alike(self, runs: list[CoarseRun]) -> bool:
         """Return whether the first fragments of all motions agree."""
-        bond, v0 = self._scene.bond, self._scene.impact_velocity
+        bond, v0 = self._problem.bond, self._problem.impact_velocity
 
         def agree(bodies: tuple[Body, ...]) -> bool:
             ends = [body.pieces(bond) for body in bodies]
@@ -235,11 +235,11 @@ class LookAhead:
         bookkeeping.never_argue(moving.ledger)
         moving.advance(math.ceil(since / stepper.step))
         if moving.ledger["contacts"] != contacts:
-            return 2.0 * self._scene.line.contact_mass * float(moving.contact_speeds[-1])
+            return 2.0 * self._problem.line.contact_mass * float(moving.contact_speeds[-1])
         ahead = CoarseRun(moving, now, share * self._coarse_step(), clearance=0.0)
-        ending = find_end(self._scene, ahead, last)
+        ending = find_end(self._problem, ahead, last)
         if ending is None:
-            return 2.0 * self._scene.line.contact_mass * abs(ahead.moving.closing)
+            return 2.0 * self._problem.line.contact_mass * abs(ahead.moving.closing)
         return ahead, ending
 
 
@@ -255,7 +255,7 @@ class Flight:
 
 
 def follow(
-    scene: Scene,
+    problem: Problem,
     strains: Array,
     velocities: Array,
     *,
@@ -271,25 +271,25 @@ def follow(
     bond. The step shrinks with the shortest bond so far, `shortest`. Raises RunError as the
     stepping engine does.
     """
-    line, bond = scene.line, scene.bond
+    line, bond = problem.line, problem.bond
     step = STEP / highest_frequency(bond, shortest - 1.0, line.lightest)
     stepper = Stepper.of(line, bond, "order8", step)
     strains = strains.copy()
     strains[line.gap] = max(float(strains[line.gap]), 0.0)
-    moving = Motion.in_state(stepper, strains, velocities, scene.impact_velocity)
+    moving = Motion.in_state(stepper, strains, velocities, problem.impact_velocity)
     ledger = moving.ledger
     bookkeeping.never_argue(ledger)
     ledger["last_contact"] = last_contact - now
     ledger["strain_min"] = shortest - 1.0
-    look_ahead = LookAhead(scene, moving, moving.copy().copy, start=now)
-    watch = EndWatch(scene.longest_body, bond, scene.slow_stiffness)
+    look_ahead = LookAhead(problem, moving, moving.copy().copy, start=now)
+    watch = EndWatch(problem.longest_body, bond, problem.slow_stiffness)
     while True:
         end = look_ahead.look(watch)
         if end is not None:
             return Flight(end.time, end.ending)
         time, _ = look_ahead.times()
         if time > watch.followed_until(last_contact):
-            raise unfinished_error(scene, time)
+            raise unfinished_error(problem, time)
         # Take at least one step, because right after a contact the interval between two looks would
         # be zero.
         until = max(watch.next_look(time, last_contact), time + step) - now

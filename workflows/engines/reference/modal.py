@@ -24,7 +24,7 @@ from chaincor.analysis.modes import are_equal
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.errors import SceneError
 from chaincor.lammps_inputs.line import Line
-from chaincor.lammps_inputs.scene import Scene
+from chaincor.lammps_inputs.problem import Problem
 from chaincor.workflows.engines.ending import Ending
 from chaincor.workflows.engines.outcome import Frames, Outcome
 from chaincor.workflows.engines.reference.finish import End, LastContact, finish
@@ -59,17 +59,17 @@ _FACTORS = (0.61, 1.7, 2.3)
 _RECORDED = 200_000
 
 
-def supports(scene: Scene) -> bool:
+def supports(problem: Problem) -> bool:
     """Return whether :func:`run` can propagate a scene by its modes."""
-    line = scene.line
-    if not scene.bond.is_harmonic:
+    line = problem.line
+    if not problem.bond.is_harmonic:
         return False
     bodies = (line.chain_masses, line.target_masses)
     unequal = [len(masses) for masses in bodies if len(masses) > 1 and not are_equal(masses)]
     return not line.soft and max(unequal, default=0) <= MOST_UNEQUAL
 
 
-def run(scene: Scene, frame_interval: float | None = None) -> Outcome:
+def run(problem: Problem, frame_interval: float | None = None) -> Outcome:
     """
     Run the collision of two harmonic bodies exactly.
 
@@ -81,17 +81,17 @@ def run(scene: Scene, frame_interval: float | None = None) -> Outcome:
     are pressed together. Raises UnfinishedCollisionError if the bodies neither meet nor part in any
     time that can be followed.
     """
-    if not scene.bond.is_harmonic:
-        raise SceneError(f"potential is '{scene.label}'; modal propagation expects springs")
-    if not supports(scene):
+    if not problem.bond.is_harmonic:
+        raise SceneError(f"potential is '{problem.label}'; modal propagation expects springs")
+    if not supports(problem):
         raise SceneError(
             "modal propagation expects hard contacts, and at most "
             f"{MOST_UNEQUAL} particles in a body of unequal masses"
         )
     mode_loops()  # compiling is no integration
-    line = scene.line
+    line = problem.line
     started = time.perf_counter()
-    collision = _Collision(scene, line, frame_interval)
+    collision = _Collision(problem, line, frame_interval)
     ending = collision.run()
     seconds = time.perf_counter() - started
     low, high = collision.strain_min, collision.strain_max
@@ -101,7 +101,7 @@ def run(scene: Scene, frame_interval: float | None = None) -> Outcome:
     begin = line.first if line.at_wall else 0  # a hard wall is no particle there
     speeds = np.array(collision.contact_speeds)
     return finish(
-        scene,
+        problem,
         LastContact(
             strains=last.strains[begin:],
             velocities=last.velocities[begin:],
@@ -119,18 +119,18 @@ def run(scene: Scene, frame_interval: float | None = None) -> Outcome:
     )
 
 
-def rounding_sensitivity(scene: Scene) -> float:
+def rounding_sensitivity(problem: Problem) -> float:
     """
     Return the largest change of eta when all roundings change, for scenes of :func:`run`.
 
     A common factor on all masses is a unit of time, on which eta does not depend.
     """
-    line, etas = scene.line, []
+    line, etas = problem.line, []
     for factor in (1.0, *_FACTORS):
         scaled = replace(
             line, masses=factor * line.masses, velocities=line.velocities / factor**0.5
         )
-        collision = _Collision(scene, scaled, None)
+        collision = _Collision(problem, scaled, None)
         arriving = collision.departure.gap_derivatives
         collision.run()
         etas.append((collision.departure.gap_derivatives / arriving) ** 2)
@@ -149,10 +149,10 @@ class _State:
 class _Collision:
     """Collision in progress: its contacts, samples of the bonds and snapshots."""
 
-    def __init__(self, scene: Scene, line: Line, frame_interval: float | None) -> None:
-        self._scene, self._line = scene, line
+    def __init__(self, problem: Problem, line: Line, frame_interval: float | None) -> None:
+        self._problem, self._line = problem, line
         self._interval = frame_interval
-        self._bodies = ModalBodies(line, scene.bond.stiffness)
+        self._bodies = ModalBodies(line, problem.bond.stiffness)
         self._gap = gap = self._bodies.at_start()
         self._approach, self._first_distance = gap.gap_derivatives, gap.mean_distance
         self._fastest = float(np.max(gap.omega))
@@ -263,7 +263,7 @@ class _Collision:
         if not np.any(energies):
             return
         mean = math.sqrt(float(omega[1:] ** 2 @ energies) / float(np.sum(energies)))
-        rate = max(mean / _SAMPLING, self._scene.slow_stiffness**0.5 / SAMPLE_INTERVAL)
+        rate = max(mean / _SAMPLING, self._problem.slow_stiffness**0.5 / SAMPLE_INTERVAL)
         count = min(math.ceil(duration * rate), _MOST_SAMPLES)
         for first in range(1, count, _SAMPLES_AT_ONCE):
             moments = np.arange(first, min(first + _SAMPLES_AT_ONCE, count)) * (duration / count)

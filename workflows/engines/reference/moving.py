@@ -8,7 +8,7 @@ import numpy as np
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.line import Line
-from chaincor.lammps_inputs.scene import Scene
+from chaincor.lammps_inputs.problem import Problem
 from chaincor.workflows.engines.end_watch import bodies_of
 from chaincor.workflows.engines.fragments import Body
 from chaincor.workflows.engines.reference import bookkeeping, events, motion
@@ -117,15 +117,15 @@ class Motion:
         return self.arrays.contacts[2, : self.ledger["contacts"]]
 
     @classmethod
-    def at_start(cls, scene: Scene, stepper: Stepper) -> "Motion":
+    def at_start(cls, problem: Problem, stepper: Stepper) -> "Motion":
         """
         Return the bodies of a scene at t = 0; if they touch and approach, with their first contact.
 
         The line has at least one bond. In a cold chain at a hard wall only the bonds near the wall
         move.
         """
-        line = scene.line
-        moving = cls.in_state(stepper, line.strains, line.velocities, scene.impact_velocity)
+        line = problem.line
+        moving = cls.in_state(stepper, line.strains, line.velocities, problem.impact_velocity)
         moving._meet()
         moving.start_front()
         return moving

@@ -4,7 +4,7 @@ import math
 import time
 
 from chaincor.lammps_inputs.numerics import Numerics
-from chaincor.lammps_inputs.scene import Scene
+from chaincor.lammps_inputs.problem import Problem
 from chaincor.workflows.engines.end_watch import EndWatch
 from chaincor.workflows.engines.ending import Ending, sound_round_trip
 from chaincor.workflows.engines.outcome import MOST_ENERGY_GROWTH, Outcome
@@ -29,7 +29,7 @@ LONGEST_TOUCHES = 100.0
 
 
 def run(
-    scene: Scene,
+    problem: Problem,
     numerics: Numerics,
     frame_interval: float | None = None,
     known: Outcome | None = None,
@@ -60,26 +60,26 @@ def run(
     BarrierError, CrossingError, BondRangeError, TimestepError
         If strains are invalid; ``finish.strain_error`` tells the cases apart.
     """
-    if scene.particles == 1 and scene.line.targets == 0 and not scene.line.soft:
-        return run_single_particle(scene, numerics.scheme, numerics.timestep, frame_interval)
-    moving = _at_start(scene, numerics)
+    if problem.particles == 1 and problem.line.targets == 0 and not problem.line.soft:
+        return run_single_particle(problem, numerics.scheme, numerics.timestep, frame_interval)
+    moving = _at_start(problem, numerics)
     loaded = moving.stepper.kernels.loaded
     if not loaded.is_set():
         # Advancing by no step only loads or compiles the loops, so this does not count as
         # integration.
-        with compile_in_background(_warm_up_coarse_steps, scene, numerics):
+        with compile_in_background(_warm_up_coarse_steps, problem, numerics):
             moving.advance(0)
-        _warm_up_coarse_steps(scene, numerics)
+        _warm_up_coarse_steps(problem, numerics)
         loaded.set()
-    collision = _Collision(scene, moving, frame_interval)
+    collision = _Collision(problem, moving, frame_interval)
     started = time.perf_counter()
     end = collision.run(known, follow)
     seconds = time.perf_counter() - started
     ledger, last = moving.ledger, moving.arrays.last
     begin = float(ledger["first_contact"])
-    quiet = sound_round_trip(scene.longest_body, scene.slow_stiffness)
+    quiet = sound_round_trip(problem.longest_body, problem.slow_stiffness)
     return finish(
-        scene,
+        problem,
         LastContact(
             strains=last.strain,
             velocities=last.velocity,
@@ -98,7 +98,7 @@ def run(
     )
 
 
-def follow_on(scene: Scene, moving: Motion) -> End:
+def follow_on(problem: Problem, moving: Motion) -> End:
     """
     Continue the collision of bodies whose end may be argued, as :func:`run` does.
 
@@ -106,27 +106,27 @@ def follow_on(scene: Scene, moving: Motion) -> End:
     bodies are changed in place and may get new room for contacts. Return the end of the collision;
     raises RunError as :func:`run` does.
     """
-    return _Collision(scene, moving, None).run(None, True, bookkeeping.ARGUE)
+    return _Collision(problem, moving, None).run(None, True, bookkeeping.ARGUE)
 
 
-def _warm_up_coarse_steps(scene: Scene, numerics: Numerics) -> None:
+def _warm_up_coarse_steps(problem: Problem, numerics: Numerics) -> None:
     """Load or compile the loop over coarse steps alone."""
-    CoarseRun(_at_start(scene, numerics), 0.0, 1.0).fly(0.0)
+    CoarseRun(_at_start(problem, numerics), 0.0, 1.0).fly(0.0)
 
 
-def _at_start(scene: Scene, numerics: Numerics) -> Motion:
-    stepper = Stepper.of(scene.line, scene.bond, numerics.scheme, numerics.timestep)
-    return Motion.at_start(scene, stepper)
+def _at_start(problem: Problem, numerics: Numerics) -> Motion:
+    stepper = Stepper.of(problem.line, problem.bond, numerics.scheme, numerics.timestep)
+    return Motion.at_start(problem, stepper)
 
 
 class _Collision:
     """Collision in progress: its bodies, look-ahead runs, snapshots and end criteria."""
 
-    def __init__(self, scene: Scene, moving: Motion, frame_interval: float | None) -> None:
-        self.scene, self.moving = scene, moving
-        self.look_ahead = LookAhead(scene, moving)
+    def __init__(self, problem: Problem, moving: Motion, frame_interval: float | None) -> None:
+        self.problem, self.moving = problem, moving
+        self.look_ahead = LookAhead(problem, moving)
         self.frames = Recorder(moving, frame_interval)
-        self.watch = EndWatch(scene.longest_body, scene.bond, scene.slow_stiffness)
+        self.watch = EndWatch(problem.longest_body, problem.bond, problem.slow_stiffness)
 
     def run(self, known: Outcome | None, follow: bool, left: int | None = None) -> End:
         """
@@ -134,7 +134,7 @@ class _Collision:
 
         `left` is the reason why earlier steps, taken elsewhere, returned.
         """
-        scene, ledger = self.scene, self.moving.ledger
+        problem, ledger = self.problem, self.moving.ledger
         if known is not None:
             bookkeeping.never_argue(ledger)
         while True:
@@ -157,13 +157,13 @@ class _Collision:
                     return end
             if status == bookkeeping.DONE:
                 if late and self._patience() < now:
-                    raise unfinished_error(scene, now)
+                    raise unfinished_error(problem, now)
                 self.frames.record()
 
     def _goal(self, known: Outcome | None) -> tuple[int, float]:
         """Return the number of steps to reach, and the last step before the run is late."""
-        scene, ledger, step = self.scene, self.moving.ledger, self.moving.stepper.step
-        steps, interval = int(ledger["steps"]), 1.0 / scene.slow_stiffness**0.5
+        problem, ledger, step = self.problem, self.moving.ledger, self.moving.stepper.step
+        steps, interval = int(ledger["steps"]), 1.0 / problem.slow_stiffness**0.5
         if ledger["contacts"] == 0:
             # The mean displacement approaches the wall, so a contact comes sooner or later.
             goal = steps + math.ceil(interval / step)
@@ -184,12 +184,12 @@ class _Collision:
         ledger = self.moving.ledger
         if ledger["touching"]:
             begun = float(self.moving.contact_times[-1] - ledger["first_contact"])
-            patience = max(patience, begun + LONGEST_TOUCHES * self.scene.contact_duration)
+            patience = max(patience, begun + LONGEST_TOUCHES * self.problem.contact_duration)
         return patience
 
     def _look(self, status: int, follow: bool) -> End | None:
         """Return the end of the collision; None if the bodies must be followed further."""
-        moving, ledger, line = self.moving, self.moving.ledger, self.scene.line
+        moving, ledger, line = self.moving, self.moving.ledger, self.problem.line
         now, last = self.look_ahead.times()
         certain = math.inf
         if status == bookkeeping.ARGUE and line.at_wall and line.cold:
@@ -199,7 +199,7 @@ class _Collision:
                 raise self.look_ahead.unresolved()
             masses = None if line.unit else line.chain_masses
             state = moving.gap, moving.strain
-            certain = certain_at(self.scene.bond, speed, momentum, *state, now, last, masses)
+            certain = certain_at(self.problem.bond, speed, momentum, *state, now, last, masses)
         if certain == math.inf:
             end = self.look_ahead.look(self.watch, follow)
             ledger["argue_after"] = self.watch.next_look(now, last) - last

@@ -68,7 +68,7 @@ def _contact_time(measured: Measurements) -> Finding:
 def _followed(particles: int) -> tuple[Outcome, Frames]:
     """Run a chain in LAMMPS at the impact speed `_VELOCITY`."""
     scene = Scene(potential="harmonic", particles=particles, velocity=_VELOCITY)
-    outcome = lammps.run(scene, _NUMERICS, _FRAME_INTERVAL)
+    outcome = lammps.run(scene.problem, _NUMERICS, _FRAME_INTERVAL)
     assert outcome.frames is not None
     return outcome, outcome.frames
 

@@ -56,7 +56,7 @@ def asking_every_step() -> AbstractContextManager:
 def outcome_bits(scene: Scene, numerics: Numerics) -> tuple:
     """Run a collision; returns all that may not depend on how often the wall was asked for."""
     try:
-        outcome = lammps.run(scene, numerics)
+        outcome = lammps.run(scene.problem, numerics)
     except ChaincorError as error:
         return (type(error).__name__,)
     arrays = ("contact_times", "contact_speeds", "velocities", "displacements")
@@ -72,7 +72,7 @@ def with_table_of_a_run(scene: Scene, numerics: Numerics) -> Numerics:
     table is then not the same in two runs.
     """
     try:
-        table = lammps.run(scene, numerics).details["table"]
+        table = lammps.run(scene.problem, numerics).details["table"]
     except ChaincorError:
         return numerics
     return replace(numerics, bond_range=(table["shortest"], table["longest"]))

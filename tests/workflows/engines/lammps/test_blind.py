@@ -47,9 +47,9 @@ def bitwise_equal(one, two):
 def test_blind_is_bit_equal_to_asking_every_step(seed, wall):
     scene, timestep = random_scene(seed)
     numerics = Numerics(wall=wall, scheme="verlet", timestep=timestep)
-    blind = lammps.run(scene, numerics)
+    blind = lammps.run(scene.problem, numerics)
     with blind_steps.asking_every_step():
-        asking = lammps.run(scene, numerics)
+        asking = lammps.run(scene.problem, numerics)
     assert bitwise_equal(blind, asking)
     assert (blind.ending, blind.duration) == (asking.ending, asking.duration)
 
@@ -61,8 +61,8 @@ def test_also_at_high_speed(potential, speed, wall):
     scene = Scene(potential=potential, particles=40, speed=speed)
     numerics = Numerics(wall=wall, scheme="verlet", timestep=0.002)
     with blind_steps.asking_every_step():
-        asking = lammps.run(scene, numerics)
-    assert bitwise_equal(lammps.run(scene, numerics), asking)
+        asking = lammps.run(scene.problem, numerics)
+    assert bitwise_equal(lammps.run(scene.problem, numerics), asking)
 
 
 def test_blind_runs_do_run_blind(monkeypatch):
@@ -71,7 +71,7 @@ def test_blind_runs_do_run_blind(monkeypatch):
     run = LammpsChain.run
     monkeypatch.setattr(LammpsChain, "run", lambda self, n: (calls.append(n), run(self, n))[1])
     scene = Scene(potential="lj", particles=100, speed=0.1)
-    lammps.run(scene, Numerics(scheme="verlet", timestep=0.0125))
+    lammps.run(scene.problem, Numerics(scheme="verlet", timestep=0.0125))
     assert max(calls) > 50
     assert len(calls) < 0.25 * sum(calls)
 
@@ -92,7 +92,7 @@ def test_a_forecast_that_fails_is_noticed_and_taken_back(wall, monkeypatch):
     scene = Scene(potential="lj", particles=20, speed=1.0)
     numerics = Numerics(wall=wall, scheme="verlet", timestep=0.01, bond_range=(0.7, 8.0))
     with blind_steps.asking_every_step():
-        truth = lammps.run(scene, numerics)
+        truth = lammps.run(scene.problem, numerics)
     kept = []
 
     class Misled(WallGuard):
@@ -108,7 +108,7 @@ def test_a_forecast_that_fails_is_noticed_and_taken_back(wall, monkeypatch):
             return kept[-1]
 
     monkeypatch.setattr(flight, "WallGuard", Misled)
-    misled = lammps.run(scene, numerics)
+    misled = lammps.run(scene.problem, numerics)
     assert kept.count(False) >= 5, "hardly a window was taken back, so little was tested"
     assert bitwise_equal(misled, truth)
 
@@ -121,7 +121,7 @@ def test_windows_that_fail_again_and_again_get_shorter(monkeypatch):
     monkeypatch.setattr(LammpsChain, "run", lambda self, n: (calls.append(n), run(self, n))[1])
     scene = Scene(potential="log", particles=10, speed=2.0)
     numerics = Numerics(scheme="verlet", timestep=1e-4, bond_range=(0.005, 1.1))
-    outcome = lammps.run(scene, numerics)
+    outcome = lammps.run(scene.problem, numerics)
     assert sum(calls) < 2.0 * outcome.duration / numerics.timestep
 
 
@@ -137,7 +137,7 @@ def chain_of(bond, particles, timestep, folder, wall="event"):
     scene = Scene(potential=bond, particles=particles, velocity=0.1)
     numerics = Numerics(wall=wall, scheme="verlet", timestep=timestep)
     table = None if bond == "harmonic" else tabulate(scene.bond, (0.3, 4.0), rows=4000)
-    with LammpsChain(scene, numerics, table, folder) as chain:
+    with LammpsChain(scene.problem, numerics, table, folder) as chain:
         yield chain
 
 
@@ -156,8 +156,8 @@ def random_state(rng, particles):
 def test_all_contacts_of_a_chain_whose_last_one_is_slow(timestep):
     scene = Scene(potential="harmonic", particles=87, velocity=0.1)
     numerics = Numerics(scheme="verlet", timestep=timestep)
-    exact = modal.run(scene)
-    outcome = lammps.run(scene, numerics)
+    exact = modal.run(scene.problem)
+    outcome = lammps.run(scene.problem, numerics)
     assert len(outcome.contact_times) == len(exact.contact_times) == 76
     # Verlet's frequencies, up to 2, err by a part omega^2 h^2/24: times by no more than h^2 t/6.
     latest = exact.contact_times[-1]
@@ -185,7 +185,7 @@ def passage(chain):
 def test_lammps_sees_a_passage_behind_the_wall_that_ended(tmp_path):
     with chain_of("harmonic", 3, 0.01, tmp_path) as chain:
         passage(chain)
-        guard = WallGuard(chain, SPRINGS, False)
+        guard = WallGuard(chain, SPRINGS.problem, False)
         start = chain.snapshot()
         chain.run(50)
         assert chain.x[0] > guard.position
@@ -202,7 +202,7 @@ def test_lammps_sees_a_passage_behind_the_wall_that_ended(tmp_path):
 def test_the_stock_wall_mirrors_nothing_unseen(tmp_path):
     with chain_of("harmonic", 3, 0.01, tmp_path, wall="reflect") as chain:
         passage(chain)
-        guard = WallGuard(chain, SPRINGS, True)
+        guard = WallGuard(chain, SPRINGS.problem, True)
         start = chain.snapshot()
         assert not guard.run(50)
         chain.restore(start)
@@ -219,7 +219,7 @@ def test_a_contact_within_a_step_that_ends_in_front_of_the_wall(guarded, tmp_pat
         x, v, a = chain.x[0], chain.v[0], chain.f[0]
         assert x + 0.3 * v + 0.5 * 0.09 * a > 0.0, "the step ends in front of the wall"
         numerics = Numerics(scheme="verlet", timestep=0.3)
-        contact = flight_of(chain, SPRINGS, numerics, guarded).advance(1.0)
+        contact = flight_of(chain, SPRINGS.problem, numerics, guarded).advance(1.0)
         assert contact is not None
         # x + v t + a t^2/2 = 0 for the first time.
         moment = (-v - np.sqrt(v * v - 2.0 * x * a)) / a
@@ -229,7 +229,7 @@ def test_a_contact_within_a_step_that_ends_in_front_of_the_wall(guarded, tmp_pat
 def contacts_from(chain, guarded, state, scene, wall):
     """Return times and speeds of all contacts within 6, and the state then."""
     numerics = Numerics(wall=wall, scheme="verlet", timestep=chain.timestep)
-    flight = flight_of(chain, scene, numerics, guarded)
+    flight = flight_of(chain, scene.problem, numerics, guarded)
     chain.restore(state)
     found = []
     while flight.time < 6.0:
@@ -264,5 +264,5 @@ def test_bonds_change_tables_at_the_same_step():
     scene = Scene(potential="lj", particles=52, speed=1.6845117159555532)
     numerics = Numerics(scheme="verlet", timestep=0.01118142086486839, bond_range=(0.5, 40.0))
     with blind_steps.asking_every_step():
-        asking = lammps.run(scene, numerics)
-    assert bitwise_equal(lammps.run(scene, numerics), asking)
+        asking = lammps.run(scene.problem, numerics)
+    assert bitwise_equal(lammps.run(scene.problem, numerics), asking)

@@ -17,7 +17,7 @@ LJ = LennardJones()
 
 def certificate(table, bond, folder):
     scene = Scene(potential=bond, particles=2, velocity=0.01)
-    with LammpsChain(scene, Numerics(), table, folder) as chain:
+    with LammpsChain(scene.problem, Numerics(), table, folder) as chain:
         return certify_table(chain, table, bond)
 
 

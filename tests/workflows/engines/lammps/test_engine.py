@@ -49,7 +49,7 @@ def test_reference_values(case):
     scene = case_scene(case)
     speed = case.get("speed_over_vstar", case.get("velocity"))
     step = TIMESTEPS[case["potential"]][speed]
-    outcome = lammps.run(scene, Numerics(scheme="order8", timestep=step))
+    outcome = lammps.run(scene.problem, Numerics(scheme="order8", timestep=step))
     eta = restitution(outcome.velocities, scene.impact_velocity)
     limit = ERROR_LIMITS["fast" if case.get("speed_over_vstar", 0.0) >= FAST else "slow"]
     assert abs(eta - case["restitution"]) <= limit
@@ -65,7 +65,7 @@ def test_reference_values(case):
 def test_reference_values_are_not_met_by_a_coarse_step(case):
     # The test above can fail: Verlet at this step is wrong by 1e-5.
     scene = case_scene(case)
-    outcome = lammps.run(scene, Numerics(scheme="verlet", timestep=0.05))
+    outcome = lammps.run(scene.problem, Numerics(scheme="verlet", timestep=0.05))
     eta = restitution(outcome.velocities, scene.impact_velocity)
     assert abs(eta - case["restitution"]) > 1e-7
 
@@ -74,13 +74,13 @@ def test_reference_values_are_not_met_by_a_coarse_step(case):
 @pytest.mark.parametrize("potential", ["harmonic", "lj"])
 def test_momentum_comes_from_the_wall_alone(wall, potential):
     scene = Scene(potential=potential, particles=30, velocity=0.05)
-    outcome = lammps.run(scene, Numerics(wall=wall, scheme="verlet", timestep=0.01))
+    outcome = lammps.run(scene.problem, Numerics(wall=wall, scheme="verlet", timestep=0.01))
     assert np.array_equal(outcome.impulses, 2.0 * outcome.contact_speeds)
     assert abs(momentum_error(scene, outcome)) <= 1e-12
 
 
 def test_one_particle_bounces_once():
-    outcome = lammps.run(Scene(particles=1, velocity=0.3), Numerics())
+    outcome = lammps.run(Scene(particles=1, velocity=0.3).problem, Numerics())
     assert outcome.velocities.tolist() == [0.3]
     assert outcome.contact_times.tolist() == [0.0]
     assert (outcome.bond_min, outcome.bond_max, outcome.fragments) == (1.0, 1.0, 1)
@@ -89,7 +89,7 @@ def test_one_particle_bounces_once():
 def test_two_harmonic_particles_return_everything():
     # Relative motion of two particles: omega = sqrt(2), and half a period later they hit again.
     outcome = lammps.run(
-        Scene(potential="harmonic", particles=2, velocity=0.1),
+        Scene(potential="harmonic", particles=2, velocity=0.1).problem,
         Numerics(scheme="order8", timestep=0.1),
     )
     assert outcome.contact_times == pytest.approx([0.0, np.pi / np.sqrt(2.0)], abs=1e-12)
@@ -101,7 +101,7 @@ def test_harmonic_collisions_scale_with_the_velocity():
     # n eps, against displacements of v0.
     slow, fast = (
         lammps.run(
-            Scene(potential="harmonic", particles=20, velocity=v),
+            Scene(potential="harmonic", particles=20, velocity=v).problem,
             Numerics(scheme="order6", timestep=0.1),
         )
         for v in (1e-4, 0.1)
@@ -113,7 +113,7 @@ def test_harmonic_collisions_scale_with_the_velocity():
 
 def test_the_final_state_is_that_after_the_last_contact():
     scene = Scene(potential="harmonic", particles=10, velocity=0.1)
-    outcome = lammps.run(scene, Numerics(), frame_interval=0.1)
+    outcome = lammps.run(scene.problem, Numerics(), frame_interval=0.1)
     assert outcome.displacements[0] == 0.0
     assert outcome.velocities[0] == outcome.contact_speeds[-1]
     assert outcome.duration > outcome.contact_times[-1]
@@ -128,10 +128,10 @@ def test_the_final_state_is_that_after_the_last_contact():
 def test_more_frames_than_steps_are_one_a_step():
     """However many: nothing counts intervals, and time may not even tell two apart."""
     scene = Scene(potential="harmonic", particles=4, velocity=0.1)
-    few = lammps.run(scene, Numerics(), frame_interval=1e-3).frames.times
+    few = lammps.run(scene.problem, Numerics(), frame_interval=1e-3).frames.times
     assert few.size > 20
     for interval in (1e-12, 1e-300):
-        frames = lammps.run(scene, Numerics(), frame_interval=interval).frames
+        frames = lammps.run(scene.problem, Numerics(), frame_interval=interval).frames
         assert np.array_equal(frames.times, few)
 
 
@@ -154,8 +154,8 @@ def test_looking_ahead_for_the_end_changes_no_contact(fields, wall, scheme):
     # A run that takes frames goes on with exact steps to the end: every bit must be the same.
     scene = Scene(**fields)
     numerics = Numerics(wall=wall, scheme=scheme, timestep=0.0125, bond_range=(0.4, 40.0))
-    ahead = lammps.run(scene, numerics)
-    exact = lammps.run(scene, numerics, frame_interval=1e6)
+    ahead = lammps.run(scene.problem, numerics)
+    exact = lammps.run(scene.problem, numerics, frame_interval=1e6)
     for name in ("contact_times", "contact_speeds", "velocities", "displacements"):
         assert np.array_equal(getattr(ahead, name), getattr(exact, name))
 
@@ -166,7 +166,7 @@ def test_a_narrow_range_is_widened_to_the_same_answer():
     etas = []
     for bond_range in ((0.99, 1.01), (0.85, 1.4)):
         found = lammps.run(
-            scene,
+            scene.problem,
             Numerics(scheme="order8", timestep=numerics.timestep, bond_range=bond_range),
         )
         assert found.details["table"]["shortest"] < found.bond_min
@@ -181,7 +181,7 @@ def test_a_users_bond_runs_like_the_named_one():
     named = Scene(potential="lj", particles=10, velocity=0.05)
     mine = Scene(potential=UserBond(lj.energy, lj.force), particles=10, velocity=0.05)
     numerics = Numerics(scheme="order6", timestep=0.05, bond_range=(0.9, 1.2))
-    one, two = lammps.run(named, numerics), lammps.run(mine, numerics)
+    one, two = lammps.run(named.problem, numerics), lammps.run(mine.problem, numerics)
     # Only the end slopes of the spline differ, which a central difference gives to 1e-9.
     assert two.velocities == pytest.approx(one.velocities, abs=1e-11)
 
@@ -193,7 +193,7 @@ def test_files_are_kept_on_request_only(tmp_path):
         save=tmp_path / "job",
         dump=tmp_path / "deep" / "motion.dump",
     )
-    lammps.run(scene, Numerics(scheme="verlet", timestep=0.02))
+    lammps.run(scene.problem, Numerics(scheme="verlet", timestep=0.02))
     kept = {file.name for file in (tmp_path / "job").iterdir()}
     assert {"chain.data", "bond.table", "log.lammps"} <= kept
     warnings = [
@@ -214,7 +214,7 @@ def test_bonds_seen_at_the_end_of_a_table_widen_it(monkeypatch):
     scene = Scene(particles=5, speed=0.4)
     given = Numerics(scheme="verlet", timestep=0.02, bond_range=(0.9, 1.2))
     for numerics, near in ((given, 1e-6), (replace(given, bond_range=None), 0.02)):
-        plain, tables, collide = lammps.run(scene, numerics), [], lammps._collide
+        plain, tables, collide = lammps.run(scene.problem, numerics), [], lammps._collide
 
         def seen_near_the_end(*arguments, near=near, tables=tables, collide=collide):
             runs = collide(*arguments)
@@ -225,7 +225,7 @@ def test_bonds_seen_at_the_end_of_a_table_widen_it(monkeypatch):
 
         with monkeypatch.context() as patch:
             patch.setattr(lammps, "_collide", seen_near_the_end)
-            outcome = lammps.run(scene, numerics)
+            outcome = lammps.run(scene.problem, numerics)
         assert len(tables) == 2
         assert tables[1].longest - 1.0 > 1.4 * (tables[0].longest - 1.0)
         assert np.abs(outcome.velocities - plain.velocities).max() < 1e-9 * scene.impact_velocity
@@ -234,7 +234,7 @@ def test_bonds_seen_at_the_end_of_a_table_widen_it(monkeypatch):
 @pytest.mark.parametrize("error", [BondRangeError("1e+40 long"), LostAtomsError("lost")])
 def test_an_impossible_length_is_excused_once(monkeypatch, error):
     scene, numerics = Scene(particles=5, speed=0.4), Numerics(scheme="verlet", timestep=0.02)
-    plain = lammps.run(scene, numerics)
+    plain = lammps.run(scene.problem, numerics)
     if isinstance(error, BondRangeError):
         error.length = 1e40
     failures, collide = [], lammps._collide
@@ -247,21 +247,21 @@ def test_an_impossible_length_is_excused_once(monkeypatch, error):
 
     monkeypatch.setattr(lammps, "_collide", kicked)
     times = 1
-    outcome = lammps.run(scene, numerics)
+    outcome = lammps.run(scene.problem, numerics)
     assert np.abs(outcome.velocities - plain.velocities).max() < 1e-9 * scene.impact_velocity
     failures.clear()
     times = 2
     with pytest.raises(TimestepError, match="no bond can be that long"):
-        lammps.run(scene, numerics)
+        lammps.run(scene.problem, numerics)
 
 
 def test_a_proof_whose_bonds_leave_the_table_has_a_wider_one():
     scene = Scene(particles=10, speed=0.4)
     # Verlet steps as long as this one, the longest in an extrapolated step, fling bonds about.
     numerics = Numerics(scheme="extrapolated12", timestep=0.3, bond_range=(0.93, 1.15))
-    fine, coarse = lammps.run_at_steps(scene, numerics, (0.3, 0.9))
+    fine, coarse = lammps.run_at_steps(scene.problem, numerics, (0.3, 0.9))
     assert coarse.details["table"]["shortest"] < fine.details["table"]["shortest"]
-    alone = lammps.run(scene, numerics)
+    alone = lammps.run(scene.problem, numerics)
     assert np.array_equal(fine.velocities, alone.velocities)
     assert np.abs(coarse.velocities - fine.velocities).max() < 1e-2 * scene.impact_velocity
 
@@ -269,7 +269,7 @@ def test_a_proof_whose_bonds_leave_the_table_has_a_wider_one():
 def test_a_late_contact_is_waited_for():
     """The reference engine, asked what comes, tells of the 27th; LAMMPS finds it by itself."""
     scene = Scene(particles=28, speed=1.47)
-    outcome = lammps.run(scene, Numerics(scheme="order8", timestep=0.05))
+    outcome = lammps.run(scene.problem, Numerics(scheme="order8", timestep=0.05))
     assert len(outcome.contact_times) == 27
     # From two integrators of another kind; errors grow 1e4 times in this collision.
     assert outcome.contact_times[-1] == pytest.approx(38.808724, abs=1e-4)
@@ -280,10 +280,10 @@ def test_a_late_contact_is_waited_for():
 def test_impatience_changes_nothing(monkeypatch):
     """When the reference engine is asked what comes is a question of cost alone."""
     scene, numerics = Scene(particles=12, speed=1.5), Numerics(scheme="order6", timestep=0.05)
-    plain = lammps.run(scene, numerics)
+    plain = lammps.run(scene.problem, numerics)
     for patience in (1.0, 10.0):
         monkeypatch.setattr(lammps_collision, "PATIENCE", patience)
-        outcome = lammps.run(scene, numerics)
+        outcome = lammps.run(scene.problem, numerics)
         # Who flies on longer sees longer bonds, and takes a wider table: forces good to 1e-12,
         # whose errors grow by some hundred times where the chain breaks.
         assert np.abs(outcome.velocities - plain.velocities).max() < 1e-9 * scene.impact_velocity

@@ -41,7 +41,7 @@ ORDER8 = Numerics(scheme="order8", timestep=0.1)
 
 def failure(kind, scene, numerics):
     with pytest.raises(kind) as caught:
-        lammps.run(scene, numerics)
+        lammps.run(scene.problem, numerics)
     line = str(caught.value)
     assert "\n" not in line
     assert caught.value.exit_status == 1
@@ -52,7 +52,7 @@ def test_steps_that_lammps_cannot_take_are_refused_by_name():
     with pytest.raises(
         InputError, match=r"'srkn14', whose kicks .* expected verlet, order4"
     ) as bad:
-        lammps.run(Scene(particles=5), Numerics(scheme="srkn14", timestep=0.1))
+        lammps.run(Scene(particles=5).problem, Numerics(scheme="srkn14", timestep=0.1))
     assert bad.value.exit_status == 2
 
 
@@ -76,7 +76,7 @@ def test_the_bond_and_the_step_are_named(tmp_path):
     scene = Scene(particles=5, speed=0.4)
     numerics = Numerics(scheme="verlet", timestep=0.01, bond_range=(0.99, 1.01))
     table = tabulate(scene.bond, numerics.bond_range)
-    runs = lammps._collide(scene, numerics, (0.01,), table, None, tmp_path)
+    runs = lammps._collide(scene.problem, numerics, (0.01,), table, None, tmp_path)
     assert isinstance(runs.stopped, BondRangeError)
     assert re.search(r"bond 1 is 0\.9\d+ long, below .* step \d+", str(runs.stopped))
     assert runs.stopped.length < table.lengths[0]
@@ -91,7 +91,9 @@ def test_a_harmonic_chain_that_crosses_itself():
 
 @pytest.mark.parametrize("velocity", [0.6, 0.65, 0.68])
 def test_a_harmonic_chain_below_the_crossing_speed_runs(velocity):
-    outcome = lammps.run(Scene(potential="harmonic", particles=10, velocity=velocity), ORDER8)
+    outcome = lammps.run(
+        Scene(potential="harmonic", particles=10, velocity=velocity).problem, ORDER8
+    )
     assert outcome.bond_min > 0.0
 
 
@@ -133,7 +135,7 @@ def test_an_unresolved_contact_neither_hangs_nor_passes():
 def test_an_unknown_command_is_a_named_error(tmp_path):
     scene = Scene(potential="harmonic", particles=2)
     with (
-        LammpsChain(scene, Numerics(), None, tmp_path) as chain,
+        LammpsChain(scene.problem, Numerics(), None, tmp_path) as chain,
         pytest.raises(LammpsError, match="LAMMPS says 'Unknown command: make_coffee"),
     ):
         chain.commands("make_coffee")
@@ -147,7 +149,7 @@ def test_a_chain_whose_set_up_fails_is_closed(tmp_path, monkeypatch):
         "chaincor.workflows.engines.lammps.instance.render_setup", lambda *_: "bond_style nonsense"
     )
     with pytest.raises(RunError):
-        LammpsChain(Scene(potential="harmonic"), Numerics(), None, tmp_path)
+        LammpsChain(Scene(potential="harmonic").problem, Numerics(), None, tmp_path)
     assert closed
 
 

@@ -42,8 +42,8 @@ def test_two_tables_give_the_result_of_one(scheme, speed):
     scene = Scene(particles=25, speed=speed)
     step = {"verlet": 0.005, "order8": 0.05}[scheme]
     numerics = Numerics(scheme=scheme, timestep=step, bond_range=RANGE)
-    two = lammps.run(scene, numerics)
-    one = lammps.run(scene, replace(numerics, table_points=150_001))
+    two = lammps.run(scene.problem, numerics)
+    one = lammps.run(scene.problem, replace(numerics, table_points=150_001))
     assert two.details["table"]["rows"] < 30_000
     assert len(two.contact_times) == len(one.contact_times)
     # Force errors of both tables, below 1e-9 here, over v0: see TABLE_SENSITIVITY.
@@ -55,7 +55,9 @@ def test_two_tables_give_the_result_of_one(scheme, speed):
 def test_bonds_go_out_and_come_back(tmp_path):
     scene = Scene(particles=3)
     table = tabulate_near_and_far(scene.bond, RANGE)
-    with LammpsChain(scene, Numerics(scheme="verlet", timestep=1e-6), table, tmp_path) as chain:
+    with LammpsChain(
+        scene.problem, Numerics(scheme="verlet", timestep=1e-6), table, tmp_path
+    ) as chain:
         chain.v[:] = 0.0
         for length, far in ((2.0, False), (2.2, True), (24.0, True), (1.95, True), (1.85, False)):
             chain.x[2] = chain.x[1] + length
@@ -71,7 +73,9 @@ def test_a_state_put_back_has_its_tables_back(tmp_path):
     """A look ahead sees a bond break, meets a contact, and is taken back."""
     scene = Scene(particles=3)
     table = tabulate_near_and_far(scene.bond, RANGE)
-    with LammpsChain(scene, Numerics(scheme="verlet", timestep=1e-6), table, tmp_path) as chain:
+    with LammpsChain(
+        scene.problem, Numerics(scheme="verlet", timestep=1e-6), table, tmp_path
+    ) as chain:
         chain.v[:] = 0.0
         chain.x[2] = chain.x[1] + 0.9
         chain.run(1)
@@ -107,9 +111,9 @@ def test_runs_in_one_instance_are_those_of_their_own(scheme, speed):
     scene = Scene(particles=12, speed=speed)
     numerics = Numerics(scheme=scheme, bond_range=RANGE)
     steps = (0.02, 0.01, 0.02)
-    together = lammps.run_at_steps(scene, numerics, steps)
+    together = lammps.run_at_steps(scene.problem, numerics, steps)
     for step, outcome in zip(steps, together, strict=True):
-        alone = lammps.run(scene, replace(numerics, timestep=step))
+        alone = lammps.run(scene.problem, replace(numerics, timestep=step))
         np.testing.assert_array_equal(outcome.velocities, alone.velocities)
         np.testing.assert_array_equal(outcome.contact_times, alone.contact_times)
         assert outcome.timestep == step

@@ -89,8 +89,8 @@ def test_contacts_of_coarse_composed_steps(particles, scheme):
     # Several contacts are nearer to the next than two of these steps; the last one of 87 particles
     # is over within a third of one.
     scene = Scene(potential="harmonic", particles=particles, velocity=0.1)
-    exact = modal.run(scene)
-    outcome = lammps.run(scene, Numerics(scheme=scheme, timestep=0.3))
+    exact = modal.run(scene.problem)
+    outcome = lammps.run(scene.problem, Numerics(scheme=scheme, timestep=0.3))
     assert len(outcome.contact_times) == len(exact.contact_times)
     # Order 6 errs most, by less than 0.02 at 87 particles' last contact; contacts are 1.4 apart.
     assert np.abs(outcome.contact_times - exact.contact_times).max() < 0.1

@@ -68,9 +68,9 @@ def momenta(scene, outcome):
 @pytest.mark.parametrize(("fields", "expected"), CASES, ids=lambda c: str(c)[:40])
 def test_reference_values(fields, expected):
     scene = Scene(**fields)
-    outcome = lammps.run(scene, SHARP)
+    outcome = lammps.run(scene.problem, SHARP)
     eta, contacts, last = expected
-    assert abs(eta_of(scene, outcome) - eta) <= 1.5e-10
+    assert abs(eta_of(scene.problem, outcome) - eta) <= 1.5e-10
     assert len(outcome.contact_times) == contacts
     assert outcome.contact_times[-1] == pytest.approx(last, abs=1e-8)
     assert outcome.energy_end == pytest.approx(outcome.energy_start, rel=1e-11)
@@ -85,7 +85,10 @@ def test_verlet_steps_converge_to_the_same_value_at_second_order():
     fields, (eta, *_) = CASES[3]
     scene = Scene(**fields)
     errors = [
-        abs(eta_of(scene, lammps.run(scene, Numerics(scheme="verlet", timestep=h))) - eta)
+        abs(
+            eta_of(scene.problem, lammps.run(scene.problem, Numerics(scheme="verlet", timestep=h)))
+            - eta
+        )
         for h in (0.02, 0.01)
     ]
     assert 3.0 < errors[0] / errors[1] < 5.0
@@ -94,28 +97,34 @@ def test_verlet_steps_converge_to_the_same_value_at_second_order():
 def test_a_heavy_first_particle_takes_nearly_all_energy():
     # n = 2: the ratio at which e is least; published as 0.178.
     scene = Scene(potential="harmonic", particles=2, masses=(1.43447, 1.0), velocity=0.1)
-    assert math.sqrt(eta_of(scene, lammps.run(scene, SHARP))) == pytest.approx(0.178465, abs=1e-6)
+    assert math.sqrt(eta_of(scene.problem, lammps.run(scene.problem, SHARP))) == pytest.approx(
+        0.178465, abs=1e-6
+    )
 
 
 def test_identical_chains_meet_like_one_at_a_wall():
     # A mirror image is as good as a wall, and eta of a harmonic chain is that of any speed.
     pair = Scene(potential="harmonic", particles=50, target_particles=50, velocity=0.1)
     alone = Scene(potential="harmonic", particles=50, velocity=0.1)
-    eta = restitution(lammps.run(alone, SHARP).velocities, 0.1)
-    assert eta_of(pair, lammps.run(pair, SHARP)) == pytest.approx(float(eta), abs=1e-10)
+    eta = restitution(lammps.run(alone.problem, SHARP).velocities, 0.1)
+    assert eta_of(pair.problem, lammps.run(pair.problem, SHARP)) == pytest.approx(
+        float(eta), abs=1e-10
+    )
 
 
 def test_a_chain_on_one_of_twice_its_length():
     scene = Scene(potential="harmonic", particles=10, target_particles=20, velocity=0.1)
-    assert math.sqrt(eta_of(scene, lammps.run(scene, SHARP))) == pytest.approx(0.50721, abs=1e-5)
+    assert math.sqrt(eta_of(scene.problem, lammps.run(scene.problem, SHARP))) == pytest.approx(
+        0.50721, abs=1e-5
+    )
 
 
 def test_a_heavy_target_is_the_wall():
     wall = Scene(potential="lj", particles=10, velocity=0.05)
     heavy = wall.replace(target_particles=1, target_masses=(1e9,))
-    eta = float(restitution(lammps.run(wall, SHARP).velocities, 0.05))
+    eta = float(restitution(lammps.run(wall.problem, SHARP).velocities, 0.05))
     # The target takes a part of 10/1e9 of the momentum, and as much of the energy.
-    assert eta_of(heavy, lammps.run(heavy, SHARP)) == pytest.approx(eta, abs=1e-7)
+    assert eta_of(heavy.problem, lammps.run(heavy.problem, SHARP)) == pytest.approx(eta, abs=1e-7)
 
 
 BODIES = [
@@ -132,8 +141,8 @@ def test_bodies_can_be_exchanged(contact):
     for chain, target in ((one, other), (other, one)):
         struck = {f"target_{key}": value for key, value in target.items()}
         scene = Scene(potential="lj", velocity=0.05, **chain, **struck, **contact)
-        outcome = lammps.run(scene, SHARP)
-        etas.append((eta_of(scene, outcome), len(outcome.contact_times)))
+        outcome = lammps.run(scene.problem, SHARP)
+        etas.append((eta_of(scene.problem, outcome), len(outcome.contact_times)))
     # The same motion seen from the other body: coordinates are rounded to 1e-15, against 0.05.
     assert etas[0][0] == pytest.approx(etas[1][0], abs=1e-11)
     assert etas[0][1] == etas[1][1]
@@ -145,9 +154,10 @@ def test_four_times_the_masses_are_half_as_fast(contact):
     light = Scene(masses=(1, 2), target_masses=(1.5,), velocity=0.1, **fields)
     heavy = Scene(masses=(4, 8), target_masses=(6.0,), velocity=0.05, **fields)
     fast, slow = (
-        lammps.run(scene, replace(SHARP, timestep=h)) for scene, h in ((light, 0.1), (heavy, 0.2))
+        lammps.run(scene.problem, replace(SHARP, timestep=h))
+        for scene, h in ((light, 0.1), (heavy, 0.2))
     )
-    assert eta_of(heavy, slow) == pytest.approx(eta_of(light, fast), abs=1e-12)
+    assert eta_of(heavy.problem, slow) == pytest.approx(eta_of(light.problem, fast), abs=1e-12)
     assert slow.contact_times == pytest.approx(2.0 * fast.contact_times, abs=1e-10)
 
 
@@ -159,19 +169,21 @@ def write_state(path, positions, velocities):
 @pytest.mark.parametrize("contact", BODIES, ids=["hard", "hertz", "square"])
 def test_time_reversal(contact, tmp_path):
     scene = Scene(potential="lj", particles=8, masses=(2, 1), velocity=0.05, **contact)
-    forth = lammps.run(scene, SHARP)
+    forth = lammps.run(scene.problem, SHARP)
     places = np.arange(8.0) + forth.displacements
     write_state(tmp_path / "end.csv", places - places[0], -forth.velocities)
     back_scene = Scene(
         potential="lj", particles=8, masses=(2, 1), initial=tmp_path / "end.csv", **contact
     )
-    back = lammps.run(back_scene, SHARP)
+    back = lammps.run(back_scene.problem, SHARP)
     # The last contact of the way back was the first, before which the chain was cold; both ways
     # err by 1e-10 at this step.
     assert len(back.contact_times) == len(forth.contact_times)
     assert back.velocities == pytest.approx(np.full(8, 0.05), abs=1e-9)
     assert np.diff(back.displacements) == pytest.approx(np.zeros(7), abs=1e-9)
-    assert eta_of(back_scene, back) == pytest.approx(1.0 / eta_of(scene, forth), rel=1e-8)
+    assert eta_of(back_scene.problem, back) == pytest.approx(
+        1.0 / eta_of(scene.problem, forth), rel=1e-8
+    )
 
 
 def test_a_chain_that_comes_from_afar_counts_from_its_first_contact(tmp_path):
@@ -180,7 +192,7 @@ def test_a_chain_that_comes_from_afar_counts_from_its_first_contact(tmp_path):
     places = np.cumsum([0.7, *(1.0 + 0.03 * rng.normal(size=7))])
     write_state(path, places, -0.05 + 0.02 * rng.normal(size=8))
     scene = Scene(potential="lj", particles=8, initial=path, target_particles=3)
-    outcome = lammps.run(scene, SHARP, frame_interval=0.5)
+    outcome = lammps.run(scene.problem, SHARP, frame_interval=0.5)
     assert outcome.contact_times[0] == 0.0
     frames = outcome.frames
     # The first frame is the start, and it takes the gap at its speed, or longer, to the contact.
@@ -191,20 +203,20 @@ def test_a_chain_that_comes_from_afar_counts_from_its_first_contact(tmp_path):
     assert frames.target_displacements.shape == frames.target_velocities.shape
     assert outcome.energy_end == pytest.approx(outcome.energy_start, rel=1e-9)
     # Without frames, the same to the last bit.
-    assert np.array_equal(lammps.run(scene, SHARP).velocities, outcome.velocities)
+    assert np.array_equal(lammps.run(scene.problem, SHARP).velocities, outcome.velocities)
 
 
 def test_a_chain_at_rest_in_itself_starts_at_its_first_contact(tmp_path):
     write_state(tmp_path / "far.csv", 1e6 + np.arange(5.0), np.full(5, -0.05))
     far = Scene(potential="lj", particles=5, initial=tmp_path / "far.csv")
     near = Scene(potential="lj", particles=5, velocity=0.05)
-    outcome = lammps.run(far, SHARP)
-    assert outcome.velocities.tolist() == lammps.run(near, SHARP).velocities.tolist()
+    outcome = lammps.run(far.problem, SHARP)
+    assert outcome.velocities.tolist() == lammps.run(near.problem, SHARP).velocities.tolist()
 
 
 def test_compressed_bonds_give_their_energy():
     scene = Scene(potential="harmonic", particles=2, velocity=0.1, compression=0.05)
-    outcome = lammps.run(scene, SHARP)
+    outcome = lammps.run(scene.problem, SHARP)
     assert outcome.energy_start == pytest.approx(0.01 + 0.5 * 0.05**2)
     assert outcome.energy_end == pytest.approx(outcome.energy_start, rel=1e-12)
     assert outcome.bond_min <= 0.95
@@ -212,12 +224,12 @@ def test_compressed_bonds_give_their_energy():
 
 def test_the_stock_wall_reflects_unequal_masses():
     scene = Scene(potential="lj", particles=10, masses=(1, 3), velocity=0.05)
-    exact = eta_of(scene, lammps.run(scene, SHARP))
-    outcome = lammps.run(scene, Numerics(wall="reflect", scheme="verlet", timestep=0.002))
+    exact = eta_of(scene.problem, lammps.run(scene.problem, SHARP))
+    outcome = lammps.run(scene.problem, Numerics(wall="reflect", scheme="verlet", timestep=0.002))
     chain, _, came = momenta(scene, outcome)
     assert np.sum(outcome.impulses) / came == pytest.approx(chain, abs=1e-12)
     # An error of first order at each of some ten contacts.
-    assert eta_of(scene, outcome) == pytest.approx(exact, abs=10 * 0.002)
+    assert eta_of(scene.problem, outcome) == pytest.approx(exact, abs=10 * 0.002)
 
 
 # Two particles repel with K d^q from d = 0 at the speed w to d = 0 again: a contact takes
@@ -237,7 +249,7 @@ def test_two_soft_particles(exponent, scheme):
         contact_exponent=exponent,
     )
     step = 0.002 if scheme == "verlet" else 0.1
-    outcome = lammps.run(scene, Numerics(scheme=scheme, timestep=step))
+    outcome = lammps.run(scene.problem, Numerics(scheme=scheme, timestep=step))
     error = 1e-5 if scheme == "verlet" else 1e-6 if scheme == "order4" else 1e-9
     deepest = (p * 1.2 * speed**2 / (2.0 * stiffness)) ** (1.0 / p)
     duration = 2.0 * deepest / speed * math.sqrt(math.pi)
@@ -311,7 +323,12 @@ def test_steps_keep_their_order_in_a_soft_contact(exponent):
         ("order8", 8, (0.8, 0.4)),
     ):
         coarse, fine = (
-            abs(eta_of(scene, lammps.run(scene, Numerics(scheme=scheme, timestep=h))) - truth)
+            abs(
+                eta_of(
+                    scene.problem, lammps.run(scene.problem, Numerics(scheme=scheme, timestep=h))
+                )
+                - truth
+            )
             for h in steps
         )
         assert math.log2(coarse / fine) / math.log2(steps[0] / steps[1]) > order - 0.7
@@ -320,9 +337,9 @@ def test_steps_keep_their_order_in_a_soft_contact(exponent):
 def test_a_stiff_wall_is_hit_many_times():
     scene = soft_scene(1.5, particles=12, contact_stiffness=100.0)
     truth = plain_soft_eta(scene, 60.0)
-    outcome = lammps.run(scene, Numerics(scheme="order8", timestep=0.1))
+    outcome = lammps.run(scene.problem, Numerics(scheme="order8", timestep=0.1))
     assert len(outcome.contact_times) > 5
-    assert eta_of(scene, outcome) == pytest.approx(truth, abs=1e-9)
+    assert eta_of(scene.problem, outcome) == pytest.approx(truth, abs=1e-9)
     chain, _, came = momenta(scene, outcome)
     assert np.sum(outcome.impulses) / came == pytest.approx(chain, abs=1e-12)
 
@@ -331,9 +348,9 @@ def test_runs_at_several_steps_are_those_of_their_own():
     scene = soft_scene(1.5, particles=4, target_particles=2, contact_stiffness=3.0)
     numerics = Numerics(scheme="order6", bond_range=(0.8, 1.4))
     for outcome, h in zip(
-        lammps.run_at_steps(scene, numerics, (0.2, 0.1)), (0.2, 0.1), strict=True
+        lammps.run_at_steps(scene.problem, numerics, (0.2, 0.1)), (0.2, 0.1), strict=True
     ):
-        alone = lammps.run(scene, replace(numerics, timestep=h))
+        alone = lammps.run(scene.problem, replace(numerics, timestep=h))
         assert np.array_equal(outcome.velocities, alone.velocities)
         assert np.array_equal(outcome.target_displacements, alone.target_displacements)
 
@@ -349,7 +366,7 @@ TARGETS = [
 def test_broken_bonds_of_the_target_change_to_the_far_table(target):
     scene = Scene(potential="lj", particles=10, speed=4.0, masses=(3,), **target)
     numerics = Numerics(scheme="order8", timestep=0.02)
-    outcome = lammps.run(scene, numerics, frame_interval=1.0)
+    outcome = lammps.run(scene.problem, numerics, frame_interval=1.0)
     frames = outcome.frames
     lengths = (
         1.0 + np.diff(frames.displacements[-1]),
@@ -361,8 +378,8 @@ def test_broken_bonds_of_the_target_change_to_the_far_table(target):
     bonds = np.sum(scene.bond.energy(np.concatenate(lengths) - 1.0))
     assert kinetic + bonds == pytest.approx(outcome.energy_start, rel=1e-9)
     # The flight after the last contact changes nothing.
-    assert eta_of(scene, lammps.run(scene, numerics)) == pytest.approx(
-        eta_of(scene, outcome), abs=1e-10
+    assert eta_of(scene.problem, lammps.run(scene.problem, numerics)) == pytest.approx(
+        eta_of(scene.problem, outcome), abs=1e-10
     )
 
 
@@ -375,7 +392,7 @@ def test_a_dump_has_both_bodies(tmp_path):
         dump=tmp_path / "motion.lammpstrj",
         dump_frames="contacts",
     )
-    outcome = lammps.run(scene, SHARP)
+    outcome = lammps.run(scene.problem, SHARP)
     frames = list(Dump(tmp_path / "motion.lammpstrj"))
     assert len(frames) == len(outcome.contact_times) + 1
     first = frames[-2]
@@ -389,4 +406,4 @@ def test_a_dump_has_both_bodies(tmp_path):
 def test_steps_that_explode_are_refused_by_name(contact):
     scene = Scene(potential="lj", particles=6, masses=(1e-4, 1), velocity=0.1, **contact)
     with pytest.raises((LostAtomsError, TimestepError, RunError)):
-        lammps.run(scene, Numerics(scheme="verlet", timestep=0.1))
+        lammps.run(scene.problem, Numerics(scheme="verlet", timestep=0.1))

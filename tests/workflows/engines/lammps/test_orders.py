@@ -72,7 +72,7 @@ def test_the_reflecting_wall_is_far_from_second_order(truth):
     # Its error is of first order and of either sign: the reason for the event wall.
     def error(wall, timestep):
         numerics = Numerics(wall=wall, scheme="verlet", timestep=timestep, bond_range=BOND_RANGE)
-        outcome = lammps.run(SCENE, numerics)
+        outcome = lammps.run(SCENE.problem, numerics)
         return abs(restitution(outcome.velocities, SCENE.impact_velocity) - truth)
 
     steps = (0.005 * PHASES).tolist()

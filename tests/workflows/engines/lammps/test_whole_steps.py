@@ -23,7 +23,7 @@ SCENES = {
 def set_up(scene, folder, scheme="extrapolated12", bond_range=(0.8, 1.3)):
     numerics = Numerics(scheme=scheme, timestep=STEP, bond_range=bond_range)
     table = None if scene.bond.is_harmonic else tabulate_near_and_far(scene.bond, bond_range)
-    return LammpsChain(scene, numerics, table, folder)
+    return LammpsChain(scene.problem, numerics, table, folder)
 
 
 def masses_of(chain):

@@ -33,8 +33,8 @@ def restitution(outcome, scene):
 )
 def test_agrees_with_stepping(fields):
     scene = Scene(particles=20, **fields)
-    adaptive = stiff.run(scene, 1e-12)
-    stepped = stepping.run(scene, Numerics(scheme="order8", timestep=0.02))
+    adaptive = stiff.run(scene.problem, 1e-12)
+    stepped = stepping.run(scene.problem, Numerics(scheme="order8", timestep=0.02))
     v0 = scene.impact_velocity
     # Two methods with nothing in common but the force; both are at the 1e-13 of their rounding.
     assert restitution(adaptive, scene) == pytest.approx(restitution(stepped, scene), abs=2e-12)
@@ -47,7 +47,7 @@ def test_agrees_with_stepping(fields):
 def test_agrees_with_modes_at_any_speed():
     for velocity in (1e-13, 0.1):
         scene = Scene(potential="harmonic", particles=20, velocity=velocity)
-        adaptive, exact = stiff.run(scene, 1e-12), modal.run(scene)
+        adaptive, exact = stiff.run(scene.problem, 1e-12), modal.run(scene.problem)
         assert np.abs(adaptive.velocities - exact.velocities).max() < 1e-11 * velocity
 
 
@@ -63,8 +63,8 @@ def test_agrees_with_modes_at_any_speed():
 )
 def test_extremes_within_accuracy(fields):
     scene = Scene(particles=20, **fields)
-    finest = stiff.run(scene, 1e-11)
-    coarse = stiff.run(scene, 1e-8)
+    finest = stiff.run(scene.problem, 1e-11)
+    coarse = stiff.run(scene.problem, 1e-8)
     assert restitution(coarse, scene) == pytest.approx(restitution(finest, scene), abs=1e-8)
     assert len(coarse.contact_times) == len(finest.contact_times) == 20
     # The energy of the state after the last contact is an error that nothing else hides.
@@ -79,13 +79,18 @@ def test_extremes_within_accuracy(fields):
 @pytest.mark.slow_cases
 def test_error_is_within_the_accuracy_asked(accuracy):
     scene = Scene(potential="lj", particles=50, speed=1.0)
-    exact = restitution(stiff.run(scene, 1e-13), scene)
-    assert restitution(stiff.run(scene, accuracy), scene) == pytest.approx(exact, abs=accuracy)
+    exact = restitution(stiff.run(scene.problem, 1e-13), scene)
+    assert restitution(stiff.run(scene.problem, accuracy), scene) == pytest.approx(
+        exact, abs=accuracy
+    )
 
 
 def test_frames():
     scene = Scene(particles=8, speed=2.0)
-    bare, filmed = stiff.run(scene, 1e-9), stiff.run(scene, 1e-9, frame_interval=0.01)
+    bare, filmed = (
+        stiff.run(scene.problem, 1e-9),
+        stiff.run(scene.problem, 1e-9, frame_interval=0.01),
+    )
     assert np.array_equal(bare.velocities, filmed.velocities)
     frames = filmed.frames
     assert frames is not None
@@ -97,7 +102,7 @@ def test_frames():
 
 
 def test_single_particle():
-    outcome = stiff.run(Scene(particles=1, speed=10.0), 1e-8)
+    outcome = stiff.run(Scene(particles=1, speed=10.0).problem, 1e-8)
     assert len(outcome.contact_times) == 1
     assert outcome.scheme == stiff.SCHEME
     assert outcome.timestep is None
@@ -113,7 +118,7 @@ def test_single_particle():
 @pytest.mark.slow
 def test_named_failures(fields, error):
     with pytest.raises(error):
-        stiff.run(Scene(particles=20, **fields), 1e-8)
+        stiff.run(Scene(particles=20, **fields).problem, 1e-8)
 
 
 def test_cap_on_the_length(monkeypatch):
@@ -122,7 +127,7 @@ def test_cap_on_the_length(monkeypatch):
     # That a whole chain which still approaches will meet the wall is waited for beyond.
     monkeypatch.setattr(end_watch, "CERTAIN_CROSSINGS", 0.0)
     with pytest.raises(UnfinishedCollisionError, match="3 after the first contact"):
-        stiff.run(Scene(particles=20), 1e-8)
+        stiff.run(Scene(particles=20).problem, 1e-8)
 
 
 def test_equations_of_motion_in_loops_and_arrays():
@@ -154,6 +159,6 @@ def test_bond_that_cannot_be_compiled():
     named = Scene(potential="lj", particles=4, speed=0.4)
     bond = UserBond(named.bond.energy, named.bond.force)
     scene = Scene(potential=bond, particles=4, velocity=named.impact_velocity)
-    assert restitution(stiff.run(scene, 1e-9), scene) == pytest.approx(
-        restitution(stiff.run(named, 1e-9), named), abs=1e-9
+    assert restitution(stiff.run(scene.problem, 1e-9), scene) == pytest.approx(
+        restitution(stiff.run(named.problem, 1e-9), named), abs=1e-9
     )

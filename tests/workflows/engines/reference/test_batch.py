@@ -36,7 +36,7 @@ def test_it_is_the_motion_of_single_collisions(scheme, step):
     assert np.all(found.settled)
     assert np.all(found.proved)
     for k, scene in enumerate(scenes):
-        single = stepping.run(scene, Numerics(scheme=scheme, timestep=step))
+        single = stepping.run(scene.problem, Numerics(scheme=scheme, timestep=step))
         # The same arithmetic in the same order: to the last bit.
         times, speeds = found.contacts[k][:, : found.counts[k]]
         np.testing.assert_array_equal(times, single.contact_times)
@@ -68,7 +68,7 @@ def test_bonds_that_break_are_looked_at_one_by_one():
     assert np.any(found.settled)
     for k in np.flatnonzero(found.settled).tolist():
         one = scene.replace(seed=k + 1)
-        single = stepping.run(one, Numerics(scheme="extrapolated14", timestep=0.1))
+        single = stepping.run(one.problem, Numerics(scheme="extrapolated14", timestep=0.1))
         # Alone, a chain whose bonds break is also followed by other motions, which may disagree.
         assert single.ending.kind in ("proved" if found.proved[k] else "argued", "open")
         assert found.counts[k] == len(single.contact_times)

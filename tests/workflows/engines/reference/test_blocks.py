@@ -70,11 +70,11 @@ def assert_same(one, other):
 def test_no_bit_depends_on_cores(scene, scheme, step, in_blocks, moved):
     numerics = Numerics(scheme=scheme, timestep=step)
     in_blocks(1)
-    whole = stepping.run(scene, numerics)
+    whole = stepping.run(scene.problem, numerics)
     assert moved == []
     for count, substeps, aligned in ((2, 3, 1), (3, 2, 7), (3, 5, 64)):
         in_blocks(count, substeps, aligned)
-        assert_same(stepping.run(scene, numerics), whole)
+        assert_same(stepping.run(scene.problem, numerics), whole)
         assert len(moved) > 20
         assert max(moved) > 1
         moved.clear()
@@ -95,9 +95,9 @@ def test_a_result_is_the_same(in_blocks, moved):
 def test_snapshots_are_the_same(in_blocks, moved):
     numerics = Numerics(scheme="order6", timestep=0.2)
     in_blocks(1)
-    whole = stepping.run(LJ, numerics, frame_interval=20.0)
+    whole = stepping.run(LJ.problem, numerics, frame_interval=20.0)
     in_blocks(2)
-    found = stepping.run(LJ, numerics, frame_interval=20.0)
+    found = stepping.run(LJ.problem, numerics, frame_interval=20.0)
     assert moved
     assert_same(found, whole)
     assert np.array_equal(found.frames.displacements, whole.frames.displacements)
@@ -106,7 +106,7 @@ def test_snapshots_are_the_same(in_blocks, moved):
 def test_what_is_not_foreseen_is_left_to_the_loop_over_the_whole(in_blocks, moved, monkeypatch):
     numerics = Numerics(scheme="order4", timestep=0.15)
     in_blocks(1)
-    whole = stepping.run(LJ, numerics)
+    whole = stepping.run(LJ.problem, numerics)
     in_blocks(2)
     go_ahead, calls = running._Head.go_ahead, []
 
@@ -116,20 +116,20 @@ def test_what_is_not_foreseen_is_left_to_the_loop_over_the_whole(in_blocks, move
         return (bookkeeping.CROWDED if len(calls) % 3 == 0 else status), substeps
 
     monkeypatch.setattr(running._Head, "go_ahead", crowded_now_and_then)
-    assert_same(stepping.run(LJ, numerics), whole)
+    assert_same(stepping.run(LJ.problem, numerics), whole)
     assert len(calls) > len(moved) > 0
 
 
 def test_bonds_that_fail_are_named_alike(in_blocks, moved, monkeypatch):
     numerics = Numerics(scheme="order6", timestep=0.2)
     in_blocks(1)
-    longest = stepping.run(LJ, numerics).bond_max - 1.0
+    longest = stepping.run(LJ.problem, numerics).bond_max - 1.0
     monkeypatch.setattr(moving, "allowed_strains", lambda bond: (-1.0, 0.999 * longest))
     reasons = []
     for count in (1, 2):
         in_blocks(count)
         with pytest.raises(TimestepError) as failure:
-            stepping.run(LJ, numerics)
+            stepping.run(LJ.problem, numerics)
         reasons.append(str(failure.value))
     assert reasons[0] == reasons[1]
     assert len(moved) > 10

@@ -37,7 +37,7 @@ def simulate_spheres(particles, diameter, speed):
 @pytest.mark.parametrize("particles", [2, 3, 7, 20])
 def test_closed_form_is_what_events_give(particles):
     scene = Scene(potential="lj", particles=particles, speed=30.0)
-    outcome = hard_sphere.run(scene)
+    outcome = hard_sphere.run(scene.problem)
     diameter = outcome.bond_min
     _, v, times, exchanges, _ = simulate_spheres(particles, diameter, scene.impact_velocity)
     assert exchanges == particles * (particles - 1) // 2
@@ -48,22 +48,22 @@ def test_closed_form_is_what_events_give(particles):
 
 def test_diameter_stops_two_particles():
     scene = Scene(potential="lj", particles=2, speed=30.0)
-    diameter = hard_sphere.run(scene).bond_min
+    diameter = hard_sphere.run(scene.problem).bond_min
     assert float(scene.bond.energy(diameter - 1.0)) == pytest.approx(scene.impact_velocity**2)
     # The pair stops each other there: the bond's shortest length in the motion is the same.
-    moving = adaptive.run(scene, 1e-10)
+    moving = adaptive.run(scene.problem, 1e-10)
     assert moving.bond_min == pytest.approx(diameter, rel=1e-3)
 
 
 def test_log_bond_shrinks_to_nothing():
-    outcome = hard_sphere.run(Scene(potential="log", particles=5, speed=10.0))
+    outcome = hard_sphere.run(Scene(potential="log", particles=5, speed=10.0).problem)
     assert outcome.bond_min == 0.0
     assert not np.isnan(outcome.contact_times).any()
 
 
 def test_soft_bond_cannot_be_a_sphere():
     with pytest.raises(CrossingError, match="cannot stop"):
-        hard_sphere.run(Scene(potential="harmonic", particles=5, velocity=3.0))
+        hard_sphere.run(Scene(potential="harmonic", particles=5, velocity=3.0).problem)
 
 
 @pytest.mark.slow_cases
@@ -79,9 +79,9 @@ def test_soft_bond_cannot_be_a_sphere():
 @pytest.mark.parametrize("particles", [4, 10, 30])
 def test_deviation_bounds_what_the_bonds_lose(fields, particles):
     scene = Scene(particles=particles, **fields)
-    outcome = adaptive.run(scene, 1e-11)
+    outcome = adaptive.run(scene.problem, 1e-11)
     lost = 1.0 - (outcome.velocities.mean() / scene.impact_velocity) ** 2
-    bound = hard_sphere.deviation(scene)
+    bound = hard_sphere.deviation(scene.problem)
     assert 0.0 < lost <= bound
     assert bound < 40.0 * lost  # a bound that says something
 
@@ -91,7 +91,7 @@ def test_limit_is_approached_as_a_power_of_the_speed():
     losses = []
     for speed in (8.0, 16.0, 32.0, 64.0):
         scene = Scene(potential="lj", particles=20, speed=speed)
-        outcome = adaptive.run(scene, 1e-10)
+        outcome = adaptive.run(scene.problem, 1e-10)
         losses.append(1.0 - (outcome.velocities.mean() / scene.impact_velocity) ** 2)
         assert len(outcome.contact_times) == 20
     powers = -np.diff(np.log2(losses))
@@ -102,7 +102,7 @@ def test_limit_is_approached_as_a_power_of_the_speed():
 @pytest.mark.parametrize("speed", [1e7, 1e13, 1e20])
 def test_deviation_far_beyond_where_bonds_are_followed(speed):
     # Steps through a triple as fast as that would not end within an hour.
-    deviation = hard_sphere.deviation(Scene(particles=4, speed=speed, engine="reference"))
+    deviation = hard_sphere.deviation(Scene(particles=4, speed=speed, engine="reference").problem)
     assert 0.0 < deviation < 1e-20
 
 
@@ -115,5 +115,5 @@ def test_a_triple_that_no_step_resolves_is_a_named_failure(monkeypatch):
 
     monkeypatch.setattr(adaptive, "run", unresolved)
     with pytest.raises(TimestepError, match="three particles with lj bonds"):
-        hard_sphere.deviation(Scene(potential="lj", particles=20, speed=100.0))
+        hard_sphere.deviation(Scene(potential="lj", particles=20, speed=100.0).problem)
     assert len(tried) < 100

@@ -42,7 +42,7 @@ def run_without_look_ahead(monkeypatch, scene, numerics, frame_interval=None):
     with monkeypatch.context() as patch:
         patch.setattr(LookAhead, "settle", lambda self: None)
         patch.setattr(LookAhead, "keeps_off", only_now)
-        return stepping.run(scene, numerics, frame_interval)
+        return stepping.run(scene.problem, numerics, frame_interval)
 
 
 @pytest.mark.slow
@@ -54,15 +54,15 @@ def test_results_are_equal_to_the_last_bit(monkeypatch):
         scene = random_scene(random)
         scheme = str(random.choice(["order4", "order6", "order8"]))
         goal = {"order4": 1e-6, "order6": 1e-8, "order8": 1e-10}[scheme]
-        step = float(random.uniform(0.3, 1.0)) * guess_step(scene, scheme, goal)
+        step = float(random.uniform(0.3, 1.0)) * guess_step(scene.problem, scheme, goal)
         numerics = Numerics(scheme=scheme, timestep=step)
         try:
             exact = run_without_look_ahead(monkeypatch, scene, numerics)
         except RunError as error:
             with pytest.raises(type(error)):
-                stepping.run(scene, numerics)
+                stepping.run(scene.problem, numerics)
             continue
-        outcome = stepping.run(scene, numerics)
+        outcome = stepping.run(scene.problem, numerics)
         for field in ("displacements", "velocities", "contact_times", "contact_speeds"):
             assert np.array_equal(getattr(outcome, field), getattr(exact, field)), (scene, field)
         # Log bonds may be shortest after the last contact, and are then sampled by coarse steps.
@@ -74,7 +74,7 @@ def test_results_are_equal_to_the_last_bit(monkeypatch):
 def test_it_is_cheaper(monkeypatch):
     numerics = Numerics(scheme="order8", timestep=0.1)
     exact = run_without_look_ahead(monkeypatch, LJ, numerics)
-    outcome = stepping.run(LJ, numerics)
+    outcome = stepping.run(LJ.problem, numerics)
     # The last contact is at 154; what follows until the end is proved takes steps four times
     # cheaper.
     assert outcome.ending == exact.ending
@@ -88,15 +88,15 @@ def test_it_is_cheaper(monkeypatch):
 def test_frames_change_nothing_and_are_exact_to_the_end(monkeypatch, fields):
     numerics = Numerics(scheme="order8", timestep=0.1)
     scene = LJ.replace(particles=20, **fields)
-    plain = stepping.run(scene, numerics)
-    framed = stepping.run(scene, numerics, frame_interval=0.7)
+    plain = stepping.run(scene.problem, numerics)
+    framed = stepping.run(scene.problem, numerics, frame_interval=0.7)
     exact = run_without_look_ahead(monkeypatch, scene, numerics, frame_interval=0.7)
     assert np.array_equal(framed.velocities, plain.velocities)
     for field in ("duration", "bond_max", "fragments", "ending"):
         assert getattr(framed, field) == getattr(plain, field)
     times = framed.frames.times
     # As long as sound takes to cross and come back; the end may be seen much later.
-    quiet = sound_round_trip(scene.longest_body, scene.slow_stiffness)
+    quiet = sound_round_trip(scene.problem.longest_body, scene.problem.slow_stiffness)
     shown = min(plain.duration, plain.contact_times[-1] + quiet)
     assert np.array_equal(times, 0.7 * np.arange(math.floor(shown / 0.7) + 1))
     assert times[-1] > plain.contact_times[-1] + 1.0
@@ -126,7 +126,7 @@ class Drifting:
 def test_the_wall_comes_near():
     scene = Scene(potential="lj", particles=2, speed=0.4)
     ahead = Drifting(0.05, near_at=3.0)
-    assert coarse_run.find_end(scene, ahead, 0.0) is None
+    assert coarse_run.find_end(scene.problem, ahead, 0.0) is None
     assert ahead.time == pytest.approx(3.0, abs=1.5)
 
 
@@ -134,21 +134,21 @@ def test_what_is_not_proved_is_followed_to_the_cap():
     scene = Scene(potential="lj", particles=2, speed=0.4)
     # Too near for a proof, too cold to break: only the longest time that is followed is left.
     ahead = Drifting(0.05)
-    assert coarse_run.find_end(scene, ahead, 0.0).kind == "argued"
+    assert coarse_run.find_end(scene.problem, ahead, 0.0).kind == "argued"
     cap = longest_collision(2, 1.0, 0.0)
     assert cap < ahead.time < 1.5 * cap
 
 
 def test_a_chain_that_does_not_leave_is_given_up():
     scene = Scene(potential="lj", particles=2, speed=0.4)
-    assert coarse_run.find_end(scene, Drifting(0.05, velocity=-1e-3), 0.0) is None
+    assert coarse_run.find_end(scene.problem, Drifting(0.05, velocity=-1e-3), 0.0) is None
 
 
 def test_clearance():
     v0 = LJ.impact_velocity
-    assert coarse_run.required_clearance(LJ, 3.0 * v0) == pytest.approx(1.5 * v0)
-    assert coarse_run.required_clearance(LJ, 0.1 * v0) is None
-    assert coarse_run.required_clearance(LJ, -1.0) is None
+    assert coarse_run.required_clearance(LJ.problem, 3.0 * v0) == pytest.approx(1.5 * v0)
+    assert coarse_run.required_clearance(LJ.problem, 0.1 * v0) is None
+    assert coarse_run.required_clearance(LJ.problem, -1.0) is None
 
 
 def test_steps_shrink_with_the_stiffest_bond():

@@ -24,8 +24,8 @@ def restitution(outcome, scene):
 @pytest.mark.parametrize("particles", [2, 3, 10, 19, 20, 100])
 def test_agrees_with_stepping_to_rounding(particles):
     scene = harmonic(particles)
-    exact = modal.run(scene)
-    stepped = stepping.run(scene, Numerics(scheme="order8", timestep=0.05))
+    exact = modal.run(scene.problem)
+    stepped = stepping.run(scene.problem, Numerics(scheme="order8", timestep=0.05))
     # The order-8 error at 0.05 is below 1e-14 per unit time (1e-10 at 0.2, 4^-8 of that), and
     # rounding grows at most linearly with the 200 time units: 2e-12 of v0.
     v0 = scene.impact_velocity
@@ -57,7 +57,7 @@ def test_five_hundred_particles():
 @pytest.mark.parametrize("velocity", [1e-140, 1e-13, 0.8, 1e100])
 def test_restitution_does_not_depend_on_speed(velocity):
     scene = harmonic(20, velocity)
-    outcome = modal.run(scene)
+    outcome = modal.run(scene.problem)
     assert restitution(outcome, scene) == pytest.approx(0.8685036072402, abs=1e-12)
     # Bonds vanish from a strain of -1; the first flight compresses by 1.4366 v0.
     assert outcome.crossed == (1.4366 * velocity >= 1.0)
@@ -65,7 +65,7 @@ def test_restitution_does_not_depend_on_speed(velocity):
 
 def test_energy_and_momentum_balance():
     scene = harmonic(300)
-    outcome = modal.run(scene)
+    outcome = modal.run(scene.problem)
     # Rounding of 300 modes over 261 contacts, each a few 1e-16.
     assert outcome.energy_end == pytest.approx(outcome.energy_start, rel=1e-12)
     gained = outcome.velocities.sum() + 300 * scene.impact_velocity
@@ -74,8 +74,10 @@ def test_energy_and_momentum_balance():
 
 def test_frames_are_states_of_the_motion():
     scene = harmonic(20)
-    exact = modal.run(scene, frame_interval=0.37)
-    stepped = stepping.run(scene, Numerics(scheme="order8", timestep=0.05), frame_interval=0.37)
+    exact = modal.run(scene.problem, frame_interval=0.37)
+    stepped = stepping.run(
+        scene.problem, Numerics(scheme="order8", timestep=0.05), frame_interval=0.37
+    )
     assert exact.frames is not None
     assert stepped.frames is not None
     shared = min(len(exact.frames.times), len(stepped.frames.times))
@@ -93,7 +95,7 @@ def test_single_particle():
 
 def test_refuses_other_bonds():
     with pytest.raises(SceneError, match="springs"):
-        modal.run(Scene(potential="lj"))
+        modal.run(Scene(potential="lj").problem)
 
 
 def test_path_expansion_is_the_sum_of_sines():

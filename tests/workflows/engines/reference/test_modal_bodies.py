@@ -25,7 +25,7 @@ def harmonic(particles, velocity=0.1, **fields):
 
 def restitution(scene):
     """Return e, the ratio of relative speeds."""
-    return math.sqrt(eta_of(scene, modal.run(scene)))
+    return math.sqrt(eta_of(scene.problem, modal.run(scene.problem)))
 
 
 def along_x(outcome, name):
@@ -50,7 +50,7 @@ def along_x(outcome, name):
 )
 def test_fifty_digits(fields):
     scene = harmonic(**fields)
-    line, outcome = scene.line, modal.run(scene)
+    line, outcome = scene.line, modal.run(scene.problem)
     sharp = collide_in_decimals(
         line.masses, line.first, line.strains, line.velocities, outcome.duration
     )
@@ -72,7 +72,7 @@ def test_initial_state_of_any_kind(tmp_path):
     lines = ["strain,velocity,mass", *(",".join(map(repr, row)) for row in rows)]
     state.write_text("\n".join(lines))
     scene = Scene(potential="harmonic", particles=4, initial=state, target_particles=2)
-    line, outcome = scene.line, modal.run(scene)
+    line, outcome = scene.line, modal.run(scene.problem)
     sharp = collide_in_decimals(
         line.masses, line.first, line.strains, line.velocities, outcome.duration + 10.0
     )
@@ -92,7 +92,7 @@ def test_initial_state_of_any_kind(tmp_path):
 )
 def test_warm_bodies_in_fifty_digits(fields):
     scene = harmonic(**fields, temperature=4e-3, seed=3)
-    line, outcome = scene.line, modal.run(scene)
+    line, outcome = scene.line, modal.run(scene.problem)
     # They fly for less than this before they meet, and are compared after the last contact.
     sharp = collide_in_decimals(
         line.masses, line.first, line.strains, line.velocities, outcome.duration + 40.0
@@ -104,7 +104,7 @@ def test_warm_bodies_in_fifty_digits(fields):
     assert along_x(outcome, "velocities") == pytest.approx(sharp.velocities, abs=10.0 * SHARP)
     assert along_x(outcome, "displacements") == pytest.approx(sharp.displacements, abs=10.0 * SHARP)
     # Steps see the same, places of both bodies included.
-    stepped = stepping.run(scene, Numerics(scheme="order8", timestep=0.05))
+    stepped = stepping.run(scene.problem, Numerics(scheme="order8", timestep=0.05))
     for name in ("velocities", "displacements"):
         assert along_x(stepped, name) == pytest.approx(along_x(outcome, name), abs=1e-9)
 
@@ -122,7 +122,7 @@ def test_two_masses_lose_most_at_their_published_ratio():
 def test_identical_chains_are_one_before_a_wall(particles):
     scene = harmonic(particles, target_particles=particles)
     alone = modal.run(harmonic(particles))
-    outcome = modal.run(scene)
+    outcome = modal.run(scene.problem)
     e = alone.velocities.mean() / 0.1
     assert restitution(scene) == pytest.approx(e, abs=SHARP)
     if particles == 50:
@@ -187,7 +187,7 @@ def test_balance_over_extreme_masses(heavy, place):
     scene = harmonic(6, masses=masses, target_particles=4, target_masses=[heavy, 1])
     if heavy < 1.0:  # a light particle that meets the other body does so 1e4 times
         scene = harmonic(6, masses=masses, target_particles=4, target_masses=[1, heavy])
-    outcome, line = modal.run(scene), scene.line
+    outcome, line = modal.run(scene.problem), scene.line
     momentum = line.chain_masses @ outcome.velocities
     momentum += line.target_masses @ outcome.target_velocities
     arriving = 0.1 * masses.sum()
@@ -203,10 +203,12 @@ def test_balance_over_extreme_masses(heavy, place):
 def test_agrees_with_stepping_over_many_particles():
     masses = np.random.default_rng(1).uniform(0.5, 2.0, 30)
     scene = harmonic(30, masses=masses, target_particles=12, compression=0.01)
-    exact = modal.run(scene, frame_interval=0.5)
-    stepped = stepping.run(scene, Numerics(scheme="order8", timestep=0.025), frame_interval=0.5)
+    exact = modal.run(scene.problem, frame_interval=0.5)
+    stepped = stepping.run(
+        scene.problem, Numerics(scheme="order8", timestep=0.025), frame_interval=0.5
+    )
     # Order 8 at half the usual step is below 1e-12; contacts pass it on.
-    assert eta_of(scene, exact) == pytest.approx(eta_of(scene, stepped), abs=1e-11)
+    assert eta_of(scene.problem, exact) == pytest.approx(eta_of(scene.problem, stepped), abs=1e-11)
     for name in ("contact_times", "contact_speeds", "impulses", "velocities", "displacements"):
         assert getattr(exact, name) == pytest.approx(getattr(stepped, name), abs=1e-10)
     for name in ("target_velocities", "target_displacements"):
@@ -250,9 +252,9 @@ def test_reference_values():
         if case["target_particles"]:
             fields |= {k: case[k] for k in ("target_particles", "target_masses")}
         scene = harmonic(case["particles"], case["velocity"], **fields)
-        outcome = modal.run(scene)
+        outcome = modal.run(scene.problem)
         # Good to 1e-9, as the file says.
-        assert eta_of(scene, outcome) == pytest.approx(case["restitution"], abs=1e-9)
+        assert eta_of(scene.problem, outcome) == pytest.approx(case["restitution"], abs=1e-9)
         assert len(outcome.contact_times) == case["contacts"]
         assert outcome.contact_times[-1] == pytest.approx(case["last_contact_time"], abs=1e-9)
 
@@ -261,7 +263,7 @@ def test_refuses_what_is_no_collision_of_hard_particles(tmp_path):
     state = tmp_path / "state.csv"
     state.write_text("strain,velocity\n0.0,0.0\n0.0,-0.1\n")
     with pytest.raises(SceneError, match="presses it"):
-        modal.run(Scene(potential="harmonic", particles=2, initial=state))
+        modal.run(Scene(potential="harmonic", particles=2, initial=state).problem)
     with pytest.raises(SceneError, match="hard contacts"):
         modal.run(harmonic(3, contact="power"))
 
@@ -271,7 +273,7 @@ def test_particle_at_rest_that_is_pulled_away_is_hit_later(tmp_path):
     # The bond pulls particle 1 off the wall first; the others bring it back.
     state.write_text("strain,velocity\n0.0,0.0\n0.05,-0.01\n0.0,-0.1\n")
     scene = Scene(potential="harmonic", particles=3, initial=state)
-    outcome, line = modal.run(scene), scene.line
+    outcome, line = modal.run(scene.problem), scene.line
     sharp = collide_in_decimals(
         line.masses, line.first, line.strains, line.velocities, outcome.duration + 10.0
     )

@@ -47,7 +47,7 @@ def sufficient_step(scene):
 def test_reference_values(case, scheme, longer):
     scene = case_scene(case)
     numerics = Numerics(scheme=scheme, timestep=longer * sufficient_step(scene))
-    outcome = stepping.run(scene, numerics)
+    outcome = stepping.run(scene.problem, numerics)
     # The values are good to 1e-9 and so is the run.
     assert restitution(outcome, scene) == pytest.approx(case["restitution"], abs=2e-9)
     assert len(outcome.contact_times) == case["contacts"]
@@ -68,10 +68,10 @@ def test_reference_values(case, scheme, longer):
 )
 def test_order_of_convergence(scheme, steps):
     scene = Scene(potential="lj", particles=20, speed=0.1)
-    exact = stepping.run(scene, Numerics(scheme="order8", timestep=0.02)).velocities
+    exact = stepping.run(scene.problem, Numerics(scheme="order8", timestep=0.02)).velocities
     errors = []
     for step in steps:
-        found = stepping.run(scene, Numerics(scheme=scheme, timestep=step)).velocities
+        found = stepping.run(scene.problem, Numerics(scheme=scheme, timestep=step)).velocities
         errors.append(np.linalg.norm(found - exact))
     slope = np.polyfit(np.log(steps), np.log(errors), 1)[0]
     # The next even order bends the line a little at finite steps.
@@ -86,7 +86,7 @@ def test_time_reversal(scheme, potential):
     scene = Scene(potential=potential, particles=30, speed=0.5)
     step = min(DEFAULT_TIMESTEPS.get(scheme, 0.1), 0.1)
     stepper = Stepper.of(scene.line, scene.bond, scheme, step)
-    chain = Motion.at_start(scene, stepper)
+    chain = Motion.at_start(scene.problem, stepper)
     chain.ledger.argue_after = np.inf
     chain.ledger.patience = np.inf
     chain.ledger.active = 29
@@ -117,14 +117,14 @@ def test_time_reversal(scheme, potential):
 def test_no_floor_at_low_speed(particles, fields):
     limit = {20: 0.86850360724, 100: 0.97247093353}[particles]
     scene = Scene(particles=particles, **fields)
-    outcome = stepping.run(scene, Numerics(scheme="order8", timestep=0.1))
+    outcome = stepping.run(scene.problem, Numerics(scheme="order8", timestep=0.1))
     assert restitution(outcome, scene) == pytest.approx(limit, abs=1e-10)
 
 
 @pytest.mark.parametrize("potential", ["lj", "log"])
 def test_balances(potential):
     scene = Scene(potential=potential, particles=50, speed=0.6)
-    outcome = stepping.run(scene, Numerics(scheme="order8", timestep=0.05))
+    outcome = stepping.run(scene.problem, Numerics(scheme="order8", timestep=0.05))
     v0 = scene.impact_velocity
     gained = outcome.velocities.sum() + 50 * v0
     assert outcome.impulses.sum() == pytest.approx(gained, rel=1e-12)
@@ -138,8 +138,8 @@ def test_balances(potential):
 def test_frames_change_nothing(interval):
     scene = Scene(potential="lj", particles=12, speed=0.5)
     numerics = Numerics(scheme="order8", timestep=0.1)
-    bare = stepping.run(scene, numerics)
-    filmed = stepping.run(scene, numerics, frame_interval=interval)
+    bare = stepping.run(scene.problem, numerics)
+    filmed = stepping.run(scene.problem, numerics, frame_interval=interval)
     assert np.array_equal(bare.velocities, filmed.velocities)
     assert np.array_equal(bare.contact_times, filmed.contact_times)
     frames = filmed.frames
@@ -147,7 +147,7 @@ def test_frames_change_nothing(interval):
     assert np.allclose(frames.times, np.arange(len(frames.times)) * interval, rtol=1e-15)
     assert frames.times[-1] + interval > filmed.duration - 0.1
     # Each frame is an exact state: a motion with a quarter of the step passes the same ones.
-    finer = stepping.run(scene, Numerics(scheme="order8", timestep=0.025), interval).frames
+    finer = stepping.run(scene.problem, Numerics(scheme="order8", timestep=0.025), interval).frames
     shared = min(len(frames.times), len(finer.times))
     for name in ("displacements", "velocities"):
         assert np.allclose(
@@ -161,7 +161,7 @@ def test_particles_ahead_of_the_front_may_be_left_out():
     stepper = Stepper.of(scene.line, scene.bond, "order8", 0.1)
     states = []
     for active in (None, 299):
-        chain = Motion.at_start(scene, stepper)
+        chain = Motion.at_start(scene.problem, stepper)
         if active is not None:
             chain.ledger.active = active
         chain.advance(1000)
@@ -179,8 +179,8 @@ def test_particles_ahead_of_the_front_may_be_left_out():
 def test_contacts_do_not_depend_on_the_step():
     # At 1.0 particle 1 leaves and returns within a step or two: no hit may be lost.
     scene = Scene(potential="harmonic", particles=40)
-    coarse = stepping.run(scene, Numerics(scheme="order8", timestep=0.9))
-    fine = stepping.run(scene, Numerics(scheme="order8", timestep=0.05))
+    coarse = stepping.run(scene.problem, Numerics(scheme="order8", timestep=0.9))
+    fine = stepping.run(scene.problem, Numerics(scheme="order8", timestep=0.05))
     assert len(coarse.contact_times) == len(fine.contact_times)
     assert np.abs(coarse.contact_times - fine.contact_times).max() < 0.02
 
@@ -188,20 +188,20 @@ def test_contacts_do_not_depend_on_the_step():
 @pytest.mark.parametrize("scheme", list(STEP_SCHEMES))
 def test_one_two_three_particles(scheme):
     numerics = Numerics(scheme=scheme, timestep=0.01)
-    single = stepping.run(Scene(potential="lj", particles=1), numerics, frame_interval=1.0)
+    single = stepping.run(Scene(potential="lj", particles=1).problem, numerics, frame_interval=1.0)
     assert restitution(single, Scene(potential="lj", particles=1)) == 1.0
     assert single.frames is not None
     assert len(single.contact_times) == 1
     for particles, expected in ((2, 1.0), (3, 0.94356222)):
         scene = Scene(potential="lj", particles=particles)
-        outcome = stepping.run(scene, numerics)
+        outcome = stepping.run(scene.problem, numerics)
         assert len(outcome.contact_times) == particles
         assert restitution(outcome, scene) == pytest.approx(expected, abs=2e-5)
 
 
 def test_harmonic_chain_that_crosses_is_flagged():
     scene = Scene(potential="harmonic", particles=20, velocity=0.8)
-    outcome = stepping.run(scene, Numerics(scheme="order8", timestep=0.1))
+    outcome = stepping.run(scene.problem, Numerics(scheme="order8", timestep=0.1))
     assert outcome.crossed
     assert restitution(outcome, scene) == pytest.approx(0.86850360724, abs=1e-10)
 
@@ -220,13 +220,15 @@ def test_harmonic_chain_that_crosses_is_flagged():
 @pytest.mark.slow
 def test_named_failures(fields, step, error, words):
     with pytest.raises(error, match=words):
-        stepping.run(Scene(particles=20, **fields), Numerics(scheme="order8", timestep=step))
+        stepping.run(
+            Scene(particles=20, **fields).problem, Numerics(scheme="order8", timestep=step)
+        )
 
 
 def test_cap_on_the_length(monkeypatch):
     monkeypatch.setattr(end_watch, "longest_collision", lambda _n, _k, _last: 10.0)
     with pytest.raises(UnfinishedCollisionError, match=r"10(\.\d)? after the first contact"):
-        stepping.run(Scene(particles=20), Numerics(scheme="order6", timestep=0.1))
+        stepping.run(Scene(particles=20).problem, Numerics(scheme="order6", timestep=0.1))
 
 
 def lj_force_that_compiles(s):
@@ -248,7 +250,7 @@ def test_bonds_of_users(force, compiled, scheme):
     assert kernels_for(bond, STEP_SCHEMES["order8"]).compiled is compiled
     scene = Scene(potential=bond, particles=10, velocity=named.impact_velocity)
     numerics = Numerics(scheme=scheme, timestep=0.2)
-    ours, theirs = stepping.run(named, numerics), stepping.run(scene, numerics)
+    ours, theirs = stepping.run(named.problem, numerics), stepping.run(scene.problem, numerics)
     # The same force to rounding; 1e-16 / s of cancellation in the user's formula is 1e-13.
     assert np.abs(ours.velocities - theirs.velocities).max() < 1e-11 * named.impact_velocity
 
@@ -256,7 +258,7 @@ def test_bonds_of_users(force, compiled, scheme):
 def test_a_chain_after_its_last_contact_goes_the_same_way():
     scene = Scene(potential="lj", particles=48, speed=1.3505)
     stepper = Stepper.of(scene.line, scene.bond, "order8", 0.02)
-    chain = Motion.at_start(scene, stepper)
+    chain = Motion.at_start(scene.problem, stepper)
     assert chain.advance(10**6) == bookkeeping.ARGUE
     last, steps = float(chain.ledger["last_contact"]), int(chain.ledger["steps"])
     again = chain.after_last_contact()

@@ -131,7 +131,7 @@ def _particle_order() -> Slip:
 def _chain_length() -> Slip:
     etas = {}
     for n in (19, 20):
-        outcome = modal.run(Scene(potential="harmonic", particles=n, velocity=0.1))
+        outcome = modal.run(Scene(potential="harmonic", particles=n, velocity=0.1).problem)
         etas[n] = float(restitution(outcome.velocities, 0.1))
     return Slip(
         "figure 2",
@@ -146,7 +146,7 @@ def _chain_length() -> Slip:
 def _reduced_units() -> Slip:
     n = 20
     speed = float(mode_frequencies(n)[1]) * n / math.pi
-    outcome = modal.run(Scene(potential="harmonic", particles=n, velocity=0.1))
+    outcome = modal.run(Scene(potential="harmonic", particles=n, velocity=0.1).problem)
     contact_time, crossings = float(outcome.contact_times[-1]), 2.0 * (n - 1)
     # ω₁ = 2 sin(π/2n): the next term of the series bounds what is missing from c_l = 1.
     is_unit_speed = 0.0 < 1.0 - speed < math.pi**2 / (24.0 * n**2)
@@ -182,7 +182,7 @@ def _frequencies() -> Slip:
 
 def _mode_energies() -> Slip:
     scene = Scene(potential="harmonic", particles=_CHAIN, velocity=0.1)
-    outcome = modal.run(scene)
+    outcome = modal.run(scene.problem)
     total = 0.5 * _CHAIN * 0.1**2
     energies = contact_mode_energies(_CHAIN, outcome.contact_times, outcome.contact_speeds)
     lost = 1.0 - float(restitution(outcome.velocities, 0.1))
@@ -201,7 +201,7 @@ def _mode_energies() -> Slip:
 
 
 def _pair_estimates() -> Slip:
-    outcome = modal.run(Scene(potential="harmonic", particles=2, velocity=0.1))
+    outcome = modal.run(Scene(potential="harmonic", particles=2, velocity=0.1).problem)
     interval = float(outcome.contact_times[1])
     speed = float(np.mean(outcome.contact_speeds)) / 0.1
     return Slip(
@@ -217,7 +217,7 @@ def _pair_estimates() -> Slip:
 
 
 def _contacts_bracket() -> Slip:
-    outcome = modal.run(Scene(potential="harmonic", particles=500, velocity=0.1))
+    outcome = modal.run(Scene(potential="harmonic", particles=500, velocity=0.1).problem)
     count, last = len(outcome.contact_times), float(outcome.contact_times[-1])
     impulse = float(np.sum(outcome.contact_speeds)) / 0.1
 

@@ -82,7 +82,7 @@ def _scale_equation() -> Slip:
 def _wall_frequency() -> Slip:
     """Compare what is left in the modes with the wall's frequency above all of theirs."""
     n = 500
-    outcome = modal.run(Scene(potential="harmonic", particles=n, velocity=0.1))
+    outcome = modal.run(Scene(potential="harmonic", particles=n, velocity=0.1).problem)
     frequency = 2.0 * math.pi / float(np.mean(np.diff(outcome.contact_times)))
     highest = float(mode_frequencies(n)[-1])
     lost = 1.0 - float(restitution(outcome.velocities, 0.1))

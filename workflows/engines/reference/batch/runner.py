@@ -9,7 +9,7 @@ import numpy as np
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.line import Line
-from chaincor.lammps_inputs.scene import Scene
+from chaincor.lammps_inputs.problem import Problem
 from chaincor.workflows.engines.end_watch import EndWatch, longest_collision
 from chaincor.workflows.engines.ending import Ending
 from chaincor.workflows.engines.fragment_bounds import breaking_energy
@@ -126,9 +126,9 @@ class Batch:
                     group.end(s, ending, now - float(ledger["first_contact"]))
         return group.outcomes(time.perf_counter() - started)
 
-    def follow_cold(self, scenes: Sequence[Scene], steps: Array) -> ManyRuns:
+    def follow_cold(self, scenes: Sequence[Problem], steps: Array) -> ManyRuns:
         """Run collisions of standard chains to the same ends as single runs."""
-        speeds = np.array([scene.impact_velocity for scene in scenes])
+        speeds = np.array([problem.impact_velocity for problem in scenes])
         starts = StartStates.cold(speeds, self.particles)
         group = Chains(self._stepper, starts, steps, speeds)
         started = time.perf_counter()
@@ -181,12 +181,12 @@ class Batch:
             self._bounds[top] = EndBounds.of(self._line, self._bond, top)
         return self._bounds[top]
 
-    def _follow_alone(self, scene: Scene, group: Chains, s: int) -> Ending | None:
+    def _follow_alone(self, problem: Problem, group: Chains, s: int) -> Ending | None:
         """Follow a chain that may break to its end; None if it needs a single run."""
         chain = group.chain(s)
         chain.ledger["active"] = self.particles - 1  # as lanes move all bonds
         try:
-            ending, group.durations[s], evaluations = follow_on(scene, chain)
+            ending, group.durations[s], evaluations = follow_on(problem, chain)
         except RunError:
             return None  # the single run reports the error
         chain.ledger["evaluations"] = evaluations
@@ -207,7 +207,7 @@ class Batch:
             group.rows.statuses[s] = group.chain(s).advance(int(group.rows.goals[s]))
 
     def _keep_off(
-        self, scenes: Sequence[Scene], group: Chains, argued: Sequence[int]
+        self, scenes: Sequence[Problem], group: Chains, argued: Sequence[int]
     ) -> dict[int, tuple[bool, float]]:
         """
         Look ahead for many chains, as ``LookAhead.keeps_off`` does for one.

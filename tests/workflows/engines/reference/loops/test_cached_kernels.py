@@ -311,7 +311,7 @@ def carried(bond):
     """Return eta by one step size, and how often its loop was compiled."""
     scene = Scene(potential=bond, particles=3, velocity=0.3, engine="reference")
     numerics = Numerics(scheme="verlet", timestep=0.05)
-    eta = stepping.run(scene, numerics).velocities.tobytes()
+    eta = stepping.run(scene.problem, numerics).velocities.tobytes()
     return eta, kernels_for(bond, STEP_SCHEMES["verlet"]).advance.compiled
 
 

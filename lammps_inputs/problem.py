@@ -1,0 +1,84 @@
+"""Problem: the physics of one collision, which engines and error bars work with."""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from chaincor.lammps_inputs.bonds.potential import Potential
+from chaincor.lammps_inputs.line import Line
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """
+    Bodies of one collision, with their bonds, contact law and initial state.
+
+    A scene is what a user writes; its problem is what a solver needs. Units are the natural bond
+    length, the particle mass and the bond stiffness.
+    """
+
+    bond: Potential  #: Potential of the bonds.
+    line: Line  #: Both bodies along x, with their masses, contact law and initial state.
+    #: v0 > 0; the chain's centre of mass arrives with velocity -v0.
+    impact_velocity: float
+    label: str  #: Name of the potential in texts.
+    #: Whether the bond is built from keys, and so can be a key of a cache.
+    named: bool = True
+    temperature: float | None = None  #: k_B T of the drawn initial state; None for a cold one.
+    comes_moving: bool = False  #: Whether particles have individual initial velocities.
+
+    @classmethod
+    def of_cold_chain(cls, bond: Potential, particles: int, velocity: float) -> "Problem":
+        """Return a cold chain of unit masses that hits a hard, rigid wall."""
+        line = Line(
+            masses=np.concatenate(([np.inf], np.ones(particles))),
+            first=1,
+            strains=np.concatenate(([0.0], np.full(particles - 1, -0.0))),
+            velocities=np.concatenate(([0.0], np.full(particles, -velocity))),
+        )
+        return cls(bond, line, velocity, bond.name, named=False)
+
+    def at_velocity(self, velocity: float) -> "Problem":
+        """Return the problem of a cold chain at another impact velocity."""
+        velocities = self.line.velocities.copy()
+        velocities[self.line.first :] = -velocity
+        line = replace(self.line, velocities=velocities)
+        return replace(self, line=line, impact_velocity=velocity)
+
+    @property
+    def particles(self) -> int:
+        """Number of particles of the chain."""
+        return len(self.line.masses) - self.line.first
+
+    @property
+    def all_particles(self) -> int:
+        """Number of particles of both bodies."""
+        return self.particles + self.line.targets
+
+    @property
+    def longest_body(self) -> int:
+        """Number of particles of the longer body, which sound has to cross."""
+        return max(self.particles, self.line.targets)
+
+    @cached_property
+    def fast_stiffness(self) -> float:
+        """U''(1) over the smallest mass: the square of the fastest bond's frequency."""
+        return self.bond.scale_stiffness(self.impact_velocity**2) / self.line.lightest
+
+    @cached_property
+    def slow_stiffness(self) -> float:
+        """U''(1) over the mean mass of the slower body: the square of its speed of sound."""
+        return self.bond.sound_stiffness(self.impact_velocity**2) / self.line.mean_mass
+
+    @property
+    def contact_duration(self) -> float:
+        """Approximate duration of an overlap of two particles at the impact speed; 0 if hard."""
+        if not self.line.soft:
+            return 0.0
+        return 3.0 * self.line.overlap(self.impact_velocity) / self.impact_velocity
+
+    @cached_property
+    def start_energy(self) -> float:
+        """Total initial energy of the bodies: of motion and of strained bonds."""
+        return self.line.energy(self.bond, self.line.strains, self.line.velocities)
