@@ -40,7 +40,9 @@ BONDS = {
 
 def rendered(scene, table=None, steps=None, plan=None, **wishes):
     plan = ScriptPlan(Numerics.from_scene(scene), table, **{"end": END} | (plan or {}))
-    return render_job(scene.problem, plan, TIMES, steps, JobWishes(**wishes))
+    return render_job(
+        scene.problem, plan, TIMES, steps, JobWishes(frame_interval=scene.frame_interval, **wishes)
+    )
 
 
 def render(wall, kind, frames=20, **options):

@@ -125,9 +125,9 @@ def test_a_job_with_a_target_runs_slower_chains_on_request(tmp_path):
     done = run_lmp(tmp_path / "job", "-var", "velocity", "0.03")
     slower = scene.replace(velocity=0.03)
     table = usual_pilot_run(scene.problem, flown_on(scene.problem)).table_range(scene.problem)
-    outcome = lammps.run(slower, replace(Numerics.from_scene(slower), bond_range=table))
+    outcome = lammps.run(slower.problem, replace(Numerics.from_scene(slower), bond_range=table))
     # The table of the job is made for bonds that are watched a little longer.
-    eta = eta_of(slower, outcome)
+    eta = eta_of(slower.problem, outcome)
     assert number(done.stdout, "restitution") == pytest.approx(eta, abs=1e-10)
 
 

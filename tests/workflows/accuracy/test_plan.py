@@ -6,7 +6,7 @@ import pytest
 
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.plan import plan
-from chaincor.workflows.accuracy.solvers import SOLVERS, solver_of
+from chaincor.workflows.accuracy.solvers import LAMMPS, SOLVERS, solver_of
 from chaincor.workflows.collision import collide
 from chaincor.workflows.errors import RunError
 
@@ -40,7 +40,7 @@ def test_the_first_solver_that_supports_a_scene_is_taken(fields, solver):
 def test_a_scene_that_no_solver_supports_is_refused_with_the_reason():
     scene = Scene(particles=10, contact="power", contact_stiffness=1e9)
     with pytest.raises(RunError, match=r"with contact_stiffness 1e\+09 the contact would swing"):
-        solver_of(scene.problem)
+        solver_of(scene.problem, (LAMMPS,))
     assert "contact_stiffness" in plan(scene).refusal
     with pytest.raises(RunError, match="contact_stiffness"):
         collide(scene)

@@ -39,14 +39,14 @@ def test_agrees_with_stepping_to_rounding(particles):
 
 def test_pair_in_closed_form():
     # Relative motion has omega = sqrt(2) and half its period is spent at the wall.
-    outcome = modal.run(harmonic(2))
+    outcome = modal.run(harmonic(2).problem)
     assert outcome.contact_times[1] == pytest.approx(math.pi / math.sqrt(2.0), rel=1e-14)
     assert outcome.velocities == pytest.approx([0.1, 0.1], rel=1e-14)
 
 
 def test_five_hundred_particles():
     # Values of careful integration, to the digits they are known to.
-    outcome = modal.run(harmonic(500))
+    outcome = modal.run(harmonic(500).problem)
     intervals = np.diff(outcome.contact_times)
     assert len(outcome.contact_times) / 500 == pytest.approx(0.870, abs=5e-4)
     assert intervals.mean() == pytest.approx(2.3044, abs=5e-5)
@@ -88,7 +88,7 @@ def test_frames_are_states_of_the_motion():
 
 
 def test_single_particle():
-    outcome = modal.run(harmonic(1))
+    outcome = modal.run(harmonic(1).problem)
     assert outcome.velocities.tolist() == [0.1]
     assert outcome.scheme == "modal"
 

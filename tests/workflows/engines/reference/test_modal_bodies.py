@@ -121,7 +121,7 @@ def test_two_masses_lose_most_at_their_published_ratio():
 @pytest.mark.parametrize("particles", [1, 2, 20, 50])
 def test_identical_chains_are_one_before_a_wall(particles):
     scene = harmonic(particles, target_particles=particles)
-    alone = modal.run(harmonic(particles))
+    alone = modal.run(harmonic(particles).problem)
     outcome = modal.run(scene.problem)
     e = alone.velocities.mean() / 0.1
     assert restitution(scene) == pytest.approx(e, abs=SHARP)
@@ -155,7 +155,7 @@ def test_bodies_may_be_exchanged():
     forth = harmonic(**one, target_particles=4, target_masses=[3, 1])
     back = harmonic(**other, target_particles=7, target_masses=[1, 2, 5])
     assert restitution(forth) == pytest.approx(restitution(back), abs=SHARP)
-    there, here = modal.run(forth), modal.run(back)
+    there, here = modal.run(forth.problem), modal.run(back.problem)
     assert there.contact_times == pytest.approx(here.contact_times, abs=SHARP)
     # The frame in which the other body is at rest moves with the impact velocity.
     assert there.velocities == pytest.approx(-0.1 - here.target_velocities, abs=SHARP)
@@ -173,7 +173,7 @@ def test_common_factor_of_masses_is_a_unit_of_time(factor):
         target_masses=factor * target,
     )
     assert restitution(scaled) == pytest.approx(restitution(plain), abs=SHARP)
-    there, here = modal.run(scaled), modal.run(plain)
+    there, here = modal.run(scaled.problem), modal.run(plain.problem)
     assert there.contact_times / factor**0.5 == pytest.approx(here.contact_times, rel=SHARP)
     assert there.displacements == pytest.approx(here.displacements, abs=SHARP)
     assert there.energy_start == pytest.approx(here.energy_start, rel=SHARP)
@@ -227,7 +227,7 @@ def test_agrees_with_stepping_over_many_particles():
 @pytest.mark.parametrize("velocity", [1e-100, 2.0, 1e100])
 def test_restitution_does_not_depend_on_speed(velocity):
     fields = {"masses": [1, 2], "target_particles": 3}
-    outcome = modal.run(harmonic(8, velocity, **fields))
+    outcome = modal.run(harmonic(8, velocity, **fields).problem)
     e = relative_velocity(harmonic(8, velocity, **fields).line, outcome) / velocity
     assert e == pytest.approx(restitution(harmonic(8, **fields)), abs=SHARP)
     assert outcome.crossed == (outcome.bond_min < 0.0) == (velocity > 1.0)
@@ -265,7 +265,7 @@ def test_refuses_what_is_no_collision_of_hard_particles(tmp_path):
     with pytest.raises(SceneError, match="presses it"):
         modal.run(Scene(potential="harmonic", particles=2, initial=state).problem)
     with pytest.raises(SceneError, match="hard contacts"):
-        modal.run(harmonic(3, contact="power"))
+        modal.run(harmonic(3, contact="power").problem)
 
 
 def test_particle_at_rest_that_is_pulled_away_is_hit_later(tmp_path):
