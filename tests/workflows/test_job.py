@@ -154,7 +154,7 @@ def test_a_job_sees_what_else_acts_on_its_target(tmp_path):
 
 def test_a_kept_run_of_two_bodies_is_a_job(tmp_path):
     scene = line_scene(LINES[4], tmp_path).replace(save=tmp_path / "kept")
-    outcome = lammps.run(scene.problem, Numerics.from_scene(scene))
+    outcome = lammps.run(scene.problem, Numerics.from_scene(scene), files=scene.run_files)
     done = run_lmp(tmp_path / "kept")
     assert done.returncode == 0, done.stdout[-2000:]
     # The kept script has a table of its own.
@@ -271,7 +271,7 @@ def test_a_users_state_is_found_from_the_job_from_a_grid_and_from_a_kept_run(tmp
     scene = Scene(potential="toda", particles=3, initial="state.csv")
     write_job(scene, Path("job"))
     write_grid([scene], ["particles"], Path("grid"), "bash")
-    lammps.run(scene.replace(save=Path("kept")).problem, Numerics())
+    lammps.run(scene.problem, Numerics(), files=scene.replace(save=Path("kept")).run_files)
     written = [path for name in ("job", "grid", "kept") for path in Path(name).rglob("*.toml")]
     assert len(written) == 4
     for path in written:

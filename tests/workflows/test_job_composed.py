@@ -223,7 +223,7 @@ def test_steps_that_are_unstable_at_twice_their_length_are_refused(tmp_path):
 def test_the_kept_script_of_a_run_takes_its_steps(tmp_path):
     scene = Scene(particles=8, speed=0.4, save=tmp_path / "kept")
     numerics = replace(Numerics(), scheme="order8", timestep=0.1)
-    outcome = lammps.run(scene.problem, numerics)
+    outcome = lammps.run(scene.problem, numerics, files=scene.run_files)
     done = run_lmp(tmp_path / "kept")
     assert number(done.stdout, "restitution") == pytest.approx(
         eta_of(scene.problem, outcome), abs=1e-10

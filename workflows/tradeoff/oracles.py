@@ -70,7 +70,7 @@ def _collide(
     """
     # Only LAMMPS saves time by checking the wall after several steps.
     guarded = isinstance(chain, LammpsChain)
-    flight = flight_of(chain, scene, numerics, guarded)  # type: ignore[arg-type]
+    flight = flight_of(chain, scene.problem, numerics, guarded)  # type: ignore[arg-type]
     # Contacts shift slightly without one of the errors.
     limit = float(like.contact_times[-1]) + KNOWN_MARGIN / scene.bond.stiffness**0.5
     for _ in like.contact_times:

@@ -189,7 +189,7 @@ class Measurement:
         numerics = self.setting.numerics(truth.scene, truth.bond_range, phase)
         started, worked = time.perf_counter(), time.thread_time()
         try:
-            outcome = _ENGINES[self.setting.engine].run(truth.scene, numerics)
+            outcome = _ENGINES[self.setting.engine].run(truth.scene.problem, numerics)
         except RunError as error:
             self.failure = str(error)
             return

@@ -59,7 +59,9 @@ def test_dumps_of_the_engine_hold_its_memory(tmp_path, speed):
     """Must show 1, asked for 1e-12 relative; text of 17 digits gives every bit."""
     dump = tmp_path / "dump.lammpstrj"
     scene = Scene(potential="lj", particles=50, speed=speed, dump=dump)
-    outcome = engine.run(scene.problem, Numerics(scheme="order6", timestep=0.1), frame_interval=5.0)
+    outcome = engine.run(
+        scene.problem, Numerics(scheme="order6", timestep=0.1), 5.0, scene.run_files
+    )
     memory = outcome.frames
     source = list(Dump(dump))
     states = list(ChainLayout.from_frame(source[0]).states(source))
@@ -88,7 +90,9 @@ def test_dumps_of_the_engine_hold_its_memory(tmp_path, speed):
 def test_a_dump_at_contacts_holds_every_contact(tmp_path, bond):
     dump = tmp_path / "dump.lammpstrj"
     scene = Scene(potential="lj", particles=20, speed=1.0, dump=dump, dump_frames="contacts")
-    outcome = engine.run(scene.problem, Numerics(scheme="order8", timestep=0.1))
+    outcome = engine.run(
+        scene.problem, Numerics(scheme="order8", timestep=0.1), files=scene.run_files
+    )
     frames = list(Dump(dump))
     assert len(frames) == outcome.contact_times.size + 1  # and the end
     found = analyze_frames(Dump(dump), Known(bond=bond))

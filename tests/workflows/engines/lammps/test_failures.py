@@ -13,6 +13,7 @@ import pytest
 from chaincor.lammps_inputs.bond_table import tabulate
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.numerics import Numerics
+from chaincor.lammps_inputs.run_files import NO_FILES
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.lammps import engine as lammps
 from chaincor.workflows.engines.lammps import guard, lammps_collision
@@ -76,7 +77,7 @@ def test_the_bond_and_the_step_are_named(tmp_path):
     scene = Scene(particles=5, speed=0.4)
     numerics = Numerics(scheme="verlet", timestep=0.01, bond_range=(0.99, 1.01))
     table = tabulate(scene.bond, numerics.bond_range)
-    runs = lammps._collide(scene.problem, numerics, (0.01,), table, None, tmp_path)
+    runs = lammps._collide(scene.problem, numerics, (0.01,), table, None, tmp_path, NO_FILES)
     assert isinstance(runs.stopped, BondRangeError)
     assert re.search(r"bond 1 is 0\.9\d+ long, below .* step \d+", str(runs.stopped))
     assert runs.stopped.length < table.lengths[0]

@@ -392,7 +392,7 @@ def test_a_dump_has_both_bodies(tmp_path):
         dump=tmp_path / "motion.lammpstrj",
         dump_frames="contacts",
     )
-    outcome = lammps.run(scene.problem, SHARP)
+    outcome = lammps.run(scene.problem, SHARP, files=scene.run_files)
     frames = list(Dump(tmp_path / "motion.lammpstrj"))
     assert len(frames) == len(outcome.contact_times) + 1
     first = frames[-2]

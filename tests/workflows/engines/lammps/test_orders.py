@@ -25,7 +25,7 @@ RANGES = {
 
 
 def restitution_of(run, scheme, timestep):
-    outcome = run(SCENE, Numerics(scheme=scheme, timestep=timestep, bond_range=BOND_RANGE))
+    outcome = run(SCENE.problem, Numerics(scheme=scheme, timestep=timestep, bond_range=BOND_RANGE))
     return float(restitution(outcome.velocities, SCENE.impact_velocity))
 
 
