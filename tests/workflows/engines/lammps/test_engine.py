@@ -193,8 +193,8 @@ def test_files_are_kept_on_request_only(tmp_path):
         save=tmp_path / "job",
         dump=tmp_path / "deep" / "motion.dump",
     )
-    lammps.run(scene.problem, Numerics(scheme="verlet", timestep=0.02))
     lammps.run(scene.problem, Numerics(scheme="verlet", timestep=0.02), files=scene.run_files)
+    kept = {file.name for file in (tmp_path / "job").iterdir()}
     assert {"chain.data", "bond.table", "log.lammps"} <= kept
     warnings = [
         line
