@@ -52,8 +52,8 @@ def test_granular_steps_are_of_second_order(contact):
     known = collide(scene.replace(engine="reference"), tolerance=1e-10)
     steps = np.array([0.04, 0.02, 0.01])
     numerics = Numerics(scheme="verlet", timestep=float(steps[0]))
-    runs = engine.run_at_steps(scene, numerics, steps.tolist())
-    errors = [abs(eta_of(scene, run) - known.restitution) for run in runs]
+    runs = engine.run_at_steps(scene.problem, numerics, steps.tolist())
+    errors = [abs(eta_of(scene.problem, run) - known.restitution) for run in runs]
     # Halving a step four times fewer errors; the phase of contacts in steps shifts that.
     order = np.log2(errors[0] / errors[-1]) / 2.0
     assert 1.6 < order < 2.5
