@@ -28,7 +28,7 @@ def collide(scene, timestep=0.1, force=1.0):
         bond = scene.bond
         spoilt = UserBond(bond.energy, lambda s: force * bond.force(s))
         scene = scene.replace(potential=spoilt, speed=None, velocity=scene.impact_velocity)
-    done = reference.run(scene, Numerics(scheme="order8", timestep=timestep))
+    done = reference.run(scene.problem, Numerics(scheme="order8", timestep=timestep))
     return {
         "velocities": done.velocities,
         "displacements": done.displacements,

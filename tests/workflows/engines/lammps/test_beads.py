@@ -39,8 +39,8 @@ def test_damping_models_of_both_engines_are_one_law(law, fields):
     scene = beads(**fields, masses=(1.0, 2.0), damping=0.1, damping_law=law)
     known = collide(scene.replace(engine="reference"), tolerance=1e-8)
     steps = [0.04, 0.01, 0.0025]
-    runs = engine.run_at_steps(scene, Numerics(scheme="verlet", timestep=steps[0]), steps)
-    errors = [abs(eta_of(scene, run) - known.restitution) for run in runs]
+    runs = engine.run_at_steps(scene.problem, Numerics(scheme="verlet", timestep=steps[0]), steps)
+    errors = [abs(eta_of(scene.problem, run) - known.restitution) for run in runs]
     # LAMMPS takes damping forces at half a step before: a quarter of the step, a quarter of errors.
     assert errors[1] / errors[2] == pytest.approx(4.0, rel=0.3)
     assert errors[2] < 1e-3
