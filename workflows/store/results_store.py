@@ -203,6 +203,7 @@ class Store:
             new: dict[tuple[str, ...], list[tuple[Any, ...]]] = {}
             later: list[tuple[Row, Row | None]] = []
             kept: list[tuple[str, str, bytes]] = []
+            environments: dict[str, int] = {}
             for row, old in zip(rows, olds, strict=True):
                 key = row.columns[KEY]
                 if old is not None or key in seen or not row.has_result:
@@ -210,7 +211,10 @@ class Store:
                     continue
                 seen.add(key)
                 columns = {**row.columns, "tries": 1, "finished": now}
-                columns["environment"] = self._environment(columns.pop("versions"))
+                versions = columns.pop("versions")
+                if versions not in environments:
+                    environments[versions] = self._environment(versions)
+                columns["environment"] = environments[versions]
                 new.setdefault(tuple(columns), []).append(tuple(columns.values()))
                 kept += _npy(key, row) if arrays else ()
             # Rows of new collisions are most of a sweep, and are written in one statement.
