@@ -18,6 +18,8 @@ _SKIPPED = ("_static", "reference/api")
 # Axe takes a minute for the longest pages on a busy machine, in seconds.
 _PATIENCE = 900.0
 _READY = "document.body.dataset.state === 'idle' && shown.curve.length > 0"
+# Shows the next slide and waits until it stands still.
+_NEXT = "Reveal.next(), new Promise((done) => setTimeout(done, 1200))"
 _RUN = (
     "axe.run(document, {preload: false, resultTypes: ['violations']}).then((found) =>"
     " found.violations.map((v) => [v.impact, v.id, v.nodes[0].target.join(' ')]))"
@@ -25,14 +27,21 @@ _RUN = (
 
 
 def barriers(browser: Any, page: Path, axe: str) -> list[str]:
-    """Return the serious and critical violations of a page, as the browser shows it now."""
+    """Return the serious and critical violations of a page, or of all slides on the page."""
     browser.open(page)
     if page.name == "live.html":
         browser.wait(_READY)
+    slides = browser.evaluate("typeof Reveal === 'undefined' ? 1 : Reveal.getTotalSlides()")
     browser.evaluate(f"{axe};0")
-    found = browser.evaluate(_RUN)
-    return [f"{page}: {rule} at {place}" for impact, rule, place in found
-            if impact in ("serious", "critical")]  # fmt: skip
+    lines = []
+    for slide in range(slides):
+        if slide:
+            browser.evaluate(_NEXT)
+        place = f"{page}, slide {slide + 1}" if slides > 1 else str(page)
+        found = browser.evaluate(_RUN)
+        lines += [f"{place}: {rule} at {where}" for impact, rule, where in found
+                  if impact in ("serious", "critical")]  # fmt: skip
+    return lines
 
 
 def pages_of(site: Path) -> list[Path]:
