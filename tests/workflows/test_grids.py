@@ -193,7 +193,7 @@ def test_a_log_whose_contacts_are_no_count_is_named(chaincor, tmp_path, contacts
     status, out, _ = chaincor("collect", jobs, "-o", tmp_path / "results.sqlite")
     assert status == 1
     assert "1 unfinished" in out
-    assert f"its log says contacts = {float(contacts):g}; expected a whole number" in out
+    assert f"its log says contacts = {float(contacts):g}, which is no whole number" in out
 
 
 @pytest.mark.parametrize("there", ["submit.bash", "0001/in.chain"])
@@ -202,7 +202,7 @@ def test_files_of_a_users_own_are_no_grid_to_write_over(tmp_path, there):
     own.parent.mkdir(exist_ok=True)
     own.write_text("mine")
     scenes = [Scene(potential="harmonic", particles=3, velocity=0.1, scheme="verlet")]
-    with pytest.raises(InputError, match="already; expected a new or empty folder"):
+    with pytest.raises(InputError, match=r"already\. Give another folder"):
         write_grid(scenes, [], tmp_path, "bash")
     assert own.read_text() == "mine"
     assert [path for path in tmp_path.rglob("*") if path.is_file()] == [own]

@@ -59,7 +59,7 @@ class Cells:
     def __init__(self, points: SweepPoints, number: int = 1, count: int = 1) -> None:
         if not 1 <= number <= count:
             raise SweepError(
-                f"shard {number}/{count} does not exist; expected 1/{count} to {count}/{count}"
+                f"shard {number}/{count} does not exist. Give 1/{count} to {count}/{count}"
             )
         self.points, self._part, self._parts = points, number - 1, count
         self._digits = [_Digit.of(group) for group in points.groups]

@@ -92,8 +92,9 @@ def collide_many(
     if seconds / workers > most_seconds:
         raise CostError(
             f"{count} collisions would take about {format_duration(seconds / workers)} with "
-            f"{workers} workers; expected at most {format_duration(most_seconds)}: take fewer "
-            "samples or particles, or allow more (--most-hours, or most_seconds in Python)"
+            f"{workers} workers, but {format_duration(most_seconds)} are allowed. Take "
+            "fewer samples or particles, or allow more (--most-hours, or most_seconds in "
+            "Python)"
         )
     found: list[Sample | None] = [None] * count  # in the order of the scenes
     alone: list[tuple[int, Scene]] = []

@@ -127,8 +127,8 @@ def refuse_shared_fields(axes: Mapping[str, Axis], together: Sequence[Sequence[s
             shared = {field for a, b in pairs for field in _fields([a]) & _fields([b])}
         if shared:
             raise SweepError(
-                f"axes '{one}' and '{other}' both set {' and '.join(sorted(shared))}; expected one "
-                "axis for each field: leave it out of one of them"
+                f"axes '{one}' and '{other}' both set {' and '.join(sorted(shared))}. Set each "
+                "field by one axis only"
             )
 
 

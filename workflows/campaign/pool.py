@@ -94,9 +94,9 @@ class _Worker:
             if self._process.exitcode is not None and self._process.exitcode < 0:
                 raise
             raise WorkerStartError(
-                f"worker processes do not start (exit status {self._process.exitcode}); expected "
-                "an importable main module: in a script, put the call under "
-                'if __name__ == "__main__":'
+                f"worker processes do not start (exit status {self._process.exitcode}). Put the "
+                'call of a script under if __name__ == "__main__":, so that its module can be '
+                "imported"
             ) from None
 
     @property
@@ -193,6 +193,6 @@ def sent(what: str, to: str, error: type[ChaincorError]) -> Iterator[None]:
         yield
     except (pickle.PicklingError, AttributeError, TypeError) as reason:
         raise error(
-            f"{what} cannot be sent to {to} ({one_line(reason)}); expected bonds "
-            "whose functions are defined at the top level of a module"
+            f"{what} cannot be sent to {to} ({one_line(reason)}). Define the functions of "
+            "bonds at the top level of a module"
         ) from None

@@ -97,5 +97,5 @@ def _listed(name: str, axis: Any) -> list[Any]:
     if hasattr(axis, "tolist"):
         axis = axis.tolist()
     if isinstance(axis, str | bytes | dict) or not isinstance(axis, Iterable):
-        raise SweepError(f"axis '{name}' is {axis!r}; expected its values: {name}=[{axis!r}]")
+        raise SweepError(f"axis '{name}' is {axis!r}. Give a list of values: {name}=[{axis!r}]")
     return list(axis)

@@ -69,26 +69,25 @@ def read_sweep(path: Path | str) -> Sweep:
     unknown = [key for key in fields if key not in _KEYS]
     if unknown:
         raise SweepError(
-            f"unknown key '{unknown[0]}' in {path}; expected {', '.join(_KEYS)}: fields of the "
-            "scene go under [scene] or [axes]"
+            f"unknown key '{unknown[0]}' in {path}. Use {', '.join(_KEYS)}, and put fields "
+            "of the scene under [scene] or [axes]"
         )
     base, axes = _table(fields, "scene"), _table(fields, "axes")
     inner = axes.pop("parameters", {}) if isinstance(axes.get("parameters"), dict) else {}
     for name, axis in inner.items():
         if (whole := f"{PARAMETER_AXIS}{name}") in axes:
             raise SweepError(
-                f"axis '{whole}' is given twice, with quotes and without; expected it once: "
-                "leave one out"
+                f"axis '{whole}' is given twice, with quotes and without. Leave one out"
             )
         axes[whole] = axis
     values = read_axes(base, axes, "use arrays = true beside [scene], or --keep-jobs DIR")
     base = from_folder(base, path.parent)
     arrays = fields.get("arrays", False)
     if not isinstance(arrays, bool):
-        raise SweepError(f"arrays is {arrays!r}; expected true or false")
+        raise SweepError(f"arrays is {arrays!r}. Give true or false")
     store = fields.get("store", f"{path.stem}.sqlite")
     if not isinstance(store, str):
-        raise SweepError(f"store is {store!r}; expected the name of a file")
+        raise SweepError(f"store is {store!r}. Give the name of a file")
     return Sweep(
         scenes=SweepPoints(base, _groups(values, fields.get("zip", [])), path.parent),
         axes={name: len(axis) for name, axis in values.items()},
@@ -100,7 +99,7 @@ def read_sweep(path: Path | str) -> Sweep:
 def _table(fields: dict[str, Any], key: str) -> dict[str, Any]:
     table = fields.get(key, {})
     if not isinstance(table, dict):
-        raise SweepError(f"{key} is {table!r}; expected a table [{key}]")
+        raise SweepError(f"{key} is {table!r}. Give a table [{key}]")
     return dict(table)
 
 
@@ -126,7 +125,7 @@ def _refuse_outputs(given: Mapping[str, Any], instead: str) -> None:
     for key in FILE_KEYS:
         if given.get(key) is not None:
             raise SweepError(
-                f"'{key}' in a sweep would write every point to one place; expected none: {instead}"
+                f"'{key}' in a sweep would write every point to one place. Leave it out: {instead}"
             )
 
 
@@ -136,40 +135,40 @@ def _axis_values(name: str, axis: Any) -> Axis:
         return [{name: value} for value in axis] if name == "parameters" else axis
     if name not in Scene.model_fields and not name.startswith(PARAMETER_AXIS):
         raise SweepError(
-            f"axis '{name}' is not a field of a scene; expected one of "
-            f"{', '.join(Scene.model_fields)}, or a list of tables that set several"
+            f"axis '{name}' is not a field of a scene. Use one of "
+            f"{', '.join(Scene.model_fields)}, or a list of tables that set several fields"
         )
     if isinstance(axis, dict):
         return ValuesAxis(name, _range_values(name, axis))
     if not isinstance(axis, list) or not axis:
         raise SweepError(
-            f"axis '{name}' is {axis!r}; expected a list, or {{from, to, points}}, or "
-            "{from, to, step}"
+            f"axis '{name}' is {axis!r}. Give a list, or {{from, to, points}}, or {{from, "
+            "to, step}"
         )
     if name in MASSES_READ and any(isinstance(value, int | float) for value in axis):
         # One value of such a key is a list itself. A plain list could mean one chain, or one mass
         # per chain.
         raise SweepError(
-            f"axis '{name}' is {axis!r}; expected a list of lists, as [[1, 2], [1, 3]]: one value "
-            "for all points goes under [scene]"
+            f"axis '{name}' is {axis!r}. Give a list of lists, such as [[1, 2], [1, 3]], or "
+            "one value for all points under [scene]"
         )
     return [{name: value} for value in axis]
 
 
 def _range_values(name: str, axis: dict[str, Any]) -> Sequence[float]:
-    def wrong(expected: str) -> SweepError:
-        return SweepError(f"the range of axis '{name}' is {axis!r}; expected {expected}")
+    def wrong(wanted: str) -> SweepError:
+        return SweepError(f"the range of axis '{name}' is {axis!r}. Give {wanted}")
 
     if name == "seed":
         # Seeds are whole numbers, which a float cannot always hold.
         ends = [axis[key] for key in ("from", "to") if key in axis]
         whole = all(isinstance(end, int) and not isinstance(end, bool) for end in ends)
         if not (len(ends) == len(axis) == 2 and whole and 0 <= ends[1] - ends[0] < _MOST_VALUES):
-            raise wrong("two whole numbers, as { from = 1, to = 200 }, of which each is taken")
+            raise wrong("two whole numbers, such as { from = 1, to = 200 }")
         return range(ends[0], ends[1] + 1)
     wanted = {"from", "to"} <= set(axis) <= _RANGE_KEYS and ("points" in axis) != ("step" in axis)
     if not wanted:
-        raise wrong("from, to, and either points or step; with points also spacing")
+        raise wrong("from, to, and points or step; spacing goes with points")
     if not all(_is_finite(axis[key]) for key in ("from", "to", "points", "step") if key in axis):
         raise wrong("finite numbers")
     first, last, spacing = float(axis["from"]), float(axis["to"]), axis.get("spacing", "linear")
@@ -180,14 +179,14 @@ def _range_values(name: str, axis: dict[str, Any]) -> Sequence[float]:
         step = float(axis["step"])
         count = (last - first) / step * (1.0 + 1e-12) + 1.0 if step else 0.0
         if not 1.0 <= count < _MOST_VALUES:
-            raise wrong("a step towards to")
+            raise wrong("a step that leads from the first value to the last")
         values = Spaced(first, step, math.floor(count))
     else:
         points = axis["points"]
         if not isinstance(points, int) or not 1 <= points < _MOST_VALUES:
             raise wrong("a whole number of points, 1 or more")
         if spacing == "log" and not (first > 0 and last > 0):
-            raise wrong("it above zero where spacing is log")
+            raise wrong("values above zero for spacing log")
         values = spaced(first, last, points, log=spacing == "log")
     if name in _WHOLE:
         if len(values) > _MOST_WHOLE:
@@ -208,14 +207,14 @@ def _groups(values: dict[str, Axis], together: Any) -> list[Axis]:
         isinstance(group, list) and all(isinstance(name, str) for name in group)
         for group in together
     ):
-        raise SweepError(f"zip is {together!r}; expected lists of axes: [['particles', 'speed']]")
+        raise SweepError(f"zip is {together!r}. Give lists of axes: [['particles', 'speed']]")
     left = dict(values)
     groups: list[Axis] = []
     for names in together:
         missing = [name for name in names if name not in left]
         if missing or not names:
             raise SweepError(
-                f"zip names {', '.join(map(repr, missing)) or 'nothing'}; expected axes, each once"
+                f"zip names {', '.join(map(repr, missing)) or 'nothing'}. Name axes, each once"
             )
         axes = [left.pop(name) for name in names]
         if len({len(axis) for axis in axes}) > 1:
@@ -226,5 +225,5 @@ def _groups(values: dict[str, Axis], together: Any) -> list[Axis]:
     groups += left.values()
     count = math.prod(len(group) for group in groups)
     if count > _MOST_VALUES:
-        raise SweepError(f"the axes make {count} points; expected at most {_MOST_VALUES}")
+        raise SweepError(f"the axes make {count} points. Give at most {_MOST_VALUES}")
     return groups

@@ -81,12 +81,12 @@ def group_scenes(
     for name, value in (("samples", samples), ("velocities", velocities)):
         if value is not None:
             raise InputError(
-                f"{name} goes with one scene, of which seeds are drawn; expected a scene, or a "
-                f"list of scenes without {name}"
+                f"{name} needs one scene, for which seeds are drawn. Give a scene, or a list of "
+                f"scenes without {name}"
             )
     chosen = scenes_given(scenes)
     if not chosen:
-        raise InputError("no scenes were given; expected one at least")
+        raise InputError("no scenes were given. Give at least one")
     found: dict[Any, list[int]] = {}
     for place, scene in enumerate(chosen):
         _refuse_outputs(scene)
@@ -110,16 +110,14 @@ def _drawn_group(scene: Scene, samples: int | None, velocities: ArrayLike | None
     _refuse_outputs(scene)
     first = seed_of(scene)
     if first + samples - 1 > LARGEST_SEED:
-        raise InputError(
-            f"seed is {first} and samples {samples}; expected seeds up to {LARGEST_SEED}"
-        )
+        raise InputError(f"seed is {first} and samples {samples}. Give seeds up to {LARGEST_SEED}")
     seeds = range(first, first + samples)
     each = np.full(samples, scene.impact_velocity)
     if velocities is not None:
         each = np.array(velocities, dtype=float)
         if each.shape != (samples,) or not np.all(np.isfinite(each) & (each > 0.0)):
             raise InputError(
-                f"velocities has the shape {each.shape}, or numbers that are no speeds; expected "
+                f"velocities has the shape {each.shape}, or numbers that are no speeds. Give "
                 f"{samples} numbers above 0"
             )
         # The slowest or fastest velocity may be invalid for every scene.
@@ -132,7 +130,7 @@ def _refuse_outputs(scene: Scene) -> None:
     for key in FILE_KEYS:
         if getattr(scene, key) is not None and key in scene.model_fields_set:
             raise InputError(
-                f"{key} is given, and every sample would write to it; expected none: run the "
+                f"{key} is given, but every sample would write to it. Leave it out, and run the "
                 "collision of one seed to keep its motion"
             )
 

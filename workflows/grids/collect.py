@@ -57,8 +57,8 @@ def collect_grid(folder: Path) -> list[CollectedJob]:
         rows = []
     if not rows or not {"folder", "refusal"} <= set(rows[0]):
         raise InputError(
-            f"the folder {str(folder)!r} has no {MANIFEST} that can be read; expected one that "
-            "`chaincor inputs SWEEP.toml -o DIR` wrote"
+            f"the folder {str(folder)!r} has no {MANIFEST} that can be read. Give a folder "
+            "that `chaincor inputs SWEEP.toml -o DIR` wrote"
         )
     for number, row in enumerate(rows, 1):
         _check_row(folder, number, row)
@@ -76,8 +76,8 @@ def _check_row(grid: Path, number: int, row: dict[Any, Any]) -> None:
         wrong = f"the folder {name[:60]!a}, which is no folder of the grid"
     if wrong is not None:
         raise InputError(
-            f"{str(grid / MANIFEST)!r}: row {number} has {wrong}; expected the manifest that "
-            "`chaincor inputs SWEEP.toml -o DIR` wrote: write the grid anew, or restore the row"
+            f"{str(grid / MANIFEST)!r}: row {number} has {wrong}. Restore the row, or write "
+            "the grid anew with `chaincor inputs SWEEP.toml -o DIR`"
         )
 
 
@@ -117,8 +117,8 @@ def _missing(found: dict[str, float]) -> str | None:
     eta, error = found["restitution"], found["restitution_error"]
     if not 0.0 <= eta < math.inf or error < 0.0:
         return (
-            f"its log says restitution = {eta:g} and restitution_error = {error:g}; expected 0 or "
-            "more: move the log away and submit it again"
+            f"its log says restitution = {eta:g} and restitution_error = {error:g}, which "
+            "must not be negative. Move the log away and submit the job again"
         )
     if "contacts" not in found:
         return (
@@ -128,8 +128,8 @@ def _missing(found: dict[str, float]) -> str | None:
     contacts = found["contacts"]
     if not (1.0 <= contacts <= _MOST_CONTACTS and contacts.is_integer()):
         return (
-            f"its log says contacts = {contacts:g}; expected a whole number, 1 or more: move the "
-            "log away and submit it again"
+            f"its log says contacts = {contacts:g}, which is no whole number of 1 or more. "
+            "Move the log away and submit the job again"
         )
     return None
 

@@ -116,8 +116,8 @@ def write_grid(
     present = [name for name in (MANIFEST, script_name, *names) if (folder / name).exists()]
     if present and not replace_existing:
         raise InputError(
-            f"the folder {str(folder)!r} has {', '.join(present[:3])} already; expected a new or "
-            "empty folder: give another, or --force to write the jobs anew"
+            f"the folder {str(folder)!r} has {', '.join(present[:3])} already. Give another "
+            "folder, or write the jobs anew with --force"
         )
     refusals: dict[str, str] = {}
     rows = []

@@ -55,8 +55,8 @@ def _new_folder(home: Path, lesson: str) -> Path:
         folder.mkdir(exist_ok=True)
     except OSError as error:
         raise InputError(
-            f"no folder for the lesson can be made in {str(home)!r}: {error.strerror}; expected "
-            "one to write to: open the notebook in a folder of your own"
+            f"no folder for the lesson can be made in {str(home)!r}: {error.strerror}. Open "
+            "the notebook in a folder of your own"
         ) from None
     return folder
 
@@ -98,5 +98,5 @@ def prepared(name: str) -> Path:
     if name not in names:
         near = meant(name, names)
         hint = "" if near is None else f"; did you mean '{near}'?"
-        raise InputError(f"there is no data {name!r}; expected one of {', '.join(names)}{hint}")
+        raise InputError(f"there is no data {name!r}. Use one of {', '.join(names)}{hint}")
     return folder / name

@@ -73,7 +73,7 @@ def find_exercise(name: str) -> Exercise:
         known = exercises_of(int(lesson))
     if not isinstance(name, str) or name not in known:
         names = ", ".join(map(repr, known)) or f"those of lessons 1 to {LESSONS[-1]}, such as '1.1'"
-        raise InputError(f"there is no exercise {shown(name)}; expected one of {names}")
+        raise InputError(f"there is no exercise {shown(name)}. Use one of {names}")
     return known[name]
 
 

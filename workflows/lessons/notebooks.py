@@ -61,7 +61,8 @@ def notebook(page: Path, *, solutions: bool = True) -> str:
         import jupytext
     except ImportError:
         raise MissingLibraryError(
-            "jupytext is not installed; expected it for notebooks: pip install chaincor[notebook]"
+            "notebooks need jupytext, which is not installed. Install it: pip install "
+            "chaincor[notebook]"
         ) from None
     text = page.read_text(encoding="utf-8")
     text = _SOLUTION.sub(r"**Solution.**\n\1" if solutions else "", text)
@@ -132,7 +133,7 @@ def _portable(command: str) -> str:
     status = _STATUS.fullmatch(line)
     alone = status[1] if status else line
     if not alone.startswith("chaincor ") or _OF_A_SHELL.search(re.sub(r'"[^"]*"', "", alone)):
-        raise ValueError(f"{command!r} needs a shell; expected what Windows can do, too")
+        raise ValueError(f"{command!r} needs a shell. Use a command that Windows can run, too")
     return f"!{alone}" + ('\nprint("exit status", _exit_code)' if status else "")
 
 

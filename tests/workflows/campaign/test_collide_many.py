@@ -103,7 +103,7 @@ def test_each_sample_may_have_a_speed_of_its_own():
 def test_speeds_that_are_none_are_refused(velocities):
     with pytest.raises(InputError, match="velocities has"):
         collide_many(WARM, 2, velocities=velocities)
-    with pytest.raises(InputError, match="velocities goes with one scene"):
+    with pytest.raises(InputError, match="velocities needs one scene"):
         collide_many([WARM], velocities=velocities)
 
 
@@ -232,9 +232,9 @@ def test_no_memory_costs_the_sample_that_met_it(monkeypatch):
         (WARM, None, "samples is None"),
         (WARM, True, "samples is True"),
         (WARM, 0, "samples is 0"),
-        (WARM.replace(seed=2**63 - 3), 4, "expected seeds up to"),
+        (WARM.replace(seed=2**63 - 3), 4, "Give seeds up to"),
         (WARM.replace(arrays="a.npz"), 4, "arrays is given"),
-        ([WARM], 4, "samples goes with one scene"),
+        ([WARM], 4, "samples needs one scene"),
         ([], None, "no scenes"),
         ([WARM, 1], None, "Give a scene"),
     ],

@@ -8,7 +8,7 @@ from chaincor.workflows.campaign.pool import ProcessPool
 from chaincor.workflows.errors import SweepError
 from chaincor.workflows.validation.user_integrator import UserIntegratorError, run_user_integrator
 
-WORDS = r"cannot be sent to {} \(.*<lambda>.*\); expected bonds whose functions are defined at the "
+WORDS = r"cannot be sent to {} \(.*<lambda>.*\)\. Define the functions of bonds at the "
 
 
 def test_to_a_worker_and_to_an_integrator_of_the_users():

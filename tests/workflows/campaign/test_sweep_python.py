@@ -65,8 +65,8 @@ def test_a_collision_that_fails_is_a_row_that_says_why():
     [
         ({}, {"speed": [0.1]}, InputError, "type dict was given"),
         (BASE, {"sped": [0.1]}, SweepError, "axis 'sped' is not a field of a scene"),
-        (BASE, {"speed": 0.1}, SweepError, r"expected its values: speed=\[0.1\]"),
-        (BASE, {"potential": "lj"}, SweepError, r"expected its values: potential=\['lj'\]"),
+        (BASE, {"speed": 0.1}, SweepError, r"Give a list of values: speed=\[0.1\]"),
+        (BASE, {"potential": "lj"}, SweepError, r"Give a list of values: potential=\['lj'\]"),
         (BASE, {"speed": []}, SweepError, "axis 'speed' is"),
         (BASE, {"speed": [0.1, -1.0]}, SceneError, "speed is -1.0"),
         (BASE, {"arrays": ["a.npz"]}, SweepError, "'arrays' in a sweep would write"),

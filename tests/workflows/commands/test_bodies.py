@@ -59,7 +59,7 @@ def test_other_axes(sweep_file):
 
 @pytest.mark.parametrize("axis", ["[1, 2]", "[[1, 2], 3]", "[true]"])
 def test_an_axis_of_numbers_is_refused_where_a_value_is_a_list(sweep_file, axis):
-    with pytest.raises(SweepError, match=r"expected a list of lists, as \[\[1, 2\], \[1, 3\]\]"):
+    with pytest.raises(SweepError, match=r"Give a list of lists, such as \[\[1, 2\], \[1, 3\]\]"):
         read_sweep(sweep_file(f"[axes]\nmasses = {axis}\n"))
 
 

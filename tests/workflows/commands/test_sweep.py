@@ -96,15 +96,15 @@ def test_an_axis_takes_the_place_of_what_contradicts_it(sweep_file):
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("particles = 10", "go under"),
+        ("particles = 10", "put fields of the scene under"),
         ("[axes]\ncolour = [1]", "not a field"),
-        ("[axes]\nspeed = 1.0", "expected a list"),
-        ("[axes]\nspeed = []", "expected a list"),
+        ("[axes]\nspeed = 1.0", "Give a list"),
+        ("[axes]\nspeed = []", "Give a list"),
         ("[axes]\nspeed = {from = 1.0, to = 2.0}", "points or step"),
         ("[axes]\nspeed = {from = 1.0, to = 2.0, points = 2, base = 2}", "points or step"),
         ('[axes]\nspeed = {from = -1.0, to = 2.0, points = 2, spacing = "log"}', "above zero"),
-        ("[axes]\nspeed = {from = 1.0, to = 2.0, step = -0.1}", "step towards"),
-        ("[axes]\nspeed = {from = 1.0, to = 2.0, step = 0}", "step towards"),
+        ("[axes]\nspeed = {from = 1.0, to = 2.0, step = -0.1}", "a step that leads"),
+        ("[axes]\nspeed = {from = 1.0, to = 2.0, step = 0}", "a step that leads"),
         ("[axes]\nseed = {from = 1.0, to = 2.0}", "two whole numbers"),
         ("[axes]\nseed = {from = 2, to = 1}", "two whole numbers"),
         ("[axes]\nseed = {from = 1, to = 9, points = 3}", "two whole numbers"),
@@ -115,20 +115,20 @@ def test_an_axis_takes_the_place_of_what_contradicts_it(sweep_file):
         (
             "[axes]\nspeed = {from = 0.1, to = 1.0, points = 4000000000}\n"
             "velocity = {from = 0.1, to = 1.0, points = 4000000000}",
-            "16000000000000000000 points; expected at most 4611686018427387904",
+            "16000000000000000000 points. Give at most 4611686018427387904",
         ),
         (
             "[axes]\nparticles = {from = 2, to = 1e9, points = 100000000}",
             "at most 10000000 values",
         ),
-        ("zip = 3", "expected lists of axes"),
-        ('zip = ["speed"]', "expected lists of axes"),
+        ("zip = 3", "Give lists of axes"),
+        ('zip = ["speed"]', "Give lists of axes"),
         ('zip = [["speed", "particles"]]\n[axes]\nspeed = [1.0]\nparticles = [2, 3]', "lengths"),
         ('zip = [["speed"], ["speed"]]\n[axes]\nspeed = [1.0]', "each once"),
         ('[scene]\ndump = "a.dump"', "one place"),
-        ("scene = 3", "expected a table"),
+        ("scene = 3", "Give a table"),
         ("arrays = 3", "true or false"),
-        ("store = 3", "expected the name of a file"),
+        ("store = 3", "Give the name of a file"),
     ],
 )
 def test_what_makes_no_sense_is_told(sweep_file, text, said):
@@ -149,19 +149,19 @@ def test_a_point_that_is_no_scene_is_named(chaincor, sweep_file):
     [
         (
             "[axes]\nparticles = [3, 4]\nbond = [{particles = 5}, {speed = 0.1}]",
-            "axes 'particles' and 'bond' both set particles;",
+            "axes 'particles' and 'bond' both set particles",
         ),
         (
             'zip = [["a", "b"]]\n[axes]\na = [{speed = 0.1}]\nb = [{speed = 0.2, particles = 3}]',
-            "axes 'a' and 'b' both set speed;",
+            "axes 'a' and 'b' both set speed",
         ),
         (
             "[axes]\nparameters.a = [1]\nbond = [{parameters = {a = 1, D = 1}}]",
-            r"axes 'bond' and 'parameters\.a' both set parameters\.a;",
+            r"axes 'bond' and 'parameters\.a' both set parameters\.a",
         ),
         (
             "[axes]\nx = [{parameters = {a = 1}}]\ny = [{parameters = {D = 1}}]",
-            "axes 'x' and 'y' both set parameters;",
+            "axes 'x' and 'y' both set parameters",
         ),
         ('[axes]\n"parameters.a" = [1]\nparameters.a = [2]', "given twice, with quotes"),
         ('[axes]\nbond = [{arrays = "a.npz"}]', "'arrays' in a sweep would write every point"),

@@ -55,10 +55,10 @@ def test_the_shell_finds_chaincor_and_lmp(home, monkeypatch):
 
 def test_a_file_in_the_way(home):
     (home / "1_lesson_files").write_text("in the way")
-    with pytest.raises(InputError, match="open the notebook in a folder of your own"):
+    with pytest.raises(InputError, match="Open the notebook in a folder of your own"):
         begin("1_lesson")
 
 
 def test_there_is_no_such_data():
-    with pytest.raises(InputError, match=r"expected one of cor_curves\.csv"):
+    with pytest.raises(InputError, match=r"Use one of cor_curves\.csv"):
         prepared("curve.csv")
