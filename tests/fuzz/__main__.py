@@ -1,6 +1,8 @@
 """
 Fuzzing for as long as one likes, all kinds in turn; prints every finding and the sizes reached.
 
+Files of findings are kept in ``tests/fuzz/found``, where the tests try them again.
+
     python -m tests.fuzz MINUTES [KIND ...]
 """
 
@@ -30,7 +32,7 @@ def main() -> None:
                 if kind == "command line":
                     fuzz_lines(4 * _AT_ONCE, number, tried)
                 else:
-                    fuzz_files(subjects()[kind], _AT_ONCE, number, tried)
+                    fuzz_files(subjects()[kind], _AT_ONCE, number, tried, keep=True)
             except (AssertionError, FlakyFailure) as error:
                 findings += 1
                 print(f"FINDING {error}"[:2000], flush=True)

@@ -1,6 +1,8 @@
 """Spoilt files and command lines, and what a command may never do with them."""
 
 from collections import Counter
+from hashlib import sha256
+from pathlib import Path
 from random import Random
 from typing import Any
 
@@ -22,19 +24,37 @@ _SETTINGS: dict[str, Any] = {
 }
 
 
-def fuzz_files(subject: Subject, examples: int, number: int, tried: Counter) -> None:
-    """Call the commands that read a kind of file with spoilt ones; raises AssertionError."""
+# Files that commands answered wrongly once, in a folder for each kind.
+FOUND = Path(__file__).parent / "found"
+
+
+def faults_of(subject: Subject, command: tuple[str, ...], content: bytes, tried: Counter) -> Any:
+    """Return what is wrong with the answer of a command to a spoilt file; count its status."""
+    made = Case(command, subject.files | {subject.file: content}, subject.outputs)
+    answer = call_in_process(made, HANG_SECONDS)
+    tried[subject.name, answer.status] += 1
+    return faults(made, answer)
+
+
+def fuzz_files(
+    subject: Subject, examples: int, number: int, tried: Counter, keep: bool = False
+) -> None:
+    """
+    Call the commands that read a kind of file with spoilt ones; raises AssertionError.
+
+    With `keep`, a file with a wrong answer is kept among those of `FOUND`.
+    """
 
     @seed(number)
     @settings(max_examples=examples, **_SETTINGS)
     @given(st.integers(0, 2**63), st.sampled_from(subject.commands))
     def call(chosen: int, command: tuple[str, ...]) -> None:
         spoilt = subject.spoil(Random(chosen), subject.files[subject.file])
-        files = subject.files | {subject.file: spoilt}
-        made = Case(command, files, subject.outputs)
-        answer = call_in_process(made, HANG_SECONDS)
-        tried[subject.name, answer.status] += 1
-        wrong = faults(made, answer)
+        wrong = faults_of(subject, command, spoilt, tried)
+        if wrong and keep:
+            place = FOUND / subject.name / sha256(spoilt).hexdigest()[:12]
+            place.parent.mkdir(parents=True, exist_ok=True)
+            place.write_bytes(spoilt)
         assert not wrong, f"{subject.name}, spoilt by {chosen}, {' '.join(command)}: {wrong}"
 
     call()

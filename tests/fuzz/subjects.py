@@ -74,6 +74,21 @@ def _xyz() -> bytes:
     return ("\n".join(lines) + "\n").encode()
 
 
+def _by_ase() -> bytes:
+    from ase import Atoms
+    from ase.io import write
+
+    images = []
+    for time, (x, v) in enumerate(zip(*_frames(), strict=True)):
+        atoms = Atoms("Ar" * len(x), np.column_stack((x, 0 * x, 0 * x)), info={"time": time})
+        atoms.set_velocities(np.column_stack((v, 0 * v, 0 * v)))
+        images.append(atoms)
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "d.traj"
+        write(path, images)
+        return path.read_bytes()
+
+
 def _yaml() -> bytes:
     parts = []
     for k, (x, v) in enumerate(zip(*_frames(), strict=True)):
@@ -167,6 +182,7 @@ def _dumps() -> list[Subject]:
         "text dump": ("dump.lammpstrj", materials().job["dump.lammpstrj"]),
         "yaml dump": ("d.yaml", _yaml()),
         "extended XYZ": ("d.extxyz", _xyz()),
+        "ASE trajectory": ("d.traj", _by_ase()),
         "TRR": ("d.trr", _by_mdanalysis("trr")),
         "NetCDF": ("d.ncdf", _by_mdanalysis("ncdf")),
     }

@@ -7,12 +7,13 @@ import pytest
 
 from tests.extremes.cases import Case
 from tests.extremes.judging import call_in_process
-from tests.fuzz.fuzzing import HANG_SECONDS, fuzz_files, fuzz_lines
+from tests.fuzz.fuzzing import FOUND, HANG_SECONDS, faults_of, fuzz_files, fuzz_lines
 from tests.fuzz.subjects import subjects
 from tests.workflows.engines.reference.loops.test_cached_kernels import arguments, loop
 
 KINDS = (
-    *("text dump", "yaml dump", "extended XYZ", "TRR", "NetCDF", "data file", "script", "log"),
+    *("text dump", "yaml dump", "extended XYZ", "ASE trajectory", "TRR", "NetCDF", "data file"),
+    *("script", "log"),
     *("manifest", "table", "store", "cells of a store", "template", "sweep", "units"),
 )
 
@@ -35,6 +36,14 @@ def test_a_file_that_is_whole_is_read(kind):
 @pytest.mark.parametrize("kind", KINDS)
 def test_spoilt_files_are_answered_or_refused_in_one_line(kind):
     fuzz_files(subjects()[kind], 40, 1, Counter())
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("path", sorted(FOUND.glob("*/*")), ids=lambda path: path.parent.name)
+def test_files_that_were_answered_wrongly_once(path):
+    subject = subjects()[path.parent.name]
+    for command in subject.commands:
+        assert not faults_of(subject, command, path.read_bytes(), Counter())
 
 
 @pytest.mark.slow

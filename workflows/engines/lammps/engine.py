@@ -175,6 +175,8 @@ def _run_in_folder(
         error, seen = runs.stopped, runs.longest_seen
         held = seen < table.longest - _unsure_end(table, numerics)
         if error is not None:
+            if isinstance(error, BondRangeError) and np.isnan(error.length):
+                raise error  # the data of the bond end, and no table can be wider
             length = error.length if isinstance(error, BondRangeError) else np.inf
             if _is_impossible(problem, length):
                 # Within a bin beyond the last row LAMMPS reads undefined memory and may move a bond
