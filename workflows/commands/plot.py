@@ -77,6 +77,8 @@ def plot(
 
 # Columns that hold lists. One number of a list can be an axis.
 _LISTS = ("masses", "target_masses")
+# Values of keys that the identity of a scene leaves out.
+_ABSENT = {"contact": "hard"}
 # Impact speed in two units.
 _IMPACT = {"speed", "velocity"}
 # Order of keys in labels. The most telling keys come first, so that keys that depend on them add
@@ -193,7 +195,11 @@ def _curves(
     names = asked or tuple(_varying(rows, given))
     groups: dict[tuple[Any, ...], list[_Row]] = {}
     for row in rows:
-        key = row.values[2:] if asked else tuple(row.scene.get(name) for name in names)
+        key = (
+            row.values[2:]
+            if asked
+            else tuple(row.scene.get(name, _ABSENT.get(name)) for name in names)
+        )
         groups.setdefault(key, []).append(row)
     curves = {}
     for label, group in zip(_labels(names, groups), groups.values(), strict=True):
