@@ -5,17 +5,19 @@ from typing import Any
 
 import numpy as np
 
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.hertz import Hertz
 from chaincor.lammps_inputs.chain_data import ROOM, initial_state
 from chaincor.lammps_inputs.contact_script import number
 from chaincor.lammps_inputs.errors import SceneError
+from chaincor.lammps_inputs.line import Line
 from chaincor.lammps_inputs.problem import Problem
 from chaincor.lammps_inputs.script import DATA_FILE, SAFE_PATH_CHARACTERS, rendered
 from chaincor.lammps_inputs.script_plan import ScriptPlan
 
 # LAMMPS's normal stiffness k_n multiplies sqrt(R_eff) d^(3/2). Beads of diameter 1 have R_eff =
 # 1/4, and R_eff = 1/2 at a wall.
-PAIR_STIFFNESS, WALL_STIFFNESS, _ROOT_RADIUS = 2.0, math.sqrt(2.0), 0.5
+PAIR_STIFFNESS, WALL_STIFFNESS = 2.0, math.sqrt(2.0)
 _HERTZ = 1.5
 # Largest sum of the overlaps of a bead with both neighbours, which leaves these apart.
 _FREE = 0.9
@@ -33,10 +35,10 @@ def format_beads(problem: Problem) -> str:
     """
     line = problem.line
     positions, velocities = bead_state(problem)
-    masses = np.concatenate((line.chain_masses, line.target_masses))
+    kinds, types = _kinds(line)
+    masses, diameters = kinds[types - 1].T
     slow = max(1.0, float(np.mean(masses)) ** 0.5) * max(1.0, 2.0 * float(np.abs(velocities).max()))
     reach = ROOM * (len(masses) + 10.0 + float(np.ptp(positions))) * slow
-    kinds, types = np.unique(masses, return_inverse=True)
     lines = [
         "column of beads, bead 1 nearest the wall; positions are those of centres",
         "",
@@ -50,21 +52,40 @@ def format_beads(problem: Problem) -> str:
         "Atoms # sphere",
         "",
     ]
-    densities = 6.0 / math.pi * masses
-    rows = zip((types.ravel() + 1).tolist(), densities.tolist(), positions.tolist(), strict=True)
+    densities = 6.0 / math.pi * masses / diameters**3
+    columns = (each.tolist() for each in (types, diameters, densities, positions))
     lines += [
-        f"{i} {kind} 1.0 {mass:.17g} {x:.17g} 0 0" for i, (kind, mass, x) in enumerate(rows, 1)
+        f"{i} {kind} {diameter:.17g} {density:.17g} {x:.17g} 0 0"
+        for i, (kind, diameter, density, x) in enumerate(zip(*columns, strict=True), 1)
     ]
     lines += ["", "Velocities", ""]
     lines += [f"{i} {v:.17g} 0 0 0 0 0" for i, v in enumerate(velocities.tolist(), 1)]
     return "\n".join(lines) + "\n"
 
 
-def bead_state(problem: Problem) -> Any:
+def bead_rests(line: Line) -> Array:
+    """Return where the centres of touching beads rest, of the column and then of a free target."""
+    diameters = np.ones(len(line.chain_masses)) if line.diameters is None else line.diameters
+    column = np.cumsum(np.append(0.0, 0.5 * (diameters[1:] + diameters[:-1])))
+    return np.append(column, -1.0 - np.arange(line.targets))
+
+
+def bead_state(problem: Problem) -> tuple[Array, Array]:
     """Return positions of the centres and velocities; bead 1 at 0 touches the wall."""
-    positions, velocities = initial_state(problem.line)
+    line = problem.line
+    positions, velocities = initial_state(line)
+    if line.diameters is not None:
+        positions += bead_rests(line) - np.arange(problem.particles)
     positions[problem.particles :] -= 1.0  # beads of a target touch where centres are 1 apart
     return positions, velocities
+
+
+def _kinds(line: Line) -> tuple[Array, Any]:
+    """Return mass and diameter of each type of bead, of shape (types, 2), and the types of all."""
+    masses = np.concatenate((line.chain_masses, line.target_masses))
+    diameters = np.ones(len(masses)) if line.diameters is None else line.diameters
+    kinds, types = np.unique(np.stack((masses, diameters), axis=1), axis=0, return_inverse=True)
+    return kinds, types.ravel() + 1
 
 
 def _pairs(problem: Problem) -> list[tuple[str, str]]:
@@ -79,13 +100,17 @@ def _pairs(problem: Problem) -> list[tuple[str, str]]:
     stiffness = number(PAIR_STIFFNESS)
     if bond.damping_law == "dashpot" or not bond.damping:
         return [("* *", f"{stiffness} {number(bond.damping)}")]
-    kinds = np.unique(np.concatenate((line.chain_masses, line.target_masses))).tolist()
+    kinds = _kinds(line)[0].tolist()
     damped = {
-        f"{i} {j}": bond.damping / (_ROOT_RADIUS * one * other / (one + other))
-        for i, one in enumerate(kinds, 1)
-        for j, other in enumerate(kinds[i - 1 :], i)
+        f"{i} {j}": bond.damping / ((0.5 * a * b / (a + b)) ** 0.5 * (m * n / (m + n)))
+        for i, (m, a) in enumerate(kinds, 1)
+        for j, (n, b) in enumerate(kinds[i - 1 :], i)
     }
     return [(types, f"{stiffness} {number(eta)}") for types, eta in damped.items()]
+
+
+def _first_diameter(line: Line) -> float:
+    return 1.0 if line.diameters is None else float(line.diameters[0])
 
 
 def _wall(problem: Problem) -> str | None:
@@ -96,8 +121,11 @@ def _wall(problem: Problem) -> str | None:
         return None
     damping = bond.damping
     if bond.damping_law == "viscoelastic":
-        damping *= WALL_STIFFNESS / float(problem.line.chain_masses[0])
-    return f"{number(WALL_STIFFNESS * contact.strength)} {number(damping)}"
+        line = problem.line
+        damping /= (0.5 * _first_diameter(line)) ** 0.5 * float(line.chain_masses[0])
+    # The law at the wall holds the root of the diameter, as R_eff does.
+    stiffness = WALL_STIFFNESS * contact.strength / _first_diameter(problem.line) ** 0.5
+    return f"{number(stiffness)} {number(damping)}"
 
 
 def _values(problem: Problem, folder: str) -> dict[str, Any]:
@@ -109,6 +137,7 @@ def _values(problem: Problem, folder: str) -> dict[str, Any]:
         "pairs": _pairs(problem),
         "damping": "viscoelastic" if viscoelastic else "velocity",
         "wall": _wall(problem),
+        "surface": number(-0.5 * _first_diameter(problem.line)),
     }
 
 
@@ -131,7 +160,8 @@ def render_granular_job(problem: Problem, plan: ScriptPlan) -> str:
     assert plan.bar is not None
     v0, line = problem.impact_velocity, problem.line
     unit = line.overlap(v0) / v0 if line.soft else 1.0 / problem.fast_stiffness**0.5
-    overlap = max(1.0 - plan.end.bond_min, 1e-300)
+    thinnest = 1.0 if line.diameters is None else float(np.min(line.diameters))
+    overlap = max(1.0 - plan.end.bond_min, 1e-300) / thinnest
     fastest = v0 * (_FREE / (2.0 * overlap)) ** ((_HERTZ + 1.0) / 2.0)
     if fastest < v0:
         raise SceneError(

@@ -36,6 +36,20 @@ class Line:
     #: Initial velocities along x, negative for an approaching chain, of shape (N,).
     velocities: Array
     contact: ContactLaw = HARD  #: Contact law of the bodies.
+    diameters: Array | None = None  #: Diameters of a column's beads, of shape (n,); None for 1.
+
+    @cached_property
+    def pair_stiffness(self) -> Array:
+        """
+        Factors of the forces of bonds, of shape (N - 1,): sqrt(4 R_eff) of Hertz's law.
+
+        The factor is 1 for beads of diameter 1, and at the gap, whose law has its own.
+        """
+        found = np.ones(len(self.masses) - 1)
+        if self.diameters is not None:
+            near, far = self.diameters[:-1], self.diameters[1:]
+            found[self.first :] = np.sqrt(2.0 * near * far / (near + far))
+        return found
 
     @property
     def soft(self) -> bool:
@@ -62,7 +76,7 @@ class Line:
     @cached_property
     def is_standard(self) -> bool:
         """Whether this is a cold chain of unit masses before a hard, rigid wall."""
-        return self.at_wall and self.cold and self.unit
+        return self.at_wall and self.cold and self.unit and self.diameters is None
 
     @cached_property
     def has_equal_masses(self) -> bool:
@@ -162,7 +176,10 @@ class Line:
         masses = np.where(np.isinf(self.masses), 0.0, self.masses)
         with np.errstate(over="ignore", invalid="ignore"):
             energy = 0.5 * float(masses @ velocities**2)
-            energy += float(np.sum(bond.energy(np.delete(strains, self.gap))))
+            energies = bond.energy(np.delete(strains, self.gap))
+            if self.diameters is not None:
+                energies = energies * np.delete(self.pair_stiffness, self.gap)
+            energy += float(np.sum(energies))
         return energy + self.contact.energy(max(-float(strains[self.gap]), 0.0))
 
     def separation(self, velocities: Array) -> float:

@@ -105,6 +105,14 @@ class ContactLaw(ABC):
             A formula that can be a factor of a product.
         """
 
+    def between_spheres(self, diameter: float) -> "ContactLaw":
+        """Return the law of a sphere of another diameter than 1 at the wall."""
+        if not self.soft:
+            return self
+        stiffer = dict(self.as_keys())
+        stiffer[self.strength_key] *= diameter**0.5
+        return type(self)(**{self.keys[key]: value for key, value in stiffer.items()})
+
     @property
     def description(self) -> str:
         """Description of the law in one line."""

@@ -1,7 +1,7 @@
 """Rules for scenes of beads that only push, and for their LAMMPS runs."""
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from chaincor.lammps_inputs.problem import Problem
 
@@ -18,6 +18,13 @@ _STEPS = (*_GRANULAR, "timestep")
 
 def check_beads(scene: "Scene") -> Iterator[str]:
     """Yield the mistakes of a scene of beads."""
+    if scene.diameters is not None and (
+        scene.bond.as_keys().get("hertz_exponent") != _HERTZ or scene.target_particles is not None
+    ):
+        yield (
+            "diameters set the stiffness of Hertz's law before a wall. Use potential 'hertz' with "
+            f"exponent {_HERTZ:g} and no target, or leave diameters out"
+        )
     if not scene.bond.only_pushes:
         return
     if scene.damping_law is not None and scene.damping is None:
@@ -59,7 +66,10 @@ def granular_refusal(problem: Problem) -> str | None:
             "the contact with the target has a law of its own, and LAMMPS's pair_style granular "
             "has one law for all beads. Leave contact out, or set engine to 'reference'"
         )
-    masses = {*problem.line.chain_masses.tolist(), *problem.line.target_masses.tolist()}
+    line = problem.line
+    masses: set[Any] = {*line.chain_masses.tolist(), *line.target_masses.tolist()}
+    if line.diameters is not None:
+        masses = {*zip(line.chain_masses.tolist(), line.diameters.tolist(), strict=True)}
     if dict(problem.bond.as_keys()).get("damping") and len(masses) > _MOST_MASSES:
         return (
             f"the beads have {len(masses)} masses, and LAMMPS's viscoelastic damping needs numbers "

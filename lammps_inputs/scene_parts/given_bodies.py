@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
 BODY_KEYS = (
     "masses",
+    "diameters",
     "target_particles",
     "target_masses",
     "contact",
@@ -79,6 +80,8 @@ def chain_masses(scene: "Scene") -> Array:
     state = scene.initial_state
     if state is not None and state.masses is not None:
         return state.masses
+    if scene.masses is None and scene.diameters is not None:
+        return np.resize(np.array(scene.diameters) ** 3, scene.particles)
     return np.resize(np.array(scene.masses or (1.0,)), scene.particles)
 
 
@@ -102,12 +105,17 @@ def line_of(scene: "Scene") -> Line:
         if len(free):
             target_strains = drawn.target_strains[0, ::-1]
             target_velocities = drawn.target_velocities[0, ::-1]
+    diameters, contact = None, scene.contact_law
+    if scene.diameters is not None:
+        diameters = np.resize(np.array(scene.diameters), scene.particles)
+        contact = contact.between_spheres(float(diameters[0]))
     return Line(
         masses=np.concatenate((target, masses)),
         first=len(target),
         strains=np.concatenate((target_strains, [gap], strains)),
         velocities=np.concatenate((target_velocities, velocities)),
-        contact=scene.contact_law,
+        contact=contact,
+        diameters=diameters,
     )
 
 
@@ -130,6 +138,8 @@ def body_fields(scene: "Scene") -> dict[str, Any]:
     if line.is_standard:
         return {}
     fields: dict[str, Any] = {"masses": _period(line.chain_masses)}
+    if line.diameters is not None:
+        fields["diameters"] = _period(line.diameters)
     if not line.rigid:
         fields |= {"target_particles": line.first, "target_masses": _period(line.target_masses)}
     if line.soft:

@@ -66,6 +66,12 @@ class BodyKeys(BondKeys):
         description="masses of the particles, from the contact outward, repeated along the chain: "
         "1,2 or a file of numbers [default: 1]",
     )
+    diameters: Masses | None = Field(
+        default=None,
+        description="diameters of hertz beads, from the contact outward, repeated along them; they "
+        "set the stiffness of contacts and, as their cubes, masses that are not given "
+        "[default: 1]",
+    )
     target_particles: ParticleCount | None = Field(
         default=None,
         description="particles of a free body at rest, with the same bonds, in place of the wall",

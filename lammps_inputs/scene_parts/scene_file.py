@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 # Keys whose values are files to read, and keys whose values are such files or lists of numbers.
 FILES_READ = ("bond_file", "initial")
-MASSES_READ = ("masses", "target_masses")
+MASSES_READ = ("masses", "target_masses", "diameters")
 # Largest size of a scene file in bytes. Longer lists belong in separate files.
 _LARGEST = 100_000_000
 

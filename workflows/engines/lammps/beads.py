@@ -10,6 +10,7 @@ import numpy as np
 
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.hertz import Hertz
+from chaincor.lammps_inputs.granular import bead_rests
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.problem import Problem
 from chaincor.workflows.engines.bead_end import bodies_part
@@ -62,7 +63,12 @@ class _Column:
     def __init__(self, problem: Problem, chain: LammpsChain, frame_interval: float | None) -> None:
         self._problem, self._chain, self._line = problem, chain, problem.line
         n, targets = problem.particles, problem.line.targets
-        self._rest = np.append(np.arange(n, dtype=float), -1.0 - np.arange(targets, dtype=float))
+        self._rest = bead_rests(problem.line)
+        beads = problem.line.diameters
+        # Sum of neighbouring gaps at which beads reach the next but one, or the wall.
+        self._reach = -(np.ones(n + targets) if beads is None else beads)[
+            : n + targets - 1 - bool(targets)
+        ]
         self._order = np.append(np.arange(n + targets)[: n - 1 : -1], np.arange(n))
         self._flight = VerletFlight(chain, Meeting(chain, problem.line), False, None)
         self._contacts: list[Contact] = []
@@ -111,13 +117,16 @@ class _Column:
             )
         strains = np.delete(gaps, line.gap)
         low, high = float(np.min(strains, initial=0.0)), float(np.max(strains, initial=0.0))
-        if np.min(gaps, initial=0.0) <= -1.0 or np.min(gaps[1:] + gaps[:-1], initial=0.0) <= -1.0:
+        if np.any(gaps[1:] + gaps[:-1] <= self._reach) or np.min(gaps) <= np.min(
+            self._reach, initial=-1.0
+        ):
             raise CrossingError(
                 f"a bead overlaps with the next but one at time {self._flight.time:g}, and LAMMPS "
                 "lets them repel each other, too. Lower the speed, or use engine 'reference'"
             )
         self._seen = min(low, self._seen[0]), max(high, self._seen[1])
-        potential = float(np.sum(self._problem.bond.energy(strains)))
+        stiffness = np.delete(line.pair_stiffness, line.gap)
+        potential = float(np.sum(stiffness * self._problem.bond.energy(strains)))
         return bool(self._contacts) and bodies_part(line, potential, float(gaps[line.gap]), v)
 
     def _gap(self) -> tuple[float, float]:

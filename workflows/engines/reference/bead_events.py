@@ -40,7 +40,8 @@ def build_end(bond: Callable, register: Callable) -> Callable:
         for i in range(beads - 1):
             if i != gap and state[1 + i] < 0.0:
                 # This is at least U, because the force rises with the overlap.
-                energy -= state[1 + i] * bond(state[1 + i], parameters.bond)
+                push = parameters.stiffness[i] * bond(state[1 + i], parameters.bond)
+                energy -= state[1 + i] * push
         faster = np.sqrt(2.0 * energy * parameters.inverse[gap])
         faster += np.sqrt(2.0 * energy * parameters.inverse[gap + 1])
         return rising[gap + 1] - rising[gap] > faster

@@ -88,6 +88,7 @@ class BeadParameters(NamedTuple):
     bond: Any  #: Parameters of the kernel of the bond.
     contact: Any  #: Parameters of the kernel of the contact law.
     inverse: Array  #: Inverse masses 1/m; of shape (N,).
+    stiffness: Array  #: Factors of the forces of bonds; of shape (N - 1,).
     gap: int
     damping: float  #: Factor of the damping force, and power of the overlap in it.
     damping_power: float
@@ -115,7 +116,7 @@ def bead_rates(bond: Callable, contact: Callable) -> Callable:
             if i == parameters.gap:
                 ahead = contact(strain, parameters.contact)
             elif strain < 0.0:
-                ahead = bond(strain, parameters.bond)
+                ahead = parameters.stiffness[i] * bond(strain, parameters.bond)
             if parameters.damping > 0.0 and strain < 0.0 and (i != parameters.gap or ahead > 0.0):
                 drag = parameters.damping * (-strain) ** parameters.damping_power * opening
                 drag = min(drag, ahead)  # beads that part do not pull

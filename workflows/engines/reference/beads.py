@@ -115,7 +115,8 @@ class _Flight:
         tableau = (DOP853.A, DOP853.B, DOP853.E3, DOP853.E5)
         self._method = Tableau(*(np.ascontiguousarray(part) for part in tableau))
         self._parameters = loops.BeadParameters(
-            *(bond.parameters, line.contact.parameters, line.inverse_masses.copy(), line.gap),
+            *(bond.parameters, line.contact.parameters, line.inverse_masses.copy()),
+            *(line.pair_stiffness.copy(), line.gap),
             *(float(bond.damping), float(bond.damping_power)),
         )
         self.ledger = ledger = np.zeros(1, loops.LEDGER)[0]

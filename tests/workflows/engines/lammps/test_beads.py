@@ -23,6 +23,8 @@ COLUMNS = [
     {"contact": "hard"},
     {"masses": (1.0, 3.0), "contact": "power", "contact_stiffness": 2.0},
     {"target_particles": 3, "target_masses": (2.0,)},
+    {"diameters": (1.0, 0.9, 0.8), "masses": (1.0, 2.0)},
+    {"diameters": (1.0, 0.6), "contact": "hard", "velocity": 0.02},
 ]
 
 
@@ -34,7 +36,9 @@ def test_both_engines_agree(fields):
 
 
 @pytest.mark.parametrize("law", ["viscoelastic", "dashpot"])
-@pytest.mark.parametrize("fields", [{}, {"contact": "hard"}, {"target_particles": 2}])
+@pytest.mark.parametrize(
+    "fields", [{}, {"contact": "hard"}, {"target_particles": 2}, {"diameters": (0.8, 1.2)}]
+)
 def test_damping_models_of_both_engines_are_one_law(law, fields):
     scene = beads(**fields, masses=(1.0, 2.0), damping=0.1, damping_law=law)
     known = collide(scene.replace(engine="reference"), tolerance=1e-8)

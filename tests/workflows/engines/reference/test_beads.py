@@ -79,6 +79,26 @@ def test_momentum_and_energy_are_kept():
     assert abs(result.energy_drift) < 1e-8
 
 
+@pytest.mark.parametrize("contact", [None, "hard"])
+def test_diameters_of_one_size_change_units_alone(contact):
+    plain, small = (
+        collide(beads(particles=7, contact=contact, diameters=diameters), tolerance=1e-9)
+        for diameters in (None, (0.3,))
+    )
+    bars = plain.restitution_error + small.restitution_error
+    assert abs(plain.restitution - small.restitution) <= bars < 1e-8
+
+
+def test_masses_of_a_tapered_column_are_cubes_of_diameters():
+    tapered = beads(particles=5, diameters=(1.0, 0.9, 0.8))
+    assert tapered.line.chain_masses == pytest.approx([1.0, 0.729, 0.512, 1.0, 0.729])
+    result = collide(tapered, tolerance=1e-9)
+    assert abs(result.energy_drift) < 1e-7
+    # Contacts of smaller beads are softer, besides their masses.
+    other = collide(beads(particles=5, masses=tuple(tapered.line.chain_masses)), tolerance=1e-9)
+    assert abs(result.restitution - other.restitution) > 1e-3
+
+
 @pytest.mark.parametrize("law", ["viscoelastic", "dashpot"])
 @pytest.mark.parametrize("contact", [None, "hard"])
 def test_damping_takes_the_energy_that_is_missing(law, contact):
@@ -122,6 +142,9 @@ def test_strong_damping_stops_beads_and_they_part_without_a_pull():
     ("fields", "named"),
     [
         ({"damping_law": "dashpot"}, "Give damping"),
+        ({"diameters": (1.0, 2.0), "hertz_exponent": 2.0}, "leave diameters out"),
+        ({"diameters": (1.0, 2.0), "target_particles": 2}, "leave diameters out"),
+        ({"potential": "lj", "diameters": (1.0, 2.0)}, "leave diameters out"),
         ({"potential": "lj", "damping": 0.1}, "goes with potential 'hertz'"),
         ({"engine": "lammps", "hertz_exponent": 2.0}, "Set engine to 'reference'"),
         ({"engine": "lammps", "contact_exponent": 2.0, "contact": "power"}, "Hertz's law"),
