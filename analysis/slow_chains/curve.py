@@ -27,7 +27,7 @@ TABLE = Path(__file__).with_name("curves.csv")
 FRONT_LEAD = 0.9945645
 
 # Limit of h_3(y)/y for y -> infinity: ``python -m benchmarks.slow_chains.limit``.
-STEEP_LIMIT, STEEP_LIMIT_ERROR = 0.3751, 0.0008
+STEEP_LIMIT, STEEP_LIMIT_ERROR = 0.3754, 0.0005
 
 # Largest relative error of the interpolation of h between the points of the table:
 # ``python -m benchmarks.slow_chains.curves --check``.
@@ -176,8 +176,8 @@ def long_chain_slope(bond: Potential) -> float:
     r"""
     Return C of :math:`1 - \eta = C v_0/v^*`, in the limit of long chains and then of low speed.
 
-    :math:`C = 0.3751(8)\, \kappa v^*` with :math:`\kappa = -U^{(3)}(1)`: 1.012 for lj, 0.951 for
-    toda at any b, 0.725 for log.
+    :math:`C = 0.3754(5)\, \kappa v^*` with :math:`\kappa = -U^{(3)}(1)`: 1.013 for lj, 0.952 for
+    toda at any b, 0.726 for log.
 
     Parameters
     ----------

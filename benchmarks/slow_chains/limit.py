@@ -3,13 +3,11 @@ Fit the limit of C'(y) = h_3(y)/y for steep fronts, and the approach to it.
 
     python -m benchmarks.slow_chains.limit [--fit]
 
-Adds the missing points of large y to ``limit.csv`` in this folder, then fits them together
-with the last points of ``analysis/slow_chains/curves.csv``. The leading soliton lags behind the
-edge of the modulated wave by a logarithm of t = (y/2)^(3/2)/3, so that
-
-    C'(y) = C - (a ln t + b)/t.
-
-The error bar of C covers the fits that begin at other y, with and without the logarithm. No random
+Adds the missing points of large y to ``limit.csv`` in this folder, by finite differences on one or
+two grids. The fits use the minima of ``spectral.csv``. The deepest minimum swings as other waves of
+the train take over; a polynomial through the losses of neighbouring waves has a minimum that does
+not swing. The leading soliton lags behind the edge of the modulated wave by (3/4) ln t with
+t = (y/2)^(3/2)/3, so that C' is fitted by C - a ln t/t, and by C - b/t for comparison. No random
 numbers.
 """
 
@@ -20,7 +18,7 @@ from pathlib import Path
 
 import numpy as np
 
-from chaincor.analysis.slow_chains.curve import TABLE as CURVES
+from benchmarks.slow_chains.spectral import TABLE as SPECTRAL
 from chaincor.analysis.slow_chains.front import Grid
 
 TABLE = Path(__file__).with_name("limit.csv")
@@ -28,8 +26,9 @@ HEADER = ["variable", "spacing", "loss"]
 # All y on the first, then all on the second.
 SPACINGS = (0.28, 0.24)
 VARIABLES = [100.0, 120.0, 160.0, 200.0, 240.0, 320.0]
-# Below this, kinks between waves swing C' by more than its distance to the limit changes.
-STARTS = (60.0, 80.0, 100.0, 160.0)
+# First y of the fits, and number of neighbouring waves that a polynomial joins.
+STARTS = (36.0, 45.0, 50.0)
+_WAVES = 5
 
 
 def measure() -> None:
@@ -49,26 +48,25 @@ def measure() -> None:
 
 
 def points() -> tuple[np.ndarray, np.ndarray]:
-    """Return y and C'(y) of all points from 40 on."""
-    curves = np.loadtxt(CURVES, delimiter=",", skiprows=1)
-    curves = curves[(curves[:, 0] == 3) & (curves[:, 1] >= 40.0)]
-    found = {y: curves[curves[:, 1] == y, 4].min() / y for y in np.unique(curves[:, 1])}
-    steep = np.loadtxt(TABLE, delimiter=",", skiprows=1)
-    for variable in np.unique(steep[:, 0]):
-        here = steep[steep[:, 0] == variable]
-        # The finest available grid. If there are two, they show the error of the grids.
-        losses = here[np.argsort(here[:, 1]), 2]
-        found[float(variable)] = losses[0] / variable
-        if len(losses) > 1:
-            print(f"y = {variable:g}: two grids differ by {np.ptp(losses) / variable:.1e} in C'")
-    return np.array(list(found)), np.array(list(found.values()))
+    """Return y and C'(y) without the swing."""
+    table = np.loadtxt(SPECTRAL, delimiter=",", skiprows=1)
+    table = table[(table[:, 0] == 3) & (table[:, 1] >= STARTS[0])]
+    variables = np.unique(table[:, 1])
+    smooth = []
+    for variable in variables:
+        here = table[table[:, 1] == variable][:_WAVES]
+        places = here[:, 2] - variable
+        joined = np.polynomial.Polynomial.fit(places, here[:, 3], len(places) - 1)
+        losses = joined(np.linspace(places.min(), places.max(), 4001))
+        smooth.append(losses.min() / variable)
+        print(f"y = {variable:g}: C' = {here[:, 3].min() / variable:.6f}, smooth {smooth[-1]:.6f}")
+    return variables, np.array(smooth)
 
 
-def fitted(y: np.ndarray, slope: np.ndarray, logarithm: bool = True) -> tuple[np.ndarray, float]:
-    """Fit C, a and b, and return them with the largest residual."""
+def fitted(y: np.ndarray, slope: np.ndarray, logarithm: bool) -> tuple[np.ndarray, float]:
+    """Fit C and the factor of ln t/t or 1/t, and return them with the largest residual."""
     t = (0.5 * y) ** 1.5 / 3.0
-    columns = [np.ones_like(t), -1.0 / t] + ([-np.log(t) / t] if logarithm else [])
-    design = np.column_stack(columns)
+    design = np.column_stack([np.ones_like(t), -(np.log(t) if logarithm else 1.0) / t])
     best = np.linalg.lstsq(design, slope, rcond=None)[0]
     return best, float(np.abs(design @ best - slope).max())
 
@@ -79,18 +77,16 @@ def main() -> None:
     parser.add_argument("--fit", action="store_true", help="use the table that is there")
     if not parser.parse_args().fit:
         measure()
+    for variable, spacing, loss in np.loadtxt(TABLE, delimiter=",", skiprows=1):
+        print(f"y = {variable:g}, grid {spacing:g}: C' = {loss / variable:.5f}")
     y, slope = points()
-    for variable, value in zip(y, slope, strict=True):
-        print(f"y = {variable:g}: C' = {value:.5f}")
-    for start in STARTS:
+    for start, logarithm in product(STARTS, (True, False)):
         chosen = y >= start
-        for logarithm in (True, False):
-            best, residual = fitted(y[chosen], slope[chosen], logarithm)
-            terms = ", ".join(f"{value:.4f}" for value in best[1:])
-            print(
-                f"from {start:g}, {'with' if logarithm else 'without'} ln t: C = {best[0]:.5f}, "
-                f"b and a = {terms}, residual {residual:.1e}"
-            )
+        best, residual = fitted(y[chosen], slope[chosen], logarithm)
+        print(
+            f"from {start:g}, {'ln t/t' if logarithm else '1/t'}: C = {best[0]:.5f}, "
+            f"factor {best[1]:.4f}, residual {residual:.1e}"
+        )
 
 
 if __name__ == "__main__":

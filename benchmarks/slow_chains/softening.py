@@ -4,7 +4,7 @@ Chains whose bonds soften by compression, beside the curve at negative y.
     python -m benchmarks.slow_chains.softening
 
 Prints n^(2/3) (1 - eta) of Toda's bond with compression and stretch exchanged: means over lengths
-within 5 %, their standard error, and theory. No random numbers; five minutes.
+within 5 %, their standard error, and theory. No random numbers.
 """
 
 import numpy as np

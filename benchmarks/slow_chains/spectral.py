@@ -1,130 +1,218 @@
 """
-A second method for the front: Fourier modes and exponential time differencing.
+Compute the front by a second method: Fourier modes and exponential time differencing.
 
-    python -m benchmarks.slow_chains.spectral
+    python -m benchmarks.slow_chains.spectral [--variables Y ...] [--order R]
 
-Writes ``spectral.csv`` beside itself, with h_3(y) by this method, by the finite differences of
-``analysis.slow_chains.front``, and their difference over the sum of both errors. The two methods
-share no code: grid, derivatives, steps in time, smoothing of the step and absorbing layer differ.
-No random numbers; ten minutes.
+Adds the missing values of y to ``spectral.csv`` in this folder: the deepest minima of the loss, as
+in ``analysis/slow_chains/curves.csv``. The finite differences of ``analysis.slow_chains.front``
+share no code with this method: grid, derivatives, time steps, start and absorbing layer differ.
+
+The front depends on y and the time T through y T^(2/3) alone. So a fine grid carries a step to
+y = `_FIRST`, and the rescaled front starts the steeper problem. On the way back the grid moves with
+the front. No random numbers.
 """
 
+import argparse
 import csv
 import math
 from collections.abc import Callable
+from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from chaincor.analysis.slow_chains.front import front_loss
 from chaincor.lammps_inputs.arrays import Array
 
 Modes = NDArray[np.complex128]
 
-# Lengths in widths of the linear front. Its waves run to the left alone and end in a sponge.
-_AHEAD, _BEHIND, _SPONGE = 12.0, 40.0, 40.0
-# The fastest wave leaves the sponge with exp(-15) of what it had.
-_DAMPING = 15.0
-# The step is smooth over so many grid spacings; one spacing is this for slow chains.
-_SMOOTH, _SPACING = 3.2, 0.1
-# ETDRK4 is stable for rates below about 2.5 per step; solitons have twice the step's height.
-_STABLE, _TALLEST = 0.7, 2.2
-_WIDE = 3.0
-
-
 TABLE = Path(__file__).with_name("spectral.csv")
-VARIABLES = [0.0, 1.0, 5.0, 12.0, *map(float, range(13, 37)), 40.0, 50.0, 60.0]
+HEADER = ["order", "variable", "place", "loss", "error"]
+VARIABLES = {
+    3: [*map(float, range(13, 37)), 40.0, 45.0, 50.0, 60.0, 70.0, 80.0, 100.0, 120.0, 160.0],
+    4: [12.0, 20.0, 30.0, 45.0],
+}
+# Number of minima of the table for each y.
+_MINIMA = 6
+# Largest y that starts with a step, and the spacing of its grid.
+_FIRST, _FIRST_SPACING = {1: 5.0, 2: 3.0}, 0.05
+# Spacing of steeper problems, in widths of the leading soliton.
+_SPACING = 0.3
+# Rate of the steepest front times the step in time.
+_COURANT = 1.0
+# Factor between the two runs that give the error, and the order of the steps.
+_COARSER, _ORDER = 1.5, 4
+# Lengths in widths of the linear front: ahead, behind and absorbing layer.
+_AHEAD, _BEHIND, _SPONGE = 13.0, 12.0, 25.0
+# Behind the first front, whose tail steepens later.
+_FIRST_BEHIND = 45.0
+# Share of the train that is kept behind the step, and its largest length for cubic bonds.
+_REAR, _LONGEST_REAR = {1: 0.3, 2: 0.5}, 18.0
+# Damping of the fastest wave, per time and squared wave number.
+_DAMPING = 0.48
+# Height of the leading soliton, and width of the smooth step that the modes are relative to.
+_TALLEST, _WIDE = 2.0, 3.0
 
 
-def spectral_loss(variable: float, order: int = 3) -> tuple[float, float]:
+def spectral_minima(variable: float, order: int = 3) -> list[tuple[float, float, float]]:
     """
-    Return the loss of slow long chains and its error, from two grids.
+    Return place, loss and error of the deepest minima of the loss, the deepest first.
 
     Parameters
     ----------
     variable : float
         y, 0 or more.
     order : int
-        Lowest anharmonic order r.
+        Lowest anharmonic order r: 3 or 4.
 
     Returns
     -------
-    tuple of float
-        The loss and what the extrapolation adds to it, which is taken as the error.
+    list of tuple of float
+        Losses extrapolated from two runs; the error is what the extrapolation adds.
     """
-    spacing = _SPACING / math.sqrt(max(1.0, variable / 5.0))
-    fine, coarse = (_Front(variable, order - 2, step).loss() for step in (spacing, 1.4 * spacing))
-    # The smooth step has an error of the third power of its width.
-    change = (fine - coarse) / (1.4**3 - 1.0)
-    return fine + change, abs(change)
+    fine, coarse = (
+        minima(*front_at_wall(variable, order, f), variable, order) for f in (1.0, _COARSER)
+    )
+    found = []
+    for place, loss in fine[:_MINIMA]:
+        nearest = min(coarse, key=lambda other: abs(other[0] - place))[1]
+        change = (loss - nearest) / (_COARSER**_ORDER - 1.0)
+        found.append((place, loss + change, abs(change)))
+    return found
 
 
-class _Front:
-    """One grid, and the front on it as its difference from a fixed wide one."""
+def front_at_wall(variable: float, order: int = 3, coarser: float = 1.0) -> tuple[Array, Array]:
+    """
+    Send the front to the free end and back.
 
-    def __init__(self, variable: float, power: int, spacing: float) -> None:
-        from scipy.fft import next_fast_len, rfftfreq
+    Parameters
+    ----------
+    variable : float
+        y, 0 or more.
+    order : int
+        Lowest anharmonic order r: 3 or 4.
+    coarser : float
+        Factor of the time step, and of the spacing at the start.
 
-        self._y, self._power = variable, power
-        left, right = _BEHIND + 1.5 * variable, _AHEAD + 2.0 * variable
-        self._count = next_fast_len(math.ceil((_SPONGE + left + right) / spacing), real=True)
-        self.spacing = (_SPONGE + left + right) / self._count
-        self.x = self.spacing * np.arange(self._count) - left - _SPONGE
-        self._ik = 2j * np.pi * rfftfreq(self._count, self.spacing)
-        fastest = float(abs(self._ik[-1]))
-        strength = _DAMPING * fastest**2 / (0.5 * _SPONGE)
-        depth = np.maximum(0.0, -left - self.x) / _SPONGE
-        self._sponge, self._left = strength * np.sin(np.pi * depth) ** 2, left
-        rate = 0.5 * strength + 0.5 * max(variable, 0.3) * _TALLEST**power * fastest
-        self._steps = math.ceil(rate / _STABLE)
+    Returns
+    -------
+    x, w : numpy.ndarray
+        Places in the front and the scaled compression W there, when the front is at the wall.
+    """
+    power = order - 2
+    if variable <= _FIRST[power]:
+        x, front = _started(variable, power, coarser)
+    else:
+        x, front = _steepened(variable, power, coarser)
+    courant = _COURANT * coarser
+    back = _carried(x, 1.0 - front, variable, power, 1.0, courant, frame=variable)
+    inside = x > x[0] + _SPONGE
+    return (x + variable)[inside], back[inside]
 
-    def loss(self) -> float:
-        """Send the front to the free end and back and return n^(2/3) (1 - eta)."""
-        from scipy.integrate import cumulative_simpson
-        from scipy.interpolate import CubicSpline
-        from scipy.special import erfc
 
-        width = _SMOOTH * self.spacing
-        # A kernel without a second moment has a smoothing error of the fourth power of its width.
-        z = self.x / width
-        step = 0.5 * erfc(z) - 0.5 * z * np.exp(-(z**2)) / math.sqrt(math.pi)
-        back = self._carried(1.0 - self._carried(step, falling=True), falling=False)
-        # Momentum that the wall has not given when the place x of the front arrives.
-        missing = cumulative_simpson(2.0 * (1.0 - back)[::-1], dx=self.spacing, initial=0.0)[::-1]
-        deficit = self.x + missing
-        least = int(np.argmin(np.where(self.x > -self._left, deficit, np.inf)))
-        near = slice(least - 4, least + 5)
-        spline = CubicSpline(self.x[near], deficit[near])
-        places = spline.derivative().roots(extrapolate=False)
-        plateau = 2.0 * self._y / (self._power + 1)
-        return float(spline(places).min()) - plateau
+def minima(x: Array, back: Array, variable: float, order: int) -> list[tuple[float, float]]:
+    """Return place and loss of each minimum of the impulse not given, the deepest first."""
+    from scipy.integrate import cumulative_simpson
+    from scipy.interpolate import make_interp_spline
 
-    def _carried(self, front: Array, falling: bool) -> Array:
-        """Carry a front for the time 1 by exponential time differencing of order 4."""
-        from scipy.fft import irfft, rfft
-        from scipy.special import erfc
+    missing = cumulative_simpson(2.0 * (1.0 - back)[::-1], dx=x[1] - x[0], initial=0.0)[::-1]
+    deficit = x + missing
+    lowest = np.flatnonzero((deficit[1:-1] < deficit[:-2]) & (deficit[1:-1] <= deficit[2:])) + 1
+    found = []
+    for least in lowest[(lowest > 8) & (lowest < len(x) - 8)]:
+        near = slice(least - 5, least + 6)
+        places = np.linspace(x[least - 1], x[least + 1], 2001)
+        values = make_interp_spline(x[near], deficit[near], k=5)(places)
+        found.append((float(places[values.argmin()]), float(values.min())))
+    plateau = 2.0 * variable / (order - 1)
+    return sorted(((place, least - plateau) for place, least in found), key=lambda pair: pair[1])
 
-        x, ik, power, count = self.x, self._ik, self._power, self._count
-        bell = np.exp(-((x / _WIDE) ** 2)) / (_WIDE * math.sqrt(math.pi))
-        wide, slope = 0.5 * erfc(x / _WIDE), -bell
-        bend = bell * (2.0 - 4.0 * x**2 / _WIDE**2) / _WIDE**2
-        if not falling:
-            wide, slope, bend = 1.0 - wide, -slope, -bend
-        source = -self._y * wide**power * slope - bend / 3.0
-        flux = -self._y / (power + 1) * ik
-        wide_flux = wide ** (power + 1)
 
-        def rest(modes: Modes) -> Modes:
-            part = irfft(modes, count)
-            steepening = flux * rfft((part + wide) ** (power + 1) - wide_flux)
-            return steepening + rfft(source - self._sponge * part)
+@lru_cache(maxsize=8)
+def _started(variable: float, power: int, coarser: float) -> tuple[Array, Array]:
+    """Return the grid and the front at the free end, from a step."""
+    spacing = _FIRST_SPACING * coarser
+    x = _grid(_FIRST_BEHIND + variable, _AHEAD + 2.0 * variable, spacing)
+    return x, _carried(x, _step(x), variable, power, 1.0, _COURANT * coarser)
 
-        step = _ExponentialStep(-(ik**3) / 3.0, 1.0 / self._steps)
-        modes = rfft(front - wide)
-        for _ in range(self._steps):
-            modes = step(modes, rest)
-        return irfft(modes, count) + wide
+
+def _step(x: Array) -> Array:
+    """Return the step with all wave numbers that the grid resolves, but the largest few."""
+    from scipy.fft import irfft, rfftfreq
+    from scipy.special import erfc
+
+    spacing = x[1] - x[0]
+    k = 2.0 * np.pi * rfftfreq(len(x), spacing)
+    beside = np.zeros_like(k)
+    # Fourier transform of the step less the wide step, over -i.
+    beside[1:] = (1.0 - np.exp(-((0.5 * _WIDE * k[1:]) ** 2))) / k[1:]
+    kept = np.exp(-36.0 * (k / k[-1]) ** 12)
+    modes = -1j * beside * kept * np.exp(1j * k * x[0]) / spacing
+    return 0.5 * erfc(x / _WIDE) - irfft(modes, len(x))
+
+
+def _steepened(variable: float, power: int, coarser: float) -> tuple[Array, Array]:
+    """Return the grid and the front at the free end, from the rescaled front of a smaller y."""
+    from scipy.interpolate import make_interp_spline
+
+    first = _FIRST[power]
+    scale = math.sqrt(first / variable)
+    width = 1.0 / math.sqrt(0.5 * variable if power == 1 else 2.0 * variable)
+    rear = _REAR[power] * variable
+    rear = min(rear, _LONGEST_REAR) if power == 1 else rear
+    x = _grid(rear + _BEHIND, 2.0 * variable / 3.0 + _AHEAD, _SPACING * width)
+    places, values = _started(first, power, coarser)
+    known = (x > scale * places[0]) & (x < scale * places[-1])
+    front = np.where(x < 0.0, 1.0, 0.0)
+    front[known] = make_interp_spline(scale * places, values, k=5)(x[known])
+    return x, _carried(x, front, variable, power, 1.0 - scale**3, _COURANT * coarser)
+
+
+def _grid(left: float, right: float, spacing: float) -> Array:
+    """Return a periodic grid with an absorbing layer at its left end."""
+    from scipy.fft import next_fast_len
+
+    count = next_fast_len(math.ceil((_SPONGE + left + right) / spacing), real=True)
+    return spacing * np.arange(count) - left - _SPONGE
+
+
+def _carried(
+    x: Array,
+    front: Array,
+    variable: float,
+    power: int,
+    time: float,
+    courant: float,
+    frame: float = 0.0,
+) -> Array:
+    """Carry a front for a time, on a grid that moves at the speed `frame`."""
+    from scipy.fft import irfft, rfft, rfftfreq
+    from scipy.special import erfc
+
+    count, ik = len(x), 2j * np.pi * rfftfreq(len(x), x[1] - x[0])
+    fastest = float(abs(ik[-1]))
+    bell = np.exp(-((x / _WIDE) ** 2)) / (_WIDE * math.sqrt(math.pi))
+    wide, slope = 0.5 * erfc(x / _WIDE), -bell
+    bend = bell * (2.0 - 4.0 * x**2 / _WIDE**2) / _WIDE**2
+    if front[-1] > 0.5:
+        wide, slope, bend = 1.0 - wide, -slope, -bend
+    source = rfft((frame - variable * wide**power) * slope - bend / 3.0)
+    flux = -variable / (power + 1) * ik
+    wide_flux = wide ** (power + 1)
+
+    def rest(modes: Modes) -> Modes:
+        part = irfft(modes, count)
+        return flux * rfft((part + wide) ** (power + 1) - wide_flux) + source
+
+    rate = max(variable * _TALLEST**power * fastest / courant, _DAMPING * fastest**2)
+    steps = math.ceil(time * rate)
+    depth = np.clip((x[0] + _SPONGE - x) / _SPONGE, 0.0, 1.0)
+    damping = np.exp(-time / steps * _DAMPING * fastest**2 * np.sin(np.pi * depth) ** 2)
+    step = _ExponentialStep(-(ik**3) / 3.0 + frame * ik, time / steps)
+    modes = rfft(front - wide)
+    for _ in range(steps):
+        modes = rfft(irfft(step(modes, rest), count) * damping)
+    return irfft(modes, count) + wide
 
 
 class _ExponentialStep:
@@ -158,16 +246,24 @@ class _ExponentialStep:
 
 
 def main() -> None:
-    """Compare both methods and write the table."""
-    with TABLE.open("w", newline="") as file:
+    """Add the points that the table lacks, as they come."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--variables", type=float, nargs="+", help="values of y")
+    parser.add_argument("--order", type=int, choices=sorted(VARIABLES), default=3)
+    arguments = parser.parse_args()
+    order = arguments.order
+    begun = TABLE.exists()
+    with TABLE.open("a+", newline="") as file:
+        file.seek(0)
+        known = {(row[0], row[1]) for row in csv.reader(file)}
         writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(["variable", "spectral", "error", "differences", "error", "apart"])
-        for variable in VARIABLES:
-            loss, error = spectral_loss(variable)
-            front = front_loss(variable, 3, 0.7)
-            apart = (loss - front.loss) / (error + front.error)
-            numbers = [f"{x:.6f}" for x in (loss, error, front.loss, front.error)]
-            writer.writerow([variable, *numbers, f"{apart:.2f}"])
+        if not begun:
+            writer.writerow(HEADER)
+        for variable in arguments.variables or VARIABLES[order]:
+            if (str(order), str(variable)) in known:
+                continue
+            for found in spectral_minima(variable, order):
+                writer.writerow([order, variable, *(f"{x:.6f}" for x in found)])
             file.flush()
 
 

@@ -1,5 +1,6 @@
 """Figure beyond the paper: dissipation of slow long chains on one curve of kappa v0 n^(2/3)."""
 
+from dataclasses import dataclass
 from itertools import product
 from typing import Any
 
@@ -28,11 +29,15 @@ _BONDS: dict[str, dict[str, Any]] = {
     **{f"toda, b = {b:g}": {"potential": "toda", "toda_b": b} for b in (3.0, 10.0, 30.0)},
     "log": {"potential": "log"},
 }
-_SHORTEST = 30
+_SHORTEST = 28
 # Chains beyond this value are not slow at any computed length.
 _LAST = 30.0
-# Sizes of symbols, by the smallest length of their chains.
-_SYMBOLS = {30: 2.0, 96: 3.2, 307: 4.6, 983: 6.2, 3146: 8.0}
+# Lengths within 6 % of each size: eta scatters with the phase of the last contacts. Toda chains of
+# other b are the same chains, which one length shows.
+_PARTS = {name: np.linspace(0.94, 1.06, 5) for name in ("lj", "toda, b = 10", "log")}
+_NEAR, _LONGEST_MEAN = 0.07, 1000
+# Largest y of the panel of distances.
+_SLOW = 5.0
 # Largest kappa v0 of a slow chain. Faster chains have steep fronts.
 _FASTEST = 0.6
 # Values of C in the paper, for lj alone: from simulation, and from its theory.
@@ -42,10 +47,14 @@ _PAPER_SLOPES = {"lj": (0.66, 2.61)}
 def study(plan: Plan) -> Study:
     """Return chains of five bonds at equal kappa v0 n^(2/3), for the reference engine."""
     scenes = []
-    for bond, n, variable in product(_BONDS.values(), plan.slow_sizes, plan.slow_variables):
-        scene = Scene(**bond, particles=n, velocity=1e-3, tolerance=plan.tolerance)
-        velocity = float(f"{variable / slow_chain_variable(scene.bond, n, 1.0):.6g}")
-        if variable <= _FASTEST * n ** (2.0 / 3.0):
+    for name, size, variable in product(_BONDS, plan.slow_sizes, plan.slow_variables):
+        if variable > _FASTEST * size ** (2.0 / 3.0):
+            continue
+        # Chains beyond a thousand are few, because a chain costs as the square of its length.
+        parts = _PARTS.get(name, (1.0,)) if size <= _LONGEST_MEAN else (1.0,)
+        for n in sorted({round(size * part) for part in parts}):
+            scene = Scene(**_BONDS[name], particles=n, velocity=1e-3, tolerance=plan.tolerance)
+            velocity = float(f"{variable / slow_chain_variable(scene.bond, n, 1.0):.6g}")
             scenes.append(scene.replace(velocity=velocity))
     return Study(_KEY, "slow chains of five bonds", (), tuple(scenes))
 
@@ -70,6 +79,47 @@ def slow_long_chains(measured: Measurements) -> dict[str, list[Point]]:
         if n >= _SHORTEST and variable <= min(_LAST, _FASTEST * n ** (2.0 / 3.0)):
             b = scene.toda_b or 10.0
             found[f"toda, b = {b:g}" if scene.label == "toda" else scene.label].append(point)
+    return found
+
+
+@dataclass(frozen=True)
+class Mean:
+    """Mean of n^(2/3) (1 - eta) over chains of one bond, size and y."""
+
+    bond: str
+    size: int
+    variable: float
+    chains: int
+    scaled_loss: float
+    error: float  #: Standard error of the mean, or the error bar of a single chain.
+    #: n^(1/3) times the mean distance from the curve.
+    distance: float
+    distance_error: float
+
+
+def means(measured: Measurements) -> list[Mean]:
+    """Return the means over lengths near each size of the plan."""
+    found = []
+    plan, groups = measured.plan, slow_long_chains(measured)
+    for name, size, variable in product(_BONDS, plan.slow_sizes, plan.slow_variables):
+        chosen = [
+            p
+            for p in groups[name]
+            if abs(p.particles / size - 1.0) < _NEAR
+            and abs(variable_of(p) / variable - 1.0) < 1e-4
+            and np.isfinite(p.scaled_dissipation)
+        ]
+        if not chosen:
+            continue
+        n, losses = column(chosen, "particles"), column(chosen, "scaled_dissipation")
+        distances = n ** (1.0 / 3.0) * (losses - float(limiting_loss(variable)))
+        single = chosen[0].error * size ** (2.0 / 3.0)
+        bars = [
+            float(values.std(ddof=1) / len(values) ** 0.5) if len(values) > 1 else alone
+            for values, alone in ((losses, single), (distances, single * size ** (1.0 / 3.0)))
+        ]
+        ends = float(losses.mean()), bars[0], float(distances.mean()), bars[1]
+        found.append(Mean(name, size, variable, len(chosen), *ends))
     return found
 
 
@@ -112,83 +162,91 @@ def infinite_chain(measured: Measurements) -> str:
     slopes = {row["bond"].partition(",")[0]: f"{row['slope']:.3f}" for row in rows}
     return (
         "In an infinite chain the harmonic part is gone and C is the limit of (1 − η)/(v₀/v*) as "
-        f"v₀ → 0, taken after n → ∞. It follows without a fit: {STEEP_LIMIT}(8) κ v* with "
+        f"v₀ → 0, taken after n → ∞. It follows without a fit: {STEEP_LIMIT}(5) κ v* with "
         "κ = −U‴(1), which is "
         + ", ".join(f"{slope} for {kind}" for kind, slope in slopes.items())
         + " (docs/explanation/slow_chains.md). Chains of finite length have n^(2/3) (1 − η) larger "
         f"by 2β n^(−1/3), β = {FRONT_LEAD:.4f}, less a term that falls faster; in the table "
         "is the longest chain of each bond beside theory with the first of these. The paper has "
         "0.66 and 2.61 for lj, and says that the two disagree. Its 0.66 is C of lj at no length "
-        "and speed in particular: C is a function of κ v₀ n^(2/3), 1.012 in the limit."
+        "and speed in particular: C is a function of κ v₀ n^(2/3), 1.013 in the limit."
     )
 
 
 def figure(measured: Measurements) -> Figure:
     """Return the figure of n^(2/3) (1 - eta) against kappa v0 n^(2/3), and of its approach."""
-    groups = slow_long_chains(measured)
-    every = [p for group in groups.values() for p in group]
-    longest = max((p.particles for p in every), default=0)
-    checked = [p for p in every if p.agrees is not None]
+    rows = means(measured)
+    sizes = sorted({row.size for row in rows})
+    colors = dict(zip(_BONDS, CYCLE, strict=False))
+    markers = dict(zip(sizes, MARKERS, strict=False))
+    # Bonds of one length and y would hide each other.
+    aside = {name: 1.0 + 0.05 * (place - 2) for place, name in enumerate(_BONDS)}
 
     def draw(above: Axes, below: Axes) -> None:
-        y = np.geomspace(0.1, _LAST, 120)
-        above.plot(y, limiting_loss(y), color=BLACK, linewidth=1.0, label=r"theory, $n\to\infty$")
-        below.axhline(2.0 * FRONT_LEAD, color=BLACK, linewidth=1.0, label=r"$2\beta$")
-        for (name, group), color, marker in zip(groups.items(), CYCLE, MARKERS, strict=False):
-            n, scaled = column(group, "particles"), column(group, "scaled_dissipation")
-            y = np.array([variable_of(p) for p in group])
-            looks: dict[str, Any] = {"color": color, "markerfacecolor": "none"}
-            above.plot([], [], marker, label=name, markersize=4.0, **looks)
-            # Longer chains have larger symbols.
-            for lower, size in _SYMBOLS.items():
-                chosen = (n >= lower) & (n < 3.2 * lower)
-                above.plot(y[chosen], scaled[chosen], marker, markersize=size, **looks)
-            looks["markersize"] = 4.0
-            slow = y <= 5.0
-            distance = n ** (1.0 / 3.0) * (scaled - limiting_loss(y) if y.size else scaled)
-            below.plot(n[slow], distance[slow], marker, **looks)
-        above.set(xscale="log", yscale="log", xlim=(0.1, 40.0))
-        above.set(xlabel=r"$y=\kappa v_0\,n^{2/3}$", ylabel=r"$n^{2/3}(1-\eta)$")
+        y = np.geomspace(0.2, 1.5 * max(row.variable for row in rows), 120)
+        theory = r"theory, $n\to\infty$: $h(y)$"
+        above.plot(y, limiting_loss(y), color=BLACK, linewidth=1.0, label=theory)
+        below.axhline(2.0 * FRONT_LEAD, color=BLACK, linewidth=1.0, label=r"theory: $2\beta$")
         below.axhline(0.0, color=GREY, linewidth=0.6)
+        for row in rows:
+            looks: dict[str, Any] = {
+                "fmt": markers[row.size],
+                "color": colors[row.bond],
+                "markerfacecolor": "none",
+                "markersize": 4.5,
+                "linewidth": 0.9,
+            }
+            x = row.variable * aside[row.bond]
+            above.errorbar(x, row.scaled_loss, row.error, **looks)
+            if row.variable <= _SLOW:
+                x = row.size * aside[row.bond]
+                below.errorbar(x, row.distance, row.distance_error, **looks)
+        for name, color in colors.items():
+            above.plot([], [], "-", color=color, linewidth=3.0, label=name)
+        for size, marker in markers.items():
+            looks = {"color": GREY, "markerfacecolor": "none", "label": f"$n={size}$"}
+            above.plot([], [], marker, **looks)
+        above.set(xscale="log", yscale="log")
+        above.set(xlabel=r"$y=\kappa v_0\,n^{2/3}$", ylabel=r"$n^{2/3}(1-\eta)$")
         below.set(xscale="log", xlabel=r"number of particles $n$")
         below.set_ylabel(r"$n^{1/3}\,[n^{2/3}(1-\eta)-h(y)]$")
-        for ax in (above, below):
-            ax.legend(loc="best", fontsize=8)
+        above.legend(loc="upper left", fontsize=8, ncols=2)
+        below.legend(loc="lower right", fontsize=8)
 
     return Figure(
         key=_KEY,
         title="Beyond the paper: slow chains of all bonds on one curve",
         caption=(
             "A front that the wall sends into the chain steepens, because compressed bonds carry "
-            "sound faster, and spreads, because short waves are slower: y = κ v₀ n^(2/3), "
-            "κ = −U‴(1), is the ratio of the two. Above, n^(2/3)(1 − η) of "
-            f"{len(every)} chains, n = {_SHORTEST} to {longest}, against y, with larger symbols "
-            "for longer chains (from 30, 96, 307, 983 and 3146 on); black, the limit of "
-            "long chains h(y), derived without a fit. Slow or short chains are harmonic "
-            "(h = 0.5626), long ones lose 0.3751 κ v₀. Toda chains of three b are one. Below, the "
-            "distance from the curve times n^(1/3), for y up to 5: theory has 2β = 1.99 of it for "
-            "long chains (line), less what falls faster; dots at one length differ by the phase of "
-            f"the last contacts. {len(checked)} of the chains are by LAMMPS as well."
+            "sound faster, and spreads, because short waves are slower. The ratio of both is "
+            "y = κ v₀ n^(2/3), κ = −U‴(1). Above, n^(2/3)(1 − η) against y: colours are bonds, "
+            "symbols are lengths. Each symbol is the mean over five lengths within 6 %, because η "
+            "scatters with the phase of the last contacts; bars are standard errors of these "
+            "means. Toda chains of b = 3 and 30 have one length each. Black: the limit of long "
+            "chains, derived without a fit. Slow chains are harmonic there (h = 0.5626), fast ones "
+            f"lose {STEEP_LIMIT} κ v₀. Below, the distance from the curve times n^(1/3), for y up "
+            f"to {_SLOW:g}: theory has 2β = 1.99 for long chains (line), less a term that falls as "
+            "n^(−1/3). Bonds are drawn side by side. The reference engine computed these chains."
         ),
         alt=(
             "Above, chains of five bonds lie along one curve, constant at first and then a "
-            "straight line, short ones above it when slow and below it when fast. Below, the "
-            "distance times the cube root of n rises from about 0 at 30 particles to between 1.1 "
-            "and 1.9 at 1000 to 3000, below the line at 1.99."
+            "straight line, with shorter chains above it when slow and below it when fast. Below, "
+            "the distance times the cube root of n rises with the length towards the line at 1.99."
         ),
         draw=draw,
         records=[
             {
-                "bond": name,
-                "particles": p.particles,
-                "velocity": p.scene.impact_velocity,
-                "variable": variable_of(p),
-                "scaled_loss": p.scaled_dissipation,
-                "error": p.error * p.particles ** (2.0 / 3.0),
-                "limit": float(limiting_loss(variable_of(p))),
+                "bond": row.bond,
+                "particles": row.size,
+                "chains": row.chains,
+                "variable": row.variable,
+                "scaled_loss": row.scaled_loss,
+                "error": row.error,
+                "limit": float(limiting_loss(row.variable)),
+                "distance": row.distance,
+                "distance_error": row.distance_error,
             }
-            for name, group in groups.items()
-            for p in group
+            for row in rows
         ],
         size=(6.4, 7.4),
         panels=(1.5, 1.0),
