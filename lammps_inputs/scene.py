@@ -20,8 +20,6 @@ from chaincor.lammps_inputs.problem import Problem
 from chaincor.lammps_inputs.run_files import RunFiles
 from chaincor.lammps_inputs.scene_parts.given_bodies import chain_masses, line_of
 from chaincor.lammps_inputs.scene_parts.identity import DEFAULT_TOLERANCE as DEFAULT_TOLERANCE
-from chaincor.lammps_inputs.scene_parts.identity import FILE_KEYS as FILE_KEYS
-from chaincor.lammps_inputs.scene_parts.identity import OUTPUT_KEYS as OUTPUT_KEYS
 from chaincor.lammps_inputs.scene_parts.identity import (
     canonical_fields,
     canonical_json,
@@ -29,7 +27,10 @@ from chaincor.lammps_inputs.scene_parts.identity import (
     plain_fields,
     shown_fields,
 )
-from chaincor.lammps_inputs.scene_parts.rules import NUMERICS_KEYS, check_together, told
+from chaincor.lammps_inputs.scene_parts.rules import check_together, told
+from chaincor.lammps_inputs.scene_parts.scene_fields import FILE_KEYS as FILE_KEYS
+from chaincor.lammps_inputs.scene_parts.scene_fields import NUMERICS_KEYS as NUMERICS_KEYS
+from chaincor.lammps_inputs.scene_parts.scene_fields import OUTPUT_KEYS as OUTPUT_KEYS
 from chaincor.lammps_inputs.scene_parts.scene_fields import SceneFields
 from chaincor.lammps_inputs.scene_parts.scene_file import read_from_anywhere, read_scene_fields
 from chaincor.lammps_inputs.toml_text import parse_toml

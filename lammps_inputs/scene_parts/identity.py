@@ -8,16 +8,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from chaincor.lammps_inputs.bonds.potential import Potential
-from chaincor.lammps_inputs.scene_parts.given_bodies import BODY_KEYS, body_fields
+from chaincor.lammps_inputs.scene_parts.given_bodies import body_fields
+from chaincor.lammps_inputs.scene_parts.scene_fields import BODY_KEYS, OUTPUT_KEYS
 
 if TYPE_CHECKING:
     from chaincor.lammps_inputs.scene import Scene
 
 DEFAULT_TOLERANCE = 1e-6
-FILE_KEYS = ("dump", "dump_frames", "save", "arrays")
 # Largest number of masses that a line shows in full.
 _MOST_SHOWN = 8
-OUTPUT_KEYS = (*FILE_KEYS, "error")
 # Canonical JSON of fields. All calls share an encoder: to create one takes as long as to use it.
 canonical_json = json.JSONEncoder(sort_keys=True, allow_nan=False).encode
 

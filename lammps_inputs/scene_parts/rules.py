@@ -13,13 +13,13 @@ from chaincor.lammps_inputs.bonds.potentials import BOND_KEYS, missing_keys
 from chaincor.lammps_inputs.contacts.contact_laws import CONTACT_KEYS, CONTACT_LAWS, laws_with
 from chaincor.lammps_inputs.errors import ChaincorError, SceneError, meant
 from chaincor.lammps_inputs.scene_parts.bead_rules import check_beads
+from chaincor.lammps_inputs.scene_parts.scene_fields import NUMERICS_KEYS
 
 if TYPE_CHECKING:
     from pydantic import ValidationError
 
     from chaincor.lammps_inputs.scene import Scene
 
-NUMERICS_KEYS = ("wall", "scheme", "timestep", "table", "table_points")
 # Verlet is unstable from omega dt = 2, with the fastest chain mode omega = 2 sqrt(U''(1)).
 VERLET_STABILITY_LIMIT = 2.0
 

@@ -1,15 +1,16 @@
-"""Fields of a scene with their descriptions: keys of its file and, with dashes, options."""
+"""Keys of a scene: type, default, description, group, and the keys that each one excludes."""
 
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, get_args
 
-from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field
 
 from chaincor.lammps_inputs.bonds.formula_text import check_parameters
 from chaincor.lammps_inputs.bonds.potentials import BondKeys
 from chaincor.lammps_inputs.contacts.contact_laws import ContactKeys
 from chaincor.lammps_inputs.number_types import IsCount, IsNumber, PositiveNumber, at_least
-from chaincor.lammps_inputs.scene_parts.given_bodies import read_masses
+from chaincor.lammps_inputs.scene_parts.given_masses import read_masses
 from chaincor.lammps_inputs.schemes import Scheme
 from chaincor.lammps_inputs.thermal_state import LARGEST_SEED
 
@@ -47,8 +48,15 @@ Frames = Annotated[PositiveNumber | Literal["contacts"], BeforeValidator(_frames
 FilePath = Annotated[Path, AfterValidator(_without_null_characters)]
 
 
-class BodyKeys(BondKeys):
-    """Fields of a scene for its bodies and their bonds."""
+@dataclass(frozen=True)
+class Excludes:
+    """Annotation of a key with the keys that contradict it."""
+
+    keys: tuple[str, ...]  #: Keys of the same scene.
+
+
+class ChainKeys(BondKeys):
+    """Keys for the chain and its bonds."""
 
     bond_file: FilePath | None = Field(
         default=None, description="LAMMPS bond table of your own, for potential table"
@@ -61,6 +69,11 @@ class BodyKeys(BondKeys):
         default=None, description="numbers for the other names in the formula, such as D=0.0139,a=6"
     )
     particles: ParticleCount = Field(default=100, description="number of particles in the chain")
+
+
+class TargetKeys(BaseModel):
+    """Keys for the masses and the target."""
+
     masses: Masses | None = Field(
         default=None,
         description="masses of the particles, from the contact outward, repeated along the chain: "
@@ -82,12 +95,8 @@ class BodyKeys(BondKeys):
     )
 
 
-class SceneFields(ContactKeys, BodyKeys):
-    """All fields of a scene, each validated separately."""
-
-    model_config = ConfigDict(
-        frozen=True, extra="forbid", arbitrary_types_allowed=True, allow_inf_nan=False
-    )
+class StateKeys(BaseModel):
+    """Keys for the initial state."""
 
     initial: FilePath | None = Field(
         default=None,
@@ -105,16 +114,31 @@ class SceneFields(ContactKeys, BodyKeys):
     seed: Seed | None = Field(
         default=None, description="seed of the random first state, a whole number [default: 1]"
     )
+
+
+class SpeedKeys(BaseModel):
+    """Keys for the impact speed."""
+
     speed: PositiveNumber | None = Field(
         default=None, description="impact speed in units of v* [default: 0.4]"
     )
-    velocity: PositiveNumber | None = Field(
+    velocity: Annotated[PositiveNumber | None, Excludes(("speed",))] = Field(
         default=None, description="impact speed in absolute units, instead of --speed"
     )
+
+
+class EngineKeys(BaseModel):
+    """Keys for the engine and its accuracy."""
+
     engine: Engine = Field(default="lammps", description="who integrates the motion")
-    tolerance: Tolerance | None = Field(
-        default=None, description="absolute error asked of the restitution [default: 1e-6]"
-    )
+    tolerance: Annotated[
+        Tolerance | None, Excludes(("wall", "scheme", "timestep", "table", "table_points"))
+    ] = Field(default=None, description="absolute error asked of the restitution [default: 1e-6]")
+
+
+class NumericsKeys(BaseModel):
+    """Keys for explicit numerics."""
+
     wall: Wall | None = Field(
         default=None,
         description="impact-located wall, or the stock fix wall/reflect [default: event]",
@@ -141,6 +165,11 @@ class SceneFields(ContactKeys, BodyKeys):
     error: bool = Field(
         default=True, description="run again at H/2 and two other steps for the error bar"
     )
+
+
+class FileKeys(BaseModel):
+    """Keys for the files that a run writes."""
+
     dump: FilePath | None = Field(default=None, description="write the motion to this LAMMPS dump")
     dump_frames: Frames = Field(
         default=20.0,
@@ -149,3 +178,57 @@ class SceneFields(ContactKeys, BodyKeys):
     )
     save: FilePath | None = Field(default=None, description="keep the LAMMPS job in this folder")
     arrays: FilePath | None = Field(default=None, description="write the arrays to this NPZ file")
+
+
+class SceneFields(
+    FileKeys, NumericsKeys, EngineKeys, SpeedKeys, StateKeys, ContactKeys, TargetKeys, ChainKeys
+):
+    """All keys of a scene, each validated separately, in the order of their groups."""
+
+    model_config = ConfigDict(
+        frozen=True, extra="forbid", arbitrary_types_allowed=True, allow_inf_nan=False
+    )
+
+
+def keys_of(*groups: type[BaseModel]) -> tuple[str, ...]:
+    """Return the keys that some classes declare, in their order."""
+    return tuple(key for group in groups for key in group.model_fields)
+
+
+def _keys_with(kind: Any) -> tuple[str, ...]:
+    fields = SceneFields.model_fields.items()
+    return tuple(key for key, field in fields if kind in get_args(field.annotation))
+
+
+# Titles of the groups of options, with the keys of each.
+GROUPS: dict[str, tuple[str, ...]] = {
+    "What collides": keys_of(ChainKeys),
+    "Bodies that are more than a cold chain of equal masses and a hard wall": keys_of(
+        TargetKeys, ContactKeys, StateKeys
+    ),
+    "How fast": keys_of(SpeedKeys),
+    "Who integrates, and how exactly": keys_of(EngineKeys),
+    "Numerics of your own, in place of a tolerance": keys_of(NumericsKeys),
+    "Files to write": keys_of(FileKeys),
+}
+BODY_KEYS = keys_of(TargetKeys, ContactKeys, StateKeys)
+FILE_KEYS = keys_of(FileKeys)
+OUTPUT_KEYS = (*FILE_KEYS, "error")
+NUMERICS_KEYS = tuple(key for key in keys_of(NumericsKeys) if key != "error")
+# Keys whose values are files to read, and keys whose values are such files or lists of numbers.
+FILES_READ = tuple(key for key in _keys_with(FilePath) if key not in FILE_KEYS)
+MASSES_READ = _keys_with(Masses)
+
+
+def _excluded() -> dict[str, tuple[str, ...]]:
+    found: dict[str, tuple[str, ...]] = {}
+    for key, field in SceneFields.model_fields.items():
+        declared = [each.keys for each in field.metadata if isinstance(each, Excludes)]
+        for other in (other for keys in declared for other in keys):
+            found[key] = (*found.get(key, ()), other)
+            found[other] = (*found.get(other, ()), key)
+    return found
+
+
+# Each key with the keys that it excludes, and that exclude it.
+EXCLUDED = _excluded()

@@ -4,16 +4,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from chaincor.lammps_inputs.errors import SceneError
-from chaincor.lammps_inputs.scene_parts.given_bodies import masses_in
+from chaincor.lammps_inputs.scene_parts.given_masses import masses_in
+from chaincor.lammps_inputs.scene_parts.scene_fields import FILES_READ, MASSES_READ
 from chaincor.lammps_inputs.small_file import read_small_file, why_unreadable
 from chaincor.lammps_inputs.toml_text import parse_toml
 
 if TYPE_CHECKING:
     from chaincor.lammps_inputs.scene import Scene
 
-# Keys whose values are files to read, and keys whose values are such files or lists of numbers.
-FILES_READ = ("bond_file", "initial")
-MASSES_READ = ("masses", "target_masses", "diameters")
 # Largest size of a scene file in bytes. Longer lists belong in separate files.
 _LARGEST = 100_000_000
 

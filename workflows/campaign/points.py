@@ -7,18 +7,12 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from chaincor.lammps_inputs.errors import PotentialError, SceneError
-from chaincor.lammps_inputs.scene import NUMERICS_KEYS, Scene
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.lammps_inputs.scene_parts.scene_fields import EXCLUDED
 from chaincor.lammps_inputs.scene_parts.scene_file import from_folder
 from chaincor.workflows.campaign.axes import Axis, ValuesAxis, fields_of, merged
 from chaincor.workflows.errors import SweepError
 
-# An axis over the key drops these from the base scene, which they would contradict.
-_RIVALS = {
-    "speed": ("velocity",),
-    "velocity": ("speed",),
-    "tolerance": NUMERICS_KEYS,
-    **dict.fromkeys(NUMERICS_KEYS, ("tolerance",)),
-}
 # Largest number of values of an axis that are all tried before a large sweep begins.
 _MOST_TRIED = 1000
 # Begins the name of an axis over one parameter of a formula.
@@ -53,7 +47,8 @@ class SweepPoints(Sequence[Scene]):
             rest, place = divmod(rest, len(group))
             parts.append(group[place])
         point = merged(*reversed(parts))
-        dropped = {rival for key in point for rival in _RIVALS.get(key, ())}
+        # An axis drops from the base scene the keys that it would contradict.
+        dropped = {other for key in point for other in EXCLUDED.get(key, ())}
         return {key: value for key, value in self.base.items() if key not in dropped} | point, point
 
     def point(self, number: int) -> "Point":

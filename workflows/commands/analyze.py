@@ -215,7 +215,7 @@ def _bond(options: dict[str, Any]) -> Potential | None:
 
 def _masses(text: str | None) -> list[float] | None:
     """Return masses from a list such as ``1,2``, or from a file of that name."""
-    from chaincor.lammps_inputs.scene_parts.given_bodies import read_masses
+    from chaincor.lammps_inputs.scene_parts.given_masses import read_masses
 
     try:
         return None if text is None else read_masses(text)

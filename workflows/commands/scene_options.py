@@ -13,6 +13,7 @@ from chaincor.lammps_inputs.bonds.potentials import BOND_KEYS, POTENTIAL_NAMES
 from chaincor.lammps_inputs.errors import meant, mistakes_in
 from chaincor.lammps_inputs.given_numbers import number_in
 from chaincor.lammps_inputs.scene import Scene
+from chaincor.lammps_inputs.scene_parts.scene_fields import GROUPS
 from chaincor.lammps_inputs.scene_parts.scene_file import read_scene_fields
 from chaincor.workflows.commands.options import option
 
@@ -112,17 +113,6 @@ def bond_options(command: Callable) -> Callable:
     return command
 
 
-# Groups of options: title and last field of each group.
-_GROUPS = (
-    ("What collides", "particles"),
-    ("Bodies that are more than a cold chain of equal masses and a hard wall", "seed"),
-    ("How fast", "velocity"),
-    ("Who integrates, and how exactly", "tolerance"),
-    ("Numerics of your own, in place of a tolerance", "error"),
-    ("Files to write", "arrays"),
-)
-
-
 def _show_scene_help(ctx: click.Context, _parameter: click.Parameter, wanted: bool) -> None:
     if wanted and not ctx.resilient_parsing and isinstance(ctx.command, SceneCommand):
         click.echo(ctx.command.scene_help(ctx))
@@ -163,10 +153,8 @@ class SceneCommand(click.Command):
             f"Options of `{ctx.command_path}` that describe its scene. A file SCENE.toml has the "
             "same keys, with _ in place of -; options win over it."
         )
-        records, fields, begin = self._records(ctx), list(Scene.model_fields), 0
-        for title, last in _GROUPS:
-            end = fields.index(last) + 1
-            names, begin = fields[begin:end], end
+        records = self._records(ctx)
+        for title, names in GROUPS.items():
             if shown := [records[name] for name in names if name in records]:
                 with formatter.section(title):
                     formatter.write_dl(shown)

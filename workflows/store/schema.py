@@ -4,7 +4,7 @@ import re
 
 from chaincor.analysis.observables import OF_RUNS
 from chaincor.lammps_inputs.bonds.potentials import BOND_KEYS
-from chaincor.lammps_inputs.scene_parts.given_bodies import BODY_KEYS
+from chaincor.lammps_inputs.scene_parts.scene_fields import BODY_KEYS
 
 # "CCOR", which distinguishes results stores from other SQLite files.
 APPLICATION_ID = 0x43434F52
