@@ -148,7 +148,7 @@ def job_files(scene: Scene, wishes: JobWishes = NO_WISHES) -> dict[str, str]:
 def _bead_files(scene: Scene, wishes: JobWishes) -> dict[str, str]:
     """Return the files of a column of beads, whose script has LAMMPS's granular styles alone."""
     for each in fields(JobWishes):
-        if each.name != "explain" and getattr(wishes, each.name) != each.default:
+        if getattr(wishes, each.name) != each.default:
             raise InputError(
                 f"{each.name} is asked for, and jobs of beads are a short script of their own. "
                 "Leave it out, and edit the script"
@@ -158,9 +158,6 @@ def _bead_files(scene: Scene, wishes: JobWishes) -> dict[str, str]:
         SCRIPT_FILE: render_granular_job(scene.problem, plan),
         DATA_FILE: format_beads(scene.problem),
     }
-    if wishes.explain:
-        texts[SCRIPT_FILE] = explain_script(texts[SCRIPT_FILE], False, brief=True)
-        texts[DATA_FILE] = explain_data(texts[DATA_FILE])
     if isinstance(scene.potential, str):
         used = scene.replace(tolerance=None, timestep=plan.numerics.timestep)
         texts[SCENE_FILE] = used.without("dump_frames").to_toml()

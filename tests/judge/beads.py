@@ -52,7 +52,7 @@ def independent_loss(masses, targets, exponent, gaps, hard, damping, tolerance):
 
     touches.terminal, touches.direction = hard, -1.0
     state, now = np.concatenate((x, v)), 0.0
-    for _ in range(400):
+    for number in range(400):
         velocities = state[len(every) :]
         closing = velocities[first - 1] - velocities[first]
         if hard and closing > 0.0 and state[first] - state[first - 1] <= 1e-9:
@@ -61,7 +61,13 @@ def independent_loss(masses, targets, exponent, gaps, hard, damping, tolerance):
             velocities[first] += given / every[first]
             state[first] = state[first - 1] + 1e-15
         found = solve_ivp(
-            rates, (now, now + 5.0), state, "DOP853", events=touches, rtol=tolerance, atol=tolerance
+            rates,
+            (now, now + 5.0 * 1.03**number),
+            state,
+            "DOP853",
+            events=touches,
+            rtol=tolerance,
+            atol=tolerance,
         )
         state, now = found.y[:, -1].copy(), found.t[-1]
         x, v = state[: len(every)], state[len(every) :]

@@ -22,7 +22,8 @@ def bonds_from_start(problem: Problem, outcome: Outcome) -> tuple[float, float]:
     """
     line, bond = problem.line, problem.bond
     shortest, longest = outcome.bond_min, outcome.bond_max
-    if line.cold or problem.longest_body == 1:
+    # Beads have no table, and fixed steps do not follow them.
+    if line.cold or problem.longest_body == 1 or bond.only_pushes:
         return shortest, longest
     step = coarse_step(bond, shortest - 1.0, line.lightest)
     stepper = Stepper.of(line, bond, "verlet", step)

@@ -22,7 +22,7 @@ from chaincor.workflows.engines.reference.finish import (
     unfinished_error,
 )
 from chaincor.workflows.engines.time_limit import check_time, steps_at_once
-from chaincor.workflows.errors import TimestepError
+from chaincor.workflows.errors import TimestepError, UnfinishedCollisionError
 
 # Allowed error of a single step, relative to the accuracy of the restitution, and its floor.
 _LOCAL_SHARE = 0.03
@@ -157,6 +157,11 @@ class _Flight:
             if status == loops.FULL:
                 self._make_room()
             elif status == loops.LATE:
+                if self.damped:
+                    raise UnfinishedCollisionError(
+                        f"the bodies have not parted at time {self.ledger.time:.6g}: damping holds "
+                        "them together. Lower the damping"
+                    )
                 raise unfinished_error(self._problem, float(self.ledger.time))
             else:
                 raise TimestepError(

@@ -84,6 +84,15 @@ def test_a_job_prints_the_result_of_the_engine(fields, tmp_path):
     assert abs(float(said["restitution"]) - known.restitution) <= error
 
 
+@pytest.mark.parametrize("contact", [None, "hard"])
+def test_columns_with_gaps_or_overlaps_at_first(contact, tmp_path):
+    path = tmp_path / "gaps.csv"
+    path.write_text("strain\n0.1\n0.05\n-0.02\n0.2\n")
+    for fields in ({"initial": path, "particles": 4}, {"compression": 0.01}):
+        validation = validate(beads(contact=contact, **fields))
+        assert validation.agrees, validation
+
+
 def test_a_step_of_ones_own_is_taken():
     result = collide(beads(timestep=0.01))
     known = collide(beads(engine="reference"), tolerance=1e-9)
@@ -96,5 +105,6 @@ def test_beads_that_reach_the_next_but_one_are_refused(tmp_path):
         collide(beads(velocity=0.5))
     with pytest.raises(SceneError, match=r"Expected less than 0\.2"):
         write_job(beads(velocity=0.4), tmp_path)
-    with pytest.raises(ChaincorError, match="guards is asked for"):
-        write_job(beads(), tmp_path, guards=True)
+    for wish in ("guards", "explain", "plain"):
+        with pytest.raises(ChaincorError, match=f"{wish} is asked for"):
+            write_job(beads(), tmp_path, **{wish: True})

@@ -136,6 +136,8 @@ def test_strong_damping_stops_beads_and_they_part_without_a_pull():
     result = collide(beads(particles=2, damping=20.0, damping_law="dashpot"))
     assert result.restitution < 1e-5
     assert result.ending == "proved"
+    with pytest.raises(ChaincorError, match="Lower the damping"):
+        collide(beads(particles=3, damping=1e6))
 
 
 @pytest.mark.parametrize(
