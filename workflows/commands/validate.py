@@ -34,6 +34,7 @@ if TYPE_CHECKING:
 @option(
     "--ladder", "the order of your function's error instead: it is run at --timestep and 5 halvings"
 )
+@option("--template", "print an integrator to start from, for --against mine:collide, and exit")
 @option("--plot FILE", "draw the differences against their error bars: PNG, PDF or SVG")
 @json_option
 def validate(
@@ -42,6 +43,7 @@ def validate(
     timeout: float | None,
     grid: bool,
     ladder: bool,
+    template: bool,
     plot: str | None,
     as_json: bool,
     **options: Any,
@@ -57,6 +59,12 @@ def validate(
     from chaincor.workflows.validation.lammps_result import is_lammps_result
     from chaincor.workflows.validation.user_comparison import climb_ladder, validate_user
 
+    if template:
+        from importlib.resources import files
+
+        text = files("chaincor.workflows.validation").joinpath("templates/integrator.py.txt")
+        click.echo(text.read_text(encoding="utf-8"), nl=False)
+        return
     if plot is not None:
         if Path(plot).suffix not in PICTURES:
             raise click.UsageError(

@@ -15,6 +15,7 @@ from chaincor.workflows.scripts.answers import (
     answer_ladder,
     needs_finer,
 )
+from chaincor.workflows.scripts.change import draws_forces
 from chaincor.workflows.scripts.ladder_runs import NumberLadder, ScriptLadder
 from chaincor.workflows.scripts.step_settings import where_to_set
 
@@ -60,7 +61,7 @@ def answer_of(study: "ScriptStudy", each: ScriptLadder) -> LadderAnswer:
 
 def name_of(number: NumberLadder) -> str:
     """Return the name of a number; a pattern is quoted."""
-    return number.name if _PLAIN.fullmatch(number.name) else repr(number.name)
+    return number.name if _PLAIN.fullmatch(number.name) else f"'{number.name}'"
 
 
 def _answered(study: "ScriptStudy", each: ScriptLadder) -> str:
@@ -201,6 +202,10 @@ def _remedy(study: "ScriptStudy", each: ScriptLadder, answers: list[NumberAnswer
     ratios = [float(np.min(n.verdict.bias)) / (n.tolerance or 1e-300) for n in noisy]
     more = max(_TWICE, *((_TWICE * ratio) ** 2 for ratio in ratios))
     if not all(number.repeats for number in noisy):
+        if not _is_random(study):
+            # Nearby steps then scatter because of the step.
+            ladder = ["--vary", _extended(each, noisy), "--phases", str(2 * varied.columns)]
+            return f"To judge, run: {shlex.join([*study.command, *ladder])}"
         return (
             f"To judge, run: {shlex.join([*command, '--seeds', str(max(2 * varied.columns, 8))])}"
         )
@@ -210,6 +215,14 @@ def _remedy(study: "ScriptStudy", each: ScriptLadder, answers: list[NumberAnswer
         return f"To judge, run: {shlex.join(command)}"
     factor = "100 times longer or more" if more > _MOST_LONGER else f"{_rounded(more)} times longer"
     return f"To judge, make the runs {factor}, then run: {shlex.join(command)}"
+
+
+def _is_random(study: "ScriptStudy") -> bool:
+    """Return whether the script draws random numbers that seeds change."""
+    words = [command.words for command in study.varied.script.commands]
+    return study.varied.own_seed or any(
+        draws_forces(each) or (each[0] == "velocity" and "create" in each) for each in words
+    )
 
 
 def _left(number: NumberLadder) -> float:

@@ -21,6 +21,7 @@ from chaincor.lammps_inputs.scene import DEFAULT_TOLERANCE, NUMERICS_KEYS, Scene
 from chaincor.workflows.collision import collide
 from chaincor.workflows.engines.ending import argue_end
 from chaincor.workflows.validation.comparison import Validation, compare_contacts, judge_for
+from chaincor.workflows.validation.difference_causes import find_cause
 
 _MOST_BYTES = 4_000_000
 _HEADS = (b"LAMMPS (", b"Log of LAMMPS")
@@ -127,7 +128,13 @@ def validate_result(scene: Scene, found: LammpsResult) -> Validation:
     subject = f"LAMMPS, read from {found.source}"
     validation = Validation.of(scene, subject, found.restitution, error, judge, others)
     first = validation.comparisons[0]
-    note = None if first.agrees else _of_stock_wall(scene, found, first.difference)
+    if first.agrees:
+        return validation
+    note = _of_stock_wall(scene, found, first.difference)
+    allowed = first.allowed or asked
+    cause = find_cause(scene, judge, found.restitution, allowed, contacts=found.contacts)
+    if cause is not None and (note is None or "explains the difference" not in note):
+        note = f"likely cause: {cause}"
     return replace(validation, note=note)
 
 

@@ -1,6 +1,6 @@
 """Comparison of a user's integrator with the reference engine, and the order of its error."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -19,6 +19,7 @@ from chaincor.workflows.validation.comparison import (
     compare_contacts,
     judge_for,
 )
+from chaincor.workflows.validation.difference_causes import find_cause
 from chaincor.workflows.validation.user_integrator import (
     USER_TIMEOUT,
     UserOutcome,
@@ -26,6 +27,8 @@ from chaincor.workflows.validation.user_integrator import (
 )
 
 RUNGS = 6
+# A difference at half the step below this part of the first one comes from the step.
+_FALLS = 0.7
 # Steps within a percent of each rung distinguish irregular errors from smooth ones.
 NEARBY = (1.0, 0.9937, 1.0071, 0.9862, 1.0123)
 
@@ -46,7 +49,31 @@ def validate_user(
     user = run_user_integrator(against, scene, timeout)
     judge = judge_for(scene, asked)
     others = _compare_user_arrays(user, judge, scene)
-    return Validation.of(scene, against, _restitution_of(user, scene), asked, judge, others)
+    found = _restitution_of(user, scene)
+    validation = Validation.of(scene, against, found, asked, judge, others)
+    if validation.agrees:
+        return validation
+    contacts = None if user.contact_times is None else len(user.contact_times)
+    allowed = validation.comparisons[0].allowed or asked
+    note = find_cause(scene, judge, found, allowed, user.velocities, contacts)
+    if ":" in against and scene.timestep is not None:
+        note = _of_step(scene, against, timeout, found - judge.restitution) or note
+    return replace(validation, note=None if note is None else f"likely cause: {note}")
+
+
+def _of_step(scene: Scene, against: str, timeout: float, difference: float) -> str | None:
+    """Return that the step causes a difference, if the difference falls at half the step."""
+    assert scene.timestep is not None
+    finer = scene.replace(timestep=0.5 * scene.timestep)
+    user = run_user_integrator(against, finer, timeout)
+    judge = judge_for(scene, DEFAULT_TOLERANCE)
+    left = _restitution_of(user, scene) - judge.restitution
+    if abs(left) > _FALLS * abs(difference):
+        return None
+    return (
+        f"the step. At {finer.timestep:g} instead of {scene.timestep:g} the difference is "
+        f"{abs(left):.1e} instead of {abs(difference):.1e}. Use a smaller step."
+    )
 
 
 def _compare_user_arrays(user: UserOutcome, judge: Collision, scene: Scene) -> list[Comparison]:
@@ -77,10 +104,10 @@ def _compare_user_arrays(user: UserOutcome, judge: Collision, scene: Scene) -> l
 
 
 def _restitution_of(user: UserOutcome, scene: Scene) -> float:
-    """Return eta, from the relative translation if the target is free."""
+    """Return eta, negative if the bodies still approach."""
     target = np.zeros(1) if user.target_velocities is None else user.target_velocities[::-1]
     e = scene.line.separation(np.concatenate((target, user.velocities))) / scene.impact_velocity
-    return e * e
+    return e * abs(e)
 
 
 @dataclass(frozen=True, repr=False)
