@@ -53,7 +53,9 @@ def find_cause(
             "the chain's centre of mass still moves towards the wall. Integrate past the last "
             "contact, and count velocities away from the wall as positive."
         )
-    if scene.all_particles > _MOST_PARTICLES or (velocities is not None and scene.target_particles):
+    if scene.problem.all_particles > _MOST_PARTICLES or (
+        velocities is not None and scene.target_particles
+    ):
         return None
     for change in _changes(scene):
         try:
@@ -93,7 +95,7 @@ def _changes(scene: Scene) -> Iterator[_Change]:
         said = "the masses are ignored, and all particles are equal"
         yield _Change(said, "Use scene.line.chain_masses.", plain, scene.impact_velocity)
     v, natural = scene.impact_velocity, scene.bond.natural_speed
-    if scene.comes_moving or natural is None:
+    if scene.problem.comes_moving or natural is None:
         return
     bare = scene.without("speed", "velocity")
     said = "the speed in units of v* is used as a velocity"
