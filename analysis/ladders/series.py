@@ -8,6 +8,9 @@ from chaincor.lammps_inputs.arrays import Array
 
 # Correlations over a larger share of a series, or fewer independent samples, tell no error.
 _LARGEST_SHARE, _LEAST_INDEPENDENT = 0.25, 3.0
+# Shorter series tell no error: of 24 samples with a correlation time of 10, 3 in 100 look
+# independent, and two of their bars hold in 52 of 100.
+_LEAST_SAMPLES = 50
 _THREE_SIGMA = 0.99865
 # A bar longer than this many standard deviations of the series says nothing.
 _LONGEST_BAR = 1.5
@@ -37,8 +40,8 @@ def standard_error(series: Array) -> MeanError:
     :math:`N \gamma_0` over that sum independent samples, so that three of it hold as often as
     three of a Gaussian. A series that looks like a random walk may be a short piece of a slower
     one: by :math:`1 + (35/\nu)^3`, :math:`\nu = N \sum (x_{i+1} - x_i)^2 / \sum (x_i - \bar x)^2`,
-    it is made longer. The error is inf where it would exceed 1.5 standard deviations of the
-    series: about four independent samples are needed.
+    it is made longer. The error is inf for fewer than 50 samples, and where it would exceed 1.5
+    standard deviations of the series: about four independent samples are needed.
     """
     from scipy.special import stdtrit
 
@@ -58,7 +61,8 @@ def standard_error(series: Array) -> MeanError:
     # Less than independent samples have is a small number's luck.
     total = max(2.0 * float(pairs.sum()) - float(covariance[0]), float(covariance[0]))
     independent = max(left * count * float(covariance[0]) / total, 1.0)
-    if lags > _LARGEST_SHARE * count or independent < _LEAST_INDEPENDENT:
+    few = count < _LEAST_SAMPLES or independent < _LEAST_INDEPENDENT
+    if few or lags > _LARGEST_SHARE * count:
         return MeanError(float("inf"), min(independent, _LEAST_INDEPENDENT))
     wider = float(stdtrit(independent - 1.0, _THREE_SIGMA)) / 3.0
     walk = _WALKS * float(np.sum(rest**2) / np.sum(np.diff(rest) ** 2)) / count

@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 
 from chaincor.lammps_inputs.arrays import Array
-from chaincor.lammps_inputs.bonds.table_checks import fault_of_slopes
-from chaincor.lammps_inputs.bonds.table_rows import Rows, spline_through
+from chaincor.lammps_inputs.bonds.table_rows import spline_through
 from chaincor.lammps_inputs.bonds.table_text import Section
 from chaincor.lammps_inputs.errors import InputError, TableError
-from chaincor.workflows.tables.causes import Cause, cause_of_contradiction, cause_of_error
+from chaincor.workflows.tables.causes import cause_of_error
+from chaincor.workflows.tables.faults import TOLERANCE, contradictions, other_faults
 from chaincor.workflows.tables.judge import Errors, Judge, judged_range, last_row
 from chaincor.workflows.tables.lammps_curve import Kind, Style, TableData
 from chaincor.workflows.tables.reading import (
@@ -27,21 +27,15 @@ from chaincor.workflows.tables.reading import (
     read_text,
     table_data,
     thermal_energy,
-    with_lengths_of_header,
 )
 from chaincor.workflows.tables.report import TableReport, percent, sentence
 
 STYLES: tuple[Style, ...] = ("spline", "linear", "lookup")
-# Limits without a tolerance, as parts of the local force: largest difference of energies and
-# forces, and largest error for which numbers of rows are recommended.
+# Largest difference of energies and forces without a tolerance, as a part of the local force.
 CONTRADICTION = 0.01
-TOLERANCE = 1e-3
 # Multiples of the given number of rows that are tried for a tolerance.
 _TRIED = (1, 2, 5, 10, 20, 50, 100, 1000)
 _MOST_TRIED = 200_000
-# Below or above the range, a contradiction counts if this many consecutive intervals have it, each
-# of more than this part of their own force.
-_CORE_ROWS, _CORE_PART = 5, 0.1
 
 
 def check_table(
@@ -215,11 +209,11 @@ def _with_errors(
     errors = judge.errors(style, report.style_rows)
     limit = tolerance or TOLERANCE
     faults = list(report.faults)
-    found = _contradictions(judge, errors, tolerance or CONTRADICTION)
+    found = contradictions(judge, errors, tolerance or CONTRADICTION)
     cause, contradiction = found or (None, None)
     short = f"{cause.said}. {sentence(cause.help)}" if cause else ""
     faults += [contradiction] if contradiction else []
-    faults += _other_faults(report, judge, section)
+    faults += other_faults(report, judge, section)
     if table.is_bitmap or not table.has_forces:
         ideal = errors
     else:
@@ -251,77 +245,6 @@ def _with_errors(
         good_range=_good_range(errors, limit if tolerance else CONTRADICTION),
         curves=judge,
     )
-
-
-def _contradictions(judge: Judge, errors: Errors, allowed: float) -> tuple[Cause, str] | None:
-    """Return the cause of a contradiction of energies and forces, and a sentence; None without."""
-    if not judge.table.has_forces:
-        return None
-    x = judge.rows.padded[0]
-    _signed, systematic = judge.differences
-    middle = 0.5 * (x[1:] + x[:-1])
-    inside = (x[1:] > judge.low) & (x[:-1] < judge.high)
-    size = judge.size_at(np.clip(middle, judge.low, judge.high))
-    wrong = inside & (systematic > allowed * size)
-    by_energies, by_forces, _ = judge.rows.mean_forces()
-    own = np.maximum(np.abs(by_energies), np.abs(by_forces)) + 1e-300
-    beyond = ~inside & (systematic > max(_CORE_PART, allowed) * own)
-    runs = np.convolve(beyond, np.ones(_CORE_ROWS), mode="valid") >= _CORE_ROWS
-    if not np.any(wrong) and np.any(runs):
-        wrong, size = beyond, own
-    if not np.any(wrong):
-        return None
-    places = np.flatnonzero(wrong)
-    worst = int(places[np.argmax((systematic / size)[wrong])])
-    where = f"between {x[places[0]]:.4g} and {x[places[-1] + 1]:.4g}"
-    cause = cause_of_contradiction(judge, wrong)
-    cause = cause._replace(said=f"{cause.said} {where}")
-    return cause, (
-        f"{cause.said}: near {middle[worst]:.6g} the energies say "
-        f"{by_energies[worst]:.6g}, the forces {by_forces[worst]:.6g}; expected force = -dE/dr: "
-        f"{cause.help}"
-    )
-
-
-def _other_faults(report: TableReport, judge: Judge, section: Section) -> list[str]:
-    table = judge.table
-    found: list[str] = []
-    if table.has_forces and not table.period:
-        kept = slice(last_row(table) + 1)
-        lengths, forces = table.lengths[kept], table.forces[kept]
-        spline = spline_through(lengths, forces)
-        digits = section.least_digits[kept]
-        outlier = Rows.of(spline, forces, digits * [0.0, 1.0, 1.0]).outlier(report.path)
-        if outlier and np.max(judge.errors(report.style, report.style_rows).scatter) > TOLERANCE:
-            found.append(outlier)
-        held = with_lengths_of_header(section, report.kind)
-        if slopes := fault_of_slopes(held, report.path):
-            found.append(slopes)
-    if table.has_forces and np.ptp(table.energies) == 0.0:
-        found.append("all its energies are the same; expected the energy in the third column")
-    if "EQ" in section.header and table.has_forces:
-        found += _fault_of_natural_length(section.header["EQ"][0], judge)
-    return found
-
-
-def _fault_of_natural_length(natural: float, judge: Judge) -> list[str]:
-    """Return a fault if EQ is far from all zeros of the force."""
-    x, forces = judge.table.lengths, judge.table.forces
-    if not x[0] <= natural <= x[-1]:
-        return []
-    crossing = np.flatnonzero(forces[:-1] * forces[1:] <= 0.0)
-    room = max(2.0 * float(np.max(np.diff(x))), 0.02 * float(x[-1] - x[0]))
-    zeros = [*x[crossing], *x[crossing + 1]]
-    if judge.table.kind == "angle":
-        zeros += [x[0], x[-1]]
-    if not len(zeros) or np.min(np.abs(np.array(zeros) - natural)) <= room:
-        return []
-    force = float(np.interp(natural, x, forces))
-    nearest = zeros[int(np.argmin(np.abs(np.array(zeros) - natural)))]
-    return [
-        f"it says EQ {natural:g}, where the force is {force:.3g}; expected no force there, as near "
-        f"{nearest:.6g}"
-    ]
 
 
 def _notes_beyond(report: TableReport, judge: Judge) -> list[str]:

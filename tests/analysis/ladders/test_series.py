@@ -47,6 +47,13 @@ def test_standard_errors_of_what_is_no_series():
     assert standard_error(np.ones(3)).error == np.inf
 
 
+def test_fewer_than_50_samples_have_no_bar():
+    """Some short pieces of a slow series look independent: no bar of theirs would hold."""
+    independent = np.random.default_rng(5).normal(size=60)
+    assert standard_error(independent[:49]).error == np.inf
+    assert standard_error(independent[:50]).error < 0.5
+
+
 def test_bars_are_never_wider_than_the_series():
     """A slow piece of a sine has no bar: its mean is known to half a wave at best."""
     for periods in (0.2, 0.5, 1.0, 2.0):

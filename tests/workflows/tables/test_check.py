@@ -125,13 +125,13 @@ FAULTY = {
     "columns exchanged": ({"spoil": lambda d, h: d[:, [0, 2, 1]]}, "force = -dE/dr"),
     "an outlier of the force": (
         {"spoil": lambda d, h: _with(d, 200, 2, 3.0 * d[200, 2] + 1.0)},
-        "correct that row",
+        "Correct or remove this row",
     ),
     "an outlier of the energy": (
         {"spoil": lambda d, h: _with(d, 200, 1, d[200, 1] + 0.5)},
         "force = -dE/dr",
     ),
-    "a digit lost": ({"spoil": lambda d, h: _with(d, 30, 2, d[30, 2] / 10.0)}, "correct that row"),
+    "a digit lost": ({"spoil": lambda d, h: _with(d, 30, 2, d[30, 2] / 10.0)}, "Correct or remove this row"),
     "no energies": ({"spoil": lambda d, h: d * [1, 0, 1]}, "energies are the same"),
     "no forces": ({"spoil": lambda d, h: d * [1, 1, 0]}, "all forces are 0"),
     "not a number": (

@@ -1,0 +1,89 @@
+"""Faults of the forces of a table: contradictions, outliers, end slopes, lengths without force."""
+
+import numpy as np
+
+from chaincor.lammps_inputs.bonds.table_checks import fault_of_slopes
+from chaincor.lammps_inputs.bonds.table_rows import Rows, spline_through
+from chaincor.lammps_inputs.bonds.table_text import Section
+from chaincor.workflows.tables.causes import Cause, cause_of_contradiction
+from chaincor.workflows.tables.judge import Errors, Judge, last_row
+from chaincor.workflows.tables.reading import with_lengths_of_header
+from chaincor.workflows.tables.report import TableReport
+
+# Largest error, as a part of the local force, for which numbers of rows are recommended.
+TOLERANCE = 1e-3
+# Below or above the range, a contradiction counts if this many consecutive intervals have it, each
+# of more than this part of their own force.
+_CORE_ROWS, _CORE_PART = 5, 0.1
+
+
+def contradictions(judge: Judge, errors: Errors, allowed: float) -> tuple[Cause, str] | None:
+    """Return the cause of a contradiction of energies and forces, and a sentence; None without."""
+    if not judge.table.has_forces:
+        return None
+    x = judge.rows.padded[0]
+    _signed, systematic = judge.differences
+    middle = 0.5 * (x[1:] + x[:-1])
+    inside = (x[1:] > judge.low) & (x[:-1] < judge.high)
+    size = judge.size_at(np.clip(middle, judge.low, judge.high))
+    wrong = inside & (systematic > allowed * size)
+    by_energies, by_forces, _ = judge.rows.mean_forces()
+    own = np.maximum(np.abs(by_energies), np.abs(by_forces)) + 1e-300
+    beyond = ~inside & (systematic > max(_CORE_PART, allowed) * own)
+    runs = np.convolve(beyond, np.ones(_CORE_ROWS), mode="valid") >= _CORE_ROWS
+    if not np.any(wrong) and np.any(runs):
+        wrong, size = beyond, own
+    if not np.any(wrong):
+        return None
+    places = np.flatnonzero(wrong)
+    worst = int(places[np.argmax((systematic / size)[wrong])])
+    where = f"between {x[places[0]]:.4g} and {x[places[-1] + 1]:.4g}"
+    cause = cause_of_contradiction(judge, wrong)
+    cause = cause._replace(said=f"{cause.said} {where}")
+    return cause, (
+        f"{cause.said}: near {middle[worst]:.6g} the energies say "
+        f"{by_energies[worst]:.6g}, the forces {by_forces[worst]:.6g}; expected force = -dE/dr: "
+        f"{cause.help}"
+    )
+
+
+def other_faults(report: TableReport, judge: Judge, section: Section) -> list[str]:
+    """Return outliers, wrong slopes at the ends, missing energies, and a wrong EQ."""
+    table = judge.table
+    found: list[str] = []
+    if table.has_forces and not table.period:
+        kept = slice(last_row(table) + 1)
+        lengths, forces = table.lengths[kept], table.forces[kept]
+        spline = spline_through(lengths, forces)
+        digits = section.least_digits[kept]
+        outlier = Rows.of(spline, forces, digits * [0.0, 1.0, 1.0]).outlier(report.path)
+        if outlier and np.max(judge.errors(report.style, report.style_rows).scatter) > TOLERANCE:
+            found.append(outlier)
+        held = with_lengths_of_header(section, report.kind)
+        if slopes := fault_of_slopes(held, report.path):
+            found.append(slopes)
+    if table.has_forces and np.ptp(table.energies) == 0.0:
+        found.append("all its energies are the same; expected the energy in the third column")
+    if "EQ" in section.header and table.has_forces:
+        found += _fault_of_natural_length(section.header["EQ"][0], judge)
+    return found
+
+
+def _fault_of_natural_length(natural: float, judge: Judge) -> list[str]:
+    """Return a fault if EQ is far from all zeros of the force."""
+    x, forces = judge.table.lengths, judge.table.forces
+    if not x[0] <= natural <= x[-1]:
+        return []
+    crossing = np.flatnonzero(forces[:-1] * forces[1:] <= 0.0)
+    room = max(2.0 * float(np.max(np.diff(x))), 0.02 * float(x[-1] - x[0]))
+    zeros = [*x[crossing], *x[crossing + 1]]
+    if judge.table.kind == "angle":
+        zeros += [x[0], x[-1]]
+    if not len(zeros) or np.min(np.abs(np.array(zeros) - natural)) <= room:
+        return []
+    force = float(np.interp(natural, x, forces))
+    nearest = zeros[int(np.argmin(np.abs(np.array(zeros) - natural)))]
+    return [
+        f"it says EQ {natural:g}, where the force is {force:.3g}; expected no force there, as near "
+        f"{nearest:.6g}"
+    ]
