@@ -177,7 +177,7 @@ FAULTY = {
         {"kind": "pair", "spoil": lambda d, h: h.pop("R") and _with(d, 0, 0, 0.0)},
         "distances begin at 0",
     ),
-    "a header of words": ({"head": {"ROWS": [3]}}, "expected 'N rows'"),
+    "a header of words": ({"head": {"ROWS": [3]}}, "Write 'N rows'"),
 }
 
 
