@@ -15,7 +15,7 @@ import numpy as np
 
 from chaincor.lammps_inputs.errors import ChaincorError
 from chaincor.workflows.engines.lammps.library import find_lmp_command
-from chaincor.workflows.scripts.bottom_line import common_choices
+from chaincor.workflows.scripts.bottom_line import answer_of
 from chaincor.workflows.scripts.change import Change
 from chaincor.workflows.scripts.description import describe_script_study
 from chaincor.workflows.scripts.quantities import ALL, Asked, read_quantity
@@ -125,10 +125,11 @@ def made_small(script: Path, seconds: float) -> int:
         script.write_text(text, "utf-8")
         fewer //= 2
         shorten(fewer)
+    longest_cut = fewer
     taken = done.seconds
     # So many steps more as there is time for, their number a power of two below the script's.
     fewer = 2 ** math.ceil(math.log2(max(fewer * taken / seconds, 1.0)))
-    fewer = min(fewer, max(longest // LEAST_STEPS, 1))
+    fewer = min(fewer, longest_cut)
     shorten(fewer)
     return fewer
 
@@ -138,7 +139,7 @@ def followed(study: ScriptStudy) -> str:
     assert study.ladder is not None
     assert study.own_step is not None
     (ladder,) = study.ladders
-    numbers = [each for each in ladder.numbers if each.tolerance is not None]
+    numbers = [each.number for each in answer_of(study, ladder).judged]
     step, count = promise(study)
     if step is None:
         return "no step"
@@ -167,12 +168,8 @@ def followed(study: ScriptStudy) -> str:
 
 def promise(study: ScriptStudy) -> tuple[float | None, int]:
     """Return the step that the bottom line names, and how many runs it averages."""
-    (ladder,) = study.ladders
-    if "is small enough" in study.summary:
-        return study.own_step, 1
-    single, several = common_choices(ladder)
-    best = single or several
-    return (None, 0) if best is None else (best.value, best.runs)
+    use = answer_of(study, study.ladders[0]).use
+    return (None, 0) if use is None else (use.value, use.runs)
 
 
 if __name__ == "__main__":

@@ -131,7 +131,10 @@ FAULTY = {
         {"spoil": lambda d, h: _with(d, 200, 1, d[200, 1] + 0.5)},
         "force = -dE/dr",
     ),
-    "a digit lost": ({"spoil": lambda d, h: _with(d, 30, 2, d[30, 2] / 10.0)}, "Correct or remove this row"),
+    "a digit lost": (
+        {"spoil": lambda d, h: _with(d, 30, 2, d[30, 2] / 10.0)},
+        "Correct or remove this row",
+    ),
     "no energies": ({"spoil": lambda d, h: d * [1, 0, 1]}, "energies are the same"),
     "no forces": ({"spoil": lambda d, h: d * [1, 1, 0]}, "all forces are 0"),
     "not a number": (
