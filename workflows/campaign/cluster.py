@@ -50,13 +50,20 @@ class DaskCluster(Executor):
             )
         try:
             import dask
-            from distributed import Client
+            from distributed import Client, Security
         except ImportError:
             raise SchedulerError(
                 "Dask is not installed. Install it for --scheduler: pip install chaincor[cluster]"
             ) from None
-        for name in _NOISY_LOGGERS:
-            logging.getLogger(name).setLevel(logging.CRITICAL + 1)
+        _silence_loggers()
+        if (
+            address.startswith("tls:")
+            and not Security().get_connection_args("client")["ssl_context"]
+        ):
+            raise SchedulerError(
+                f"Dask has no certificates for {address}. Set distributed.comm.tls in Dask's own "
+                "settings"
+            )
         # A lost scheduler must end the sweep instead of leaving it waiting for results.
         dask.config.set({"distributed.comm.timeouts.connect": _CONNECT_SECONDS})
         try:
@@ -67,7 +74,7 @@ class DaskCluster(Executor):
             reason = one_line(error) or type(error).__name__
             raise SchedulerError(
                 f"no Dask scheduler answers at {address} ({reason}). Start one with "
-                "`dask scheduler`; for tls:// set Dask's own certificates"
+                "`dask scheduler`"
             ) from None
         self._pending: dict[Any, Future] = {}
         self._lock = threading.Lock()
@@ -172,6 +179,13 @@ class DaskCluster(Executor):
         """Leave the cluster, which drops unfinished tasks whatever the arguments are."""
         self._stop.set()
         self._client.close(timeout=_LEAVE_SECONDS)
+
+
+def _silence_loggers() -> None:
+    """Silence Dask's loggers; each of them has a level of its own once Dask is imported."""
+    for name in (*_NOISY_LOGGERS, *logging.root.manager.loggerDict):
+        if name.partition(".")[0] in _NOISY_LOGGERS:
+            logging.getLogger(name).setLevel(logging.CRITICAL + 1)
 
 
 _LOST = (

@@ -10,10 +10,10 @@ import pytest
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.campaign.cluster import DaskCluster
 from chaincor.workflows.campaign.into_store import IntoStore, collide_into_store
-from chaincor.workflows.errors import SchedulerError
+from chaincor.workflows.errors import SchedulerError, StoreError
 from chaincor.workflows.store.results_store import Store
 from tests.dask_cluster import dask_cluster
-from tests.waiting import HANGS
+from tests.waiting import HANGS, wait_until
 
 pytest.importorskip("distributed")
 
@@ -69,6 +69,48 @@ def test_an_address_of_another_form_is_named(chaincor, tmp_path, address):
     )
     assert (status, out, err.count("\n")) == (2, "", 1)
     assert f"the address of the scheduler is '{address}'" in err
+
+
+@pytest.mark.slow
+def test_a_scheduler_that_needs_certificates_is_told_in_one_line(tmp_path):
+    (tmp_path / "sweep.toml").write_text("[axes]\nparticles = [2]\n")
+    command = [sys.executable, "-m", "chaincor", "sweep", "sweep.toml"]
+    command += ["--scheduler", "tls://127.0.0.1:8786"]
+    # A process of its own, because objects of Dask complain when the process ends.
+    ended = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert (ended.returncode, ended.stdout, ended.stderr.count("\n")) == (1, "", 1)
+    assert "Dask has no certificates for tls://127.0.0.1:8786. Set " in ended.stderr
+
+
+@pytest.mark.slow
+def test_a_killed_scheduler_is_told_in_one_line(tmp_path):
+    (tmp_path / "sweep.toml").write_text(
+        '[scene]\nengine = "reference"\npotential = "lj"\nspeed = 0.3\ntolerance = 1e-8\n'
+        "[axes]\nparticles = { from = 300, to = 2000, step = 1 }\n"
+    )
+    with dask_cluster(workers=1) as processes:
+        command = [sys.executable, "-m", "chaincor", "sweep", "sweep.toml"]
+        sweep = subprocess.Popen(
+            [*command, "--scheduler", processes.address],
+            cwd=tmp_path,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        wait_until(lambda: _rows_in(tmp_path / "sweep.sqlite") or sweep.poll() is not None)
+        processes.scheduler.kill()
+        out, err = sweep.communicate(timeout=HANGS)
+    assert (sweep.returncode, out, err.count("\n")) == (1, "", 1)
+    assert "the connection to the Dask scheduler was lost" in err
+    assert _rows_in(tmp_path / "sweep.sqlite") > 0
+
+
+def _rows_in(path):
+    try:
+        with Store(path, read_only=True) as store:
+            return len(store)
+    except StoreError:  # not made yet
+        return 0
 
 
 @pytest.mark.slow
