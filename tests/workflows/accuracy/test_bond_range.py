@@ -86,3 +86,22 @@ def test_late_contact_of_the_pilot_run_does_not_widen_the_range():
     # By the reference engine, whose fragments have no late contact with its own steps.
     assert found.contacts == 31
     assert found.bond_max == pytest.approx(1.46166, abs=found.bond_error + 1e-5)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("engine", ["lammps", "reference"])
+def test_ranges_of_random_chains_are_within_their_errors(engine):
+    random, judged = np.random.default_rng(534), 0
+    while judged < 10:
+        potential, particles = random.choice(["lj", "toda", "log"]), random.integers(2, 13)
+        speed = float(random.uniform(0.05, 1.2))
+        chain = {"potential": str(potential), "particles": int(particles), "speed": speed}
+        found = collide(Scene(**chain, engine=engine, tolerance=1e-5))
+        right = collide(Scene(**chain, engine="reference", scheme="order8", timestep=0.01))
+        if found.contacts != right.contacts:
+            continue
+        judged += 1
+        for name in ("bond_min", "bond_max"):
+            off = abs(getattr(found, name) - getattr(right, name))
+            # Both are sampled, and strains err by as much as the restitution may.
+            assert off <= found.bond_error + right.bond_error + found.restitution_error, chain
