@@ -145,8 +145,10 @@ def _springs(script: StudentScript) -> Iterator[str]:
         return
     if any(map(_is_formula, spring)):
         return
-    numbers = [number_in(word) for word in spring[2:4]]
-    if len(numbers) < 2 or None in numbers:
+    if script.place("bond_coeff") < script.place("bond_style"):
+        yield "`bond_style` must stand before `bond_coeff`, whose numbers depend on the style"
+    numbers = [number_in(word) for word in spring[2:]]
+    if len(numbers) != 2 or None in numbers:
         yield f"`{' '.join(spring)}`: give a type and two numbers, `bond_coeff 1 K r0`"
         return
     k, length = (float(word) for word in spring[2:4])
@@ -219,6 +221,9 @@ def _output_and_run(script: StudentScript) -> Iterator[str]:
         yield script.missing("thermo", "the energy is then printed at the first and last step only")
     if script.last("run") is None:
         yield script.missing("run", "LAMMPS reads the script and takes no step")
+    for name in ("timestep", "thermo"):
+        if script.last_place("run") < script.place(name) < len(script.commands):
+            yield f"`{name}` must stand before `run`"
     prints = [k for k, c in enumerate(script.commands) if _prints_restitution(c)]
     if prints and prints[-1] < script.last_place("run"):
         yield "`print` stands before `run`: it prints the restitution before the collision"

@@ -30,7 +30,7 @@ _MEANINGS = {
     "or an atom left the box",
     "Lost atoms": "an atom left the box and was deleted; look at the wall and at the box",
     "Out of range atoms": "atoms moved farther than the neighbour lists allow; rebuild them sooner",
-    "Cannot open file": "the data file must lie beside the script",
+    "Cannot open file": "LAMMPS runs in the folder of the script; write `read_data chain.data`",
     "Unknown command": "LAMMPS knows no command of this name",
     "before simulation box": "`read_data` makes the box, so this command comes after it",
     "Replacing a fix": "two fixes have the same ID; give each its own",
@@ -145,8 +145,8 @@ def _faults_of_motion(run: ScriptRun, first: Array, last: Array) -> Iterator[str
     needed = start + chain.last_contact_time
     if run.time < needed:
         yield (
-            f"the run is too short: it ends at t = {run.time:.4g}, and the last contact is at "
-            f"t = {needed:.4g}"
+            f"the run is too short: it ends at t = {run.time:.4g} after steps of {run.timestep:g}, "
+            f"and the last contact is at t = {needed:.4g}"
         )
         return
     eta = (after / before) ** 2

@@ -76,6 +76,7 @@ FAULTS = [
     ("1 0.5 1.0", "1 1.0 1.0", 2, "a stiffness of 1 is K = 0.5"),
     ("1 0.5 1.0", "1 0.5 1.1", 2, "r0 is 1.1"),
     ("1 0.5 1.0", "1 stiff", 2, "a type and two numbers"),
+    ("1 0.5 1.0", "1 1 0.5 1.0", 2, "a type and two numbers"),
     ("fix             move all nve\n", "", 3, "no integrator"),
     ("all nve", "all nvt temp 1 1 1", 3, "exchanges energy with a bath"),
     ("all nve\n", "all nve\nfix again all nve\n", 3, "two integrators"),
@@ -116,6 +117,11 @@ def test_what_comes_too_late_is_said(report_on):
     units = "units           lj\n"
     assert "before `read_data`" in said(report_on(SCRIPT.replace(units, "") + units))[PARTS[0]]
     run = "run             2500\n"
+    late = said(report_on(SCRIPT.replace("timestep        0.01\n", "") + "timestep 0.01\n"))
+    assert "`timestep` must stand before `run`" in late[PARTS[4]]
+    coeff = "bond_coeff      1 0.5 1.0\n"
+    early = SCRIPT.replace(coeff, "").replace("bond_style ", coeff + "bond_style ")
+    assert "`bond_style` must stand before" in said(report_on(early))[PARTS[2]]
     assert "`print` stands before `run`" in said(report_on(SCRIPT.replace(run, "") + run))[PARTS[4]]
 
 
@@ -124,7 +130,7 @@ RUNS = [
     ("run             2500", "run 500", "too short: it ends at t = 5"),
     ("timestep        0.01", "timestep 1.02", "the step is too long"),
     ("timestep        0.01", "timestep 1.5", 'stopped with "Bond atoms 1 2 missing'),
-    ("chain.data", "nothing.data", "the data file must lie beside the script"),
+    ("chain.data", "nothing.data", "write `read_data chain.data`"),
     ("set -0.1", "set 0.1", "flies away from the wall"),
     ("(vcm(all,x)/0.1)^2", "-vcm(all,x)/0.1*-1.0", "e, the ratio of speeds"),
     ("(vcm(all,x)/0.1)^2", "0.5", "prints 0.5, and its velocities give 0.9"),
