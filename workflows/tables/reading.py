@@ -290,9 +290,13 @@ def _faults_of_spacing(section: Section) -> list[str]:
     if not np.any(off):
         return []
     row, (low, high) = int(np.flatnonzero(off)[0]), section.header[name]
+    # Rows of a bitmap are in rising order here, but not in the file.
+    file_order = _lengths_of_bitmap(section) if name == "BITMAP" else None
+    first = 0 if file_order is None else int(np.argmin(file_order))
+    in_file = (row + first) % len(lengths)
     return [
         f"{np.count_nonzero(off)} of {len(lengths)} distance values differ from those of its line "
-        f"'{name} {low:g} {high:g}', which LAMMPS takes instead: row {row + 1} is at "
+        f"'{name} {low:g} {high:g}', which LAMMPS takes instead: row {in_file + 1} is at "
         f"{lengths[row]:.9g}, not {made[row]:.9g}"
     ]
 

@@ -8,6 +8,7 @@ import pytest
 
 from chaincor import check_table
 from chaincor.workflows.engines.lammps.library import find_lmp_command, lmp_environment
+from chaincor.workflows.tables.lammps_curve import bitmap_lengths
 from chaincor.workflows.tables.lammps_run import run_lammps
 from tests.workflows.tables.test_check import lennard_jones, morse, write
 
@@ -162,3 +163,16 @@ def test_a_report_shows_itself(tmp_path):
     axes = report.plot()
     assert [line.get_label() for line in axes.lines][-1] == "LAMMPS, spline 400"
     assert axes.lines[-1].get_xdata()[0] == 0.8
+
+
+def test_rows_of_a_bitmap_are_numbered_as_in_the_file(tmp_path):
+    """The rows of a bitmap begin inside its range; the third one of the file is moved."""
+    r = bitmap_lengths(0.9, 2.5, 8)
+    assert r[0] > 0.9
+    energies, forces = lennard_jones(r)
+    r[2] *= 1.01
+    path = tmp_path / "t"
+    rows = zip(r, energies, forces, strict=True)
+    text = [f"{k} {a:.12g} {e:.12g} {f:.12g}" for k, (a, e, f) in enumerate(rows, 1)]
+    path.write_text("\n".join(["T", "N 256 BITMAP 0.9 2.5", "", *text, ""]))
+    assert any("row 3 is at" in fault for fault in check_table(path).faults)
