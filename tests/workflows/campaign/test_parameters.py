@@ -50,7 +50,7 @@ def test_parameters_move_together_and_override(tmp_path):
 def test_what_is_no_parameter_is_refused(tmp_path):
     sweep = sweep_of(tmp_path, f"{BASE}[axes]\nparameters.a = [4]\n")
     with pytest.raises(
-        SceneError, match=r"point 1 .parameters\.a = 4.: energy .* names 'D', and nothing tells"
+        SceneError, match=r"point 1 .parameters\.a = 4.: energy .* uses 'D', an unknown parameter"
     ):
         sweep.scenes[0]
     with pytest.raises(SweepError, match=r"axis 'parameter\.a' is not a field"):
