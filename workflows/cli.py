@@ -242,9 +242,8 @@ def _refuse_copies() -> bool:
         if copies.isdecimal() and int(copies) > 1:
             if os.environ.get(rank, "0") == "0":
                 _complain(
-                    f"started {copies} times by MPI; expected one process, since a chain is not "
-                    "divided: leave mpiexec out, and give many collisions to `chaincor sweep "
-                    "--workers N`",
+                    f"MPI started {copies} processes, but a chain runs in one. Leave mpiexec out, "
+                    "and give many collisions to `chaincor sweep --workers N`",
                     _pointer("InputError"),
                 )
             return True
@@ -296,15 +295,17 @@ def _run(arguments: list[str] | None) -> int:
         return 1
     except MemoryError:
         _complain(
-            "the machine's memory, or the limit set for this program, is used up; expected room "
-            "for the chain and its bond table: take fewer particles, table points or workers"
+            "the machine's memory, or the memory limit of this program, is used up. Take "
+            "fewer particles, table points or workers"
         )
         return 1
     except ImportError as error:
         _complain(
             memory_is_short()
-            or f"a library does not load: {error}; expected a whole installation, and memory to "
-            "load it: see `chaincor doctor`, or raise the limit set for this program"
+            or (
+                f"a library does not load: {error}. See `chaincor doctor`, or raise the memory "
+                "limit of this program"
+            )
         )
         return 1
     except OSError as error:

@@ -181,6 +181,6 @@ def _harmonic_pair(engine: str) -> str:
     error = abs(result.restitution - 1.0)
     if not error < 1e-7:
         raise ArithmeticError(
-            f"two harmonic particles give eta = 1 - {error:g}; expected 1: reinstall the libraries"
+            f"two harmonic particles give eta = 1 - {error:g} instead of 1. Reinstall the libraries"
         )
     return f"two harmonic particles: |eta - 1| = {error:.0e}"

@@ -16,5 +16,5 @@ def memory_is_short() -> str | None:
         return None
     return (
         f"the limit of memory set for this program, {min(known) / 2**20:.0f} MB, is too small to "
-        f"load its libraries; expected {_LEAST_MEGABYTES} MB or more: raise it (ulimit -v)"
+        f"load its libraries. Raise it to {_LEAST_MEGABYTES} MB or more (ulimit -v)"
     )

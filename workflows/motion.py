@@ -96,7 +96,7 @@ class Motion(Observed):
         if self.ending == "open" or self.restitution_error is None:
             raise SensitivityError(
                 f"the end of this collision is {self.ending} and its error bar is "
-                f"{self.restitution_error}; expected one that is over, with an error bar"
+                f"{self.restitution_error}. Give a collision that is over and has an error bar"
             )
         if scene.bond.only_pushes:
             raise SensitivityError(
@@ -105,13 +105,13 @@ class Motion(Observed):
             )
         if self.scheme in _WITHOUT_STEPS or scene.particles == 1:
             raise SensitivityError(
-                f"a collision of {scene.particles} particles by scheme '{self.scheme}' is not "
-                "differentiated; expected bonds that fixed steps follow: lower the speed"
+                f"a collision of {scene.particles} particles by scheme '{self.scheme}' cannot "
+                "be differentiated. Lower the speed, so that fixed steps follow the bonds"
             )
         if self.error_parts.rounding > _HINGES:
             raise SensitivityError(
-                f"roundings change eta by up to {self.error_parts.rounding:.2g} here: the last "
-                "digits decide which contacts come, where derivatives tell nothing; expected "
+                f"roundings change eta by up to {self.error_parts.rounding:.2g} here, so the "
+                "last digits decide which contacts come and derivatives mean nothing. Take "
                 "fewer particles or a lower speed"
             )
         shortest = self.bond_min - scene.bond.natural_length
@@ -120,9 +120,7 @@ class Motion(Observed):
 
     def _known_replay(self) -> "Replay":
         if self.replay is None:
-            raise InputError(
-                "the result does not say how it was run; expected one returned by collide()"
-            )
+            raise InputError("the result does not say how it was run. Give a result of collide()")
         return self.replay
 
     def trajectory(self, frames: int = 200) -> list[ChainState]:

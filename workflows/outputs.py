@@ -24,13 +24,13 @@ def refuse_unusable_outputs(scene: Scene) -> None:
     """
     if scene.dump is None and "dump_frames" in scene.model_fields_set:
         raise InputError(
-            f"dump_frames is {scene.dump_frames!r} and there is no dump; expected the dump whose "
-            "frames these are: give dump, or drop dump_frames"
+            f"dump_frames is {scene.dump_frames!r}, but there is no dump. Give dump, or "
+            "drop dump_frames"
         )
     given = _outputs(scene)
     paths = {key: _resolved(key, path) for key, path in given.items()}
     if len(set(paths.values())) < len(paths):
-        raise InputError(f"{' and '.join(paths)} share a path; expected one for each: give another")
+        raise InputError(f"{' and '.join(paths)} share a path. Give each a path of its own")
     for key, path in paths.items():
         folder = path if key == "save" else path.parent
         in_the_way = [p for p in (folder, *folder.parents) if p.exists() and not p.is_dir()]
@@ -74,8 +74,7 @@ def refuse_overwriting_inputs(output: Path, inputs: Iterable[Path], option: str)
         if _is_one_file(output, path):
             also = "" if str(path) == str(output) else f", the same file as {str(path)!r}"
             raise InputError(
-                f"{option} is {str(output)!r}{also}, which this command reads; expected another "
-                "file: give another name"
+                f"{option} is {str(output)!r}{also}, which this command reads. Give another name"
             )
 
 
@@ -143,8 +142,8 @@ def refuse_shared_outputs(scenes: Sequence[Scene]) -> None:
             owner = owners.setdefault(_resolved(key, path), number)
             if owner != number:
                 raise InputError(
-                    f"{key} is {str(path)!r} in scenes {owner} and {number}; expected a path of "
-                    "its own for each"
+                    f"{key} is {str(path)!r} in scenes {owner} and {number}. Give each scene a "
+                    "path of its own"
                 )
 
 

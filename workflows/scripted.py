@@ -161,8 +161,8 @@ def _refuse_range(scene: Scene, table_range: tuple[float, float]) -> None:
     shortest, longest = max(1.0 + scene.bond.strain_min, 0.0), 1.0 + scene.bond.strain_max
     if not shortest < low < 1.0 < high < longest:
         raise SceneError(
-            f"table_range is {low:g} to {high:g}; expected lengths below and above 1, between "
-            f"{shortest:g} and {longest:g} for {scene.bond.name} bonds, such as 0.7 1.5"
+            f"table_range is {low:g} to {high:g}. Give a length below and a length above 1, both "
+            f"between {shortest:g} and {longest:g} for {scene.bond.name} bonds, such as 0.7 1.5"
         )
 
 

@@ -153,7 +153,7 @@ def test_one_job_serves_ten_velocities(tmp_path):
     ("fields", "table_range", "line"),
     [
         ({"potential": "harmonic"}, (0.9, 1.1), "the bonds are harmonic"),
-        ({}, (1.1, 1.2), "table_range is 1.1 to 1.2; expected lengths below and above 1"),
+        ({}, (1.1, 1.2), "table_range is 1.1 to 1.2. Give a length below and a length above 1"),
         ({}, (-0.5, 1.2), "between 0 and inf for lj bonds"),
         ({}, (0.9, float("inf")), "table_range is 0.9 to inf"),
         ({}, (float("nan"), 1.2), "table_range is nan to 1.2"),

@@ -270,8 +270,8 @@ def choose_numerics(
         if coarse is not None:
             return replace(numerics, scheme=scheme, timestep=coarse / COARSER)
     raise RunError(
-        f"no composition and step meets an error of {tolerance:.1g} here; expected a looser "
-        "tolerance or a lower speed; the engine 'reference' may do it"
+        f"no composition and step reaches an error of {tolerance:.1g} here. Give a "
+        "looser tolerance or a lower speed, or try engine 'reference'"
     )
 
 

@@ -149,9 +149,10 @@ def exact_modes(problem: Problem) -> ConvergedRun:
     outcome = EXACT_MODES.run(problem)
     if outcome.crossed:
         raise CrossingError(
-            f"particles of a harmonic chain pass through each other at velocity "
-            f"{problem.impact_velocity:g}, which LAMMPS cannot represent (it knows only the "
-            "absolute bond length); expected less than about 0.69: use engine 'reference'"
+            "particles of a harmonic chain pass through each other at velocity "
+            f"{problem.impact_velocity:g}, which LAMMPS cannot represent because it knows "
+            "only the absolute bond length. Use engine 'reference', or a velocity below "
+            "about 0.69"
         )
     error = max(MODAL_ERROR, modal_error(problem))
     return ConvergedRun(outcome, [outcome], eta_of(problem, outcome), error, outcome.seconds)

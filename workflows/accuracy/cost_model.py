@@ -109,8 +109,8 @@ def cost_model() -> CostModel:
         pass
     except (OSError, ValueError, TypeError) as error:
         print(
-            f"chaincor: the cost model {path} cannot be used ({error}); expected what `chaincor "
-            "tradeoff --calibrate` writes: forecasts use the one that comes with the program",
+            f"chaincor: the cost model {path} cannot be used ({error}), so forecasts use "
+            "the built-in one. Write it anew with `chaincor tradeoff --calibrate`",
             file=sys.stderr,
         )
     return shipped_cost_model()

@@ -256,7 +256,7 @@ def _in_lammps(problem: Problem, scheme: StepSchemeName, target_error: float) ->
 def refuse_endless(scene: Scene, planned: Plan, most_seconds: float) -> None:
     """Raise CostError if a planned collision is expected to take longer than it may."""
     if math.isnan(most_seconds):
-        raise InputError("the time it may take is nan; expected a number of seconds or hours")
+        raise InputError("the time limit is nan. Give a number of seconds or hours")
     expected, problem = planned.seconds, planned.problem
     if expected <= most_seconds:
         return
@@ -269,9 +269,10 @@ def refuse_endless(scene: Scene, planned: Plan, most_seconds: float) -> None:
         in_house = plan(scene.replace(engine="reference")).seconds
         cheaper += f", or use engine 'reference' (about {format_duration(in_house)})"
     raise CostError(
-        f"{scene.particles} particles would take about {format_duration(expected)} on one core; "
-        f"expected at most {format_duration(most_seconds)}: take fewer particles or a larger "
-        f"tolerance or timestep{cheaper}, or allow more (--most-hours, or most_seconds in Python)"
+        f"{scene.particles} particles would take about {format_duration(expected)} on "
+        f"one core, but {format_duration(most_seconds)} are allowed. Take fewer "
+        f"particles or a larger tolerance or timestep{cheaper}, or allow more "
+        "(--most-hours, or most_seconds in Python)"
     )
 
 

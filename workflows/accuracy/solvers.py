@@ -197,12 +197,12 @@ class Lammps(Solver):
         if EXACT_MODES.supports(problem) or self.resolves(problem):
             return None
         sharp = frequency_ratio(problem)
-        expected = f"expected less than {self.sharpest:g} times for LAMMPS's fixed steps"
+        resolved = f"LAMMPS's fixed steps resolve up to {self.sharpest:g} times"
         if contact_is_stiffest(problem):
             law = problem.line.contact
             return (
                 f"with {law.strength_key} {law.strength:g} the contact would swing {sharp:.2g} "
-                f"times faster than bonds at rest; {expected}: give a smaller one, or use engine "
+                f"times faster than bonds at rest; {resolved}. Give a smaller one, or use engine "
                 "'reference', or contact 'hard'"
             )
         line = problem.line
@@ -210,7 +210,7 @@ class Lammps(Solver):
         shortest = 1.0 + min(at_first, problem.bond.compressed_strain(pair_energy(line)))
         return (
             f"bonds would be compressed to about {shortest:.2g} of their length, where they swing "
-            f"{sharp:.2g} times faster than at rest; {expected}: lower the speed, or use engine "
+            f"{sharp:.2g} times faster than at rest; {resolved}. Lower the speed, or use engine "
             "'reference'"
         )
 

@@ -81,9 +81,9 @@ def rows_error(scene: Scene, outcome: Outcome, tolerance: float) -> float:
             changes.append(eta_of(other, stepping.run(other, numerics)) - asked)
         except ChaincorError as error:
             raise TableError(
-                f"the bond table {bond.path!r} has {len(bond.rows.strains)} rows, too few or too "
-                f"noisy for this collision: with other rows that fit the same digits it cannot "
-                f"be carried out ({error}); expected more rows, or more digits"
+                f"the bond table {bond.path!r} has {len(bond.rows.strains)} rows, too few or "
+                "too noisy for this collision: the collision fails with other rows that fit "
+                f"the same digits ({error}). Give more rows, or more digits"
             ) from None
     changes = [change - changes[0] for change in changes[1:]]
     between, shaken = np.abs(changes[:2]), np.array(changes[2:])

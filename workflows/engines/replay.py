@@ -38,8 +38,8 @@ class Replay:
         problem = self.scene.problem
         if self.scheme == hard_sphere.SCHEME:
             raise RunError(
-                "the result is the limit of hard spheres, in which bonds have no motion to show; "
-                "expected a run with steps: lower the speed, or give another tolerance"
+                "the result is the limit of hard spheres, in which bonds have no motion to "
+                "show. Lower the speed, or give another tolerance"
             )
         if self.numerics is not None and self.scene.engine == "lammps":
             from chaincor.workflows.engines.lammps import engine as lammps

@@ -67,9 +67,9 @@ def check_time() -> None:
     if limit.end < time.monotonic():
         limit.was_short = True
         raise CostError(
-            f"the collision was stopped after the {format_duration(limit.allowed)} that it may "
-            "take, about, with no result yet; expected less: take fewer particles, a larger "
-            "tolerance or a lower speed, or allow more (--most-hours, or most_seconds in Python)"
+            f"the collision was stopped after about {format_duration(limit.allowed)}, its "
+            "time limit, without a result. Take fewer particles, a larger tolerance or a "
+            "lower speed, or allow more (--most-hours, or most_seconds in Python)"
         )
 
 

@@ -41,7 +41,8 @@ def plot_script_study(study: "ScriptStudy") -> "Axes":
     """
     if not has_figure(study):
         raise InputError(
-            "all runs of the study gave the same numbers; expected a difference to draw"
+            "all runs of the study gave the same numbers, so there is no difference to "
+            "draw. Vary a setting that changes the result"
         )
     if study.comparisons:
         return _plot_distances(study.comparisons)

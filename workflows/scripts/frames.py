@@ -27,7 +27,7 @@ def read_frames(path: Path) -> Frames:
     """Read the frames of a run; raises InputError if there are none."""
     lines = path.read_text("utf-8").splitlines() if path.is_file() else []
     if not lines:
-        raise InputError("the script wrote no positions; expected a 'run' with particles")
+        raise InputError("the script wrote no positions. Give a script with a 'run' of particles")
     times: list[float] = []
     frames: list[Array] = []
     edges = velocities = np.zeros(0)

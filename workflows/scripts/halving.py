@@ -21,8 +21,8 @@ def find_halfway(runner: Runner, script: ScriptText) -> Halfway:
     for command in script.commands:
         if command.words[0] == "clear" or re.search(r"[\"']\s*clear\s*[\"']", command.text):
             raise InputError(
-                f"{command} is 'clear', after which a restart begins anew; expected a script "
-                "without it"
+                f"{command} is 'clear', after which a restart begins anew. Remove it from the "
+                "script"
             )
     run = runner.run("as it stands", Change())
     if run.failure:
@@ -32,6 +32,6 @@ def find_halfway(runner: Runner, script: ScriptText) -> Halfway:
             file = runner.scratch / "halfway"
             return Halfway(number, start, start + steps // 2, start + steps, file)
     raise InputError(
-        f"no run of {script.path.name} has {_LEAST_STEPS} steps; expected a longer one, to write a "
-        "restart in its middle"
+        f"no run of {script.path.name} has {_LEAST_STEPS} steps, which a restart in its "
+        "middle needs. Lengthen the run"
     )

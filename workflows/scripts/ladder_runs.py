@@ -132,15 +132,15 @@ class _Runs:
         unused = self.varied.kind == "variable" and not script.mentions(ladder.name)
         if unused and _same_digits(coarse, fine):
             raise InputError(
-                f"{script.path.name} gives {_first(fine)!r} at both ends of the ladder and "
-                f"does not mention ${{{ladder.name}}}; expected a script that uses the variable"
+                f"{script.path.name} gives {_first(fine)!r} at both ends of the ladder and does "
+                "not mention ${{ladder.name}}. Use the variable in the script"
             )
         dearer = coarse.seconds > max(_DEARER * fine.seconds, _SURELY_SECONDS)
         # The fine end of a ladder of steps is known.
         if dearer and self.varied.kind != "step":
             raise InputError(
-                f"a run at {ladder.name} = {ladder.coarse:g} takes {coarse.seconds:.2g} s and at "
-                f"{ladder.fine:g} only {fine.seconds:.2g} s; expected the coarse end first: "
+                f"a run at {ladder.name} = {ladder.coarse:g} takes {coarse.seconds:.2g} s, but "
+                f"only {fine.seconds:.2g} s at {ladder.fine:g}. Give the coarse end first: "
                 f"--vary {ladder.name}={ladder.fine:g}:{ladder.coarse:g}:{ladder.rungs}"
             )
 
@@ -153,9 +153,9 @@ class _Runs:
         same = _same_digits(first, second)
         if seeds and same:
             raise InputError(
-                f"{self.runner.script.name} gives {_first(first)!r} with seed {seeds[0]} and with "
-                f"{seeds[1]}; expected a script whose random numbers obey the variable 'seed', or "
-                "seeds that are whole numbers in it: leave --seeds out where it draws none"
+                f"{self.runner.script.name} gives {_first(first)!r} with seed {seeds[0]} and "
+                f"with {seeds[1]}. Use the variable 'seed', or seeds that are whole numbers, in "
+                "the script. Leave --seeds out if the script draws no random numbers"
             )
         return same or bool(seeds)
 

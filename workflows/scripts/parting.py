@@ -125,7 +125,7 @@ def _launcher(lmp: str) -> str:
     )  # fmt: skip
     if found is None:
         raise InputError(
-            "there is no mpiexec beside LAMMPS or on the PATH; expected MPI: pip install mpich"
+            "there is no mpiexec beside LAMMPS or on the PATH. Install MPI: pip install mpich"
         )
     return found
 
@@ -155,8 +155,8 @@ def _compare(
     ours, theirs = _common_times(first.frames, second.frames)
     if len(ours) < 2:
         raise InputError(
-            f"the runs have {len(ours)} sampled times in common ({what}); expected runs that cover "
-            "the same physical time, of several steps"
+            f"the runs have {len(ours)} sampled times in common ({what}). Let the runs "
+            "cover several steps of one physical time"
         )
     here, there = first.frames.positions[ours], second.frames.positions[theirs]
     begun = np.isfinite(here[:, 0, 0]) & np.isfinite(there[:, 0, 0])

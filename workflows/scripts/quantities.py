@@ -105,8 +105,8 @@ def read_quantity(text: str) -> Quantity:
     kind = found["kind"] or "mean" if found else ""
     if not found or kind not in KINDS:
         raise InputError(
-            f"the quantity is {text!r}; expected a thermo keyword, compute or variable, such as "
-            f"etotal, c_1[2] or v_x, and one of :{', :'.join(KINDS)} behind it or nothing"
+            f"the quantity is {text!r}. Give a thermo keyword, compute or variable, such as "
+            f"etotal, c_1[2] or v_x, and add one of :{', :'.join(KINDS)} if needed"
         )
     return Quantity(found["what"], kind)
 
@@ -118,31 +118,31 @@ def read_asked(quantities: Sequence[str], observable: str | None) -> Asked:
     texts = tuple(quantities) if quantities or observable is not None else ALL
     asked = Asked(observable, tuple(read_quantity(text) for text in texts))
     if len(set(asked.names)) < len(asked.names):
-        raise InputError(f"a quantity is given twice in {' '.join(texts)}; expected each once")
+        raise InputError(f"a quantity is given twice in {' '.join(texts)}. Give each once")
     return asked
 
 
 def check_pattern(pattern: str) -> None:
     """Raise InputError unless a pattern is a regular expression with one group."""
     if len(pattern) > _LONGEST_PATTERN:
-        raise InputError(
-            f"--observable has {len(pattern)} letters; expected {_LONGEST_PATTERN} at most"
-        )
+        raise InputError(f"--observable has {len(pattern)} letters. Use at most {_LONGEST_PATTERN}")
     answer = _search(pattern, "")
     if answer is None:
         raise InputError(
-            f"--observable {pattern!r} takes longer than {PATTERN_SECONDS:g} s or more memory than "
-            "1 GB by itself; expected a simple pattern, such as 'restitution = (\\S+)'"
+            f"--observable {pattern!r} takes longer than {PATTERN_SECONDS:g} s or more "
+            "memory than 1 GB by itself. Use a simple pattern, such as 'restitution = "
+            "(\\S+)'"
         )
     if "wrong" in answer:
         raise InputError(
-            f"--observable {pattern!r} is no regular expression: {answer['wrong']}; expected one "
+            f"--observable {pattern!r} is no regular expression: {answer['wrong']}. Use one "
             "such as 'restitution = (\\S+)'"
         )
     if answer["groups"] != 1:
         raise InputError(
-            f"--observable {pattern!r} has {answer['groups']} groups; expected one pair of "
-            "brackets, around the number: 'restitution = (\\S+)'; other brackets as (?:...)"
+            f"--observable {pattern!r} has {answer['groups']} groups. Put one pair of "
+            "brackets around the number ('restitution = (\\S+)'), and write other brackets "
+            "as (?:...)"
         )
 
 
@@ -156,8 +156,8 @@ def find_observable(pattern: str, output: Path) -> Observed:
     answer = _search(pattern, end_of(output, _MOST_BYTES))
     if answer is None:
         raise RunError(
-            f"the search for {pattern!r} takes longer than {PATTERN_SECONDS:g} s or more memory "
-            "than 1 GB; expected a pattern without nested repetition"
+            f"the search for {pattern!r} takes longer than {PATTERN_SECONDS:g} s or more "
+            "memory than 1 GB. Use a pattern without nested repetition"
         )
     if answer.get("found") is None:
         raise RunError(f"the script prints nothing that {pattern!r} matches")
@@ -170,11 +170,11 @@ def read_observed(pattern: str, text: str | None) -> Observed:
     value = number_in(shown)
     if value is None:
         raise RunError(
-            f"{pattern!r} matches {(text or '')[:60]!r}, which is no number; expected the "
-            "brackets around the number alone"
+            f"{pattern!r} matches {(text or '')[:60]!r}, which is no number. Put the "
+            "brackets around the number only"
         )
     if not math.isfinite(value):
-        raise RunError(f"the script prints {text!r} for {pattern!r}; expected a finite number")
+        raise RunError(f"the script prints {text!r} for {pattern!r}. Print a finite number")
     return Observed(value, last_digit(shown))
 
 

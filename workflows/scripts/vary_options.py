@@ -30,25 +30,25 @@ def read_ladder(text: str) -> Ladder:
 
     Raises InputError for other text.
     """
-    expected = "expected NAME=FROM:TO:COUNT, coarse end first, such as timestep=0.01:0.0005:8"
+    remedy = "Give NAME=FROM:TO:COUNT, coarse end first, such as timestep=0.01:0.0005:8"
     name, equals, rest = text.partition("=")
     parts = rest.split(":")
     if not equals or len(parts) != 3:
-        raise InputError(f"--vary is {text!r}; {expected}")
+        raise InputError(f"--vary is {text!r}. {remedy}")
     _check_name(name, "--vary")
     coarse, fine = (_read_number(part, "--vary") for part in parts[:2])
     if not re.fullmatch(r"\d{1,3}", parts[2], re.ASCII):
-        raise InputError(f"--vary counts {parts[2]!r} values; {expected}")
+        raise InputError(f"--vary counts {parts[2]!r} values. {remedy}")
     rungs = int(parts[2])
     if not LEAST_RUNGS <= rungs <= _MOST_RUNGS:
         raise InputError(
-            f"--vary counts {rungs} values; expected {LEAST_RUNGS} to {_MOST_RUNGS}: fewer "
-            "values have no order"
+            f"--vary counts {rungs} values. Give {LEAST_RUNGS} to {_MOST_RUNGS}: fewer "
+            "values show no order"
         )
     if coarse <= 0.0 or fine <= 0.0 or max(coarse, fine) / min(coarse, fine) < _LEAST_SPAN:
         raise InputError(
-            f"--vary goes from {parts[0]} to {parts[1]}; expected positive values, a factor of "
-            f"{_LEAST_SPAN:g} apart at least"
+            f"--vary goes from {parts[0]} to {parts[1]}. Give positive values that differ "
+            f"by a factor of at least {_LEAST_SPAN:g}"
         )
     whole = all(part.isdecimal() and int(part) >= _LEAST_COUNT for part in parts[:2])
     return Ladder(name, coarse, fine, rungs, whole)
@@ -65,13 +65,13 @@ def in_whole_numbers(ladder: Ladder) -> Ladder:
     values = {counts.value(rung, 0, 1) for rung in range(ladder.rungs)}
     if not (ladder.coarse.is_integer() and ladder.fine.is_integer()):
         raise InputError(
-            f"--vary goes from {ladder.coarse:g} to {ladder.fine:g}, and {ladder.name} takes whole "
-            "numbers; expected two of them"
+            f"--vary goes from {ladder.coarse:g} to {ladder.fine:g}, but {ladder.name} "
+            "takes whole numbers. Give two whole numbers"
         )
     if len(values) < ladder.rungs:
         raise InputError(
-            f"--vary counts {ladder.rungs} values of {ladder.name}, of which only {len(values)} "
-            f"differ as whole numbers; expected {len(values)} or fewer, or ends further apart"
+            f"--vary counts {ladder.rungs} values of {ladder.name}, but only {len(values)} "
+            f"differ as whole numbers. Give {len(values)} or fewer, or ends further apart"
         )
     return counts
 
@@ -89,7 +89,7 @@ def read_switch(vary: str) -> tuple[str, ...] | None:
     _check_name(found["name"], "--vary")
     if len(set(values)) < len(values):
         raise InputError(
-            f"--vary is {vary!r}; expected values of a switch, each once: {found['name']}=0,1"
+            f"--vary is {vary!r}. Give each value of the switch once: {found['name']}=0,1"
         )
     return tuple(map(str, values))
 
@@ -104,19 +104,17 @@ def read_fixed(texts: tuple[str, ...]) -> list[dict[str, str]]:
     for text in texts:
         name, equals, rest = text.partition("=")
         if not equals or not rest:
-            raise InputError(
-                f"--fix is {text!r}; expected NAME=VALUE,VALUE, such as rows=1000,10000"
-            )
+            raise InputError(f"--fix is {text!r}. Give NAME=VALUE,VALUE, such as rows=1000,10000")
         _check_name(name, "--fix")
         if name in names:
-            raise InputError(f"--fix names {name!r} twice; expected each once: join the values")
+            raise InputError(f"--fix names {name!r} twice. Join the values")
         names[name] = rest.split(",")
         for value in names[name]:
             _read_number(value, "--fix")
     found = [dict(zip(names, each, strict=True)) for each in product(*names.values())]
     if len(found) > _MOST_FIXED:
         raise InputError(
-            f"--fix makes {len(found)} ladders; expected {_MOST_FIXED} at most: give fewer values"
+            f"--fix makes {len(found)} ladders. Give fewer values, for at most {_MOST_FIXED}"
         )
     return found
 
@@ -125,22 +123,22 @@ def read_ranks(vary: str) -> tuple[int, ...]:
     """Read ``ranks=1,2,4``; raises InputError for anything else."""
     text = vary.partition("=")[2]
     if not re.fullmatch(r"\d{1,2}(,\d{1,2})+", text, re.ASCII):
-        raise InputError(f"--vary is {vary!r}; expected two numbers of processes: ranks=1,2,4")
+        raise InputError(f"--vary is {vary!r}. Give at least two numbers of processes: ranks=1,2,4")
     ranks = tuple(int(word) for word in text.split(","))
     if not all(1 <= each <= _MOST_RANKS for each in ranks) or len(set(ranks)) < len(ranks):
-        raise InputError(f"--vary is {vary!r}; expected numbers from 1 to {_MOST_RANKS}, each once")
+        raise InputError(f"--vary is {vary!r}. Give numbers from 1 to {_MOST_RANKS}, each once")
     return ranks
 
 
 def _check_name(name: str, option: str) -> None:
     if not _NAME.fullmatch(name):
         raise InputError(
-            f"{option} names the variable {name!r}; expected letters, digits and underscores, such "
-            "as timestep"
+            f"{option} names the variable {name!r}. Use letters, digits and underscores, "
+            "such as timestep"
         )
 
 
 def _read_number(text: str, option: str) -> float:
     if not _NUMBER.fullmatch(text) or not math.isfinite(float(text)):
-        raise InputError(f"{option} holds {text!r}; expected a number, such as 0.01 or 1e-3")
+        raise InputError(f"{option} holds {text!r}. Give a number, such as 0.01 or 1e-3")
     return float(text)

@@ -44,5 +44,5 @@ def test_bonds_too_sharp_for_any_step_are_not_scouted(velocity):
 
 
 def test_bonds_too_short_for_a_table_are_refused():
-    with pytest.raises(TableError, match="lower the speed, or use engine 'reference'"):
+    with pytest.raises(TableError, match="Lower the speed, or use engine 'reference'"):
         collide(Scene(potential="log", particles=2, velocity=10.0, timestep=0.01))

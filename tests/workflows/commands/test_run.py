@@ -218,7 +218,7 @@ def test_what_would_take_days_is_refused_with_the_estimate(chaincor):
     status, out, err = chaincor("run", "--particles", "1000000")
     assert (status, out) == (2, "")
     assert "1000000 particles would take about" in err
-    assert "days on one core; expected at most 24.0 h" in err
+    assert "days on one core, but 24.0 h are allowed" in err
     assert err.rstrip().endswith("(see: chaincor explain CostError)")
 
 

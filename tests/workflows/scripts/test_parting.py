@@ -212,12 +212,12 @@ def test_switches_are_whole_numbers():
     assert read_switch("way=3,1,2") == ("3", "1", "2")
     for text in ("h=0.1:0.01:4", "n=10:20:5", "n=0:1", "n"):
         assert read_switch(text) is None
-    with pytest.raises(InputError, match="each once"):
+    with pytest.raises(InputError, match="each value of the switch once"):
         read_switch("way=1,1")
 
 
 def test_ranks_are_numbers():
     assert read_ranks("ranks=1,2,4") == (1, 2, 4)
     for text in ("ranks", "ranks=1", "ranks=1,1", "ranks=0,2", "ranks=1,99", "ranks=a,b"):
-        with pytest.raises(InputError, match="expected"):
+        with pytest.raises(InputError, match="Give "):
             read_ranks(text)

@@ -386,13 +386,13 @@ def test_what_cannot_be_studied_is_refused(tmp_path):
         ("run 10\n", {"quantities": ["temp:median"]}, "one of :mean"),
         ("run 10\n", {"quantities": ["temp", "temp:mean"]}, "twice"),
         ("run 10\n", {"vary": "ranks=2"}, "two numbers of processes"),
-        ("run 10\n", {"vary": "seed=3", "seeds": 3}, "drop the other"),
-        ("run 10\n", {"lmp": "'"}, "expected a command"),
-        ("run 10\n", {"vary": "lastdigit", "phases": 5}, "--phases would not be used"),
+        ("run 10\n", {"vary": "seed=3", "seeds": 3}, "Drop one"),
+        ("run 10\n", {"lmp": "'"}, "Give a command"),
+        ("run 10\n", {"vary": "lastdigit", "phases": 5}, "does not use --phases"),
         (
             "variable n index 10\nrun $n\n",
             {"vary": "ranks=1,2", "fix": ["n=20"], "tolerance": 1.0, "scale_periods": True},
-            "--fix, --tolerance, --scale-periods would not be used",
+            "does not use --fix, --tolerance, --scale-periods",
         ),
     ):
         path.write_text(text)
@@ -405,7 +405,7 @@ def test_what_cannot_be_studied_is_refused(tmp_path):
 def test_a_step_that_is_not_above_0_is_refused(tmp_path, step, vary):
     path = tmp_path / "in.x"
     path.write_text(f"{SPRING}timestep {step}\nrun 20\n")
-    with pytest.raises(ScriptRunError, match=f"its timestep is {step}; expected one above 0"):
+    with pytest.raises(ScriptRunError, match=f"its timestep is {step}. Set a timestep above 0"):
         timestep_study(path, ["pe:last"], vary=vary)
 
 

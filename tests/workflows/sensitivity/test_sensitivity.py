@@ -208,7 +208,7 @@ def test_refusals_have_names(monkeypatch):
         trace(scene, STEP, result.contacts + 1, result.duration)
     with pytest.raises(SensitivityError, match="amplifies rounding"):
         sensitivity_of(*known, result.restitution + 1e-3, 1e-9)
-    with pytest.raises(SensitivityError, match="expected one that is over"):
+    with pytest.raises(SensitivityError, match="Give a collision that is over"):
         _ = collide(scene.replace(scheme="order8", timestep=0.1, error=False)).sensitivity
     monkeypatch.setattr(tracing, "GRAZING", 10.0)
     with pytest.raises(SensitivityError, match="it grazes"):

@@ -245,9 +245,9 @@ def test_what_cannot_be_drawn_is_refused_in_one_line(plain):
     with pytest.raises(RunError, match="bonds have no motion to show"):
         fast.plot.world_lines()
     by_hand = dataclasses.replace(plain, replay=None)
-    with pytest.raises(InputError, match="expected one returned by collide"):
+    with pytest.raises(InputError, match="Give a result of collide"):
         _ = by_hand.scene
-    with pytest.raises(InputError, match="expected one returned by collide"):
+    with pytest.raises(InputError, match="Give a result of collide"):
         by_hand.plot.world_lines()
     assert plain.scene is plain.replay.scene
 

@@ -85,9 +85,10 @@ def run_at_steps(
     floor = rounding_error("lammps", problem)
     if floor > _LARGEST_FLOOR:
         raise ToleranceError(
-            f"at velocity {problem.impact_velocity:g} the motion of {problem.particles} particles "
-            "drowns in the rounding of LAMMPS's absolute coordinates: eta would be wrong by "
-            f"{floor:.1g}; expected a faster chain: use engine 'reference', which has no such floor"
+            f"at velocity {problem.impact_velocity:g} the motion of {problem.particles} "
+            "particles is lost in the rounding of LAMMPS's absolute coordinates: eta would "
+            f"be wrong by {floor:.1g}. Use engine 'reference', which has no such limit, or "
+            "a faster chain"
         )
     if problem.bond.only_pushes:
         return run_beads(problem, numerics, timesteps, frame_interval)
@@ -183,9 +184,8 @@ def _run_in_folder(
                 # anywhere. This is excused once.
                 if excused:
                     raise TimestepError(
-                        f"{error}; with the energy of this chain no bond can be that long or "
-                        "short, so the timestep is too large for a stable integration: use a "
-                        "smaller one"
+                        f"{error}. The energy of this chain allows no such bond, so the "
+                        "timestep is too large for a stable integration"
                     )
                 excused, length = True, table.longest
             if runs.outcomes and held and numerics.bond_range is not None:
@@ -200,8 +200,8 @@ def _run_in_folder(
             length = max(seen, table.longest)
         bond_range = _widened(bond, table, length)
     raise BondRangeError(
-        f"bonds still leave a table from {bond_range[0]:g} to {bond_range[1]:g}; expected a "
-        "range that holds them: use a smaller timestep, or engine 'reference'"
+        f"bonds still leave a table from {bond_range[0]:g} to {bond_range[1]:g}. Use a "
+        "smaller timestep, or engine 'reference'"
     )
 
 
@@ -241,14 +241,13 @@ def _widened(bond: Potential, table: BondTable, length: float) -> tuple[float, f
         if length - 1.0 >= bond.strain_max:
             raise BondRangeError(
                 f"a bond of length {length:g} is beyond the potential's own data, which end at "
-                f"{1.0 + bond.strain_max:g}; expected data for every bond: extend the bond table"
+                f"{1.0 + bond.strain_max:g}. Extend the bond table"
             )
         high = 1.0 + _WIDENING * max(length - 1.0, 2.0 * (high - 1.0))
         high = min(high, 1.0 + bond.strain_max)
     elif length > 1.0:
         raise TimestepError(
-            f"a bond came back from very long to {length:g} within one step; expected steps that "
-            "resolve it: use a smaller timestep"
+            f"a bond came back from very long to {length:g} within one step. Use a smaller timestep"
         )
     else:
         floor = max(1.0 + bond.strain_min, 0.0)
@@ -259,8 +258,8 @@ def _widened(bond: Potential, table: BondTable, length: float) -> tuple[float, f
         )
         if low - floor < 1e-3:
             raise CrossingError(
-                f"a bond was compressed to {length:g} of its natural length; expected particles "
-                "that stay apart: lower the speed or the timestep, or use engine 'reference'"
+                f"a bond was compressed to {length:g} of its natural length. Lower the speed or "
+                "the timestep, or use engine 'reference'"
             )
     return low, high
 

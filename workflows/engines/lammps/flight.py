@@ -29,9 +29,7 @@ def first_crossing(start: PathPoint, end: PathPoint, step: float) -> float | Non
     wall (x = 0, moving away) is not a crossing.
     """
     if not math.isfinite(end[0]):
-        raise LostAtomsError(
-            f"particle 1 is at {end[0]}; expected a finite number: use a smaller timestep"
-        )
+        raise LostAtomsError(f"particle 1 is at {end[0]}. Use a smaller timestep")
     if count_sign_changes(start, end, step) == 0:
         return None
     part = first_root(fit_path(start, end, step), 1.0)
@@ -114,8 +112,7 @@ class VerletFlight(Flight):
                 return self._reflect(now) if self.reflect else self._hit(now)
             if not math.isfinite(ahead):
                 raise LostAtomsError(
-                    f"particle 1 is at {ahead} at time {self.time:g}; expected a finite number: "
-                    "use a smaller timestep"
+                    f"particle 1 is at {ahead} at time {self.time:g}. Use a smaller timestep"
                 )
             chain.run(1)
             taken += 1
@@ -188,9 +185,8 @@ class ComposedFlight(Flight):
                 chain.restore(whole)
                 if after[0] < 0.0:
                     raise TimestepError(
-                        f"particle 1 ends a step behind the wall at time {self.time:g}, but does "
-                        "not come in within it; expected a motion that the step resolves: use a "
-                        "smaller timestep"
+                        f"particle 1 ends a step behind the wall at time {self.time:g}, but "
+                        "does not come in within this step. Use a smaller timestep"
                     )
             earlier, now = now, after
             self.time += step

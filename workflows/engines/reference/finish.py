@@ -88,7 +88,7 @@ def finish(
     if not energy_end <= MOST_ENERGY_GROWTH * energy_start:
         raise TimestepError(
             f"the energy of the {problem.label} chain grew from {energy_start:.6g} to "
-            f"{energy_end:.6g}; expected it to be kept: take a smaller timestep, or lower the speed"
+            f"{energy_end:.6g}. Take a smaller timestep, or lower the speed"
         )
     low, high = last.bond_range
     displacements = displacements_from(last.position, last.strains)
@@ -213,8 +213,7 @@ def strain_error(problem: Problem, low: float, high: float, time: float, remedy:
         return BondRangeError(
             f"a {problem.label} bond is {1.0 + low:.6g} to {1.0 + high:.6g} long by time "
             f"{time:.6g}, but its data reach from {1.0 + bond.strain_min:.6g} to "
-            f"{1.0 + bond.strain_max:.6g}; "
-            "expected data for every bond: extend the table, or lower the speed"
+            f"{1.0 + bond.strain_max:.6g}. Extend the table, or lower the speed"
         )
     return TimestepError(
         f"the motion of {problem.label} bonds is not resolved at time {time:.6g} (bond lengths "
@@ -225,7 +224,7 @@ def strain_error(problem: Problem, low: float, high: float, time: float, remedy:
 def unfinished_error(problem: Problem, longest: float) -> UnfinishedCollisionError:
     """Return the error of a collision that did not end within the time `longest`."""
     return UnfinishedCollisionError(
-        f"a time of {longest:.6g} after the first contact the {problem.particles} particles still "
-        "approach the wall; expected a wall that turns them round in the time that sound needs to "
-        "cross them and come back: take a smaller timestep, or another speed"
+        f"a time of {longest:.6g} after the first contact the {problem.particles} "
+        "particles still approach the wall, longer than sound needs to cross them and "
+        "come back. Take a smaller timestep, or another speed"
     )

@@ -109,9 +109,9 @@ def deviation(problem: Problem) -> float:
             return math.inf
         raise TimestepError(
             f"no step resolves three particles with {problem.label} bonds, at velocity "
-            f"{velocity:.6g} or down to {triple.impact_velocity:.2g}, so the "
-            "distance of the chain to hard spheres is unknown; expected bonds that get softer as "
-            "they are less compressed: check the potential, or lower the speed"
+            f"{velocity:.6g} or down to {triple.impact_velocity:.2g}, so the distance of "
+            "the chain to hard spheres is unknown. Check that the bond softens as it is "
+            "less compressed, or lower the speed"
         )
     slower = vibration(triple.at_velocity(0.5 * triple.impact_velocity))
     if slower is None or max(loss, _LEAST_LOSS) > max(0.5**_LEAST_POWER * slower, _LEAST_LOSS):
@@ -154,7 +154,7 @@ def stopping_length(bond: Potential, speed: float) -> float:
         if bond.strain_min == -1.0:
             return 0.0
         raise CrossingError(
-            f"a {bond.name} bond cannot stop two particles that meet at velocity {speed:.6g}; "
-            "expected a bond that keeps them apart: lower the speed"
+            f"a {bond.name} bond cannot stop two particles that collide at velocity "
+            f"{speed:.6g}. Lower the speed"
         )
     return 1.0 + float(brentq(excess, shortest, 0.0, xtol=1e-300, rtol=1e-15))

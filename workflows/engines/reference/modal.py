@@ -193,8 +193,8 @@ class _Collision:
                 return Ending("proved")
             if not gap.gap_derivatives > 0.0:
                 raise UnfinishedCollisionError(
-                    f"a time of {self.time:.6g} after the first contact the bodies still approach "
-                    "each other; expected them to meet or to part: change the speed or a mass"
+                    f"the bodies still approach each other at a time of {self.time:.6g} after the "
+                    "first contact. Change the speed or a mass"
                 )
             return Ending("open", self._missed())
 
@@ -225,8 +225,9 @@ class _Collision:
             return
         if self._is_pressed():
             raise SceneError(
-                "initial has particle 1 at rest on the target while the rest of the chain presses "
-                "it there, which is no collision of hard particles; expected it to come, or a gap"
+                "initial has particle 1 at rest on the target while the rest of the chain "
+                "presses it there, which is no collision of hard particles. Let particle 1 "
+                "approach, or leave a gap"
             )
         # Rounding must not decide the direction.
         self.time = _FIRST_MOVE * mode_loops().taylor_window(gap.modes, 0.0)

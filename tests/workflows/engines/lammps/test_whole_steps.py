@@ -93,7 +93,7 @@ def test_a_step_that_fails_leaves_masses_as_they_are(tmp_path, scheme):
     with set_up(SCENES["unequal masses"], tmp_path, scheme, (0.99, 1.01)) as chain:
         chain.v[0] = -chain.v[0]
         masses, before = masses_of(chain), chain.snapshot()
-        with pytest.raises(BondRangeError, match="expected all bonds inside"):
+        with pytest.raises(BondRangeError, match=r"its table\. Give a wider"):
             chain.step(6.0 * STEP)
         assert np.array_equal(masses_of(chain), masses)
         chain.restore(before)

@@ -112,8 +112,8 @@ class CachedKernel:
         config: Any = settings
         if config.DISABLE_JIT:
             raise InputError(
-                "NUMBA_DISABLE_JIT is set in the environment, and loops are not compiled yet; "
-                "expected Numba to compile them: unset it"
+                "NUMBA_DISABLE_JIT is set in the environment, and loops are not compiled yet. "
+                "Unset it"
             )
         self.compiled += 1
         with stopped_at_limit():
@@ -172,7 +172,7 @@ def _take_apart(arguments: tuple, kinds: list, values: list) -> None:
             kinds.append(argument.dtype)
             values.append(np.frombuffer(argument, np.uint8).ctypes.data)
         else:
-            raise TypeError(f"a loop was given {argument!r}; expected numbers, arrays or records")
+            raise TypeError(f"a loop was given {argument!r}. Give numbers, arrays or records")
 
 
 def _address(array: Any) -> int:

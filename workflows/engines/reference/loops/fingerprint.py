@@ -58,7 +58,7 @@ def _describe(value: Any, parts: list[str], seen: set[Any]) -> None:
         for member in value:
             _describe(member, parts, seen)
     else:
-        raise TypeError(f"a compiled loop uses {value!r}; expected functions, numbers or classes")
+        raise TypeError(f"a compiled loop uses {value!r}. Use functions, numbers or classes")
 
 
 def _describe_code(code: CodeType, names: dict, parts: list[str], seen: set[Any]) -> None:

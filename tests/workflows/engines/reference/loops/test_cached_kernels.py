@@ -132,7 +132,7 @@ def test_arguments_of_other_types_are_another_loop(tmp_path, monkeypatch):
     kernel(pair, weights, wide[:, ::2], *rest)
     assert np.array_equal(pair.first, np.arange(3.0) + 1.25)
     assert kernel.compiled == 2
-    with pytest.raises(TypeError, match="expected numbers, arrays or records"):
+    with pytest.raises(TypeError, match="Give numbers, arrays or records"):
         kernel(pair, weights, table, "3", *rest[1:])
 
 
@@ -271,7 +271,7 @@ def test_prints_change_with_what_a_function_uses(monkeypatch):
     assert fingerprint(nested) != before
     assert fingerprint(shifted(np.exp)) != fingerprint(shifted(np.expm1))
     assert fingerprint(shifted(math.exp)) != fingerprint(shifted(math.sin))
-    with pytest.raises(TypeError, match="expected functions, numbers or classes"):
+    with pytest.raises(TypeError, match="Use functions, numbers or classes"):
         fingerprint(shifted([1]))
 
 
