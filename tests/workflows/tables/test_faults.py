@@ -169,10 +169,9 @@ def test_rows_of_a_bitmap_are_numbered_as_in_the_file(tmp_path):
     """The rows of a bitmap begin inside its range; the third one of the file is moved."""
     r = bitmap_lengths(0.9, 2.5, 8)
     assert r[0] > 0.9
-    energies, forces = lennard_jones(r)
-    r[2] *= 1.01
+    data = np.stack([r, *lennard_jones(r)[:2]], axis=1)
+    data[2, 0] *= 1.01
     path = tmp_path / "t"
-    rows = zip(r, energies, forces, strict=True)
-    text = [f"{k} {a:.12g} {e:.12g} {f:.12g}" for k, (a, e, f) in enumerate(rows, 1)]
+    text = [f"{k} {a:.12g} {e:.12g} {f:.12g}" for k, (a, e, f) in enumerate(data, 1)]
     path.write_text("\n".join(["T", "N 256 BITMAP 0.9 2.5", "", *text, ""]))
     assert any("row 3 is at" in fault for fault in check_table(path).faults)
