@@ -93,16 +93,16 @@ def check_table(
     (201, (), True)
     """
     if tolerance is not None and not 0.0 < tolerance < math.inf:
-        raise InputError(f"the tolerance is {tolerance}; expected a positive part of the force")
+        raise InputError(f"the tolerance is {tolerance}. Give a positive part of the force")
     if style not in STYLES or (kind is not None and kind not in KINDS):
         raise InputError(
-            f"the table is of style {style!r} and kind {kind!r}; expected one of "
-            f"{', '.join(STYLES)}, and of {', '.join(KINDS)}"
+            f"the table is of style {style!r} and kind {kind!r}. Use one of "
+            f"{', '.join(STYLES)}, and one of {', '.join(KINDS)}"
         )
     if range is not None and not -math.inf < range[0] < range[1] < math.inf:
-        raise InputError(f"the range is {range[0]} to {range[1]}; expected two rising numbers")
+        raise InputError(f"the range is {range[0]} to {range[1]}. Give two increasing numbers")
     if rows is not None and rows < 4:
-        raise InputError(f"the number of rows is {rows}; expected at least 4")
+        raise InputError(f"the number of rows is {rows}. Give at least 4")
     path = Path(path)
     text = read_text(path)
     report = TableReport(str(path), keyword or "", kind or "bond", style, 0, tolerance, ())
@@ -116,8 +116,8 @@ def check_table(
     faults = faults_of_text(text)
     if others:
         faults.append(
-            f"it has {1 + len(others)} sections named {section.keyword}, of which LAMMPS reads the "
-            "first; expected a keyword of its own for each"
+            f"it has {1 + len(others)} sections named {section.keyword}, and LAMMPS reads "
+            "only the first. Give each section a keyword of its own"
         )
     section = in_order(section)
     faults += faults_of_header(section, kind)
@@ -220,11 +220,11 @@ def _with_errors(
         ideal = replace(errors, interpolation=np.zeros(len(errors.at)))
     if len(faults) == len(report.faults) and errors.largest > limit:
         cause = cause_of_error(judge, errors, style, report.style_rows)
-        said = f"{cause.said}: an error of {errors.largest:.2g} of the local force; {cause.help}"
+        said = f"{cause.said}: an error of {errors.largest:.2g} of the local force"
         if tolerance is None:
-            notes.append(said)
+            notes.append(f"{said}. {sentence(cause.help)}")
         else:
-            faults.append(f"{said}; expected {tolerance:.2g} at most")
+            faults.append(f"{said}, above {tolerance:.2g}. {sentence(cause.help)}")
             short = f"{cause.said}, {percent(errors.largest)} of the local force"
             short = f"{short}. {sentence(cause.help)}"
     notes += _notes_beyond(report, judge)

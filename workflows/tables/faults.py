@@ -8,7 +8,7 @@ from chaincor.lammps_inputs.bonds.table_text import Section
 from chaincor.workflows.tables.causes import Cause, cause_of_contradiction
 from chaincor.workflows.tables.judge import Errors, Judge, last_row
 from chaincor.workflows.tables.reading import with_lengths_of_header
-from chaincor.workflows.tables.report import TableReport
+from chaincor.workflows.tables.report import TableReport, sentence
 
 # Largest error, as a part of the local force, for which numbers of rows are recommended.
 TOLERANCE = 1e-3
@@ -41,9 +41,9 @@ def contradictions(judge: Judge, errors: Errors, allowed: float) -> tuple[Cause,
     cause = cause_of_contradiction(judge, wrong)
     cause = cause._replace(said=f"{cause.said} {where}")
     return cause, (
-        f"{cause.said}: near {middle[worst]:.6g} the energies say "
-        f"{by_energies[worst]:.6g}, the forces {by_forces[worst]:.6g}; expected force = -dE/dr: "
-        f"{cause.help}"
+        f"{cause.said}: near {middle[worst]:.6g} the energies give a force of "
+        f"{by_energies[worst]:.6g}, but the table has {by_forces[worst]:.6g}. "
+        f"{sentence(cause.help)}"
     )
 
 
@@ -63,7 +63,7 @@ def other_faults(report: TableReport, judge: Judge, section: Section) -> list[st
         if slopes := fault_of_slopes(held, report.path):
             found.append(slopes)
     if table.has_forces and np.ptp(table.energies) == 0.0:
-        found.append("all its energies are the same; expected the energy in the third column")
+        found.append("all its energies are the same. Write the energy into the third column")
     if "EQ" in section.header and table.has_forces:
         found += _fault_of_natural_length(section.header["EQ"][0], judge)
     return found
@@ -84,6 +84,6 @@ def _fault_of_natural_length(natural: float, judge: Judge) -> list[str]:
     force = float(np.interp(natural, x, forces))
     nearest = zeros[int(np.argmin(np.abs(np.array(zeros) - natural)))]
     return [
-        f"it says EQ {natural:g}, where the force is {force:.3g}; expected no force there, as near "
-        f"{nearest:.6g}"
+        f"it says EQ {natural:g}, where the force is {force:.3g}. Give EQ where the "
+        f"force vanishes, as near {nearest:.6g}"
     ]

@@ -55,14 +55,13 @@ def read_sections(path: Path, keyword: str | None, text: str | None = None) -> l
     text = read_text(path) if text is None else text
     if text.count("\n") > MOST_LINES:
         raise InputError(
-            f"the table {str(path)!r} has more than {MOST_LINES} lines; expected fewer rows: none "
-            "needs so many"
+            f"the table {str(path)!r} has more than {MOST_LINES} lines. Give fewer rows"
         )
     sections = sections_of(text, str(path), SETTINGS)
     if not sections:
         raise TableError(
-            f"{str(path)!r} has no line 'N rows' and no row 'index length energy force'; expected "
-            "a keyword, the line 'N rows', and the rows"
+            f"{str(path)!r} has no line 'N rows' and no row 'index length energy force'. "
+            "Write a keyword, the line 'N rows', and the rows"
         )
     names = list(dict.fromkeys(each.keyword for each in sections))
     chosen = names[0] if keyword is None and len(names) == 1 else keyword
@@ -71,8 +70,8 @@ def read_sections(path: Path, keyword: str | None, text: str | None = None) -> l
         named = ", ".join(name or "one without a keyword" for name in names)
         raise InputError(
             f"{str(path)!r} has the sections {named}, and "
-            f"{'none was chosen' if keyword is None else f'none is {keyword!r}'}; expected "
-            "--keyword with one of them"
+            f"{('none was chosen' if keyword is None else f'none is {keyword!r}')}. Choose "
+            "one with --keyword"
         )
     return found
 
@@ -206,8 +205,8 @@ def faults_of_header(section: Section, kind: Kind) -> list[str]:
     header, data = section.header, section.data
     if len(section.odd_lines) > len(data):
         return [
-            f"its rows have no index: {section.odd_lines[0][:60]!r}; expected 'index length energy "
-            "force', and LAMMPS refuses a row that does not begin with a whole number"
+            f"its rows have no index: {section.odd_lines[0][:60]!r}. Begin each row with a "
+            "whole number: 'index length energy force'"
         ]
     if "N" not in header:
         return ["it has no line 'N rows' before its rows, without which LAMMPS does not read it"]
@@ -215,20 +214,20 @@ def faults_of_header(section: Section, kind: Kind) -> list[str]:
     unknown = [name for name in header if name not in _KNOWN[kind]]
     if unknown:
         faults.append(
-            f"its header has {' and '.join(unknown)}, which LAMMPS does not know in {kind} tables "
-            f"and refuses; expected only {', '.join(sorted(_KNOWN[kind]))}"
+            f"its header has {' and '.join(unknown)}, which LAMMPS refuses in {kind} "
+            f"tables. Use only {', '.join(sorted(_KNOWN[kind]))}"
         )
     if not section.keyword or section.keyword.isdigit():
-        faults.append("its section has no keyword; expected a name in the line before 'N rows'")
+        faults.append("its section has no keyword. Write a name in the line before 'N rows'")
     if section.odd_lines:
         faults.append(
-            f"it has the line {section.odd_lines[0][:60]!r} among its rows, which LAMMPS refuses; "
-            "expected 'index length energy force'"
+            f"it has the line {section.odd_lines[0][:60]!r} among its rows, which LAMMPS "
+            "refuses. Write rows as 'index length energy force'"
         )
     if header["N"][0] != len(data):
         faults.append(
-            f"it says N {header['N'][0]:g} and has {len(data)} rows; expected as many as it says: "
-            "LAMMPS reads past the section, or stops before its end"
+            f"it says N {header['N'][0]:g} but has {len(data)} rows, so LAMMPS stops before "
+            "its end or reads past it. Correct N"
         )
     elif kind != "dihedral" and not section.is_parted:
         faults.append(
@@ -267,8 +266,8 @@ def _faults_of_range(section: Section, kind: Kind) -> list[str]:
         faults += _faults_of_spacing(section)
     if "EQ" in header and not low <= header["EQ"][0] <= high:
         faults.append(
-            f"it says EQ {header['EQ'][0]:g}, and its rows go from {low:g} to {high:g}; expected "
-            "the natural value inside"
+            f"it says EQ {header['EQ'][0]:g}, but its rows go from {low:g} to {high:g}. "
+            "Give EQ inside this range"
         )
     return faults
 
@@ -282,8 +281,8 @@ def _faults_of_spacing(section: Section) -> list[str]:
     bits = len(lengths).bit_length() - 1
     if name == "BITMAP" and 1 << bits != len(lengths):
         return [
-            f"it is a BITMAP table of {len(lengths)} rows, which LAMMPS refuses; expected a power "
-            "of 2"
+            f"it is a BITMAP table of {len(lengths)} rows, which LAMMPS refuses. Give a "
+            "number of rows that is a power of 2"
         ]
     made = _lengths_of_header(section)
     off = np.abs(lengths - made) > _SAME_LENGTH * np.abs(made) + section.digits[:, 0]
@@ -306,7 +305,7 @@ def fault_of_values(header: dict[str, list[float]]) -> str | None:
     for name, values in header.items():
         if not all(abs(value) <= LARGEST for value in values):
             said = " ".join(f"{value:g}" for value in values)
-            return f"its header says {name} {said}; expected finite numbers, of {LARGEST:g} at most"
+            return f"its header says {name} {said}. Give finite numbers of at most {LARGEST:g}"
     return None
 
 
@@ -322,9 +321,9 @@ def fault_of_numbers(section: Section, kind: Kind) -> str | None:
     wrong = np.flatnonzero(~np.all(np.abs(columns) <= LARGEST, axis=1))
     if len(wrong):
         said = " ".join(f"{number:g}" for number in data[wrong[0]])
-        return f"row {wrong[0] + 1} says '{said}'; expected finite numbers, of {LARGEST:g} at most"
+        return f"row {wrong[0] + 1} says '{said}'. Give finite numbers of at most {LARGEST:g}"
     if len(data) < LEAST_ROWS:
-        return f"it has {len(data)} rows; expected {LEAST_ROWS} at least"
+        return f"it has {len(data)} rows. Give at least {LEAST_ROWS}"
     lengths = with_lengths_of_header(section, kind).data[:, 0]
     steps = np.diff(lengths)
     falling = np.flatnonzero(steps <= 0.0)
@@ -336,9 +335,9 @@ def fault_of_numbers(section: Section, kind: Kind) -> str | None:
         )
     nearest = int(np.argmin(steps))
     if steps[nearest] < _NEAREST:
-        return f"rows {nearest + 1} and {nearest + 2} are closer than {_NEAREST:g}; expected more"
+        return f"rows {nearest + 1} and {nearest + 2} are closer than {_NEAREST:g}. Move them apart"
     if has_forces and np.all(data[:, 2] == 0.0) and np.ptp(data[:, 1]) > 0.0:
-        return "all forces are 0; expected -dE/dr in the fourth column"
+        return "all forces are 0. Write -dE/dr into the fourth column"
     return None
 
 

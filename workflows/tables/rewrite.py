@@ -23,7 +23,7 @@ def rewrite_table(report: TableReport, target: Path, rows: int) -> None:
     if report.error is None:
         raise InputError(f"{report.path!r} holds no table that could be rewritten; see its faults")
     if target.exists():
-        raise InputError(f"{str(target)!r} is there already; expected a new file for --write")
+        raise InputError(f"{str(target)!r} is there already. Give a new file for --write")
     section = in_order(read_sections(Path(report.path), report.keyword)[0])
     data = with_lengths_of_header(section, report.kind).data
     force = spline_through(data[:, 0], data[:, 2])

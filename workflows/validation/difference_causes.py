@@ -24,11 +24,11 @@ _BODIES = ("particles", "masses", "target_particles", "target_masses")
 
 
 class _Change(NamedTuple):
-    """A mistake, as the scene that it makes of another."""
+    """Mistake of an integrator, as a change of the scene."""
 
-    said: str  #: What the integrator does.
+    said: str  #: Description of the mistake.
     remedy: str
-    scene: Scene  #: The scene that it integrates.
+    scene: Scene  #: Scene that the integrator solves instead.
     velocity: float  #: Impact velocity of the chain in its own units.
 
 

@@ -110,26 +110,29 @@ def _kinked(data):
 
 
 FAULTY = {
-    "N too large": ({"head": {"N": [401]}}, "says N 401 and has 400"),
+    "N too large": ({"head": {"N": [401]}}, "says N 401 but has 400"),
     "N too small": ({"head": {"N": [399]}}, "says N 399"),
-    "a row missing": ({"spoil": lambda d, h: np.delete(d, 77, 0)}, "says N 400 and has 399"),
+    "a row missing": ({"spoil": lambda d, h: np.delete(d, 77, 0)}, "says N 400 but has 399"),
     "a row twice": (
         {"spoil": lambda d, h: h.update(N=[401]) or np.insert(d, 5, d[5], 0)},
         "not increasing",
     ),
     "lengths fall": ({"spoil": lambda d, h: d[::-1]}, "not increasing"),
     "two rows changed": ({"spoil": lambda d, h: d[[*range(9), 10, 9, *range(11, 400)]]}, "row 11"),
-    "sign of the force": ({"spoil": lambda d, h: d * [1, 1, -1]}, "force = -dE/dr"),
-    "force of twice the energy": ({"spoil": lambda d, h: d * [1, 1, 2]}, "force = -dE/dr"),
-    "kcal and kJ": ({"spoil": lambda d, h: d * [1, 4.184, 1]}, "force = -dE/dr"),
-    "columns exchanged": ({"spoil": lambda d, h: d[:, [0, 2, 1]]}, "force = -dE/dr"),
+    "sign of the force": ({"spoil": lambda d, h: d * [1, 1, -1]}, "the energies give a force of"),
+    "force of twice the energy": (
+        {"spoil": lambda d, h: d * [1, 1, 2]},
+        "the energies give a force of",
+    ),
+    "kcal and kJ": ({"spoil": lambda d, h: d * [1, 4.184, 1]}, "the energies give a force of"),
+    "columns exchanged": ({"spoil": lambda d, h: d[:, [0, 2, 1]]}, "the energies give a force of"),
     "an outlier of the force": (
         {"spoil": lambda d, h: _with(d, 200, 2, 3.0 * d[200, 2] + 1.0)},
         "Correct or remove this row",
     ),
     "an outlier of the energy": (
         {"spoil": lambda d, h: _with(d, 200, 1, d[200, 1] + 0.5)},
-        "force = -dE/dr",
+        "the energies give a force of",
     ),
     "a digit lost": (
         {"spoil": lambda d, h: _with(d, 30, 2, d[30, 2] / 10.0)},
@@ -158,7 +161,7 @@ FAULTY = {
     ),
     "infinite": ({"kind": "pair", "spoil": lambda d, h: _with(d, 0, 1, np.inf)}, "finite numbers"),
     "EQ where no force vanishes": ({"head": {"EQ": [1.4]}}, "EQ 1.4, where the force is"),
-    "a header of pairs": ({"head": {"R": [0.6, 2.0]}}, "does not know in bond tables"),
+    "a header of pairs": ({"head": {"R": [0.6, 2.0]}}, "refuses in bond tables"),
     "slopes of the other sign": ({"head": {"FP": [97.8, -0.3]}}, "dF/dr"),
     "8 rows": ({"rows": 8}, "rows leave an error"),
     "noise": ({"spoil": lambda d, h: _noisy(d, 2, 1e-3)}, "noisy"),
@@ -174,7 +177,7 @@ FAULTY = {
         "distance values differ",
     ),
     "EQ outside": ({"head": {"EQ": [3.0]}}, "EQ 3"),
-    "two rows": ({"rows": 2}, "it has 2 rows; expected"),
+    "two rows": ({"rows": 2}, "it has 2 rows. Give"),
     "a keyword of digits": ({"name": "12"}, "has no keyword"),
     "a pair at no distance": (
         {"kind": "pair", "spoil": lambda d, h: h.pop("R") and _with(d, 0, 0, 0.0)},
@@ -235,7 +238,7 @@ def test_forces_beyond_what_can_be_squared_are_a_fault(tmp_path):
     path = write(tmp_path / "t.table", spoil=lambda data, header: data * [1.0, 1e300, 1e300])
     (fault,) = check_table(path).faults
     assert fault.startswith("row 1 says '0.6 ")
-    assert fault.endswith("expected finite numbers, of 1e+100 at most")
+    assert fault.endswith("Give finite numbers of at most 1e+100")
 
 
 def test_sections_are_chosen_by_keyword(tmp_path):
@@ -261,7 +264,7 @@ def test_sections_of_one_name_are_a_fault(tmp_path):
 def test_angles_and_pairs_are_not_called_bonds(tmp_path):
     for kind in ("angle", "pair"):
         report = check_table(write(tmp_path / kind, kind, spoil=lambda d, h: d * [1, 3, 1]))
-        assert "force = -dE/dr" in report.faults[0]
+        assert "the energies give a force of" in report.faults[0]
         assert "bond" not in " ".join(report.faults)
 
 

@@ -94,7 +94,7 @@ REFUSED = {
     ),
     "says N 401": lambda text: text.replace("N 400", "N 401"),
     "insert an empty line": lambda text: text.replace("\n\n1 ", "\n1 "),
-    "does not know in bond tables": lambda text: text.replace("N 400", "N 400 R 0.6 2"),
+    "refuses in bond tables": lambda text: text.replace("N 400", "N 400 R 0.6 2"),
 }
 
 
