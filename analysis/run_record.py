@@ -139,8 +139,8 @@ class RunRecord:
 
         An extreme is at most half a step h from an end, and a strain has
         :math:`|\ddot s| \le 4 F/m` with the largest force F and the lightest mass m: no farther
-        than :math:`h^2 F/2m`. It is None if steps have no fixed length, or if LAMMPS
-        alone looked at bonds.
+        than :math:`h^2 F/2m`. It is None if steps have no fixed length, or if only
+        LAMMPS evaluated the bonds.
         """
         if self.scene.problem.longest_body < 2:
             return 0.0

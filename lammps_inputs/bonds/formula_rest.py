@@ -24,7 +24,7 @@ Refuse = Callable[[str, str], PotentialError]
 
 
 def many_digits() -> Any:
-    """Return mpmath of 40 digits; one of its own for each user, as its precision is global."""
+    """Return a new context of mpmath with 40 digits. The default context would be shared."""
     import mpmath
 
     context = mpmath.MPContext()

@@ -189,9 +189,9 @@ class Power(NamedBond):
         sign, word = (1, "positive") if self.order % 2 == 0 else (-1, "negative")
         if not SMALLEST <= self.c * sign <= LARGEST:
             raise PotentialError(
-                f"power_c is {self.c!r}; order {self.order} needs a {word} number, such as "
-                f"{sign}.0, so that compression stiffens the bond (and from {SMALLEST:g} to "
-                f"{LARGEST:g} in size)"
+                f"power_c is {self.c!r}. For order {self.order} give a {word} number, such as "
+                f"{sign}.0, of size {SMALLEST:g} to {LARGEST:g}, so that compression stiffens "
+                "the bond"
             )
 
     @property

@@ -28,7 +28,7 @@ def check_beads(scene: "Scene") -> Iterator[str]:
     if not scene.bond.only_pushes:
         return
     if scene.damping_law is not None and scene.damping is None:
-        yield "damping_law goes with damping. Give damping, too, or drop it"
+        yield "damping_law has no effect without damping. Give damping, or remove damping_law"
     if scene.engine == "reference":
         for key in _STEPS:
             if getattr(scene, key) is not None:

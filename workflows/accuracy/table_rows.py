@@ -29,7 +29,8 @@ _STEP = 0.05
 # between two rows, up to twice more than both altered tables show, which leave out even and odd
 # rows. A reserve of a half is for faster chains.
 _BETWEEN = 3.0
-# Factor on the standard deviation from six random changes, which is itself uncertain by a third.
+# Factor on the standard deviation of six random changes. A standard deviation from six samples is
+# uncertain by a third.
 _SHAKEN = 4.0
 
 

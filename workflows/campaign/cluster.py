@@ -20,7 +20,7 @@ _CONNECT_SECONDS = 10.0
 _PATIENCE_SECONDS = 5.0
 # The scheduler drops the tasks of a client that is gone, so nothing has to be waited for.
 _LEAVE_SECONDS = 1.0
-# Seconds between two lines about a scheduler without workers.
+# Seconds between two messages that the scheduler still has no workers.
 _REPORT_SECONDS = 60.0
 # Seconds between two counts of the workers.
 _COUNT_SECONDS = 2.0

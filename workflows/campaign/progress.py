@@ -12,7 +12,7 @@ from chaincor.analysis.showing.notebook import in_notebook, session_bar
 from chaincor.workflows.durations import format_duration
 from chaincor.workflows.engines.reference.loops.processes import COMPILING
 
-# Called after some collisions with their expected cost and their number.
+# Function that is called after every few collisions, with their expected cost and number.
 Advance = Callable[[float, int], None]
 # Shorter work shows no progress.
 _QUIET_SECONDS = 2.0

@@ -24,7 +24,7 @@ from chaincor.workflows.commands.options import (
 )
 @option(
     "--tolerance X",
-    "absolute error to keep, of every number [default: what the ladder can tell]",
+    "largest absolute error allowed in each quantity [default: see `chaincor explain tolerance`]",
     float,
 )
 @option(

@@ -25,7 +25,7 @@ _OWN = ("engine", "wall", "scheme", "timestep", "table", "table_points", "error"
 @page_option("tradeoff.html")
 @option("--quick", "fewer settings: some 15 s instead of 90 s")
 @option(
-    "--calibrate", "measure what LAMMPS costs on this machine, for all later runs, and nothing else"
+    "--calibrate", "only measure what LAMMPS costs on this machine, for forecasts of later runs"
 )
 @json_option
 def tradeoff(

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     "soft contacts and compressed chains",
 )
 @option(
-    "--ladder", "the order of your function's error instead: it is run at --timestep and 5 halvings"
+    "--ladder", "measure the order of your function's error: run it at --timestep and at 5 halvings"
 )
 @option("--template", "print an integrator to start from, for --against mine:collide, and exit")
 @option("--plot FILE", "draw the differences against their error bars: PNG, PDF or SVG")

@@ -23,9 +23,9 @@ EXTRAPOLATED_ROUNDING: float = measured("extrapolated_rounding")
 # coarsely. The constant is the error over this estimate; the lower limit is a choice that covers
 # chains of 1000.
 NUDGE_RESERVE: float = measured("nudge_reserve", 6.0)
-# Below this number times the plain rounding, a tolerance requires a check of the amplification. It
-# is a choice, not a measurement: amplifications up to 1e7 are known, but from about 1e5 on no two
-# steps agree any more, and the error of the step shows it.
+# Below this number times the plain rounding, a tolerance requires a check of the amplification.
+# This limit is chosen, not measured. Amplifications up to 1e7 occur, but above about 1e5 results
+# at different steps no longer agree, and the error of the step shows it.
 _AMPLIFICATION_MATTERS = 1e5
 # Rounding of the arithmetic for each particle: the squared mean of n velocities over hundreds of
 # contacts.

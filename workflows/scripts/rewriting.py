@@ -91,8 +91,8 @@ def _command(command: str, folder: Path, change: Change) -> list[str]:
     before = change.set_numbers(words)
     if words[:2] == ["thermo_style", "custom"]:
         if not change.printed:
-            # LAMMPS prints many fixes only at multiples of their period, and a run at another step
-            # seldom ends at one. Constants keep the number of columns.
+            # LAMMPS prints the values of many fixes only at multiples of their period. A run with
+            # another step seldom ends at a multiple. Constants keep the number of columns.
             words = ["time" if re.match(r"[fv]_", word) else word for word in words]
         # LAMMPS evaluates only keywords of its thermo output.
         keywords = [each for each in change.quantities if not re.match(r"[cfv]_", each)]

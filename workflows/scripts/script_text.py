@@ -115,7 +115,7 @@ class ScriptText:
                     )
             if words[0] in _OTHER_RUNS:
                 raise InputError(
-                    f"{command} is '{words[0]}', which cannot stop at one time with other steps. "
+                    f"{command} is '{words[0]}', whose end depends on the timestep. "
                     "Use 'run' commands"
                 )
 

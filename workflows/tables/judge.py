@@ -189,7 +189,7 @@ class Judge:
         return np.maximum(largest, rounding) if is_rounded else largest
 
     def places(self, low: float, high: float) -> Array:
-        """Return the places in a range at which errors are computed: rows and places between."""
+        """Return the places of a range where errors are computed: rows and points between them."""
         x = self.table.lengths
         inside = x[(x > low) & (x < high)]
         edges = np.concatenate([[low], inside, [high]])

@@ -29,7 +29,7 @@ _ROWS: dict[TableStyle, tuple[int, ...]] = {
     "linear": (101, 1_001, 10_001, 100_001),
     "spline": (31, 101, 301, 1_001, 10_001),
 }
-# Range of a table written without a pilot run: most of the well, for any speed.
+# Range of a table without a pilot run. It covers most of the well, so it serves for any speed.
 _WIDE = (0.8, 1.8)
 
 CAUSES = ("wall", "integrator", "table", "rounding", "output")

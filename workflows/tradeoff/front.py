@@ -97,7 +97,7 @@ def advised(rows: list[CheapestRow], tolerance: float) -> CheapestRow | None:
 
 
 def give_advice(scene: Scene, rows: list[CheapestRow], tolerance: float) -> str:
-    """Return one line on the cost of an error, and on a quicker choice by tolerance if any."""
+    """Return one line on the cost of an error, and on a quicker setting if there is one."""
     row = advised(rows, tolerance)
     # Neither a scene nor a script can have extrapolated steps.
     has_more = usual_schemes(scene.problem, tolerance)[0] not in SCHEME_ORDERS

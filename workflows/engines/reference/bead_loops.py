@@ -6,7 +6,7 @@ the energy Q that damping took. One of the gaps s lies between the bodies, with 
 own. A step on which the bodies touch
 or part ends there; the same method takes the step to that moment.
 
-The end is proved by an energy. Take velocities w that rise along x and are as close to the
+A bound on an energy proves the end. Take velocities w that rise along x and are as close to the
 velocities of the beads as possible. No pair pulls, so the forces do no work against a motion at w;
 damping only takes energy. So :math:`K = \sum m (v - w)^2/2 + U` never grows. No bead is ever faster
 against its w than :math:`\sqrt{2 K/m}`. If two bodies that are apart have velocities w that differ

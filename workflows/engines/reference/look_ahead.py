@@ -36,7 +36,7 @@ _SAMPLES = (0.97, 0.91, 0.83, 0.77)
 _MORE_SAMPLES = (0.95, 0.88, 0.8, 0.74)
 _MOST_SAMPLED = 400
 # A contact in one of a few motions may be harder by this factor in the true motion. Like the
-# numbers of motions, this is a choice; `tests.judge.plain` counts how the error bars hold.
+# numbers of motions, this is a choice; `tests.judge.plain` counts how often the error bars hold.
 _HARDER = 1.5
 # Two motions have the same end if their first fragments agree to this part of v0 and of their
 # energy.

@@ -33,7 +33,7 @@ _PARTS = np.linspace(0.94, 1.06, _PHASES)
 
 
 def study(plan: Plan) -> Study:
-    """Return harmonic chains of all lengths: by LAMMPS, and by the echo of their free end."""
+    """Return harmonic chains of all lengths, by LAMMPS and from the echo of their free end."""
     near, tolerance = plan.harmonic_sizes, plan.tolerance
     far = harmonic_chains([n for n in plan.harmonic_far_sizes if n not in near], tolerance)
     title = "harmonic chains of many lengths"

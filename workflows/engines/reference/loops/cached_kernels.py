@@ -172,7 +172,9 @@ def _take_apart(arguments: tuple, kinds: list, values: list) -> None:
             kinds.append(argument.dtype)
             values.append(np.frombuffer(argument, np.uint8).ctypes.data)
         else:
-            raise TypeError(f"a loop was given {argument!r}. Give numbers, arrays or records")
+            raise TypeError(
+                f"a compiled loop cannot take {argument!r}. Give numbers, arrays or records"
+            )
 
 
 def _address(array: Any) -> int:
