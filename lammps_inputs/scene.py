@@ -1,5 +1,6 @@
 """Scene: the validated, frozen description of one collision and of the wanted results."""
 
+import warnings
 from collections.abc import Iterable
 from functools import cached_property
 from pathlib import Path
@@ -292,3 +293,21 @@ class Scene(SceneFields):
         """Hash without the tolerance, which is equal for all tolerances of one collision."""
         fields = {k: v for k, v in self.canonical_fields.items() if k != "tolerance"}
         return hash_of(canonical_json(fields))
+
+
+def _of_problem(name: str) -> property:
+    """Return a deprecated attribute of scenes, which is an attribute of their problem now."""
+
+    def read(scene: Scene) -> Any:
+        said = f"Scene.{name} is deprecated. Use Scene.problem.{name}"
+        warnings.warn(said, DeprecationWarning, stacklevel=2)
+        return getattr(scene.problem, name)
+
+    return property(read)
+
+
+for _name in (
+    *("slow_stiffness", "fast_stiffness", "longest_body", "all_particles"),
+    *("start_energy", "contact_duration", "comes_moving"),
+):
+    setattr(Scene, _name, _of_problem(_name))

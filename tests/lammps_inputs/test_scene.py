@@ -519,3 +519,10 @@ def test_a_scene_may_come_through_a_pipe(tmp_path):
         assert Scene.from_file(pipe) == Scene(particles=4)
     finally:
         writer.join()
+
+
+@pytest.mark.parametrize("name", ["all_particles", "slow_stiffness", "comes_moving"])
+def test_attributes_that_moved_to_the_problem_are_deprecated(name):
+    scene = Scene(particles=3)
+    with pytest.warns(DeprecationWarning, match=rf"Use Scene\.problem\.{name}"):
+        assert getattr(scene, name) == getattr(scene.problem, name)
