@@ -24,7 +24,11 @@ _SHARP = 0.01
 _ENOUGH_DIGITS = 3
 # Two digits suffice to name the first general mistakes, which are about signs and per cent.
 _CERTAIN = 2
-_TEXT = re.compile(r"([-+]?[\d.]+(?:e[-+]?\d+)?)\s*(?:/\s*([\d.]+(?:e[-+]?\d+)?))?\s*(%?)", re.I)
+_TEXT = re.compile(
+    r"([-+]?[\d.]+(?:e[-+]?\d+)?)\s*(?:/\s*([\d.]+(?:e[-+]?\d+)?))?\s*(%?)"
+    r"(?:\s*(?:steps?|times|rows|contacts|events|particles|collisions|v\*))?",  # a unit
+    re.I,
+)
 
 
 @dataclass(frozen=True)
@@ -160,7 +164,7 @@ def numbers_in(answer: Any) -> Array | str:
     """
     Return an answer as an array, or a description of an answer that is no number.
 
-    Texts such as ``"1/64"`` and ``"9.3 %"`` are numbers.
+    Texts such as ``"1/64"``, ``"9.3 %"`` and ``"30 steps"`` are numbers.
     """
     if isinstance(answer, Iterator):
         answer = list(answer)
