@@ -126,7 +126,7 @@ class Comparison:
         factors = self.given[used] / truth[used]
         factor = float(np.mean(factors))
         same = np.allclose(factors, factor, rtol=1e-6, atol=0.0)
-        return factor if same and factor != 0.0 else None
+        return factor if same and factor != 0.0 and abs(factor - 1.0) > 1e-3 else None
 
     def _asked_precision(self) -> str:
         if self.tolerance < 1e-4:
