@@ -40,6 +40,10 @@ _OF_OTHER_B = (_LONGEST, 3.0)
 SWING, SWING_SIZES = (18.0, 24.0, 36.0), (500, 700, 1000, 1400, 2000, 2800, 4000)
 # Fits beyond 2 beta n^(-1/3): shortest chain, and powers of the terms that are fitted.
 _FITS = ((900, (-2.0 / 3.0,)), (450, (-2.0 / 3.0, -4.0 / 3.0)))
+# All fits whose range is printed: the power of the remainder is not known.
+_ALL_FITS = tuple(
+    product((450, 900), ((-2.0 / 3.0,), (-2.0 / 3.0, -1.0), (-2.0 / 3.0, -4.0 / 3.0)))
+)
 # Faster than this the chain is not slow: the front's steepness is no small number.
 FASTEST = 0.6
 # Scatter of single lengths, taken from 13 harmonic chains with lengths within 6 %.
@@ -156,14 +160,19 @@ def swing() -> None:
         chosen = rows[(rows["bond"] == name) & (rows["variable"] == variable)]
         n = chosen["particles"].astype(float)
         known = chosen["loss"] * n ** (2.0 / 3.0) - 2.0 * FRONT_LEAD * n ** (-1.0 / 3.0)
-        fits = [_extrapolated(n[n > least], known[n > least], fit) for least, fit in _FITS]
-        slopes, errors = np.array(fits).T / variable
+        extrapolated = {
+            (least, fit): _extrapolated(n[n > least], known[n > least], fit)
+            for least, fit in _ALL_FITS
+        }
+        slopes, errors = np.array([extrapolated[fit] for fit in _FITS]).T / variable
+        every = [loss / variable for loss, _ in extrapolated.values()]
         # Half the difference of the fits, and the larger of their errors.
         bar = 0.5 * np.ptp(slopes) + errors.max()
         theory = float(limiting_loss(variable)) / variable
         print(
             f"y = {variable:g}, {name}, {len(n)} lengths to {n.max():.0f}: "
-            f"C' {slopes.mean():.4f} +- {bar:.4f}, theory {theory:.4f}"
+            f"C' {slopes.mean():.4f} +- {bar:.4f}, six fits {min(every):.4f} to {max(every):.4f}, "
+            f"longest chain {known[n.argmax()] / variable:.4f}, theory {theory:.4f}"
         )
 
 

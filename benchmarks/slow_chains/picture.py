@@ -14,7 +14,12 @@ import numpy as np
 
 from benchmarks.slow_chains import harmonic_limit, lattices
 from chaincor.analysis.figures.style import BLACK, CYCLE, GREY, MARKERS, new_figure
-from chaincor.analysis.slow_chains.curve import FRONT_LEAD, STEEP_LIMIT, limiting_loss
+from chaincor.analysis.slow_chains.curve import (
+    FRONT_LEAD,
+    STEEP_LIMIT,
+    STEEP_LIMIT_ERROR,
+    limiting_loss,
+)
 from chaincor.analysis.theory import HARMONIC_DISSIPATION_COEFFICIENT, harmonic_dissipation_limit
 
 
@@ -67,7 +72,10 @@ def draw_swing(ax) -> None:
     """Draw C'(y), whose kinks are where another wave takes over, and its limit."""
     y = np.linspace(10.0, 80.0, 1400)
     ax.plot(y, limiting_loss(y) / y, color=CYCLE[0], lw=1.2, label="$C'(y)=h_3(y)/y$")
-    ax.axhline(STEEP_LIMIT, color=BLACK, lw=1.0, ls=":", label=f"limit: {STEEP_LIMIT}")
+    low, high = STEEP_LIMIT - STEEP_LIMIT_ERROR, STEEP_LIMIT + STEEP_LIMIT_ERROR
+    ax.axhspan(low, high, color=GREY, alpha=0.25, lw=0.0)
+    label = f"limit: {STEEP_LIMIT} ± {STEEP_LIMIT_ERROR:g}"
+    ax.axhline(STEEP_LIMIT, color=BLACK, lw=1.0, ls=":", label=label)
     ax.set(xlabel="$y$", ylabel="$C'(y)$", ylim=(0.360, 0.380))
     ax.legend(frameon=False, fontsize=8, loc="lower right")
 

@@ -133,7 +133,7 @@ def test_chains_are_on_the_curve(bond):
     for length in range(n - 36, n + 37, 12):
         chain = Scene(**bond, particles=length, velocity=velocity, engine="reference")
         losses.append(1.0 - collide(chain, tolerance=1e-5).restitution)
-    # What theory leaves out is of order n^(-4/3), with a factor of about 10 (slow_chains.md).
+    # Theory leaves out about 10 n^(-4/3) at such lengths (slow_chains.md). The power is not known.
     expected = slow_chain_dissipation(scene.bond, n, velocity)
     assert np.mean(losses) == pytest.approx(expected, abs=12.0 * n ** (-4.0 / 3.0))
     # The term with the front's lead is needed: it is 0.24 of n^(2/3) (1 - eta) here.

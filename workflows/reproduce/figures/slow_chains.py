@@ -162,7 +162,7 @@ def infinite_chain(measured: Measurements) -> str:
     slopes = {row["bond"].partition(",")[0]: f"{row['slope']:.3f}" for row in rows}
     return (
         "In an infinite chain the harmonic part is gone and C is the limit of (1 − η)/(v₀/v*) as "
-        f"v₀ → 0, taken after n → ∞. It follows without a fit: {STEEP_LIMIT}(5) κ v* with "
+        f"v₀ → 0, taken after n → ∞. It is {STEEP_LIMIT} ± {STEEP_LIMIT_ERROR:g} times κ v* with "
         "κ = −U‴(1), which is "
         + ", ".join(f"{slope} for {kind}" for kind, slope in slopes.items())
         + " (docs/explanation/slow_chains.md). Chains of finite length have n^(2/3) (1 − η) larger "
@@ -225,8 +225,8 @@ def figure(measured: Measurements) -> Figure:
             "means. Toda chains of b = 3 and 30 have one length each. Black: the limit of long "
             "chains, derived without a fit. Slow chains are harmonic there (h = 0.5626), fast ones "
             f"lose {STEEP_LIMIT} κ v₀. Below, the distance from the curve times n^(1/3), for y up "
-            f"to {_SLOW:g}: theory has 2β = 1.99 for long chains (line), less a term that falls as "
-            "n^(−1/3). Bonds are drawn side by side. The reference engine computed these chains."
+            f"to {_SLOW:g}: theory has 2β = 1.99 for long chains (line), less a term that vanishes "
+            "as n grows. Bonds are drawn side by side. The reference engine computed these chains."
         ),
         alt=(
             "Above, chains of five bonds lie along one curve, constant at first and then a "
