@@ -21,7 +21,12 @@ def draw() -> str:
     # Not to scale: what vibrates has bonds of unequal lengths, and unequal velocities.
     after = [_WALL + _SPACING * x for x in (0.85, 1.95, 2.8, 4.85)]
     parts = [
-        *_row(before, 96.0, "before: every velocity −v₀, every bond U(r) at r = 1", [-46.0] * 4),
+        *_row(
+            before,
+            96.0,
+            "shortly before: every velocity −v₀, every bond U(r) at r = 1",
+            [-46.0] * 4,
+        ),
         *_row(after, 246.0, "after: V = e v₀ on average, and vibration", [62.0, 24.0, 56.0, 44.0]),
         *_axis(326.0),
     ]

@@ -69,7 +69,7 @@ def check_script(path: str | Path) -> ScriptReport:
         raise InputError(
             f"The script {shown(str(path))} cannot be read: {reason}. Give the path of a script."
         ) from None
-    script = StudentScript.of(text)
+    script = StudentScript.of(text, path.parent)
     parts: dict[str, tuple[str, ...]] = {}
     for part, faults_in in PARTS.items():
         begun = any(script.named(name) or script.misspelt(name) for name in BEGUN[part])

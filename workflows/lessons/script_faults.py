@@ -4,6 +4,7 @@ import difflib
 import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from pathlib import Path
 
 from chaincor.lammps_inputs.commands import commands_of
 from chaincor.lammps_inputs.given_numbers import number_in
@@ -26,9 +27,10 @@ class StudentScript:
     """Commands of a script, with the values of its variables."""
 
     commands: list[Command]  #: Words of each command, in order.
+    folder: Path  #: Folder in which LAMMPS runs the script.
 
     @classmethod
-    def of(cls, text: str) -> "StudentScript":
+    def of(cls, text: str, folder: Path) -> "StudentScript":
         """
         Read a script, and replace each variable that has one value by its value.
 
@@ -42,7 +44,7 @@ class StudentScript:
             if named or (words[2:3] == ["equal"] and number_in(words[-1]) is not None):
                 values[words[1]] = " ".join(words[3:4])
             commands.append(words)
-        return cls(commands)
+        return cls(commands, folder)
 
     def named(self, name: str) -> list[Command]:
         """Return all commands with a name."""
@@ -126,6 +128,12 @@ def _atoms_and_bonds(script: StudentScript) -> Iterator[str]:
         yield "`atom_style` must stand before `read_data`, which makes the atoms"
     if script.last("read_data") is None and script.last("create_atoms") is None:
         yield script.missing("read_data", "there are no atoms; write `read_data chain.data`")
+    for name in (command[1] for command in script.named("read_data") if len(command) > 1):
+        if not _is_formula(name) and not (script.folder / name.strip("\"'")).is_file():
+            yield (
+                f"there is no file `{name}` in {script.folder.resolve().name}, the folder of the "
+                "script; write `read_data chain.data`"
+            )
 
 
 def _springs(script: StudentScript) -> Iterator[str]:
@@ -152,6 +160,9 @@ def _springs(script: StudentScript) -> Iterator[str]:
         yield f"`{' '.join(spring)}`: give a type and two numbers, `bond_coeff 1 K r0`"
         return
     k, length = (float(word) for word in spring[2:4])
+    if (k, length) == (1.0, 0.5):
+        yield "K and r0 are exchanged: write `bond_coeff 1 0.5 1`, K before r0"
+        return
     if k == 1.0:
         yield (
             "K is 1.0: LAMMPS's energy of a bond is K (r - r0)^2, without a factor 1/2, so a "
@@ -176,10 +187,10 @@ def _motion_and_wall(script: StudentScript) -> Iterator[str]:
     # A second wall may stand behind the chain.
     for wall in [wall for wall in walls if "xlo" in wall] or walls:
         yield from _wall(script, wall)
-    for name in ("fix", "velocity"):
-        if script.last_place("run") < script.last_place(name) and script.named("run"):
-            late = " ".join(script.commands[script.last_place(name)])
-            yield f"`{late}` stands after `run`: too late"
+    after_run = script.commands[script.last_place("run") + 1 :] if script.named("run") else []
+    for late in after_run:
+        if late[0] in ("fix", "velocity"):
+            yield f"`{' '.join(late)}` stands after `run`: too late"
 
 
 def _motion(script: StudentScript) -> Iterator[str]:

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from chaincor.lammps_inputs.arrays import Array
-from chaincor.lammps_inputs.commands import join_lines
+from chaincor.lammps_inputs.commands import commands_of, join_lines
 from chaincor.lammps_inputs.given_numbers import number_in
 from chaincor.workflows.engines.lammps.library import find_lmp_command, lmp_environment
 from chaincor.workflows.errors import MissingLibraryError
@@ -55,6 +55,7 @@ class ScriptRun:
     states: tuple[Array, Array] | None  #: Rows of (id, x, vx) before the first run and at the end.
     time: float  #: Time at the end.
     timestep: float  #: Time step at the end.
+    sets_timestep: bool = True  #: Whether the script has the command `timestep`.
 
 
 def run_script(path: Path) -> ScriptRun:
@@ -71,7 +72,8 @@ def run_script(path: Path) -> ScriptRun:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         copy = folder / "in.copy"
-        copy.write_text(_watched(path.read_text(encoding="utf-8"), folder), encoding="utf-8")
+        text = path.read_text(encoding="utf-8")
+        copy.write_text(_watched(text, folder), encoding="utf-8")
         try:
             done = subprocess.run(
                 [lmp, "-log", "none", "-in", str(copy)],
@@ -97,7 +99,8 @@ def run_script(path: Path) -> ScriptRun:
         states = (_state(files[0]), _state(files[1])) if complete else None
         time, timestep = map(float, end.groups()) if end else (0.0, 0.0)
         at = line[1] if line else ""
-        return ScriptRun(done.stdout, error, at, states, time, timestep)
+        sets = any(command.split()[:1] == ["timestep"] for command in commands_of(text))
+        return ScriptRun(done.stdout, error, at, states, time, timestep, sets)
 
 
 def _watched(text: str, folder: Path) -> str:
@@ -144,9 +147,10 @@ def _faults_of_motion(run: ScriptRun, first: Array, last: Array) -> Iterator[str
     start = float(first[0, 1]) / -before
     needed = start + chain.last_contact_time
     if run.time < needed:
+        default = "" if run.sets_timestep else ", LAMMPS's default, as there is no `timestep`"
         yield (
-            f"the run is too short: it ends at t = {run.time:.4g} after steps of {run.timestep:g}, "
-            f"and the last contact is at t = {needed:.4g}"
+            f"the run is too short: it ends at t = {run.time:.4g} after steps of {run.timestep:g}"
+            f"{default}. The last contact is at t = {needed:.4g}"
         )
         return
     eta = (after / before) ** 2
@@ -181,4 +185,6 @@ def _faults_of_print(printed: list[str], eta: float) -> Iterator[str]:
 
 
 def _energy(state: Array) -> float:
-    return float(0.5 * np.sum(state[:, 2] ** 2) + 0.5 * np.sum((np.diff(state[:, 1]) - 1.0) ** 2))
+    return float(
+        0.5 * np.sum(state[:, 2] ** 2) + 0.5 * np.sum((abs(np.diff(state[:, 1])) - 1.0) ** 2)
+    )

@@ -71,10 +71,12 @@ FAULTS = [
     ("atom_style      bond\n", "", 1, "no `atom_style`"),
     ("atom_style      bond", "atom_style atomic", 1, "has no bonds"),
     ("read_data       chain.data\n", "", 1, "`read_data chain.data`"),
+    ("chain.data", "nothing.data", 1, "no file `nothing.data` in mine0, the folder"),
     ("bond_style      harmonic\n", "", 2, "bonds have no force"),
     ("bond_coeff      1 0.5 1.0\n", "", 2, "no `bond_coeff`"),
     ("1 0.5 1.0", "1 1.0 1.0", 2, "a stiffness of 1 is K = 0.5"),
     ("1 0.5 1.0", "1 0.5 1.1", 2, "r0 is 1.1"),
+    ("1 0.5 1.0", "1 1 0.5", 2, "K and r0 are exchanged"),
     ("1 0.5 1.0", "1 stiff", 2, "a type and two numbers"),
     ("1 0.5 1.0", "1 1 0.5 1.0", 2, "a type and two numbers"),
     ("fix             move all nve\n", "", 3, "no integrator"),
@@ -113,7 +115,9 @@ def test_what_a_script_lacks_is_said_at_its_part(report_on, line, other, part, p
 
 def test_what_comes_too_late_is_said(report_on):
     move = "fix             move all nve\n"
-    assert "too late" in said(report_on(SCRIPT.replace(move, "") + move))[PARTS[3]]
+    wall = "fix             stop all wall/reflect xlo 0.0\n"
+    moved = SCRIPT.replace(move, "").replace(wall, "") + move + wall
+    assert said(report_on(moved))[PARTS[3]].count("too late") == 2
     units = "units           lj\n"
     assert "before `read_data`" in said(report_on(SCRIPT.replace(units, "") + units))[PARTS[0]]
     run = "run             2500\n"
@@ -130,7 +134,8 @@ RUNS = [
     ("run             2500", "run 500", "too short: it ends at t = 5"),
     ("timestep        0.01", "timestep 1.02", "the step is too long"),
     ("timestep        0.01", "timestep 1.5", 'stopped with "Bond atoms 1 2 missing'),
-    ("chain.data", "nothing.data", "write `read_data chain.data`"),
+    ("timestep        0.01\n", "", "steps of 0.005, LAMMPS's default, as there is no `timestep`"),
+    ("chain.data", "$(0)", "write `read_data chain.data`"),
     ("set -0.1", "set 0.1", "flies away from the wall"),
     ("(vcm(all,x)/0.1)^2", "-vcm(all,x)/0.1*-1.0", "e, the ratio of speeds"),
     ("(vcm(all,x)/0.1)^2", "0.5", "prints 0.5, and its velocities give 0.9"),
