@@ -153,7 +153,7 @@ def _noise(h: Array, values: Array, scatter: Array, seeded: bool) -> LadderVerdi
 def _bounded(reason: str, h: Array, values: Array, scatter: Array) -> LadderVerdict:
     """Return the verdict from means without an order, with a scatter from all rungs together."""
     means = judge_means(h, values, _smooth_scatter(h, scatter))
-    reason += "; means bound the error"
+    reason += "; the means bound the error"
     return LadderVerdict("bounded", reason, None, None, *means, scatter)
 
 
@@ -163,16 +163,16 @@ def _why_not(is_rough: bool, biased: bool, decay: float, decay_error: float, fit
             "the number changes smoothly, but not as one power of the step"
             if biased
             else "the number hardly changes along the ladder"
-        ) + "; a longer ladder may tell"
+        ) + "; more steps may show it"
     if biased:
         return (
             "runs scatter, and the step changes their mean, but the order is anything from "
             f"{max(fit.order - fit.order_error, 0.0):.2g} to {fit.order + fit.order_error:.2g}; "
-            "more runs a rung may tell"
+            "more runs at each step may show it"
         )
     return (
-        "runs scatter, and whether that shrinks with the step is not clear (power "
-        f"{decay:.2g} +- {decay_error:.2g}); a longer ladder or more runs a rung may tell"
+        "the scatter between runs hides any effect of the step (scatter as the step to the power "
+        f"{decay:.2g} +- {decay_error:.2g}); smaller steps or more runs at each may show it"
     )
 
 

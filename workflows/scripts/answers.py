@@ -60,6 +60,11 @@ class LadderAnswer:
     use: Choice | None
 
     @property
+    def all_constant(self) -> bool:
+        """Whether each number is the same in all runs, so that nothing was tested."""
+        return all(a.state == "constant" for a in self.numbers)
+
+    @property
     def keeps_own(self) -> bool:
         """Whether the script's own value is small enough."""
         return self.use is not None and self.use.value == self.own

@@ -7,12 +7,15 @@ from chaincor.workflows.scripts.bottom_line import answer_of
 from chaincor.workflows.scripts.ladder_runs import ScriptLadder
 from chaincor.workflows.scripts.number_text import (
     cells,
+    correlation_times,
+    factor_for_bar,
     heads_of,
     number_table,
     one_number,
     run_longer,
 )
 from chaincor.workflows.scripts.parting import PARTED, Comparison
+from chaincor.workflows.scripts.remedies import times_longer
 
 if TYPE_CHECKING:
     from chaincor.workflows.scripts.study import ScriptStudy
@@ -130,21 +133,14 @@ def notes(study: "ScriptStudy") -> list[str]:
     said += _windows(study)
     for each in study.ladders:
         if each.ends_apart and each.ends is not None:
-            said.append(
-                f"note: your runs end at {each.ends[0]:.6g} to {each.ends[1]:.6g}: they answer "
-                "different questions; let the script's runs take one time, a step that divides it, "
-                "or leave the step to `chaincor timestep` without --vary"
-            )
+            said.append(_ends(study, each.ends))
         short = {
             number.name: number.independent
             for number in each.numbers
             if number.independent is not None and number.standard_error is None
         }
         if short:
-            said.append(
-                f"note: one run has too few samples for an error bar of {', '.join(short)}"
-                f"{run_longer(min(short.values()))}"
-            )
+            said.append(_short_means(study, each, short))
         if not each.repeatable:
             said.append("note: the same command gave different digits twice")
     scaled = study.varied.scale_periods
@@ -157,6 +153,41 @@ def notes(study: "ScriptStudy") -> list[str]:
     if study.kept is not None:
         said.append(f"failed runs are kept in {study.kept}")
     return said
+
+
+def _ends(study: "ScriptStudy", ends: tuple[float, float]) -> str:
+    """Say why runs do not end at one time, and what to do."""
+    low, high = ends
+    if study.varied.kind == "step":
+        # Each run then takes its own time exactly.
+        reset = next(
+            (c for c in study.varied.script.commands if c.words[0] == "reset_timestep"), None
+        )
+        why = "" if reset is None else f" ({reset}, 'reset_timestep', sets the clock back)"
+        text = f"the samples end at times from {low:.6g} to {high:.6g}, not at one time{why}"
+        return f"note: {text}. Part of the scatter may come from this."
+    text = f"the runs end at times from {low:.6g} to {high:.6g}, not at one time: the run length "
+    text += "is no whole number of each step. Choose a length that is a multiple of every step."
+    return f"note: {text}"
+
+
+def _short_means(study: "ScriptStudy", each: ScriptLadder, short: dict[str, float]) -> str:
+    """Say that means have no error bar from one run, and which length would give one."""
+    least = min(short.values())
+    names = ", ".join(name.removesuffix(":mean") for name in short)
+    one = len(short) == 1
+    what = f"the mean{'' if one else 's'} of {names}"
+    if not math.isfinite(least):
+        return f"note: {what} {'has' if one else 'have'} no error bar from one run."
+    factor = factor_for_bar(least)
+    text = (
+        f"{what} cover{'s' if one else ''} only {correlation_times(least)}. This does not affect "
+    )
+    text += f"the choice of the {each.ladder.name}. "
+    bar = f"an error bar of {'this mean' if one else 'these means'} from one run"
+    if times_longer(study, each, answer_of(study, each)) >= factor:
+        return f"note: {text}The longer runs of the last line also give {bar}."
+    return f"note: {text}For {bar}, make the run {factor} times longer."
 
 
 def _windows(study: "ScriptStudy") -> list[str]:

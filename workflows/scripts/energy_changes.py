@@ -33,6 +33,7 @@ class Cause(NamedTuple):
 
     text: str
     remedy: str = ""  #: Command before each run that removes the cause; empty if there is none.
+    exchanges: str = ""  #: Fix that exchanges energy, with its line; empty for other causes.
 
 
 @dataclass(frozen=True)
@@ -57,12 +58,26 @@ class EnergyChange:
         """One sentence: the drift, and its tested or likeliest cause."""
         others = (each for each in self.causes if each is not self.tested)
         cause = self.tested if self.confirmed else next(others, None)
-        text = f"No timestep cures the drift of {self.name.partition(':')[0]} by {self.drift:.2g}"
+        what = self.name.partition(":")[0]
+        if fix := self._bath:
+            return (
+                f"{what} drifts by {self.drift:.2g} at every timestep. {fix} exchanges energy, so "
+                f"{what} need not be conserved; look at {_KEPT_IN_BATH}:drift instead."
+            )
+        text = f"No timestep cures the drift of {what} by {self.drift:.2g}"
         if cause is None:
             return f"{text}."
         return f"{text}; its {'' if self.confirmed else 'likely '}cause is {cause.text}."
 
+    @property
+    def _bath(self) -> str:
+        """Fix that exchanges energy and was found first; empty without one."""
+        return self.causes[0].exchanges if self.causes else ""
+
     def __str__(self) -> str:
+        if self._bath:
+            others = "; ".join(each.text for each in self.causes[1:])
+            return self.short + (f" Other likely causes: {others}." if others else "")
         what = self.name.partition(":")[0]
         head = f"{what} drifts by {self.drift:.2g} at every timestep, so no timestep cures it. "
         causes = "; ".join(each.text for each in self.causes)
@@ -111,7 +126,7 @@ def _explain(
     causes = tuple(_find_causes(varied.script, quantity.what))
     change = EnergyChange(str(quantity), verdict.value, verdict.value_error, causes)
     first = next((each for each in causes if each.remedy), None)
-    if first is None or (causes and causes[0].text.endswith(_BATH_SAID)):
+    if first is None or (causes and causes[0].exchanges):
         return change
     rung = int(np.argmin(np.abs(np.array(_rungs(varied)) - ladder.values[-1])))
     run = runner.run(
@@ -128,9 +143,6 @@ def _rungs(varied: Varied) -> list[float]:
     return [varied.value(rung, 0) for rung in range(varied.ladder.rungs)]
 
 
-_BATH_SAID = "exchanges energy; econserve:drift counts that"
-
-
 def _find_causes(script: ScriptText, what: str) -> Iterator[Cause]:
     """Return the causes that the script shows, the likeliest first."""
     searches: tuple[Callable[[Command], Cause | None], ...] = (
@@ -144,13 +156,14 @@ def _find_causes(script: ScriptText, what: str) -> Iterator[Cause]:
         yield from filter(None, map(search, script.commands))
     for count in find_step_counts(script, None):
         if count.moves and count.command.words[0] == "fix":
-            yield Cause(str(count))
+            yield Cause(f"'{count.what}' ({count.command}), which {count.says}")
 
 
 def _bath(command: Command) -> Cause | None:
     words = command.words
     if words[0] == "fix" and len(words) > 3 and plain_style(words[3]).startswith(_BATHS):
-        return Cause(f"{command}, 'fix {words[1]} {words[2]} {words[3]}', {_BATH_SAID}")
+        fix = f"'fix {words[1]} {words[2]} {words[3]}' ({command})"
+        return Cause(f"the exchange of energy by {fix}", exchanges=fix)
     return None
 
 

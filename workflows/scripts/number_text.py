@@ -40,7 +40,7 @@ def number_table(study: "ScriptStudy", each: ScriptLadder) -> list[str]:
         ).rstrip()
         for row in rows
     ]
-    return [*lines, *_meanings(each, answer)]
+    return [*lines, *_meanings(study, each, answer)]
 
 
 def cells(each: ScriptLadder, answer: NumberAnswer) -> tuple[str, ...]:
@@ -62,7 +62,7 @@ def cells(each: ScriptLadder, answer: NumberAnswer) -> tuple[str, ...]:
     )
 
 
-def _meanings(each: ScriptLadder, answer: LadderAnswer) -> list[str]:
+def _meanings(study: "ScriptStudy", each: ScriptLadder, answer: LadderAnswer) -> list[str]:
     """Return what the columns mean, and the reasons of the tolerances."""
     name = each.ladder.name
     limit = f"very small {name}s" if name == "timestep" else f"the fine end of {name}"
@@ -79,6 +79,8 @@ def _meanings(each: ScriptLadder, answer: LadderAnswer) -> list[str]:
     said = [f"{', '.join(names)}: {reason}" for reason, names in reasons.items()]
     if said:
         lines.append("tolerance: by default, of " + "; of ".join(said))
+    elif study.tolerance is not None:
+        lines.append(f"tolerance: {study.tolerance:g} for each quantity, as given by --tolerance")
     return lines
 
 
@@ -97,8 +99,9 @@ def told(study: "ScriptStudy", each: ScriptLadder, number: NumberLadder) -> list
         said.append(("one run", f"+- {number.standard_error:.1e}, by its own samples"))
     elif number.independent is not None:
         said.append(("one run", f"too few samples for a bar{run_longer(number.independent)}"))
-    if number.tolerance is not None and number.tolerance_reason:
-        said.append(("tolerance", f"{number.tolerance:.2g}: {number.tolerance_reason}"))
+    if number.tolerance is not None:
+        reason = number.tolerance_reason or "as given by --tolerance"
+        said.append(("tolerance", f"{number.tolerance:.2g}: {reason}"))
     return [*said, ("advice", advise(study, each, number))]
 
 
@@ -127,11 +130,15 @@ def advise(study: "ScriptStudy", each: ScriptLadder, number: NumberLadder) -> st
     if tolerance is None:
         return "none: the ladder has no bound on the error; see the last line"
     if advice is None:
-        return f"none: {tolerance:.3g} is beyond this ladder; see the last line"
+        finest, best = each.ladder.text(float(each.values[-1])), number.verdict.promised[-1]
+        return (
+            f"none: the allowed error is {tolerance:.2g}, but one run at {name} {finest} may be "
+            f"off by {best:.2g}; see the last line"
+        )
     text = each.ladder.text(advice.value)
     if not advice.tried:
         return (
-            f"{tolerance:.3g} is beyond this ladder, whose finest rung keeps "
+            f"the allowed error is {tolerance:.2g}, but the finest {name} tried keeps "
             f"{number.verdict.promised[-1]:.1e}; by the order, {name} = {text} may do: measure "
             f"with --vary {name}={each.ladder.text(float(each.values[-1]))}:{text}:6"
         )
@@ -147,8 +154,18 @@ def run_longer(independent: float) -> str:
     """Return the factor by which a run must be longer for an error bar."""
     if not math.isfinite(independent):
         return ""
-    factor = math.ceil(_ENOUGH_SAMPLES / max(independent, 1.0))
-    return f" ({independent:.0f} correlation times: run {max(factor, 2)} times longer)"
+    factor = factor_for_bar(independent)
+    return f" ({correlation_times(independent)}: run {factor} times longer)"
+
+
+def factor_for_bar(independent: float) -> int:
+    """Return the factor by which a run must be longer for an error bar of its mean."""
+    return max(math.ceil(_ENOUGH_SAMPLES / max(independent, 1.0)), 2)
+
+
+def correlation_times(independent: float) -> str:
+    """Return a number of correlation times in words."""
+    return f"{independent:.0f} correlation time{'' if f'{independent:.0f}' == '1' else 's'}"
 
 
 def with_bar(value: float, error: float) -> str:

@@ -84,16 +84,23 @@ def _of_fix(command: Command, coarsest: float | None) -> StepCount | None:
         return StepCount(command, what, _PER_STEP[style])
     if positions := count_positions(words):
         only_looks = style.startswith(_ONLY_LOOK)
-        period = " ".join(words[k] for k in positions)
-        says = f"acts every {period} steps" if not only_looks else f"samples every {period} steps"
+        first, last = _every(words[positions[0]]), _every(words[positions[-1]])
+        says = f"{'samples' if only_looks else 'acts'} {first}"
+        if first != last:
+            says += f" and writes {last}"
         if style == "halt":
-            says = f"looks every {period} steps whether to end the run"
+            says = f"looks {first} whether to end the run"
         return StepCount(command, what, says, not only_looks, periods=True)
     damping = _damping(words)
     if coarsest is not None and damping is not None and damping < _LEAST_DAMPING * coarsest:
         says = f"damps within {damping:g}, fewer than {_LEAST_DAMPING:g} steps of {coarsest:g}"
         return StepCount(command, what, says)
     return None
+
+
+def _every(period: str) -> str:
+    """Return a period of steps in words."""
+    return "every step" if period == "1" else f"every {period} steps"
 
 
 def _of_others(command: Command) -> StepCount | None:

@@ -102,9 +102,11 @@ def test_a_quantity_that_is_always_0_has_a_result_and_files(tmp_path, chaincor, 
     words = ("timestep", "in.x", "--observable", "eta = (.*)", "--phases", "3", "-o", "out")
     status, out, _ = chaincor(*words)
     assert status == 0
-    assert "is 0 in all runs" in out
-    # Coarser steps are the command that would show a difference.
-    assert out.rpartition("--vary timestep=")[2].startswith("0.08:0.01:4")
+    assert "No quantity changes in this time of 0.1, so the timestep cannot be judged." in out
+    assert "'eta = (.*)' is 0 in all runs" in out
+    assert "small enough" not in out
+    command = "chaincor timestep in.x --observable 'eta = (.*)'"
+    assert f"Make the runs longer, then run: {command}\n" in out
     assert {path.name for path in (tmp_path / "out").iterdir()} == {
         *("timestep.html", "timestep.json", "runs.csv"),
     }
@@ -233,7 +235,11 @@ def test_a_thermostat_is_named_and_not_tested(tmp_path):
     study = study_of(tmp_path, CRYSTAL.format(more=more), "etotal:drift", phases=3)
     (change,) = study.changes
     assert change.tested is None
-    assert "'fix 2 all langevin', exchanges energy" in change.causes[0].text
+    said = (
+        "'fix 2 all langevin' (line 12 of in.x) exchanges energy, so etotal need not be conserved"
+    )
+    for text in (change.short, str(change)):
+        assert f"{said}; look at econserve:drift instead." in text
 
 
 @pytest.mark.slow

@@ -254,12 +254,18 @@ def test_runs_that_end_at_other_times_are_told(tmp_path):
     path.write_text(path.read_text().replace('$x"', '$(x[1]:%.17g)"'))
     study = timestep_study(path, observable=r"x = (\S+)", vary="h=0.1:0.01:4", phases=3)
     assert study.ladders[0].ends_apart
-    assert any("your runs end at" in note for note in notes(study))
+    (note,) = [note for note in notes(study) if "the runs end at times from" in note]
+    assert "Choose a length that is a multiple of every step." in note
+    assert "--vary" not in note
 
 
 TRAPS = {
     "fix t all temp/rescale 10 1.0 1.0 0.1 1.0": ("acts every 10 steps", True),
-    "fix a all ave/time 5 2 10 c_thermo_temp": ("samples every 5 10 steps", False),
+    "fix a all ave/time 5 2 10 c_thermo_temp": (
+        "samples every 5 steps and writes every 10 steps",
+        False,
+    ),
+    "fix a all ave/time 1 1 1 c_thermo_temp": ("samples every step", False),
     "fix d all deform 3 x erate 0.1": ("acts every 3 steps", True),
     "fix h all halt 7 v_x > 1": ("looks every 7 steps", True),
     "fix m all momentum/kk 100 linear 1 1 1": ("acts every 100 steps", True),

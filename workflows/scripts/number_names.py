@@ -1,0 +1,50 @@
+"""Names and errors of numbers, as the sentences of a bottom line list them."""
+
+import math
+import re
+
+from chaincor.workflows.scripts.answers import NumberAnswer
+from chaincor.workflows.scripts.ladder_runs import NumberLadder
+
+_PLAIN = re.compile(r"[\w:\[\]]+")
+# Largest number of quantities that a sentence lists with their errors, and then by name alone.
+_MOST_LISTED, _MOST_NAMED = 3, 2
+
+
+def name_of(number: NumberLadder) -> str:
+    """Return the name of a number; a pattern is quoted."""
+    return number.name if _PLAIN.fullmatch(number.name) else f"'{number.name}'"
+
+
+def listed(answers: list[NumberAnswer]) -> str:
+    """Return the names and errors of numbers, the largest error over tolerance first."""
+    ranked = sorted(answers, key=lambda a: -a.error / (a.number.tolerance or 1e-300))
+    said = [f"{name_in(a)} ({_error(a)})" for a in ranked[:_MOST_LISTED]]
+    left = ranked[_MOST_LISTED:]
+    if not left:
+        return ", ".join(said)
+    many = len(left) > _MOST_NAMED
+    more = [f"{len(left)} more"] if many else [name_in(a) for a in left]
+    return ", ".join([*said, *more[:-1]]) + f" and {more[-1]}"
+
+
+def name_in(answer: NumberAnswer) -> str:
+    """Return the name of an answer's number."""
+    return name_of(answer.number)
+
+
+def _error(answer: NumberAnswer) -> str:
+    """Return the error of one run and its tolerance."""
+    known = f"error up to {answer.error:.2g}" if math.isfinite(answer.error) else "no bound"
+    return (
+        known
+        if answer.number.tolerance is None
+        else (f"{known}, {answer.number.tolerance:.2g} allowed")
+    )
+
+
+def all_of(answers: list[NumberAnswer]) -> str:
+    """Return the names of a few numbers, or the count of many."""
+    if len(answers) <= _MOST_LISTED:
+        return ", ".join(map(name_in, answers))
+    return f"{len(answers)} quantities"

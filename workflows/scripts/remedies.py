@@ -1,0 +1,191 @@
+"""Sentences on numbers without an answer, with the command that would give one."""
+
+import math
+import shlex
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from chaincor.workflows.scripts.answers import LadderAnswer, NumberAnswer, needs_finer
+from chaincor.workflows.scripts.change import draws_forces
+from chaincor.workflows.scripts.ladder import STEP
+from chaincor.workflows.scripts.ladder_runs import NumberLadder, ScriptLadder
+from chaincor.workflows.scripts.number_names import listed, name_in, name_of
+
+if TYPE_CHECKING:
+    from chaincor.workflows.scripts.study import ScriptStudy
+
+# Most runs per rung, ratio to a finer end, and number of rungs in proposed commands.
+_MOST_PHASES, _FINER, _RUNGS = 100, 8.0, 6
+# Ratio to coarser ends, in the command for a number that the step does not change.
+_COARSER = 8.0
+_TWICE = 2.0
+# Largest ratio to a finer end, and longest proposed run over the script's.
+_FINEST, _MOST_LONGER = 1e4, 100.0
+# Extrapolations by the order aim at this part of the tolerance.
+_AIM = 0.5
+
+
+class Remedy(NamedTuple):
+    """What would judge some numbers."""
+
+    text: str  #: A sentence, with a command at its end.
+    longer: float = 1.0  #: Factor by which it makes the runs longer.
+
+
+def unanswered(study: "ScriptStudy", each: ScriptLadder, answer: LadderAnswer) -> list[str]:
+    """Return sentences on numbers without an answer, each with a command that would give one."""
+    beyond, hidden = answer.in_state("beyond"), answer.in_state("not judged")
+    said = [_no_value(each, beyond)] if beyond else []
+    said += [_not_judged(each, hidden)] if hidden else []
+    if beyond or hidden:
+        said.append(_remedy(study, each, [*beyond, *hidden]).text)
+    if constant := [a.number for a in answer.in_state("constant")]:
+        said.append(_of_constants(study, each, constant, alone=answer.all_constant))
+    return said
+
+
+def times_longer(study: "ScriptStudy", each: ScriptLadder, answer: LadderAnswer) -> float:
+    """Return the factor by which the last sentence makes the runs longer; 1 if it does not."""
+    left = [*answer.in_state("beyond"), *answer.in_state("not judged")]
+    return _remedy(study, each, left).longer if left else 1.0
+
+
+def no_change(each: ScriptLadder) -> str:
+    """Say that nothing was tested, since all numbers are the same in all runs."""
+    time = "" if each.ends is None else f" in this time of {each.ends[1]:.4g}"
+    return f"No quantity changes{time}, so the {each.ladder.name} cannot be judged."
+
+
+def _not_judged(each: ScriptLadder, hidden: list[NumberAnswer]) -> str:
+    """Name the numbers whose errors are not known well enough."""
+    one, ladder = len(hidden) == 1, each.ladder
+    text = f"{listed(hidden)} {'is' if one else 'are'} not judged: the scatter between runs hides "
+    text += f"any effect of the {ladder.name}."
+    number = hidden[0].number
+    best = float(number.verdict.promised[-1])
+    if one and math.isfinite(best) and number.tolerance is not None:
+        finest = ladder.text(float(each.values[-1]))
+        text += f" At {finest}, the finest tried, one run may still be off by {best:.2g}."
+    return text
+
+
+def _no_value(each: ScriptLadder, beyond: list[NumberAnswer]) -> str:
+    """Name the numbers for which no value of the ladder is small enough."""
+    ladder, finest = each.ladder, float(each.values[-1])
+    worst = max((a.number for a in beyond), key=_left)
+    best = float(worst.verdict.promised[-1])
+    small = "small enough" if ladder.fine < ladder.coarse else "fine enough"
+    text = f"No {ladder.name} from {ladder.text(float(each.values[0]))} to {ladder.text(finest)} "
+    text += f"is {small} for {', '.join(map(name_in, beyond))}"
+    if math.isfinite(best):
+        text += f": at {ladder.text(finest)} the error of {name_of(worst)} is up to {best:.2g}, "
+        text += f"{worst.tolerance:.2g} allowed"
+    return f"{text}."
+
+
+def _remedy(study: "ScriptStudy", each: ScriptLadder, answers: list[NumberAnswer]) -> Remedy:
+    """Return what would judge some numbers, as a command at the end."""
+    numbers = [a.number for a in answers]
+    varied = study.varied
+    moved = [count for count in study.counts if count.moves and count.periods]
+    if moved and not varied.scale_periods:
+        # Its effect on the result may be larger than that of the step.
+        command = [*study.command, *_given(study), "--scale-periods"]
+        said = f"{moved[0].command} counts steps: to keep its period in time, run"
+        said = said[0].upper() + said[1:]
+        return Remedy(f"{said}: {shlex.join(command)}")
+    noisy = [number for number in numbers if not needs_finer(number)]
+    if not noisy:
+        command = [*study.command, "--vary", _extended(study, each, numbers)]
+        return Remedy(f"To find one, run: {shlex.join(command)}")
+    command = [*study.command, *_given(study)]
+    # The bias falls with the root of the number or the length of the runs.
+    ratios = [float(np.min(n.verdict.bias)) / (n.tolerance or 1e-300) for n in noisy]
+    more = max(_TWICE, *((_TWICE * ratio) ** 2 for ratio in ratios))
+    if not all(number.repeats for number in noisy):
+        if not _is_random(study):
+            # Nearby steps then scatter because of the step.
+            ladder = ["--vary", _extended(study, each, noisy), "--phases", str(2 * varied.columns)]
+            return Remedy(f"To judge, run: {shlex.join([*study.command, *ladder])}")
+        command += ["--seeds", str(max(2 * varied.columns, 8))]
+        return Remedy(f"To judge, run: {shlex.join(command)}")
+    if more * varied.columns <= _MOST_PHASES:
+        option = "--seeds" if varied.seeds else "--phases"
+        command += [option, str(math.ceil(more * varied.columns))]
+        return Remedy(f"To judge, run: {shlex.join(command)}")
+    factor = "100 times longer or more" if more > _MOST_LONGER else f"{_rounded(more)} times longer"
+    text = f"To judge, make the runs {factor}, then run: {shlex.join(command)}"
+    return Remedy(text, min(more, _MOST_LONGER))
+
+
+def _is_random(study: "ScriptStudy") -> bool:
+    """Return whether the script draws random numbers that seeds change."""
+    words = [command.words for command in study.varied.script.commands]
+    return study.varied.own_seed or any(
+        draws_forces(each) or (each[0] == "velocity" and "create" in each) for each in words
+    )
+
+
+def _left(number: NumberLadder) -> float:
+    """Return the error at the finest value over the tolerance."""
+    return float(number.verdict.promised[-1]) / (number.tolerance or 1e-300)
+
+
+def _rounded(factor: float) -> str:
+    return f"{float(f'{factor:.1g}'):g}"
+
+
+def _extended(study: "ScriptStudy", each: ScriptLadder, numbers: Sequence[NumberLadder]) -> str:
+    """Return a ladder that would reach the tolerances, by the orders where they are known."""
+    factors = [_TWICE]
+    for number in numbers:
+        order = number.verdict.order or (1.0 if number.verdict.kind == "irregular" else None)
+        left = _left(number) / _AIM
+        known = order is not None and math.isfinite(left)
+        factors.append(min(left ** (1.0 / order), _FINEST) if known and order else _FINER)
+    return _finer(study, each, max(factors))
+
+
+def _given(study: "ScriptStudy") -> list[str]:
+    """Return the ladder of a study as options; empty for the script's own step."""
+    if study.own_step is not None:
+        return []
+    given = study.varied.ladder
+    return [
+        "--vary",
+        f"{given.name}={given.text(given.coarse)}:{given.text(given.fine)}:{given.rungs}",
+    ]
+
+
+def _finer(study: "ScriptStudy", each: ScriptLadder, factor: float) -> str:
+    """Return a ladder from the end of this one, or from the script's own step, if it runs."""
+    ladder, finest = each.ladder, float(each.values[-1])
+    fine = finest / factor if ladder.fine < ladder.coarse else finest * factor
+    value = float(round(fine)) if ladder.counts else float(f"{fine:.2g}")
+    own, failed = study.own_step, [crash.value for crash in study.crashes]
+    begin = finest if own is None or own >= min(failed, default=math.inf) else max(own, finest)
+    return f"{ladder.name}={ladder.text(begin)}:{ladder.text(value)}:{_RUNGS}"
+
+
+def _of_constants(
+    study: "ScriptStudy", each: ScriptLadder, numbers: list[NumberLadder], *, alone: bool
+) -> str:
+    """Name the numbers that are the same in all runs, with a command if all numbers are."""
+    ladder, coarsest = each.ladder, float(each.values[0])
+    found = {float(number.results.flat[0]) for number in numbers}
+    value = f"{found.pop():g}" if len(found) == 1 else "the same"
+    verb = "is" if len(numbers) == 1 else "are"
+    ends = f"from {ladder.text(coarsest)} to {ladder.text(float(each.values[-1]))}"
+    text = f"{', '.join(map(name_of, numbers))} {verb} {value} in all runs, {ends}."
+    if not alone:
+        return text
+    if ladder.name == STEP and each.ends is not None:
+        command = [*study.command, *_given(study)]
+        return f"{text} Make the runs longer, then run: {shlex.join(command)}"
+    coarse = coarsest * _COARSER if ladder.fine < ladder.coarse else coarsest / _COARSER
+    if ladder.counts:
+        coarse = float(max(round(coarse), 1))
+    wider = f"{ladder.name}={ladder.text(coarse)}:{ladder.text(coarsest)}:4"
+    return f"{text} To try coarser values, run: {shlex.join([*study.command, '--vary', wider])}"
