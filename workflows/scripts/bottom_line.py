@@ -104,7 +104,7 @@ def _use(study: "ScriptStudy", each: ScriptLadder, answer: LadderAnswer) -> str:
 def _decides(each: ScriptLadder, answer: LadderAnswer) -> str:
     """Name the quantity that needs the finest value, if runs fail at the script's own value."""
     choice = answer.single
-    if choice is None or not answer.own_fails:
+    if choice is None or not answer.own_fails or len(answer.judged) == 1:
         return ""
     row = next(a for a in answer.numbers if a.number is choice.decides)
     # At the coarsest value without a failed run, the failed runs decide.
