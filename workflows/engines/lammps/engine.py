@@ -184,7 +184,8 @@ def _run_in_folder(
                 # anywhere. This is excused once.
                 if excused:
                     raise TimestepError(
-                        f"{error}. The energy of this chain allows no such bond. Use a smaller timestep"
+                        f"{error}. The energy of this chain allows no such bond. "
+                        "Use a smaller timestep"
                     )
                 excused, length = True, table.longest
             if runs.outcomes and held and numerics.bond_range is not None:

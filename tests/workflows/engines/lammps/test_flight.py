@@ -74,7 +74,7 @@ def test_a_dip_much_shorter_than_the_step():
 
 
 def test_ends_that_are_no_numbers():
-    with pytest.raises(LostAtomsError, match="finite"):
+    with pytest.raises(LostAtomsError, match="particle 1 is at"):
         first_crossing([0.1, -1.0, 0.0], [float("nan"), -1.0, 0.0], 0.1)
 
 
