@@ -27,6 +27,11 @@ def check_beads(scene: "Scene") -> Iterator[str]:
         )
     if not scene.bond.only_pushes:
         return
+    if scene.compression is not None and scene.compression > 0.0:
+        yield (
+            f"compression is {scene.compression:g}, but nothing holds compressed beads together: "
+            "the column would fly apart. Leave compression out, or give gaps by a negative value"
+        )
     if scene.damping_law is not None and scene.damping is None:
         yield "damping_law has no effect without damping. Give damping, or remove damping_law"
     if scene.engine == "reference":

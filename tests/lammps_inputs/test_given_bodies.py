@@ -89,6 +89,10 @@ BAD = [
     ({"initial": "state.csv", "particles": 5}, "initial has 4 particles, but the chain has 5"),
     ({"initial": "state.csv", "speed": 0.4}, "speed is given, and initial has velocities"),
     ({"initial": "state.csv", "compression": 0.1}, "initial and compression are both given"),
+    (
+        {"potential": "hertz", "engine": "reference", "compression": 0.1},
+        "nothing holds compressed beads together",
+    ),
 ]
 
 
