@@ -28,7 +28,7 @@ _AIM = 0.5
 
 
 class Remedy(NamedTuple):
-    """What would judge some numbers."""
+    """Remedy that would let the runs judge some numbers."""
 
     text: str  #: A sentence, with a command at its end.
     longer: float = 1.0  #: Factor by which it makes the runs longer.
