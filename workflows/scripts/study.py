@@ -197,8 +197,8 @@ def timestep_study(
     >>> study = timestep_study("job/in.chain", observable="^restitution = (.*)$", phases=3)
     >>> study.ladders[0].numbers[0].verdict.kind
     'bounded'
-    >>> study.summary.split(" is ")[0]
-    'Your step 0.1'
+    >>> study.summary.split(". ")[0]
+    'Your timestep 0.1 cannot be judged yet'
     """
     started = time.perf_counter()
     asked = read_asked(quantities, observable)

@@ -237,10 +237,10 @@ def test_restitution_does_not_depend_on_speed(velocity):
 def test_the_sensitivity_tells_what_roundings_make():
     # Few contacts pass nothing on; a light particle between others, 1e5 of them.
     calm = harmonic(6, masses=[1, 3])
-    assert 0.0 < modal.rounding_sensitivity(calm) < SHARP
+    assert 0.0 < modal.rounding_sensitivity(calm.problem) < SHARP
     light = harmonic(3, masses=[1e-6, 1, 1e-6])
-    grown = modal.rounding_sensitivity(light)
-    assert 10.0 * modal.rounding_sensitivity(calm) < grown < 1e-9
+    grown = modal.rounding_sensitivity(light.problem)
+    assert 10.0 * modal.rounding_sensitivity(calm.problem) < grown < 1e-9
 
 
 def test_reference_values():
