@@ -60,7 +60,7 @@ def examine() -> list[Finding]:
         ("LAMMPS library", _lammps_library),
         ("lmp command", _lmp_command),
         ("collision by LAMMPS", partial(_harmonic_pair, "lammps")),
-        ("collision in-house", partial(_harmonic_pair, "reference")),
+        ("collision by reference", partial(_harmonic_pair, "reference")),
     ]
     findings: list[Finding] = []
     for subject, check in checks:

@@ -50,7 +50,7 @@ def test_a_wrong_number_is_a_finding(monkeypatch):
 
     monkeypatch.setattr(chaincor.workflows.collision, "collide", lambda scene: Wrong)
     bad = [f.subject for f in machine.examine() if not f.good]
-    assert bad == ["collision by LAMMPS", "collision in-house"]
+    assert bad == ["collision by LAMMPS", "collision by reference"]
 
 
 @pytest.mark.parametrize(

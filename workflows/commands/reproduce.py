@@ -29,7 +29,7 @@ from chaincor.workflows.commands.options import FOLDER, ONE_OR_MORE, option, say
 @option("--json", "print the contents of report.json", name="as_json")
 def reproduce(folder: Path, quick: bool, workers: int, as_crate: bool, as_json: bool) -> None:
     """
-    Recompute the paper by LAMMPS, check it in-house, and judge each of its claims.
+    Recompute the paper by LAMMPS and by the reference engine, and judge each of its claims.
 
     Finished results are kept in a store beside the report and never computed twice, so an
     interrupted run continues.
@@ -61,7 +61,8 @@ def describe(contents: dict[str, Any], folder: Path) -> str:
         for row in contents["verdicts"]
     ]
     agreement = (
-        f"{health['compared']} of {health['points']} points by LAMMPS and in-house (LAMMPS's value "
+        f"{health['compared']} of {health['points']} points by LAMMPS and the reference engine ("
+        "LAMMPS's value "
         f"shown in {health['by_lammps']}); {health['compared'] - health['disagreements']} agree "
         f"within what LAMMPS alone tells, {health['compared'] - len(health['blunt'])} with summed "
         f"bars of less than {health['sharp']:.0e}; largest error bar {health['largest_error']:.1e}"
@@ -87,5 +88,5 @@ def _curve_lines(points: list[dict[str, Any]]) -> list[str]:
     if any(p["source"] == "in-house" for p in points):
         refused = [p["lammps_failure"] for p in points if p["lammps_failure"]]
         reason = f"not given to LAMMPS: {refused[0]}" if refused else None
-        lines += ["", f"* in-house; {reason or 'LAMMPS missed the error asked'}"]
+        lines += ["", f"* reference engine; {reason or 'LAMMPS missed the error asked'}"]
     return lines

@@ -49,7 +49,7 @@ def validate(
     **options: Any,
 ) -> None:
     """
-    Compare LAMMPS, or your own integrator, with the in-house one.
+    Compare LAMMPS, or your own integrator, with the reference engine.
 
     Exit status 1 where they differ by more than their error bars together.
     """

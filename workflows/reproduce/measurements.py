@@ -61,7 +61,7 @@ class Point:
     @property
     def engine_name(self) -> str:
         """Name of the source in texts; a dash if there is none."""
-        return {"lammps": "LAMMPS", "in-house": "in-house", None: "–"}[self.source]
+        return {"lammps": "LAMMPS", "in-house": "reference", None: "–"}[self.source]
 
     @property
     def origin(self) -> str:

@@ -19,7 +19,7 @@ from chaincor.workflows.errors import RunError
 from chaincor.workflows.tradeoff.truth import Deviation, Truth
 
 _ENGINES = {"lammps": lammps, "reference": stepping}
-_ENGINE_NAMES = {"lammps": "LAMMPS", "reference": "in-house"}
+_ENGINE_NAMES = {"lammps": "LAMMPS", "reference": "reference"}
 # Force error of the linear tables that are compared with splines, in units of v0. It takes some
 # thousands of rows. Splines need fewer rows to be exact to rounding.
 _LINEAR_FORCE_ERROR = 1e-7

@@ -143,7 +143,7 @@ class UserLadder:
             f"({verdict.reason})",
             f"{'timestep':>12} {'error':>10}",
             *(f"{step:12.6g} {error:10.1e}" for step, error in pairs),
-            f"in-house     eta = {self.judge_restitution:.12g} +- {self.judge_error:.1e}",
+            f"reference    eta = {self.judge_restitution:.12g} +- {self.judge_error:.1e}",
         ]
         return "\n".join(lines)
 

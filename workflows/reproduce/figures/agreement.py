@@ -91,7 +91,7 @@ def figure(measured: Measurements) -> Figure:
                 y = np.maximum(found[chosen], _FLOOR)
                 ax.plot(speeds[chosen], y, "o", color=color, label=label, markersize=3.2, alpha=0.8)
         ax.axhline(asked, color=BLACK, linewidth=0.9, label=f"error asked: {asked:g}")
-        ax.set(xscale="log", yscale="log", ylabel=r"$|\eta_{\rm LAMMPS}-\eta_{\rm in-house}|$")
+        ax.set(xscale="log", yscale="log", ylabel=r"$|\eta_{\rm LAMMPS}-\eta_{\rm reference}|$")
         ax.set_xlabel(r"impact speed $v_0$ / speed of sound")
         ax.legend(loc="upper left")
 

@@ -159,7 +159,10 @@ def figure(measured: Measurements) -> Figure:
         drawn = [p for p in points if p.particles >= 3]
         n = np.geomspace(3, max(p.particles for p in drawn), 60)
         fitted = n[n >= 0.98 * mean.first]
-        for source, label, size in (("in-house", "in-house", 2.8), ("lammps", "LAMMPS", 4.5)):
+        for source, label, size in (
+            ("in-house", "reference engine", 2.8),
+            ("lammps", "LAMMPS", 4.5),
+        ):
             chosen = [p for p in drawn if p.source == source]
             curve = Curve.of(chosen, "particles", "dissipation")
             factors = curve.x**-_POWER

@@ -179,7 +179,8 @@ def figure(measured: Measurements) -> Figure:
         key=_KEY,
         title="Dissipation of Lennard-Jones chains against their length, at five speeds",
         caption=(
-            "The paper's figure 5, carried on to longer chains. Filled: LAMMPS; open: in-house. "
+            "The paper's figure 5, carried on to longer chains. Filled: LAMMPS; open: "
+            "reference engine. "
             "Grey: the harmonic chain, whose dissipation vanishes as n^(−2/3). A curve that levels "
             "off stays finite in the limit of long chains; there is no sign here that "
             "one does not. Exponent of 1 − η from a fifth of the longest chain on: "

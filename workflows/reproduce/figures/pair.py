@@ -113,7 +113,8 @@ def figure(measured: Measurements) -> Figure:
         title="The chain of two: how the interval between contacts shortens",
         caption=(
             "(1 − √2 Δt/π)/(v₀/v*) of two lj particles, which tends to α of eq. (15) at low speed. "
-            "Filled: LAMMPS; open: in-house, at speeds where LAMMPS misses the error asked; line: "
+            "Filled: LAMMPS; open: reference engine, at speeds where LAMMPS misses the error "
+            "asked; line: "
             f"exact quadrature; its limit is {pair_interval_slope(_BOND):.4f}, where the "
             "paper has 0.808."
         ),

@@ -194,7 +194,8 @@ def figure(measured: Measurements) -> Figure:
         key=_KEY,
         title="The constant C of the low-speed law, against speed and length",
         caption=(
-            "(η_harmonic − η)/(v₀/v*) of lj chains (filled: LAMMPS; open: in-house): a law 1 − η = "
+            "(η_harmonic − η)/(v₀/v*) of lj chains (filled: LAMMPS; open: reference engine): "
+            "a law 1 − η = "
             "C v₀/v* would be a horizontal line. The paper prints 0.66 from its simulation and "
             "2.61 from its theory, and says that they disagree: the theory with its dropped factor "
             f"put back gives {_theory():.2f}, further still from every value here. C depends on "

@@ -44,7 +44,7 @@ def test_limits_rest_on_what_was_integrated():
     measured = measurements(lambda name, u: 0.9 if name == "log" else valley(u))
     found = CLAIM["high-speed limit"].found(measured)
     assert found.value == pytest.approx(0.9)
-    assert "2 v* (log, in-house)" in found.text
+    assert "2 v* (log, reference)" in found.text
     few = CLAIM["contacts at high speed"].found(measurements(contacts=lambda u: 90))
     assert few.value == pytest.approx(0.9)
 
