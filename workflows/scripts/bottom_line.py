@@ -72,8 +72,13 @@ def _own_value(study: "ScriptStudy", each: ScriptLadder, answer: LadderAnswer) -
     if not answer.judged:
         return f"{yours} cannot be judged yet. Keep it for now."
     noisy = answer.in_state("too noisy")
-    text = f"{yours} is small enough for {all_of(answer.judged)}"
-    return f"{text}, but one run is too noisy for {listed(noisy)}." if noisy else f"{text}."
+    if not noisy:
+        return f"{yours} is small enough for {all_of(answer.judged)}."
+    quiet = len(answer.judged) - len(noisy)
+    text = f"{yours} is small enough"
+    if quiet:
+        text += f" for {quiet} of {len(answer.judged)} quantities"
+    return f"{text}, but one run is too noisy for {listed(noisy)}."
 
 
 def _use(study: "ScriptStudy", each: ScriptLadder, answer: LadderAnswer) -> str:

@@ -67,7 +67,8 @@ def _not_judged(each: ScriptLadder, hidden: list[NumberAnswer]) -> str:
     best = float(number.verdict.promised[-1])
     if one and math.isfinite(best) and number.tolerance is not None:
         finest = ladder.text(float(each.values[-1]))
-        text += f" At {finest}, the finest tried, one run may still be off by {best:.2g}."
+        text += f" At {finest}, the finest tried, {name_in(hidden[0])} of one run may "
+        text += f"still be off by {best:.2g}."
     return text
 
 
