@@ -20,7 +20,7 @@ class UnsureError(Exception):
 
 # Refusals that state a fact of the motion, and words that say what would do.
 FACTS = (CrossingError.__name__, BarrierError.__name__)
-REMEDY = re.compile(r"\b(use|lower|take|ask for|choose|give)\b")
+REMEDY = re.compile(r"\b(use|lower|take|ask for|choose|give|extend|check|install)\b", re.IGNORECASE)
 # One letter for each verdict, so that nobody has to tell colours apart.
 LETTERS = {
     "ToleranceError": "d",

@@ -125,7 +125,7 @@ def test_options_that_do_not_go_together(law, tmp_path, monkeypatch, chaincor, a
 def test_what_makes_no_sense_is_refused(law):
     for options, said in (
         ({"phases": 2}, "3 to 100"),
-        ({"seeds": 5, "phases": 5}, "drop one"),
+        ({"seeds": 5, "phases": 5}, "Drop one"),
         ({"tolerance": 0.0}, "positive"),
         ({"timeout": 0.0}, "positive"),
         ({"fix": ["timestep=1"]}, "timestep is given twice"),
