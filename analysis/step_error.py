@@ -167,7 +167,8 @@ def _bar(fine: CollisionAnalysis, coarse: CollisionAnalysis, steps: Sequence[flo
         drifts = (abs(drift), abs(coarse_drift), abs(drift - coarse_drift))
         return REFLECT_RESERVE * max(difference, *drifts) + digits
     ratio = (steps[1] / steps[0]) ** order
-    # If the difference is within the digits, the digits decide the error.
+    # If the difference is smaller than the rounding of the printed digits, the rounding is the
+    # error.
     error = max(difference / (ratio - 1.0), abs(drift), abs(coarse_drift) / ratio)
     return EVENT_RESERVE * error + digits * (1.0 + EVENT_RESERVE / (ratio - 1.0))
 

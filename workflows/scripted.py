@@ -44,8 +44,8 @@ _OVERSHOOT = 4.0
 _OTHERWISE = 1.25
 # Error of the reference run above which eta counts as unknown for explicit numerics.
 _UNSURE = 0.01
-# Time, in units of the time to the last contact of the pilot run, within which a script of such a
-# collision may find later contacts.
+# A script may find contacts later than the pilot run. It looks for them up to this multiple of
+# the time of the last contact of the pilot run.
 _LATER = 2.0
 # Largest ratio of a job's velocity to its own, and number of bisections in the search for it.
 _MOST_FASTER, _BISECTIONS = 100.0, 30

@@ -27,7 +27,8 @@ from chaincor.analysis.dumps.chain_state import ChainState
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.potential import Potential
 
-# A contact slower than this many v0 cannot be distinguished from rounding in a dump of all digits.
+# Even in a dump of full precision, a contact slower than this fraction of v0 cannot be
+# distinguished from rounding.
 _SMALLEST_SPEED = 1e-9
 # The two sides of an interpolated contact may fail to fill the time between frames by this much.
 _GAP = 0.25

@@ -27,7 +27,8 @@ _HIDDEN = 1.5
 # Scatter below this share of what a window spans does not weigh its rungs: a fit that clings to
 # the finest of them would not show what the coarsest does to it.
 _EVEN = 0.03
-# Powers of the step for the bias. If several agree with the means, all of them count.
+# Powers of the step for the bias. If several windows agree with the means, all of these windows
+# count.
 _ORDERS = (1.0, 1.5, 2.0, 3.0, 4.0)
 # Number of rungs that give a steepest slope. A power has to fit more rungs.
 _LEAST_RUNGS = 3
@@ -67,7 +68,7 @@ def fit_order(steps: Array, values: Array, errors: Array) -> OrderFit:
     error of a window is the statistical one together with what its coarsest rungs are seen to do:
     if leaving k of them out moves p by d, more than chance does, then p is off by d/(1 - r^k),
     where r is the ratio of neighbouring steps, and the next term of relative order h, the slowest.
-    The window of least error of the limit is taken.
+    The window whose limit has the least error is chosen.
 
     `steps`, in units of the largest, and `values`, of shape (R, M), are rung by rung from coarse to
     fine; `errors`, of shape (R,), is the standard deviation of one value, by rung, positive.
@@ -206,7 +207,7 @@ def judge_means(steps: Array, values: Array, scatter: Array) -> Means:
     high = max(a[0] + sure * a[1] for _, a, _, _ in kept)
     value, error = 0.5 * (low + high), 0.5 * (high - low)
     bias = np.max([(abs(b[0]) + sure * b[1]) * h**p for p, _, b, _ in kept], axis=0)
-    # Rungs too coarse for the law: their own distance.
+    # The error of a rung that is too coarse for the law is its distance from the limit.
     apart = np.abs(means - value) + error + sure * errors
     bias[: rungs - window] = apart[: rungs - window]
     return Means(value, error, bias)

@@ -216,7 +216,7 @@ def _series(bond: Potential, temperature: float, begins: Array, ends: Array) -> 
     strains = 0.5 * (begins + ends) + half * _NODES[:, np.newaxis]
     with np.errstate(all="ignore"):
         values = np.exp(-np.asarray(bond.energy(strains), dtype=float) / temperature)
-    # If the energy overflows, it may be no number.
+    # An energy that overflows may come out as NaN.
     return _TO_SERIES @ (np.nan_to_num(values, nan=0.0) * half)
 
 

@@ -119,7 +119,7 @@ def _solve_with_adaptive_steps(problem: Problem, target_error: float) -> Bounded
 
 def converge(problem: Problem, target_error: float) -> ConvergedRun:
     """
-    Refine the reference engine until its error is below a target error, or steps help no more.
+    Refine the reference engine until its error is below a target, or finer steps do not help.
 
     Harmonic chains are exact. The error includes rounding. Raises the RunError that stopped the
     finest runs.

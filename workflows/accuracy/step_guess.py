@@ -35,8 +35,8 @@ _USUAL_ERROR: dict[str, float] = measured("usual_error")
 # two.
 _USUAL_ORDERS = {"srkn14": 9}
 _USUAL_SCATTER = {"srkn14": 20.0}
-# Error of eta with LAMMPS's granular styles over the square of the step in units of 1/frequency:
-# 0.03 for columns of 10 and 0.06 of 100.
+# Error of eta with LAMMPS's granular styles, divided by the square of the step in units of
+# 1/frequency. It is 0.03 for columns of 10 beads and 0.06 for columns of 100.
 _GRANULAR_ERROR = 0.06
 # The same over the step with damping: 0.001 to 0.1. Refinement finds shorter steps.
 _DAMPED_ERROR = 0.01

@@ -175,7 +175,7 @@ class Claim:
         return ""
 
     def errors_away(self, finding: Finding) -> float:
-        """Return the distance from the paper's number in errors of ours; nan without an error."""
+        """Return the distance from the paper's number, in units of our error bar, or nan."""
         if self.margin.is_trend or not finding.error > 0.0:
             return math.nan
         return abs(finding.value - self.margin.paper) / finding.error

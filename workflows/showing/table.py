@@ -17,7 +17,7 @@ _QUIET = "text-align: left; font-size: 90%; opacity: 0.75"
 
 
 def html_table(result: Observed) -> str:
-    """Return what ``chaincor run`` prints as a table; names explain themselves when pointed at."""
+    """Return the rows of ``chaincor run`` as an HTML table, in which each name has a tooltip."""
     lines = [
         f"<tr>{_named(name)}<td style='{_CELL}'>{escape(text)}</td></tr>"
         for name, text in rows_of(result)

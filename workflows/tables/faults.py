@@ -12,8 +12,8 @@ from chaincor.workflows.tables.report import TableReport, sentence
 
 # Largest error, as a part of the local force, for which numbers of rows are recommended.
 TOLERANCE = 1e-3
-# Below or above the range, a contradiction counts if this many consecutive intervals have it, each
-# of more than this part of their own force.
+# Outside the range, a contradiction counts if it occurs in this many consecutive intervals and
+# exceeds this fraction of the force in each of them.
 _CORE_ROWS, _CORE_PART = 5, 0.1
 
 

@@ -25,8 +25,8 @@ _BESIDE = 3
 _MEAN_OF_NOISE = 1.5
 # In this many rows at each end, polynomials amplify noise by this factor.
 _END_ROWS, _MOVED_AT_ENDS = 2, 6.0
-# Rounding scatters by 0.29 units of the last digit. Numbers are exact, not rounded, if the median
-# scatter is less than this part of half a unit.
+# Rounding scatters by 0.29 units of the last digit. Numbers count as exact if their median
+# scatter is below this fraction of half a unit of the last digit.
 _EXACT = 0.05
 
 

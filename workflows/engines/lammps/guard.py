@@ -10,8 +10,8 @@ from chaincor.workflows.engines.lammps.instance import LammpsChain
 from chaincor.workflows.engines.outcome import MOST_ENERGY_GROWTH
 from chaincor.workflows.errors import RunError
 
-# Part of the predicted time to the wall, with the present acceleration of particle 1, over which
-# Verlet steps are taken without checks. It affects only the cost.
+# The time to the wall is predicted from the acceleration of particle 1. Verlet steps run without
+# checks for this fraction of it. It affects only the cost.
 _BLIND_SHARE = 0.9
 # Strains at which the tension is evaluated, in units of the strain that holds all energy in a bond
 # of stiffness 1. The tension differs little between neighbouring strains, and twice the largest

@@ -98,7 +98,7 @@ class Mean:
 
 
 def means(measured: Measurements) -> list[Mean]:
-    """Return the means over lengths near each size of the plan."""
+    """Return the mean eta of chains of nearly the same length, for each length of the plan."""
     found = []
     plan, groups = measured.plan, slow_long_chains(measured)
     for name, size, variable in product(_BONDS, plan.slow_sizes, plan.slow_variables):
