@@ -222,9 +222,11 @@ def _with_errors(
         cause = cause_of_error(judge, errors, style, report.style_rows)
         said = f"{cause.said}: an error of {errors.largest:.2g} of the local force"
         if tolerance is None:
-            notes.append(f"{said}. {sentence(cause.help)}")
+            notes.append(f"{said}. {sentence(cause.help).removesuffix('.')}")
         else:
-            faults.append(f"{said}, above {tolerance:.2g}. {sentence(cause.help)}")
+            faults.append(
+                f"{said}, above {tolerance:.2g}. {sentence(cause.help).removesuffix('.')}"
+            )
             short = f"{cause.said}, {percent(errors.largest)} of the local force"
             short = f"{short}. {sentence(cause.help)}"
     notes += _notes_beyond(report, judge)

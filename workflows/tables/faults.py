@@ -43,7 +43,7 @@ def contradictions(judge: Judge, errors: Errors, allowed: float) -> tuple[Cause,
     return cause, (
         f"{cause.said}: near {middle[worst]:.6g} the energies give a force of "
         f"{by_energies[worst]:.6g}, but the table has {by_forces[worst]:.6g}. "
-        f"{sentence(cause.help)}"
+        f"{sentence(cause.help).removesuffix('.')}"
     )
 
 
