@@ -203,9 +203,15 @@ def _terminable() -> Iterator[None]:
         signal.signal(signal.SIGTERM, before)
 
 
+# Status of a command whose output is lost, which has been reported.
+_OUTPUT_LOST = -1
+
+
 def main(arguments: list[str] | None = None) -> None:
     """Run the command line and exit."""
     status = _run(arguments)
+    if status == _OUTPUT_LOST:
+        sys.exit(1)
     sys.exit(status if _is_printed() else status or 1)
 
 
@@ -309,6 +315,8 @@ def _run(arguments: list[str] | None) -> int:
         )
         return 1
     except OSError as error:
+        if error.filename is None and not _is_printed():
+            return _OUTPUT_LOST
         _complain(memory_is_short() or _what_failed(error))
         return 1
     return status if isinstance(status, int) else 0

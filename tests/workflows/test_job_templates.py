@@ -247,7 +247,7 @@ def test_what_a_whole_script_may_not_do_is_refused(text, line):
 
 def test_a_whole_script_is_of_a_rigid_wall_and_takes_no_blocks():
     whole = OwnTemplate("run {{ steps }}")
-    with pytest.raises(SceneError, match="meets a free target"):
+    with pytest.raises(SceneError, match="the target is free"):
         job_files(Scene(particles=3, target_particles=2), JobWishes(template=whole))
     with pytest.raises(InputError, match="a template that is a whole script and gua"):
         job_files(Scene(particles=3), JobWishes(template=whole, guards=True))

@@ -2,6 +2,7 @@
 
 import ctypes
 import math
+import sys
 import threading
 import time
 from collections.abc import Iterator
@@ -94,22 +95,29 @@ def stopped_at_limit() -> Iterator[None]:
     finished, lock = threading.Event(), threading.Lock()
 
     def stop() -> None:
-        with lock:
-            if not finished.is_set():
-                ctypes.pythonapi.PyThreadState_SetAsyncExc(thread, ctypes.py_object(_OutOfTime))
+        # A callback of the compiler swallows the exception, so it is raised again each second.
+        wait = limit.left
+        while not finished.wait(min(wait, threading.TIMEOUT_MAX)):
+            with lock:
+                if not finished.is_set():
+                    ctypes.pythonapi.PyThreadState_SetAsyncExc(thread, ctypes.py_object(_OutOfTime))
+            wait = 1.0
 
-    timer = threading.Timer(min(limit.left, threading.TIMEOUT_MAX), stop)
-    timer.daemon = True
-    timer.start()
+    def report(unraisable: "sys.UnraisableHookArgs") -> None:
+        if not issubclass(unraisable.exc_type, _OutOfTime):
+            hook(unraisable)
+
+    hook, sys.unraisablehook = sys.unraisablehook, report
+    threading.Thread(target=stop, daemon=True).start()
     try:
         try:
             yield
         finally:
             with lock:
                 finished.set()
-            timer.cancel()
             # An exception that is on its way would be raised after the block.
             ctypes.pythonapi.PyThreadState_SetAsyncExc(thread, None)
+            sys.unraisablehook = hook
     except _OutOfTime:
         check_time()
         raise

@@ -252,4 +252,4 @@ def test_scripts_started_several_times_by_mpi_are_refused(tmp_path):
     script = "from chaincor import Scene, collide; collide(Scene(particles=5))"
     done = two_copies(tmp_path, sys.executable, "-c", script)
     assert done.returncode != 0
-    assert "InputError: this program was started 2 times by MPI" in done.stderr
+    assert "InputError: MPI started this program 2 times" in done.stderr

@@ -16,7 +16,7 @@ SMALL = ("--particles", "4")
 @pytest.mark.parametrize(
     ("arguments", "complaint"),
     [
-        (("run", *SMALL, "--dump-frames", "5"), "dump_frames is 5.0 and there is no dump"),
+        (("run", *SMALL, "--dump-frames", "5"), "dump_frames is 5.0, but there is no dump"),
         (("run", *SMALL, "--dump-frames", "each"), "'each' is neither a number nor contacts"),
         (("inputs", *SMALL, "--dump-frames", "5", "-o", "job"), "the job writes no dump"),
         (("run", *SMALL, "--no-error"), "choosing the numerics needs an error bar"),
