@@ -3,6 +3,8 @@
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from chaincor.lammps_inputs.problem import Problem
 
 if TYPE_CHECKING:
@@ -28,10 +30,12 @@ def check_beads(scene: "Scene") -> Iterator[str]:
     if not scene.bond.only_pushes:
         return
     if scene.compression is not None and scene.compression > 0.0:
-        yield (
-            f"compression is {scene.compression:g}, but nothing holds compressed beads together: "
-            "the column would fly apart. Leave compression out, or give gaps by a negative value"
-        )
+        stored = (scene.particles - 1) * float(scene.bond.energy(np.array(-scene.compression)))
+        if stored > 0.5 * float(np.sum(scene.line.chain_masses)) * scene.impact_velocity**2:
+            yield (
+                f"compression is {scene.compression:g}, and beads so compressed fly apart with "
+                "more energy than the impact has. Give less compression, or a higher velocity"
+            )
     if scene.damping_law is not None and scene.damping is None:
         yield "damping_law has no effect without damping. Give damping, or remove damping_law"
     if scene.engine == "reference":

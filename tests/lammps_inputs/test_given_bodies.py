@@ -90,8 +90,8 @@ BAD = [
     ({"initial": "state.csv", "speed": 0.4}, "speed is given, and initial has velocities"),
     ({"initial": "state.csv", "compression": 0.1}, "initial and compression are both given"),
     (
-        {"potential": "hertz", "engine": "reference", "compression": 0.1},
-        "nothing holds compressed beads together",
+        {"potential": "hertz", "engine": "reference", "compression": 0.4, "velocity": 0.1},
+        "beads so compressed fly apart",
     ),
 ]
 

@@ -131,7 +131,7 @@ def test_what_makes_no_sense_is_refused(law):
         ({"fix": ["timestep=1"]}, "timestep is given twice"),
         ({"lmp": "/nothing/lmp", "phases": 3}, "cannot start"),
         # The script reads `seed`, and nothing that is printed depends on it.
-        ({"seeds": 3}, "obey the variable 'seed'"),
+        ({"seeds": 3}, "Use the variable 'seed'"),
     ):
         with pytest.raises(InputError, match=said):
             run(law, **options)
