@@ -4,6 +4,7 @@ import pytest
 
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows import scripted
+from chaincor.workflows.collision import collide
 from chaincor.workflows.errors import ToleranceError, UnsureJobWarning
 from chaincor.workflows.job import job_files, write_job
 from tests.lmp import number, run_lmp
@@ -12,13 +13,21 @@ from tests.lmp import number, run_lmp
 OPEN = {"potential": "lj", "particles": 30, "speed": 1.4}
 
 
+def open_scene(**fields):
+    """Return a scene of an open end, which the roundings of some processors decide."""
+    scene = Scene(**fields, tolerance=1e-4)
+    if collide(scene.replace(engine="reference")).restitution_error < 1e-3:
+        pytest.skip("the roundings of this processor decide the end")
+    return scene
+
+
 def longest_bond(table):
     """Return the last length in the text of a bond table."""
     return float([row for row in map(str.split, table.splitlines()) if len(row) == 4][-1][1])
 
 
 def test_a_job_of_unknown_restitution_warns_and_has_a_wider_table():
-    scene = Scene(**OPEN, tolerance=1e-4)
+    scene = open_scene(**OPEN)
     with pytest.warns(UnsureJobWarning, match=r"only as 0.789 \+- 0.017.* exceed 0.0001"):
         files = job_files(scene)
     assert "# Doubt: the reference engine knows eta" in files["in.chain"]
@@ -29,6 +38,7 @@ def test_a_job_of_unknown_restitution_warns_and_has_a_wider_table():
 
 
 def test_the_command_prints_the_doubt(chaincor, tmp_path):
+    open_scene(**OPEN)
     options = [f"--{name}={value}" for name, value in OPEN.items()]
     status, out, err = chaincor("inputs", *options, "--tolerance", "1e-4", "-o", str(tmp_path))
     assert status == 0
@@ -47,7 +57,7 @@ def test_a_job_of_an_error_that_says_nothing_is_refused(monkeypatch):
 @pytest.mark.slow
 @pytest.mark.parametrize(("particles", "speed"), [(30, 1.4), (65, 1.4228)])
 def test_a_job_of_unknown_restitution_runs_to_its_end(particles, speed, tmp_path):
-    scene = Scene(potential="lj", particles=particles, speed=speed, tolerance=1e-4)
+    scene = open_scene(potential="lj", particles=particles, speed=speed)
     with pytest.warns(UnsureJobWarning):
         write_job(scene, tmp_path)
     done = run_lmp(tmp_path)
