@@ -1,4 +1,4 @@
-"""What a run of LAMMPS to a tolerance reports beside its own restitution."""
+"""Restitution of the reference engine beside a LAMMPS result."""
 
 import numpy as np
 import pytest
