@@ -193,7 +193,12 @@ def mistakes_of(name):
         ("1.2", "9,29 %", "right"),
         ("1.6", "30 steps", "right"),
         ("3.2", "64 times", "right"),
-        ("3.2", "64 mistakes", "this is '64 mistakes'"),
+        (
+            "3.2",
+            "64 mistakes",
+            "this is '64 mistakes'; expected: one number: how many times smaller the error "
+            "gets when the step is halved three times",
+        ),
         ("1.1", ["100 %", "3/3"], "right"),
         ("2.2", lambda r: math.sqrt(r) + r[0], "your function raised TypeError"),
         ("3.2", "128/2", "right"),
