@@ -1,1 +1,1 @@
-"""Running things: engines, accuracy, sweeps and the command line."""
+"""Run collisions, sweeps and checks, with an engine, a target accuracy and a command line."""

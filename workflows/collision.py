@@ -1,4 +1,4 @@
-"""Entry point: from scenes to results, with or without a store."""
+"""Run one scene or many scenes and return the results, with or without a store."""
 
 from collections.abc import Iterable
 from pathlib import Path
@@ -73,27 +73,26 @@ def collide(
     """
     Carry out one collision, or several.
 
-    A scene with explicit numerics is run with them, and for the error bar again at half the step
-    and at two others. Otherwise the cheapest numerics that usually keep the tolerance are used, and
-    a second step proves the result.
+    A scene with explicit numerics is run with them. Runs at half the step and at two other steps
+    give its error bar. Other scenes are run with the cheapest numerics that usually meet the
+    tolerance, and a run at a second step checks the error.
 
     Parameters
     ----------
     scene : Scene or iterable of Scene
-        Bodies, engine and numerics. Scenes that take longer than a few seconds together, or go into
-        a store, run in several processes. Such a script needs the usual ``if __name__ ==
+        Bodies, engine and numerics. Several scenes run in worker processes if they take longer than
+        a few seconds together or go into a store. A script then needs the usual ``if __name__ ==
         "__main__":``.
     tolerance : float, optional
         Absolute tolerance of eta; overrides the scene's tolerance.
     store : Store or path, optional
-        Store of the results of several scenes, as for ``chaincor sweep``. Stored results are not
+        Store for the results of several scenes, as in ``chaincor sweep``. Stored results are not
         computed again.
     arrays : bool
         Whether the store keeps contacts, mode energies and final states.
     most_seconds : float
-        Largest time of each collision. A collision that is expected to take longer is not started.
-        A collision that takes longer returns the error reached by then, or stops if it has no
-        number yet.
+        Time limit of each collision. A collision that is expected to take longer is not started. At
+        the limit a collision returns the accuracy reached so far, or fails if it has no number yet.
     workers : int, optional
         Number of worker processes for several scenes; one per core by default.
     progress : bool
@@ -102,20 +101,20 @@ def collide(
     Returns
     -------
     Collision, list of Collision or list of Row
-        The result, or for several scenes a list of results in their order, which shows as a table.
-        If a tolerance is missed, `tolerance_met` is False and `reason` says why. With a store, the
-        list has its rows; after a failure, `result` is None and `failure` says why.
+        The result, or a list of results in the order of the scenes. A notebook shows the list as a
+        table. If a tolerance is missed, `tolerance_met` is False and `reason` says why. With a
+        store, the list contains rows of the store. A row of a failed collision has `result` None
+        and the reason in `failure`.
 
     Raises
     ------
     InputError
-        If this is no scene, if a tolerance is given together with explicit numerics, or if outputs
-        cannot be written.
+        If `scene` is not a scene, if a tolerance is given together with explicit numerics, or if
+        outputs cannot be written.
     CostError
-        If the collision is expected to take longer than `most_seconds`, or took longer without a
-        number yet.
+        If the collision is expected to exceed `most_seconds`, or reached it before it had a number.
     StoreError, StoreWriteError
-        If the store cannot be used or written; stored results are safe.
+        If the store cannot be used or written. Results already stored are kept.
     RunError
         If there is no trustworthy number; each cause has its own subclass. Without a store, the
         first failure stops all scenes.
@@ -131,8 +130,8 @@ def collide(
     workers = min(workers_given(workers), len(scenes))
     if arrays and store is None:
         raise InputError(
-            "the option arrays needs a store. Give a store, or omit the option: a result "
-            "contains its arrays in any case"
+            "the option `arrays` has no effect without a store: a result always "
+            "contains its arrays. Give a store, or omit `arrays`"
         )
     if tolerance is not None:
         scenes = [each.replace(tolerance=tolerance) for each in scenes]
@@ -145,7 +144,7 @@ def collide(
     if isinstance(scene, Scene) and store is None:
         return collide_one(scenes[0], most_seconds, planned)
     if store is not None:
-        # A result without a store needs no database.
+        # The database library is imported only if results go into a store.
         from chaincor.workflows.campaign.into_store import collide_into_store
 
         return collide_into_store(
@@ -156,7 +155,7 @@ def collide(
     failed: list[Exception] = []
 
     def take(done: Done) -> None:
-        """Put results in the order of their scenes, and raise the first failure once."""
+        """Return results in the order of their scenes, and raise the first failure once."""
         for asked, each in done:
             if not isinstance(each, Exception):
                 found[asked.place] = each

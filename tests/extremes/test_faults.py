@@ -113,7 +113,7 @@ def test_a_sweep_that_is_terminated(tmp_path):
     status, out, lines = sweep.end()
     assert (status, out) == (143, "")
     assert lines[-1] == f"chaincor: {_TERMINATED}"
-    assert "what is finished is in sweep.sqlite" in lines[-2]
+    assert "finished results are in sweep.sqlite" in lines[-2]
     after = read_rows(store)
     assert {key: after[key] for key in before} == before
     assert len(after) < 400

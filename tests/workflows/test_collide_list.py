@@ -63,7 +63,7 @@ def test_with_a_store_what_is_there_is_not_computed_again(tmp_path):
     assert (first[3].result, first[3].failure.name) == (None, "CrossingError")
     again = collide(SCENES[0], 1e-4, store=path, workers=1)
     assert [row.columns["finished"] for row in again] == [first[0].columns["finished"]]
-    with pytest.raises(InputError, match="the option arrays needs a store"):
+    with pytest.raises(InputError, match="no effect without a store"):
         collide(SCENES, arrays=True)
 
 

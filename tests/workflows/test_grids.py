@@ -251,7 +251,7 @@ def test_what_a_sweep_has_no_use_for_is_refused(options, line, chaincor, tmp_pat
 def test_submit_is_for_sweeps(chaincor, tmp_path):
     status, _, err = chaincor("inputs", "--submit", "pbs", "-o", str(tmp_path / "job"))
     assert status == 2
-    assert "--submit and --site need the file of a sweep" in err
+    assert "--submit and --site work only with a sweep file" in err
 
 
 @pytest.mark.parametrize("scheduler", ["slurm", "pbs", "bash"])

@@ -1,1 +1,1 @@
-"""The commands of ``chaincor``, one module each."""
+"""Hold the commands of ``chaincor``, one module each."""

@@ -1,4 +1,4 @@
-"""``chaincor analyze``: restitution, contacts and modes from the dump of a LAMMPS job."""
+"""Implement ``chaincor analyze``: restitution, contacts and modes from the dump of a job."""
 
 import math
 from dataclasses import asdict, replace
@@ -33,13 +33,14 @@ if TYPE_CHECKING:
 @option("--dump", "dump, or trajectory [default: found]", PATH)
 @option(
     "--timestep H",
-    "simulated time per step, for dumps without the time [default: from log or script]",
+    "simulated time per step, if the dump does not contain the time [default: from log or script]",
     POSITIVE,
 )
 @option(
     "--scene FILE",
-    "scene of the job: bonds, speed, target; its bonds may be given by the options of "
-    "'chaincor run', too, as --potential toda [default: scene.toml in DIR]",
+    "scene file of the job, with bonds, speed and target; the options of "
+    "'chaincor run' can give the bonds instead, such as --potential toda "
+    "[default: scene.toml in DIR]",
     PATH,
 )
 @bond_options
@@ -48,35 +49,37 @@ if TYPE_CHECKING:
 )
 @option(
     "--masses M,...|FILE",
-    "particle masses from the wall outwards, repeated along the chain: a list, or a file of "
-    "them [default: from dump, data file or scene]",
+    "particle masses from the wall outwards, as a list or a file, repeated "
+    "along the chain [default: from dump, data file or scene]",
 )
 @option(
     "--target-particles M",
-    "the particles at the lowest x are a free target [default: from scene.toml, or the "
-    "column mol of the dump]",
+    "number of particles of a free target, which are those at the lowest x "
+    "[default: from scene.toml, or the column mol of the dump]",
     ONE_OR_MORE,
 )
-@option("--wall X", "where the wall is [default: from log or script, or 0]", float)
+@option("--wall X", "position of the wall [default: from log or script, or 0]", float)
 @option(
     "--direction",
-    "which way the chain moves before it meets the wall [default: from log or script, or -x]",
+    "direction in which the chain moves before the impact [default: from log or script, or -x]",
     click.Choice(["-x", "+x"]),
 )
-@option("--length L|auto", "natural length of a bond; auto: as in the first frame")
+@option("--length L|auto", "natural length of a bond; auto takes it from the first frame")
 @option("--mass M", "of a particle, for --units", float)
-@option("--stiffness K", "of a bond at rest, for --units", float)
+@option("--stiffness K", "stiffness of a bond at rest, for --units", float)
 @option(
     "--units",
-    "of the dump; with --length, --mass and --stiffness [default: units.toml, or springs and "
-    "masses of log or script, or lj]",
+    "LAMMPS unit style of the dump; needs --length, --mass and --stiffness "
+    "[default: units.toml, or springs and masses of log or script, or lj]",
     click.Choice(["lj", "metal", "real", "si"]),
 )
 @option(
-    "-o, --output OUT", "write a page (analysis.html) with its figures, CSV and JSON here", PATH
+    "-o, --output OUT",
+    "write a page (analysis.html) with figures, CSV and JSON into this folder",
+    PATH,
 )
-@option("--animation FILE", "write a moving picture (.gif; .mp4 with ffmpeg)", PATH)
-@option("--xyz FILE", "write extended XYZ for viewers", PATH)
+@option("--animation FILE", "write an animation (.gif, or .mp4 with ffmpeg)", PATH)
+@option("--xyz FILE", "write the motion as extended XYZ, for viewers", PATH)
 @json_option
 def analyze(
     folder: Path,
@@ -89,20 +92,20 @@ def analyze(
     """
     Turn the dump of a LAMMPS job into restitution, contacts, modes and plots.
 
-    DIR is the folder of a job: one made by 'chaincor inputs' or your own, with a dump of at least
-    'id x vx' (text, gzip or binary) and, if you like, the data file. Lengths are in units of the
-    natural bond length, the wall is at x = 0. Trajectories of other formats, with velocities, are
-    read through ASE (.extxyz, .xyz, .traj) or MDAnalysis (.trr, .nc, .ncdf).
+    DIR is the folder of a job of 'chaincor inputs' or of your own job. Its dump has at least the
+    columns 'id x vx' (text, gzip or binary); a data file is optional. Lengths are in units of the
+    natural bond length, and the wall is at x = 0. ASE reads trajectories with velocities in
+    .extxyz, .xyz and .traj, and MDAnalysis reads .trr, .nc and .ncdf.
 
-    If DIR holds folders with jobs of one collision at different steps, the finest is analysed and
-    the others give its error.
+    If DIR holds one folder for each of several time steps of the same collision, the run with the
+    smallest step is analysed, and the other runs give its error.
 
-    A free target is analysed as the chain is. Contacts are not reported for soft bodies, which
-    touch for a while.
+    A free target is analysed like the chain. Contacts of soft bodies are not counted, because these
+    bodies touch for a finite time.
 
-    The exit status is 1 where the numbers contradict physics: restitution above what the energy of
-    the first frame allows, which is 1 for a cold chain, or momentum that no wall explains. A note
-    says so.
+    The exit status is 1, with a note, if the numbers contradict physics. The restitution may be
+    larger than the energy of the first frame allows (1 for a chain without vibrations), or the
+    momentum may change without a contact with the wall.
     """
     from chaincor.analysis.analysis_files import to_json_object, write_report
     from chaincor.analysis.collision_figures import animate
@@ -166,7 +169,7 @@ def analyze(
 
 
 def _view(job: "Job", options: dict[str, Any]) -> "DumpView":
-    """Return units, wall and direction of a dump, from the options or else from the job."""
+    """Return units, wall and direction of a dump, from the options or otherwise from the job."""
     from chaincor.analysis.dumps.other_trajectories import open_trajectory
     from chaincor.lammps_inputs.units.unit_system import CHAIN_UNITS, UnitSystem
 
@@ -180,8 +183,9 @@ def _view(job: "Job", options: dict[str, Any]) -> "DumpView":
         missing = [name for name in ("length", "mass", "stiffness") if name not in given]
         if style != "lj" and missing:
             raise InputError(
-                f"--units {style} is given without --{missing[0]}. Give --length, --mass and "
-                "--stiffness too: the chain's units in the units of the dump"
+                f"--units {style} is given without --{missing[0]}. Give --length, "
+                "--mass and --stiffness, which convert the units of the chain to the "
+                "units of the dump"
             )
         fields: dict[str, Any] = asdict(CHAIN_UNITS) | given
         try:
@@ -201,7 +205,7 @@ def _view(job: "Job", options: dict[str, Any]) -> "DumpView":
 
 
 def _bond(options: dict[str, Any]) -> Potential | None:
-    """Return the bond that the options name, checked as in a scene; None if they name none."""
+    """Return the bond of the options, with the checks of a scene, or None without options."""
     from chaincor.lammps_inputs.errors import SceneError
     from chaincor.lammps_inputs.scene import Scene
 
@@ -209,7 +213,7 @@ def _bond(options: dict[str, Any]) -> Potential | None:
     if not given:
         return None
     if "potential" not in given:
-        raise SceneError(f"{', '.join(given)} given without --potential. Give the potential")
+        raise SceneError(f"{', '.join(given)} given without --potential. Add --potential")
     return Scene(**given).bond
 
 

@@ -1,4 +1,4 @@
-"""``chaincor check-script``: list the missing parts of a student's script of the chain."""
+"""Implement ``chaincor check-script``: list the missing parts of a student's script."""
 
 from pathlib import Path
 
@@ -11,11 +11,11 @@ from chaincor.workflows.commands.options import FILE
 @click.argument("file", type=FILE)
 def check_script(file: Path) -> None:
     """
-    Say what the LAMMPS script FILE lacks to carry a chain of springs through its collision.
+    List what the LAMMPS script FILE lacks to simulate the collision of a chain of springs.
 
-    Five parts are read: units and box, atoms and bonds, springs, motion and wall, output and run.
-    If nothing is missing, LAMMPS runs the script, and the motion is judged. Exit status 1 means
-    that something is missing. Lesson 1 writes such a script.
+    The command reads five parts: units and box, atoms and bonds, springs, motion and wall, output
+    and run. If no part is missing, LAMMPS runs the script and its motion is checked. The exit
+    status is 1 if a part is missing or wrong. Lesson 1 writes such a script.
     """
     from chaincor.workflows.lessons.script_check import check_script as check
 

@@ -1,4 +1,4 @@
-"""``chaincor collect``: read the logs of a grid of jobs into a store."""
+"""Implement ``chaincor collect``: read the logs of a grid of jobs into a store."""
 
 from collections import Counter
 from pathlib import Path
@@ -10,14 +10,15 @@ from chaincor.workflows.commands.options import json_option, option, tell
 
 @click.command()
 @click.argument("folder", metavar="DIR")
-@option("-o, --output STORE", "store for the results", required=True)
+@option("-o, --output STORE", "store that receives the results", required=True)
 @json_option
 def collect(folder: str, output: str, as_json: bool) -> None:
     """
-    Read the logs of a grid of jobs, `chaincor inputs SWEEP.toml -o DIR`, into a store.
+    Read the logs of a grid of jobs, made by `chaincor inputs SWEEP.toml -o DIR`, into a store.
 
-    Names the jobs that are missing, unfinished or failed, the last with LAMMPS's words; the exit
-    status is 1 while there are any. `chaincor show` and `chaincor plot` read the store.
+    The command lists jobs that are missing, unfinished or failed, and prints LAMMPS's message for
+    each failed job. The exit status is 1 if the list is not empty. `chaincor show` and `chaincor
+    plot` read the store.
     """
     from chaincor.workflows.grids.collect import collect_grid
     from chaincor.workflows.store.results_store import Store

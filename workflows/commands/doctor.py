@@ -1,4 +1,4 @@
-"""``chaincor doctor``: check that this machine can run chaincor, and list missing libraries."""
+"""Implement ``chaincor doctor``: check this machine, and list missing libraries."""
 
 import platform
 import sys
@@ -13,13 +13,13 @@ from chaincor.workflows.commands.options import json_option, option, tell
 
 @click.command()
 @json_option
-@option("--warm", "first compile the loops of all named bonds")
+@option("--warm", "first compile the loops of all named bonds, and keep them in the cache")
 def doctor(as_json: bool, warm: bool) -> None:
     """
-    Say whether this machine can run chaincor, what is missing, and which commands need it.
+    Check whether this machine can run chaincor, and list what each command lacks.
 
-    Libraries in brackets are those that only some uses of a command need. Loops that --warm
-    compiles are kept: the first collision of a named bond then takes no longer than later ones.
+    A library in brackets is needed only for some uses of a command. Loops compiled by --warm are
+    cached, so that the first collision of a named bond takes no longer than later ones.
     """
     from chaincor.workflows.machine import command_needs, examine, warm_up
 

@@ -1,4 +1,4 @@
-"""``chaincor explain``: explain printed words and errors."""
+"""Implement ``chaincor explain``: explain printed words and errors."""
 
 import re
 
@@ -10,7 +10,7 @@ from chaincor.workflows.showing.terms import ALL_TERMS, OTHER_NAMES
 
 _SECTION = re.compile(r"^### (\w+)\n(.*?)(?=^##|\Z)", re.MULTILINE | re.DOTALL)
 
-# Row of the table of words that jobs print when they stop: word, cause and remedy.
+# This pattern matches a row of the table of words that stopped jobs print: word, cause, remedy.
 _ROW = re.compile(r"^\| (`[A-Z ]+`.*?) \| (.*?) \| (.*?) \|$", re.MULTILINE)
 _NAME = re.compile(r"`([A-Z ]+)`")
 
@@ -19,9 +19,9 @@ _NAME = re.compile(r"`([A-Z ]+)`")
 @click.argument("words", metavar="[WORD]...", nargs=-1)
 def explain(words: tuple[str, ...]) -> None:
     """
-    Explain a word that results print, or an error, and what to do about it.
+    Explain an error or a word in the results, and what to do about it.
 
-    Without a word: all that results print, and the names of the errors.
+    Without a word, the command explains all words in the results and lists the names of the errors.
     """
     page = (DOCUMENTS / "errors.md").read_text(encoding="utf-8")
     errors = dict(_SECTION.findall(page))
@@ -30,7 +30,7 @@ def explain(words: tuple[str, ...]) -> None:
     if not words:
         for name, text in ALL_TERMS.items():
             _paragraph(f"{name}: {text}.")
-        _paragraph(f"errors, each explained by its name: {', '.join(errors)}")
+        _paragraph(f"errors; `chaincor explain` takes each name: {', '.join(errors)}")
         return
     word = " ".join(words)
     names = {**{name: name for name in (*ALL_TERMS, *errors)}, **OTHER_NAMES}

@@ -1,4 +1,4 @@
-"""``chaincor explore``: write a page that computes collisions."""
+"""Implement ``chaincor explore``: write a page that computes collisions."""
 
 from pathlib import Path
 
@@ -18,17 +18,17 @@ from chaincor.workflows.pictures.live_page import MOST_PARTICLES, live_page
 )
 @option(
     "--particles N",
-    "length of the chain at first",
+    "number of particles when the page opens",
     click.IntRange(1, MOST_PARTICLES),
     default=50,
     show_default=True,
 )
 def explore(output: Path, particles: int) -> None:
     """
-    Write a page that computes collisions as you watch, for those who would rather play than read.
+    Write a page that computes collisions in the browser while you change their settings.
 
-    Speed, bond, length, masses, target and temperature are chosen in the page. It holds everything
-    it needs: open it in any browser, also without a network.
+    The reader chooses speed, bond, length, masses, target and temperature in the page. Any browser
+    opens it, also without a network.
     """
     from chaincor.analysis.atomic_write import write_whole
     from chaincor.analysis.output_paths import judge_output

@@ -1,4 +1,4 @@
-"""``chaincor inputs``: write a job that ``lmp -in in.chain`` runs."""
+"""Implement ``chaincor inputs``: write a job that ``lmp -in in.chain`` runs."""
 
 import warnings
 from collections.abc import Iterator
@@ -19,29 +19,35 @@ from chaincor.workflows.commands.scene_options import SceneCommand, scene_from, 
 @scene_options("engine", "save", "arrays", "dump")
 @option("-o, --output DIR", "folder for the job")
 @option("--template FILE", "template that extends job.in.j2")
-@option("--set NAME=VALUE", "value that the template names", multiple=True, name="settings")
+@option("--set NAME=VALUE", "set a value that the template uses", multiple=True, name="settings")
 @option(
     "--submit",
-    "for a sweep file: the scheduler that runs the jobs [default: bash]",
+    "scheduler that runs the jobs of a sweep file [default: bash]",
     click.Choice(["slurm", "pbs", "bash"]),
 )
-@option("--site FILE", "for a sweep file: lines to put at the head of the script that submits")
-@option("--dry-run", "print the script and write nothing")
-@option("--frames", "also dump the motion, as --dump-frames says", name="dump")
-@option("--contacts", "also list the contacts, in contacts.txt")
 @option(
-    "--restartable", "-var restart 20 writes the state now and then, -var resume 1 goes on from it"
+    "--site FILE", "file of lines for the head of the script that submits the jobs of a sweep file"
 )
-@option("--guards", "stop, with a reason, where the job is not made for what it is given")
+@option("--dry-run", "print the script and write nothing")
+@option("--frames", "also dump the motion; --dump-frames sets the number of frames", name="dump")
+@option("--contacts", "also write the list of contacts to contacts.txt")
+@option(
+    "--restartable",
+    "let the job save its state ('-var restart 20' sets how often) and resume ('-var resume 1')",
+)
+@option(
+    "--guards",
+    "let the job stop, with a reason, if its -var values do not suit its table or numerics",
+)
 @option(
     "--table-range LOW HIGH",
-    "bond lengths that the table shall hold at least, for faster chains by -var velocity",
+    "range of bond lengths that the table covers at least, for faster chains by -var velocity",
     float,
     nargs=2,
 )
-@option("--plain", "LAMMPS's own commands alone: some twenty, without an error bar")
-@option("--explain", "say in each file what every command is for")
-@option("--force", "replace a job that is in the folder already")
+@option("--plain", "write only LAMMPS's own commands: about twenty, without an error bar")
+@option("--explain", "add a comment to every command that says what it is for")
+@option("--force", "replace the files of an existing job in the folder")
 def inputs(
     scene_file: str | None,
     output: str | None,
@@ -54,7 +60,7 @@ def inputs(
     """
     Write a self-contained LAMMPS job: `(cd DIR && lmp -in in.chain)` runs it.
 
-    Its numerics are chosen for a tolerance, or those given; it prints the restitution and its
+    The numerics are given, or chosen for the tolerance. The job prints the restitution and its
     error.
     """
     from chaincor.lammps_inputs.script import SCRIPT_FILE
@@ -63,17 +69,22 @@ def inputs(
     from chaincor.workflows.job import job_files, write_files
 
     if dry_run == (output is not None):
-        raise InputError("expected either -o DIR, the folder for the job, or --dry-run")
+        raise InputError(
+            "neither or both of -o and --dry-run given. Give -o DIR, the folder "
+            "for the job, or --dry-run"
+        )
     wishes = _wishes_in(options)
     if scene_file is not None and is_sweep(Path(scene_file)):
         given = [name for name, value in options.items() if value is not None]
         if given or output is None:
             wrong = f"--{given[0].replace('_', '-')}" if given else "--dry-run"
-            raise InputError(f"{wrong} is for a scene, and {scene_file} is a sweep; leave it out")
+            raise InputError(
+                f"{wrong} is for a scene, and {scene_file} is a sweep. Leave out {wrong}"
+            )
         _write_grid(Path(scene_file), Path(output), submit or "bash", site, force, wishes)
         return
     if submit is not None or site is not None:
-        raise InputError("--submit and --site need the file of a sweep. Give a file with [axes]")
+        raise InputError("--submit and --site work only with a sweep file. Give a file with [axes]")
     scene = scene_from(scene_file, options, beside=("units",))
     if scene_file is not None:
         wishes = replace(wishes, units=UnitSystem.from_file(Path(scene_file)))
@@ -88,7 +99,7 @@ def inputs(
 
 @contextmanager
 def _doubts_as_notes() -> Iterator[None]:
-    """Print the warnings about jobs as notes on standard error."""
+    """Print warnings about jobs as notes on standard error."""
     from chaincor.workflows.errors import UnsureJobWarning
 
     with warnings.catch_warnings(record=True) as found:
@@ -99,7 +110,7 @@ def _doubts_as_notes() -> Iterator[None]:
 
 
 def _wishes_in(options: dict[str, Any]) -> JobWishes:
-    """Remove the options of the job from `options`, which keeps those of the scene."""
+    """Remove the options of the job from `options`, so that only options of the scene remain."""
     from chaincor.lammps_inputs.own_templates.own_template import OwnTemplate
 
     template, settings = options.pop("template"), options.pop("settings")
@@ -127,7 +138,9 @@ def _write_grid(
     try:
         lines = "" if site is None else read_small_file(Path(site))
     except (OSError, ValueError) as error:
-        raise InputError(f"the site file {site!a} cannot be read: {error}") from None
+        raise InputError(
+            f"the site file {site!a} cannot be read ({error}). Give a readable file"
+        ) from None
     sweep = read_sweep(sweep_file)
     groups = sweep.scenes.groups
     axes = list(dict.fromkeys(key for group in groups for entry in group for key in entry))

@@ -1,4 +1,4 @@
-"""``chaincor lessons``: write the lessons as notebooks."""
+"""Implement ``chaincor lessons``: write the lessons as notebooks."""
 
 from pathlib import Path
 
@@ -15,13 +15,14 @@ from chaincor.workflows.commands.options import FOLDER, option, say
     default=Path("lessons"),
     show_default=True,
 )
-@option("--solutions", "with the solutions, for teachers")
-@option("--force", "replace notebooks that are in the folder already")
+@option("--solutions", "include the solutions, for teachers")
+@option("--force", "replace existing notebooks in the folder")
 def lessons(output: Path, solutions: bool, force: bool) -> None:
     """
     Write the lessons as notebooks for students: `jupyter lab DIR` opens them.
 
-    They need no network. With `pip install chaincor[notebook]` comes what makes and shows them.
+    The notebooks need no network. `pip install chaincor[notebook]` installs the libraries that
+    write and show notebooks.
     """
     from chaincor.analysis.atomic_write import write_whole
     from chaincor.lammps_inputs.errors import InputError

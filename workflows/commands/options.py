@@ -1,4 +1,4 @@
-"""Options and printing of results that several commands share."""
+"""Define options and printing of results that several commands share."""
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -23,10 +23,10 @@ def option(
     shown: str, text: str, kind: Any = None, *, name: str | None = None, **more: Any
 ) -> Callable[[Callable], Callable]:
     """
-    Return a click option from its usage in the help, such as ``-o, --output DIR``, and its text.
+    Return a click option, made from its usage such as ``-o, --output DIR`` and its help.
 
-    An option without a placeholder for its value and without a kind is a flag. `name` names the
-    parameter if the option has another name. `more` are settings of click.
+    An option without a placeholder and without a kind is a flag. `name` is the name of the
+    parameter, if it differs from the option. `more` are further settings of click.
     """
     words = shown.split()
     names = [word.rstrip(",") for word in words if word.startswith("-")]
@@ -43,21 +43,21 @@ json_option = option("--json", "print one JSON object", name="as_json")
 
 def page_option(page: str, figures: str = "figures") -> Callable[[Callable], Callable]:
     """Return the option for the folder of a study's page and files."""
-    text = f"write a page ({page}) with its {figures}, CSV and JSON here"
+    text = f"write a page ({page}) with {figures}, CSV and JSON into this folder"
     return option("-o, --output DIR", text, FOLDER)
 
 
 def say(text: object, *, err: bool = False) -> None:
-    """Print a text with control characters escaped, which file names may contain."""
+    """Print a text, with control characters escaped, because file names may contain them."""
     click.echo(printable(str(text), keep="\n\t"), err=err)
 
 
 def tell(plain: Mapping[str, Any], text: str, as_json: bool, scene: "Scene | None" = None) -> None:
-    """Print a result as text, or as one JSON object with the fields that all results have."""
+    """Print a result as text, or as one JSON object with the keys that all results have."""
     say(json_text(plain, scene) if as_json else text)
 
 
 def tell_page(page: Path, as_json: bool) -> None:
-    """Print the path of a written page, except after JSON, which must be a single object."""
+    """Print the path of a written page, except in JSON mode, which prints a single object."""
     if not as_json:
         say(f"page: {page}")

@@ -1,4 +1,4 @@
-"""``chaincor plot``: draw curves and heat maps from a store."""
+"""Implement ``chaincor plot``: draw curves and heat maps from a store."""
 
 import json
 from collections.abc import Iterable, Sequence
@@ -20,16 +20,21 @@ if TYPE_CHECKING:
 
 @click.command()
 @click.argument("store_path", metavar="STORE", type=PATH)
-@option("--x TEXT", "column along the axis [default: speed]", default="speed")
-@option("--y TEXT", "column up the axis [default: restitution]", default="restitution")
-@option("--by COL,...", "one curve for each value of these columns [default: whatever varies]")
-@option("--colour TEXT", "a heat map: this column as colour over x and y")
+@option("--x TEXT", "column on the horizontal axis [default: speed]", default="speed")
+@option("--y TEXT", "column on the vertical axis [default: restitution]", default="restitution")
+@option(
+    "--by COL,...",
+    "draw one curve for each value of these columns [default: all columns that vary]",
+)
+@option("--colour TEXT", "draw a heat map over x and y, coloured by this column")
 @option(
     "--mean COL",
-    "the mean over this column, such as seed, with its standard error and bands between "
-    "quantiles of 5, 25, 75 and 95 %",
+    "average over this column, such as seed; the plot shows the mean, its "
+    "standard error and bands between the quantiles of 5, 25, 75 and 95 %",
 )
-@option("--where COND", "such as potential=lj or speed<0.5", multiple=True)
+@option(
+    "--where COND", "choose rows by a condition, such as potential=lj or speed<0.5", multiple=True
+)
 @option("-o, --output FILE", "PNG, PDF or SVG [default: the store's name with .png]", PATH)
 def plot(
     store_path: Path,
@@ -44,8 +49,8 @@ def plot(
     """
     Draw curves or a heat map from a store.
 
-    There is one curve for each combination of whatever the scenes differ in besides the axis;
-    scenes are only averaged over what --mean names.
+    Each combination of the columns that vary, besides the axes, gives one curve. Scenes are
+    averaged only over the column of --mean.
     """
     from chaincor.analysis.atomic_write import written_aside
     from chaincor.analysis.output_paths import judge_output
@@ -57,9 +62,13 @@ def plot(
     from chaincor.workflows.store.results_store import Store
 
     if by is not None and colour is not None:
-        raise click.UsageError("--by makes curves and --colour a heat map; give one")
+        raise click.UsageError(
+            "--by draws curves and --colour draws a heat map. Give only one of them"
+        )
     if mean is not None and colour is not None:
-        raise click.UsageError("--mean is drawn along curves and --colour is a heat map; give one")
+        raise click.UsageError(
+            "--mean averages along curves and --colour draws a heat map. Give only one of them"
+        )
     target = output or store_path.with_suffix(".png")
     if target.suffix not in PICTURES:
         raise click.UsageError(f"'{target}' ends in '{target.suffix}'. Give {PICTURES_SAID}")
@@ -75,20 +84,20 @@ def plot(
     say(target)
 
 
-# Columns that hold lists. One number of a list can be an axis.
+# These columns hold lists. One number of such a list can be an axis.
 _LISTS = ("masses", "target_masses")
-# Values of keys that the identity of a scene leaves out.
+# The identity of a scene leaves out keys with their default, so the defaults are restored here.
 _ABSENT = {"contact": "hard"}
-# Impact speed in two units.
+# Both columns give the impact speed, in different units.
 _IMPACT = {"speed", "velocity"}
-# Order of keys in labels. The most telling keys come first, so that keys that depend on them add
-# nothing and are left out.
+# Labels list keys in this order. The keys that tell most come first. A later key that follows from
+# them adds nothing and is left out.
 _FIRST = {"potential": -2, "particles": -1, "speed": 2, "velocity": 3}
 
 
 @dataclass(frozen=True)
 class _Row:
-    """Requested columns and scene of one collision."""
+    """Scene of one collision, and its values in the requested columns."""
 
     values: tuple[Any, ...]
     scene: dict[str, Any]
@@ -130,10 +139,10 @@ def _rows(
 
 def _leave_out(scenes: list[dict[str, Any]], masses: str, particle: int) -> None:
     """
-    Remove the mass of one particle, which is an axis, from the scenes, so that they compare equal.
+    Remove the mass that is an axis from the scenes, so that scenes can be compared without it.
 
-    Lists of masses repeat along the chain, and scenes keep the shortest form: 1, 1 is stored as 1.
-    Lists are therefore expanded to one length before the mass is removed.
+    Lists of masses repeat along the chain, and a scene stores the shortest form: 1, 1 is stored as
+    1. Lists are therefore expanded to the length of the chain before the mass is removed.
     """
     lists = [scene.get(masses, [1.0]) for scene in scenes]
     longest = max((len(given) for given in lists if isinstance(given, list)), default=1)
@@ -142,12 +151,13 @@ def _leave_out(scenes: list[dict[str, Any]], masses: str, particle: int) -> None
             repeated = [given[i % len(given)] for i in range(longest)]
             fits = longest % len(given) == 0
             repeated[(particle - 1) % (longest if fits else len(given))] = None
-            # Lists that do not fit the length keep their own length, which distinguishes them.
+            # A list that does not fit the length of the chain keeps its own length, which marks it
+            # as different.
             scene[masses] = repeated if fits else [*repeated, len(given)]
 
 
 def _comparable(scene: dict[str, Any]) -> dict[str, Any]:
-    """Return a scene with values that compare and sort: lists as text, parameters one by one."""
+    """Return a scene whose values can be compared and sorted, with lists as text."""
     found: dict[str, Any] = {}
     for key, value in scene.items():
         if key == "parameters":
@@ -160,10 +170,10 @@ def _comparable(scene: dict[str, Any]) -> dict[str, Any]:
 
 
 def _varying(rows: list[_Row], axes: tuple[str, ...]) -> list[str]:
-    """Return the fewest keys, apart from the axes, by which the scenes differ."""
-    # A store has one row for all tolerances of a collision, so the tolerance does not distinguish.
+    """Return the fewest keys, apart from the axes, that distinguish the scenes."""
+    # A store has one row for all tolerances of a collision, so the tolerance distinguishes no rows.
     keys = _scene_keys(rows) - {"tolerance", *axes}
-    # If the axis is a result, points of one curve differ by the impact speed.
+    # If the axis is a result, the points of one curve differ in the impact speed.
     if _IMPACT & set(axes) or not _scene_keys(rows) & set(axes):
         keys -= _IMPACT
     if any(row.scene["speed"] is None for row in rows):
@@ -178,7 +188,7 @@ def _varying(rows: list[_Row], axes: tuple[str, ...]) -> list[str]:
 
 
 def _scene_keys(rows: list[_Row]) -> set[str]:
-    """Return all keys of the scenes of some rows."""
+    """Return all keys that occur in the scenes of the rows."""
     return {key for row in rows for key in row.scene}
 
 
@@ -206,8 +216,9 @@ def _curves(
         left = _varying(group, given)
         if left:
             raise StoreError(
-                f"--by {by} leaves {_named(left, group)} to vary within a curve. Use --by "
-                f"{','.join([*asked, *left])}, or choose by --where"
+                f"within a curve of --by {by}, the scenes still differ in "
+                f"{_named(left, group)}. Use --by {','.join([*asked, *left])}, or "
+                "choose rows with --where"
             )
         along = sorted(group, key=lambda row: (row.values[0], row.scene["velocity"]))
         if x not in along[0].scene:
@@ -222,18 +233,19 @@ def _check_mean(rows: list[_Row], x: str, mean: str) -> None:
     keys = _scene_keys(rows)
     if mean not in keys or mean == x:
         raise StoreError(
-            f"--mean is {mean}, but these scenes do not differ in it at equal {x}. Use one "
-            f"of {', '.join(sorted(keys - {x}))}"
+            f"scenes at equal {x} do not differ in {mean}, the column of --mean. "
+            f"Use one of {', '.join(sorted(keys - {x}))}"
         )
     if x not in keys:
         raise StoreError(
-            f"--mean needs places along {x} that scenes share, but {x} is a result of the "
-            "collision. Give a key of the scenes as --x"
+            f"--mean averages scenes with the same {x}, but {x} is a result of the "
+            "collision and differs from scene to scene. Give an input of the "
+            "scene, such as speed, as --x"
         )
 
 
 def _means(curves: dict[str, tuple[list[Any], list[Any]]], x: str, y: str) -> "Figure":
-    """Draw mean and quantiles at each place along the curves."""
+    """Draw the mean and quantiles at each value of x along the curves."""
     from chaincor.analysis.distribution import Distribution
     from chaincor.analysis.figures.store_plots import plot_means
 
@@ -253,8 +265,8 @@ def _heat_map(store: "Store", x: str, y: str, colour: str, where: tuple[str, ...
     left = _varying(rows, (x, y))
     if left:
         raise StoreError(
-            f"scenes with equal {x} and {y} differ in {_named(left, rows)}. Choose one at "
-            "each place with --where"
+            f"scenes with equal {x} and {y} differ in {_named(left, rows)}. Choose "
+            "one scene for each point with --where"
         )
     values = zip(*(row.values for row in rows), strict=True)
     return plot_heat_map(*values, labels=(x, y, colour)).figure  # type: ignore
@@ -267,7 +279,7 @@ def _named(names: list[str], rows: list[_Row]) -> str:
 
 
 def _labels(names: Sequence[str], keys: Iterable[tuple[Any, ...]]) -> list[str]:
-    """Return names of curves from their values; in full if short names would coincide."""
+    """Return short names of curves from their values, or full names if short names coincide."""
     labels: list[str] = []
     for show in (_shown, str):
         values = ([_drawable(show(value)) for value in key] for key in keys)
@@ -278,7 +290,7 @@ def _labels(names: Sequence[str], keys: Iterable[tuple[Any, ...]]) -> list[str]:
 
 
 def _drawable(text: str) -> str:
-    """Return a text without characters that fonts lack, and with dollar signs escaped."""
+    """Remove characters that fonts lack from a text, and escape dollar signs."""
     return printable(text).encode("ascii", "backslashreplace").decode().replace("$", r"\$")
 
 

@@ -1,4 +1,4 @@
-"""``chaincor reproduce``: recompute every figure of the paper, and judge its claims."""
+"""Implement ``chaincor reproduce``: recompute the figures of the paper, and judge its claims."""
 
 from pathlib import Path
 from typing import Any
@@ -22,17 +22,18 @@ from chaincor.workflows.commands.options import FOLDER, ONE_OR_MORE, option, say
     "quick",
     default=True,
     show_default=True,
-    help="minutes with errors of 1e-5, or half an hour with 1e-7 and more points",
+    help="--quick takes minutes, with errors of 1e-5; --full takes half an "
+    "hour, with errors of 1e-7 and more points",
 )
-@option("--workers", "processes that compute", ONE_OR_MORE, default=2, show_default=True)
-@option("--rocrate", "describe the folder as an RO-Crate, too", name="as_crate")
+@option("--workers", "number of worker processes", ONE_OR_MORE, default=2, show_default=True)
+@option("--rocrate", "also describe the folder as an RO-Crate", name="as_crate")
 @option("--json", "print the contents of report.json", name="as_json")
 def reproduce(folder: Path, quick: bool, workers: int, as_crate: bool, as_json: bool) -> None:
     """
     Recompute the paper by LAMMPS and by the reference engine, and judge each of its claims.
 
-    Finished results are kept in a store beside the report and never computed twice, so an
-    interrupted run continues.
+    A store beside the report keeps finished results, so that an interrupted run continues where it
+    stopped.
     """
     from chaincor.workflows.reproduce import reproduction
 
@@ -48,7 +49,7 @@ def reproduce(folder: Path, quick: bool, workers: int, as_crate: bool, as_json: 
 
 
 def describe(contents: dict[str, Any], folder: Path) -> str:
-    """Return a report as text: curves of eta, verdicts and times."""
+    """Return a report as text, with curves of eta, verdicts and times."""
     from chaincor.workflows.pages.typesetting import format_number
     from chaincor.workflows.reproduce.report import describe_found
 
@@ -61,11 +62,13 @@ def describe(contents: dict[str, Any], folder: Path) -> str:
         for row in contents["verdicts"]
     ]
     agreement = (
-        f"{health['compared']} of {health['points']} points by LAMMPS and the reference engine ("
-        "LAMMPS's value "
-        f"shown in {health['by_lammps']}); {health['compared'] - health['disagreements']} agree "
-        f"within what LAMMPS alone tells, {health['compared'] - len(health['blunt'])} with summed "
-        f"bars of less than {health['sharp']:.0e}; largest error bar {health['largest_error']:.1e}"
+        f"{health['compared']} of {health['points']} points were computed by "
+        "LAMMPS and the reference engine (LAMMPS's value is shown in "
+        f"{health['by_lammps']}); "
+        f"{health['compared'] - health['disagreements']} agree within LAMMPS's "
+        f"own error bar,  {health['compared'] - len(health['blunt'])} with "
+        f"summed bars of less than {health['sharp']:.0e}; largest error bar "
+        f"{health['largest_error']:.1e}"
     )
     times = ", ".join(f"{name} {seconds:.0f} s" for name, seconds in contents["seconds"].items())
     title = "restitution eta of chains of lj, toda and log bonds"
@@ -74,7 +77,7 @@ def describe(contents: dict[str, Any], folder: Path) -> str:
 
 
 def _curve_lines(points: list[dict[str, Any]]) -> list[str]:
-    """Return the lines of the curves; * marks values of the reference engine."""
+    """Return the lines of the curves, in which * marks values of the reference engine."""
     names = list(dict.fromkeys(point["potential"] for point in points))
     cells = {}
     for p in points:
@@ -87,6 +90,6 @@ def _curve_lines(points: list[dict[str, Any]]) -> list[str]:
         lines.append(f"{speed:8.4g} {row}")
     if any(p["source"] == "in-house" for p in points):
         refused = [p["lammps_failure"] for p in points if p["lammps_failure"]]
-        reason = f"not given to LAMMPS: {refused[0]}" if refused else None
-        lines += ["", f"* reference engine; {reason or 'LAMMPS missed the error asked'}"]
+        reason = f"not run by LAMMPS: {refused[0]}" if refused else None
+        lines += ["", f"* reference engine; {reason or 'LAMMPS missed the target error'}"]
     return lines

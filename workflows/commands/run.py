@@ -1,4 +1,4 @@
-"""``chaincor run``: run one collision."""
+"""Implement ``chaincor run``: run one collision."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -37,30 +37,30 @@ Examples:
 
 @click.command(cls=SceneCommand, epilog=_EXAMPLES)
 @scene_options()
-@option("--animate FILE", "draw the motion as .gif or .mp4")
-@option("--watch", "play the motion in the terminal", name="watched")
-@option("--most-hours H", "most hours that it may take [default: 24]", POSITIVE)
+@option("--animate FILE", "write an animation of the motion, as .gif or .mp4")
+@option("--watch", "show the motion in the terminal", name="watched")
+@option("--most-hours H", "time limit in hours [default: 24]", POSITIVE)
 @option(
     "--samples N",
-    "with a temperature: run N seeds, and print the mean eta and its standard error",
+    "run N seeds of a scene with a temperature, and print the mean of eta and its standard error",
     ONE_OR_MORE,
 )
 @option(
     "--precision P",
-    "with --samples: wanted standard error of the mean; says how many more samples "
-    "are needed [default: 0.01]",
+    "wanted standard error of the mean of --samples; the output says how "
+    "many more samples are needed [default: 0.01]",
     POSITIVE,
 )
 @option(
     "--workers N",
-    "with --samples: run N at the same time [default: one for each core]",
+    "number of --samples that run at the same time [default: cores]",
     ONE_OR_MORE,
 )
 @option(
     "--sensitivity",
     "also print the derivatives of eta with respect to speed, masses, bonds and contact",
 )
-@option("--dry-run", "print the plan and the expected time, and run nothing")
+@option("--dry-run", "print the plan and the expected time without running")
 @json_option
 def run(
     scene_file: str | None,
@@ -78,7 +78,7 @@ def run(
     """
     Run one collision and print its restitution with an error bar.
 
-    Without options: a Lennard-Jones chain of 100 particles at 0.4 v*, by LAMMPS, eta to 1e-6.
+    By default, LAMMPS runs a Lennard-Jones chain of 100 particles at 0.4 v*.
     """
     from chaincor.analysis.output_paths import judge_output
     from chaincor.workflows.accuracy.plan import describe_plan, plan
@@ -98,9 +98,10 @@ def run(
     for name, given in (many if samples is None else alone).items():
         if given:
             raise click.UsageError(
-                f"{name} goes with --samples; drop it, or give the number of collisions"
+                f"{name} works only with --samples. Give --samples N, or leave out {name}"
                 if samples is None
-                else f"{name} shows one collision, and --samples are many; drop one of them"
+                else f"{name} shows one collision, and --samples runs many. Leave out {name} "
+                "or --samples"
             )
     if samples is not None:
         _run_samples(scene, samples, precision, workers, most_seconds, as_json)
@@ -151,7 +152,7 @@ def _run_samples(
     most_seconds: float,
     as_json: bool,
 ) -> None:
-    """Run many collisions of a warm scene, and print their statistics."""
+    """Run a scene with a temperature for many seeds, and print the statistics."""
     from chaincor.workflows.campaign.collide_many import collide_many
     from chaincor.workflows.campaign.ensemble import DEFAULT_PRECISION, describe_ensemble
 
@@ -164,8 +165,9 @@ def _run_samples(
     if missed:
         one = missed[0]
         say(
-            f"chaincor: {len(result.failures)} of {samples} samples have no number and "
-            f"{len(result.inexact)} do not meet the tolerance; seed {one.seed}: {one.reason}",
+            f"chaincor: {len(result.failures)} of {samples} samples failed and "
+            f"{len(result.inexact)} missed the tolerance. Seed {one.seed}: "
+            f"{one.reason}",
             err=True,
         )
         raise click.exceptions.Exit(1)

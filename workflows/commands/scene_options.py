@@ -1,4 +1,4 @@
-"""Command-line options for the fields of a scene, generated from the `Scene` model."""
+"""Generate command-line options for the fields of a scene from the `Scene` model."""
 
 import contextlib
 import types
@@ -31,7 +31,7 @@ def _plain_types(annotation: Any) -> list[Any]:
 
 
 def _number_or(words: tuple[str, ...]) -> Callable[[Any], float | str]:
-    """Return a function that reads a number or one of some words."""
+    """Return a parser that accepts a number or one of some words."""
 
     def read(text: str) -> float | str:
         given = number_in(text)
@@ -43,7 +43,7 @@ def _number_or(words: tuple[str, ...]) -> Callable[[Any], float | str]:
 
 
 class WordChoice(click.Choice):
-    """Choice of words in any case; the error of an unknown word suggests a similar word."""
+    """Choice of words in any case. The error for an unknown word suggests a similar word."""
 
     def __init__(self, words: tuple[str, ...]) -> None:
         super().__init__(words, case_sensitive=False)
@@ -56,11 +56,11 @@ class WordChoice(click.Choice):
             near = meant(str(value), [str(choice) for choice in self.choices])
             if near is None:
                 raise
-            self.fail(f"{error.message.rstrip('.')}; did you mean '{near}'?", param, ctx)
+            self.fail(f"{error.message.rstrip('.')}. Did you mean '{near}'?", param, ctx)
 
 
 def named_numbers(text: str) -> dict[str, float]:
-    """Read names and numbers, such as ``D=0.0139,a=6``."""
+    """Parse names and numbers, such as ``D=0.0139,a=6``."""
     numbers: dict[str, float] = {}
     for part in text.split(","):
         name, equals, number = (word.strip() for word in part.partition("="))
@@ -74,8 +74,8 @@ def named_numbers(text: str) -> dict[str, float]:
     return numbers
 
 
-# Placeholder and parser of values of each type. Paths stay text here: the scene converts and checks
-# them.
+# This table gives the placeholder and the parser for each type. Paths stay text here, because the
+# scene converts and checks them.
 _VALUES: dict[type, tuple[str, click.ParamType | Callable[[str], Any]]] = {
     int: ("N", click.INT),
     float: ("X", click.FLOAT),
@@ -107,7 +107,7 @@ def _option(name: str, hidden: bool = False) -> Callable[[Callable], Callable]:
 
 
 def bond_options(command: Callable) -> Callable:
-    """Add the options of a scene's bonds to a command, hidden in its help."""
+    """Add the options of a scene's bonds to a command, without showing them in its help."""
     for name in reversed(("potential", *BOND_KEYS)):
         command = _option(name, hidden=True)(command)
     return command
@@ -120,7 +120,7 @@ def _show_scene_help(ctx: click.Context, _parameter: click.Parameter, wanted: bo
 
 
 class SceneCommand(click.Command):
-    """Command that shows the options of its scene with ``--help-scene`` instead of ``--help``."""
+    """Command that shows the options of its scene only with ``--help-scene``."""
 
     def __init__(self, *arguments: Any, **settings: Any) -> None:
         super().__init__(*arguments, **settings)
@@ -136,22 +136,23 @@ class SceneCommand(click.Command):
         )
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """Write the command's own options, and a pointer to the options of the scene."""
+        """Write the command's own options, and mention ``--help-scene``."""
         with formatter.section("Options"):
             shown = self._records(ctx)
             formatter.write_dl([shown[name] for name in shown if name not in Scene.model_fields])
         formatter.write_paragraph()
         formatter.write_text(
-            "--help-scene shows the options of the scene, such as --potential toda, --particles 50 "
-            "or --speed 0.8; they win over SCENE.toml."
+            "--help-scene shows the options of the scene, such as --potential "
+            "toda, --particles 50 or --speed 0.8. They override SCENE.toml."
         )
 
     def scene_help(self, ctx: click.Context) -> str:
         """Return the help of the options of a scene, in groups."""
         formatter = ctx.make_formatter()
         formatter.write_text(
-            f"Options of `{ctx.command_path}` that describe its scene. A file SCENE.toml has the "
-            "same keys, with _ in place of -; options win over it."
+            f"Options of `{ctx.command_path}` that describe its scene. A file "
+            "SCENE.toml has the same keys, with _ in place of -. Options override "
+            "the file."
         )
         records = self._records(ctx)
         for title, names in GROUPS.items():
@@ -168,10 +169,10 @@ class SceneCommand(click.Command):
 
 def scene_options(*leave_out: str) -> Callable[[Callable], Callable]:
     """
-    Add an argument SCENE.toml and an option for each field of a scene to a command.
+    Add the argument SCENE.toml and one option for each field of a scene to a command.
 
-    The command gets ``scene_file`` and the fields as keyword arguments; `leave_out` names fields
-    that it has no use for.
+    The command receives ``scene_file`` and the fields as keyword arguments, except the fields in
+    `leave_out`.
     """
 
     def decorate(command: Callable) -> Callable:
@@ -186,9 +187,9 @@ def scene_from(
     scene_file: str | None, options: dict[str, Any], beside: tuple[str, ...] = ()
 ) -> Scene:
     """
-    Build the scene from a file, if there is one, and the options, which win over the file.
+    Build the scene from an optional file and from options, which override the file.
 
-    `beside` are keys of the file that are no fields of a scene.
+    `beside` names keys of the file that belong to the command and not to the scene.
     """
     given = {name: value for name, value in options.items() if value is not None}
     fields = read_scene_fields(Path(scene_file)) if scene_file is not None else {}

@@ -1,4 +1,4 @@
-"""``chaincor show``: show a store as a table."""
+"""Implement ``chaincor show``: show a store as a table."""
 
 from pathlib import Path
 from typing import Any
@@ -26,10 +26,17 @@ _COLUMNS = (
 
 @click.command()
 @click.argument("store_path", metavar="STORE", type=PATH)
-@option("--columns A,B,...", "which, and in what order")
-@option("--where COND", "such as potential=lj or speed<0.5", multiple=True)
+@option("--columns A,B,...", "columns to show, in this order")
+@option(
+    "--where COND", "choose rows by a condition, such as potential=lj or speed<0.5", multiple=True
+)
 @option("--sort A,-B", "-B: largest first", default="potential,particles,velocity")
-@option("--limit N", "most rows; 0 for all [default: 100]", click.IntRange(min=0), default=100)
+@option(
+    "--limit N",
+    "largest number of rows; 0 for all [default: 100]",
+    click.IntRange(min=0),
+    default=100,
+)
 @json_option
 def show(
     store_path: Path,
@@ -46,14 +53,14 @@ def show(
     names = [name.strip() for name in columns.split(",")] if columns else list(_COLUMNS)
     order = [name.strip() for name in sort.split(",")] if sort else ()
     with Store(store_path, read_only=True) as store:
-        # Show the readable part of damaged rows as well.
+        # A damaged row is shown too, as far as its text can be read.
         store.connection.text_factory = lambda content: content.decode(errors="replace")
         rows = query_rows(store, names, where=where, order=order, limit=limit or None)
         found = count_rows(store, where)
     objects = [dict(zip(names, row, strict=True)) for row in rows]
     text = aligned([names, *([_cell(value) for value in row] for row in rows)])
     if found == 0:
-        text += "\nno such row"
+        text += "\nno row matches"
     elif len(rows) < found:
         text += f"\n{len(rows)} of {found} rows; --limit 0 shows all"
     tell({"count": found, "rows": finite(objects)}, text, as_json)

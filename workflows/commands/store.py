@@ -1,4 +1,4 @@
-"""``chaincor store``: merge and export stores."""
+"""Implement ``chaincor store``: merge and export stores."""
 
 from pathlib import Path
 
@@ -17,9 +17,10 @@ def store() -> None:
 @click.argument("sources", metavar="STORE...", nargs=-1, required=True, type=PATH)
 def merge(target: Path, sources: tuple[Path, ...]) -> None:
     """
-    Copy the rows of the STOREs into TARGET, which is made if it is not there.
+    Copy the rows of the STOREs into TARGET, which is created if it does not exist.
 
-    If both have a row, the result with the smaller error stays. The STOREs are not changed.
+    If both have a row for the same collision, the row with the smaller error is kept. The STOREs
+    are not changed.
     """
     from chaincor.workflows.store.merge import merge_stores
 
@@ -32,11 +33,11 @@ def merge(target: Path, sources: tuple[Path, ...]) -> None:
 @click.argument("target", metavar="FILE", type=PATH)
 @option(
     "--rocrate",
-    "FILE is a folder: for results.csv, and what archives read of it (RO-Crate 1.1)",
+    "write FILE as a folder with results.csv and a description for archives (RO-Crate 1.1)",
     name="as_crate",
 )
 def export(source: Path, target: Path, as_crate: bool) -> None:
-    """Write all rows of STORE to FILE: .csv, or .parquet with chaincor[export]."""
+    """Write all rows of STORE to FILE, as .csv, or as .parquet with chaincor[export]."""
     from chaincor.workflows.outputs import refuse_overwriting_inputs
     from chaincor.workflows.store.export import export_crate, export_store
     from chaincor.workflows.store.results_store import Store

@@ -1,4 +1,4 @@
-"""``chaincor sweep``: run many collisions into a store."""
+"""Implement ``chaincor sweep``: run many collisions into a store."""
 
 import contextlib
 from dataclasses import asdict
@@ -22,7 +22,7 @@ _MOST_POINTS_SHOWN = 30
 def _shard(text: str) -> tuple[int, int]:
     number, slash, count = text.partition("/")
     if not (slash and number.isdecimal() and count.isdecimal() and 1 <= int(number) <= int(count)):
-        raise click.BadParameter(f"'{text}'. Give i/k with i from 1 to k, such as 3/10")
+        raise click.BadParameter(f"'{text}' is not a part I/K. Give I from 1 to K, such as 3/10")
     return int(number), int(count)
 
 
@@ -30,20 +30,22 @@ def _shard(text: str) -> tuple[int, int]:
 @click.argument("sweep_file", metavar="SWEEP.toml", type=PATH)
 @option(
     "--store FILE",
-    "where results go [default: as the file says, or its name with .sqlite]",
+    "store that receives the results [default: from the file, or its name with .sqlite]",
     PATH,
     name="store_path",
 )
-@option("--dry-run", "print the points, the time and the disk it takes")
-@option("--workers N", "processes on this machine [default: its cores]", ONE_OR_MORE)
-@option("--scheduler ADDRESS", "compute on this Dask cluster, tcp://HOST:8786")
-@option("--shard I/K", "only part I of K, for job arrays", _shard)
-@option("--arrays", "keep contacts, mode energies and final states")
-@option("--recompute", "compute also what is there")
-@option("--retry-failed", "also try again collisions that failed in an earlier run")
+@option("--dry-run", "print the points, the expected time and the disk space, and run nothing")
+@option(
+    "--workers N", "number of worker processes on this machine [default: one per core]", ONE_OR_MORE
+)
+@option("--scheduler ADDRESS", "run on this Dask cluster, tcp://HOST:8786")
+@option("--shard I/K", "run only part I of K of the points, for job arrays", _shard)
+@option("--arrays", "also store contacts, mode energies and final states")
+@option("--recompute", "recompute collisions that the store already contains")
+@option("--retry-failed", "also retry collisions that failed in an earlier run")
 @option(
     "--keep-jobs DIR",
-    "keep each LAMMPS job in a folder of its own in here",
+    "keep each LAMMPS job, in a subfolder of this folder",
     PATH,
 )
 @json_option
@@ -61,8 +63,8 @@ def sweep(
     """
     Run many collisions into a store.
 
-    Results in the store are not computed again: after an interruption, run the same command once
-    more. SWEEP.toml has a base [scene] and [axes] over its fields, such as
+    Results in the store are not computed again. After an interruption, repeat the same command.
+    SWEEP.toml has a base [scene] and [axes] over its fields, such as
 
     \b
     [scene]
@@ -78,7 +80,10 @@ def sweep(
     from chaincor.workflows.store.results_store import Store
 
     if scheduler is not None and workers is not None:
-        raise click.UsageError("--workers is for this machine; a cluster has workers of its own")
+        raise click.UsageError(
+            "--workers is for this machine, and a cluster has its own workers. "
+            "Leave out --workers or --scheduler"
+        )
     asked = read_sweep(sweep_file)
     cells = Cells(asked.scenes, *(shard or (1, 1)))
     path = asked.store if store_path is None else store_path
@@ -88,7 +93,7 @@ def sweep(
         _print_forecast(cells, asked.axes, path, wishes, cores, as_json)
         unused = {"--scheduler": scheduler, "--keep-jobs": keep_jobs}
         if left_out := [name for name, value in unused.items() if value is not None]:
-            note = "the forecast is for this machine and for results; it leaves out"
+            note = "the forecast is for results on this machine and ignores"
             say(f"chaincor: note: {note} {' and '.join(left_out)}", err=True)
         return
     with Store(path) as store:
@@ -103,7 +108,7 @@ def sweep(
             elif todo:
                 into.run_by_processes(cores, progress=not as_json)
         except KeyboardInterrupt:
-            kept = f"what is finished is in {path}; run the same command to go on"
+            kept = f"finished results are in {path}. Run the same command to continue"
             say(f"chaincor: {kept}", err=True)
             raise
     told = {"store": str(path)} | asdict(into.tally)
@@ -132,7 +137,7 @@ def _print_forecast(
     workers: int,
     as_json: bool,
 ) -> None:
-    """Print the first points of a sweep, and the time and the disk that all of them take."""
+    """Print the first points of a sweep, and the time and disk space of the whole sweep."""
     from chaincor.workflows.campaign.cells import WINDOW
     from chaincor.workflows.campaign.forecast import forecast_cells
     from chaincor.workflows.campaign.into_store import IntoStore
@@ -174,10 +179,10 @@ def _forecast(
             "",
             f"points       {count} ({sizes})",
             f"to compute   {about}{cost.points}, into {path}",
-            f"time         about {format_duration(cost.wall_seconds(workers))} with {workers} "
-            f"worker{'s' if workers > 1 else ''} on an idle machine; the collisions "
-            f"{format_duration(cost.seconds)} of one core, the longest "
-            f"{format_duration(cost.longest)}",
+            f"time         about {format_duration(cost.wall_seconds(workers))} with "
+            f"{workers} worker{'s' if workers > 1 else ''} on an idle machine; all "
+            f"collisions take {format_duration(cost.seconds)} on one core, the "
+            f"longest {format_duration(cost.longest)}",
             f"disk         about {_size(cost.disk_bytes)}",
             *([] if cost.sample is None else [f"sample       {cost.sample} collisions"]),
         ]
@@ -195,15 +200,16 @@ def _report(tally: "Tally", computed: bool, path: Path) -> str:
         took = format_duration(tally.seconds)
         text = f"{tally.computed} computed and {tally.found} found, in {path}; {took}"
     if tally.inexact:
-        text += f"\n{tally.inexact} do not meet their tolerance (reason in the store)"
+        text += f"\n{tally.inexact} miss their tolerance (the store has the reason)"
     if tally.failed:
         text += (
-            f"\n{tally.failed} failed; why: chaincor show {path} --where 'failure!=' "
-            "--columns potential,particles,velocity,failure_message"
+            f"\n{tally.failed} failed; for the reasons: chaincor show {path} "
+            "--where 'failure!=' --columns "
+            "potential,particles,velocity,failure_message"
         )
     if tally.known_failures:
         text += (
-            f"\n{tally.known_failures} failed before, would fail again, and were not tried "
-            "(--retry-failed tries them)"
+            f"\n{tally.known_failures} failed in an earlier run and were not "
+            "repeated (--retry-failed repeats them)"
         )
     return text

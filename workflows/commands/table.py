@@ -1,4 +1,4 @@
-"""``chaincor table``: check a table and LAMMPS's interpolation of it."""
+"""Implement ``chaincor table``: check a table and LAMMPS's interpolation of it."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,7 +15,7 @@ _LEAST_ROWS = 4
 
 
 class _Range(click.ParamType):
-    """Two rising numbers, as LOW:HIGH."""
+    """Range of two increasing numbers, written as LOW:HIGH."""
 
     name = "range"
 
@@ -25,13 +25,13 @@ class _Range(click.ParamType):
         try:
             low, high = (float(word) for word in str(value).split(":"))
         except ValueError:
-            self.fail(f"{value!r} is no range; write LOW:HIGH, such as 0.9:2.5", param, ctx)
+            self.fail(f"{value!r} is no range. Write LOW:HIGH, such as 0.9:2.5", param, ctx)
         return low, high
 
 
 @click.command()
 @click.argument("file", type=FILE)
-@option("--keyword K", "section, if there are several")
+@option("--keyword K", "section of the file, if it has several")
 @option(
     "--style",
     "interpolation in LAMMPS [default: spline]",
@@ -40,27 +40,28 @@ class _Range(click.ParamType):
 )
 @option(
     "--kind",
-    "kind of table [default: by header and content]",
+    "kind of table [default: from header and content]",
     click.Choice(["bond", "angle", "dihedral", "pair"]),
 )
 @option(
     "--range LOW:HIGH",
-    "where particles go [default: energy below 10 kT above its minimum]",
+    "range that the simulation visits [default: energy below 10 kT above the minimum]",
     _Range(),
 )
 @option(
     "--tolerance X",
-    "largest error to accept, as a fraction of the local force [default: the error is reported "
-    "only]",
+    "largest allowed error, as a fraction of the local force [default: the error is only reported]",
     float,
 )
 @option("--compare", "run LAMMPS on the table and print both forces")
 @option(
-    "--write NEW", "write a table through these rows, with all digits and energies that fit", FILE
+    "--write NEW",
+    "write a new table through these rows, with all digits and with energies that match the forces",
+    FILE,
 )
 @option(
     "--rows N",
-    "rows of LAMMPS's style, and of what is written [default: those of the file]",
+    "number of rows N of LAMMPS's style and of the new table [default: as in the file]",
     click.IntRange(min=_LEAST_ROWS, max=10_000_000),
 )
 @json_option
@@ -76,9 +77,9 @@ def table(
     """
     Check a table of a bond, an angle, a dihedral or a pair.
 
-    The command compares forces with -dE/dr row by row, and LAMMPS's interpolated force with the
-    rows around. Errors are parts of the local force. The exit status is 1 if something is wrong,
-    or if the error exceeds --tolerance.
+    The command compares the force of each row with -dE/dr, and LAMMPS's interpolated force with
+    polynomials through the neighbouring rows. Errors are fractions of the local force. The exit
+    status is 1 if the table has a fault or if the error exceeds --tolerance.
     """
     from chaincor.workflows.tables.check import check_table
 
@@ -102,6 +103,6 @@ def table(
 
 
 def describe_table(report: "TableReport") -> str:
-    """Return a report as text; the last line is the summary."""
+    """Return a report as text, with the summary in the last line."""
     lines = [f"{name:<8} {text}" for name, text in report.lines()]
     return "\n".join([report.heading, *lines, report.summary])

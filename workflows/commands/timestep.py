@@ -1,4 +1,4 @@
-"""``chaincor timestep``: find the largest accurate time step of any unedited LAMMPS script."""
+"""Implement ``chaincor timestep``: find the largest accurate time step of a LAMMPS script."""
 
 from pathlib import Path
 from typing import Any
@@ -20,7 +20,7 @@ from chaincor.workflows.commands.options import (
 @click.argument("quantities", nargs=-1, metavar="[KEYWORD[:KIND]] ...")
 @option(
     "--observable REGEX",
-    "a number that the script prints: a pattern with one group; the last match counts",
+    "read a number that the script prints, by a pattern with one group; the last match counts",
 )
 @option(
     "--tolerance X",
@@ -29,31 +29,36 @@ from chaincor.workflows.commands.options import (
 )
 @option(
     "--vary NAME=FROM:TO:COUNT",
-    "another ladder, coarse end first: a variable of the script, timestep, cutoff, skin or "
-    "rows; or seed=N, ranks=1,2,4, lastdigit [default: the script's step, from 2 to 1/4 of it]",
+    "vary something else, coarsest value first: a variable of the script, "
+    "timestep, cutoff, skin or rows; or seed=N, ranks=1,2,4, lastdigit "
+    "[default: the time step, from 2 times to 1/4 of the script's]",
 )
 @option(
     "--fix NAME=VALUE,VALUE",
-    "repeat the ladder at each of these values of another variable",
+    "repeat the study at each of these values of another variable",
     multiple=True,
 )
-@option("--seeds N", "N runs at each value, each with a seed of its own", int)
-@option("--phases N", "N runs at nearby values for each value [default: 4]", int)
-@option("--scale-periods", "keep the time between outputs that the script counts in steps")
-@option("--timeout S", "seconds one run may take [default: 600]", float)
-@option("--lmp COMMAND", "the LAMMPS command, such as 'srun lmp' [default: the one installed]")
+@option("--seeds N", "make N runs at each value, each with its own random seed", int)
+@option("--phases N", "make N runs at nearby values for each value [default: 4]", int)
+@option(
+    "--scale-periods",
+    "scale intervals that the script counts in steps, so that outputs keep their times",
+)
+@option("--timeout S", "time limit of each run, in seconds [default: 600]", float)
+@option("--lmp COMMAND", "LAMMPS command, such as 'srun lmp' [default: the installed one]")
 @page_option("timestep.html", "figure")
 @json_option
 def timestep(script: Path, output: Path | None, as_json: bool, **options: Any) -> None:
     """
-    Say which time step of a LAMMPS script is small enough, without editing it.
+    Find the largest accurate time step of a LAMMPS script, without editing it.
 
-    KEYWORD is a thermo keyword, compute or variable (etotal, c_1, v_x), KIND one of mean (over the
-    second half of the run), last, drift and fluctuation. Without any: energy drift and fluctuation,
-    temperature, potential energy and pressure.
+    KEYWORD is a thermo keyword, compute or variable (etotal, c_1, v_x). KIND is mean (over the
+    second half of the run), last, drift or fluctuation. By default, the study covers drift and
+    fluctuation of the energy, temperature, potential energy and pressure.
 
-    Each run takes place in a copy of the script's folder, at the same physical time exactly;
-    dumps are left out. With --vary the same for a variable, a cutoff, seeds, or processes.
+    Each run uses a copy of the script's folder, covers exactly the same physical time and writes no
+    dumps. With --vary, the study varies a variable, a cutoff, seeds or the number of processes
+    instead of the time step.
     """
     from chaincor.workflows.campaign.progress import study_progress
     from chaincor.workflows.scripts.description import describe_script_study

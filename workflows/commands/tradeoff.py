@@ -1,4 +1,4 @@
-"""``chaincor tradeoff``: measure error against time."""
+"""Implement ``chaincor tradeoff``: measure error against time."""
 
 from pathlib import Path
 from typing import Any
@@ -16,16 +16,16 @@ from chaincor.workflows.commands.options import (
 )
 from chaincor.workflows.commands.scene_options import SceneCommand, scene_from, scene_options
 
-# Keys that a study chooses itself. A study also writes no files of a single run.
+# A study chooses these keys itself, and it writes no files of a single run.
 _OWN = ("engine", "wall", "scheme", "timestep", "table", "table_points", "error")
 
 
 @click.command(cls=SceneCommand)
 @scene_options(*_OWN, *FILE_KEYS)
 @page_option("tradeoff.html")
-@option("--quick", "fewer settings: some 15 s instead of 90 s")
+@option("--quick", "measure fewer settings, in about 15 s instead of 90 s")
 @option(
-    "--calibrate", "only measure what LAMMPS costs on this machine, for forecasts of later runs"
+    "--calibrate", "only measure the speed of LAMMPS on this machine, for forecasts of later runs"
 )
 @json_option
 def tradeoff(
@@ -39,18 +39,18 @@ def tradeoff(
     """
     Measure error against time for every engine, wall, scheme, step and table.
 
-    Prints the cheapest setting for each decade of error, the error by cause, and one line of
-    advice for the scene's tolerance (1e-6 by default).
+    The command prints the cheapest setting for each decade of error, the error by cause, and one
+    line of advice for the scene's tolerance (1e-6 by default).
 
-    For a LAMMPS script of your own: `chaincor timestep FILE`.
+    For a LAMMPS script of your own, use `chaincor timestep FILE`.
     """
     if calibrate:
         options |= {"SCENE.toml": scene_file, "output": output, "quick": quick or None}
         given = [name for name, value in options.items() if value is not None]
         if given:
             raise click.UsageError(
-                f"--calibrate measures only the machine and does not use {', '.join(given)}. "
-                "Drop one or the other"
+                "--calibrate measures only the machine and does not use "
+                f"{', '.join(given)}. Leave out one or the other"
             )
         _calibrate(as_json)
         return
@@ -62,8 +62,9 @@ def tradeoff(
     unused = [key for key in (*_OWN, *FILE_KEYS) if key in scene.model_fields_set]
     if unused:
         say(
-            f"chaincor: note: a study measures every setting and writes no files of a single run; "
-            f"of the scene it does not use {', '.join(unused)}",
+            "chaincor: note: a study chooses its own settings and writes no files "
+            "of a single run. It ignores these keys of the scene: "
+            f"{', '.join(unused)}",
             err=True,
         )
     if output is not None:

@@ -1,4 +1,4 @@
-"""``chaincor validate``: compare LAMMPS or a user's integrator with the reference engine."""
+"""Implement ``chaincor validate``: compare a result with the reference engine."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -22,20 +22,24 @@ if TYPE_CHECKING:
 @scene_options("engine", *OUTPUT_KEYS)
 @option(
     "--against MODULE:FUNCTION|FILE|DIR",
-    "your integrator (its code is run), its output as CSV or NPZ, or a LAMMPS result of your "
-    "own: a job's folder, a dump, or a log with a line 'restitution = '",
+    "what to compare: your integrator as MODULE:FUNCTION (its code is "
+    "run), its output as CSV or NPZ, or your own LAMMPS result, which is a "
+    "job's folder, a dump, or a log with a line 'restitution = '",
 )
-@option("--timeout S", f"seconds your function may take [default: {USER_TIMEOUT:g}]", POSITIVE)
+@option(
+    "--timeout S", f"time limit of your function, in seconds [default: {USER_TIMEOUT:g}]", POSITIVE
+)
 @option(
     "--grid",
-    "a grid of potentials, sizes and speeds instead; for LAMMPS also masses, free targets, "
-    "soft contacts and compressed chains",
+    "compare a grid of potentials, sizes and speeds; for LAMMPS also "
+    "masses, free targets, soft contacts and compressed chains",
 )
 @option(
-    "--ladder", "measure the order of your function's error: run it at --timestep and at 5 halvings"
+    "--ladder",
+    "measure the order of the error of your function, at --timestep and 5 successive halvings",
 )
-@option("--template", "print an integrator to start from, for --against mine:collide, and exit")
-@option("--plot FILE", "draw the differences against their error bars: PNG, PDF or SVG")
+@option("--template", "print an example integrator for --against mine:collide, and exit")
+@option("--plot FILE", "draw the differences and their error bars, as PNG, PDF or SVG")
 @json_option
 def validate(
     scene_file: str | None,
@@ -51,7 +55,7 @@ def validate(
     """
     Compare LAMMPS, or your own integrator, with the reference engine.
 
-    Exit status 1 where they differ by more than their error bars together.
+    The exit status is 1 if they differ by more than the sum of their error bars.
     """
     from chaincor.workflows.campaign.progress import progress_bar
     from chaincor.workflows.validation import comparison
@@ -73,15 +77,13 @@ def validate(
         judge_output(Path(plot), Path(plot).suffix)
     is_function = ":" in (against or "")
     if timeout is not None and not is_function:
-        raise click.UsageError(
-            "--timeout limits a function of yours. Add --against MODULE:FUNCTION"
-        )
+        raise click.UsageError("--timeout limits your own function. Add --against MODULE:FUNCTION")
     scene = scene_from(scene_file, options)
     if ladder:
         if against is None or not is_function or grid or plot is not None:
             raise click.UsageError(
-                "--ladder needs one function of yours. Give --against MODULE:FUNCTION "
-                "--timestep H, without --grid and --plot"
+                "--ladder needs your own function and no --grid or --plot. Give "
+                "--against MODULE:FUNCTION --timestep H"
             )
         climbed = climb_ladder(scene, against, timeout or USER_TIMEOUT)
         tell(climbed.to_dict(), repr(climbed), as_json, scene)
@@ -89,18 +91,20 @@ def validate(
     if against is not None and not is_function and scene.explicit:
         given = [key for key in NUMERICS_KEYS if getattr(scene, key) is not None]
         raise click.UsageError(
-            f"'{against}' holds results, on which {', '.join(given)} have no effect. Drop "
-            "these options"
+            f"'{against}' holds results, on which {', '.join(given)} have no "
+            "effect. Leave out these options"
         )
     own = sorted(scene.model_fields_set - {"tolerance", *NUMERICS_KEYS})
     if grid and own:
         raise click.UsageError(
-            f"--grid chooses its own chains and does not use {', '.join(own)}. Drop one or "
-            "the other"
+            f"--grid chooses its own chains and does not use {', '.join(own)}. "
+            "Leave out one or the other"
         )
     if grid and is_lammps_result(against):
-        raise click.UsageError(f"--grid runs scenes, and '{against}' holds one; drop --grid")
-    # A user's integrator may lack masses, targets and soft contacts: the grid leaves these out.
+        raise click.UsageError(
+            f"--grid runs many scenes, and '{against}' holds one result. Leave out --grid"
+        )
+    # A user's integrator may lack masses, targets and soft contacts, so its grid has none of them.
     scenes = grid_around(scene, bodies=against is None) if grid else [scene]
     results = []
     with progress_bar(grid, len(scenes), 0.0) as advance:
@@ -129,7 +133,7 @@ def validate(
 
 
 def _validate_result(scene: "Scene", against: str, is_given: bool) -> "Validation":
-    """Compare a LAMMPS result; without a given scene, use the scene in the files beside it."""
+    """Compare a LAMMPS result with its scene, by default the scene in the files beside it."""
     from chaincor.workflows.validation.lammps_result import read_lammps_result, validate_result
 
     found = read_lammps_result(against)
@@ -137,7 +141,7 @@ def _validate_result(scene: "Scene", against: str, is_given: bool) -> "Validatio
         return validate_result(scene, found)
     if found.scene is None:
         raise InputError(
-            f"nothing beside '{against}' tells the scene of that run"
+            f"no file beside '{against}' describes the scene of that run"
             + (f" of {found.particles} particles" if found.particles else "")
             + (
                 ". Give SCENE.toml, or options such as --potential lj --particles "

@@ -81,7 +81,7 @@ def test_no_option_is_on_neither_page(chaincor, command):
 def test_an_unknown_command(chaincor):
     status, out, err = chaincor("fly")
     assert (status, out) == (2, "")
-    assert err.startswith("chaincor: there is no command 'fly'; expected one of run, inputs")
+    assert err.startswith("chaincor: there is no command 'fly'. Use one of run, inputs")
 
 
 @pytest.mark.parametrize("arguments", [(), ("store",)])
@@ -94,14 +94,14 @@ def test_a_command_alone_prints_its_help_whole(chaincor, arguments):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (("analyse",), "no command 'analyse'; did you mean 'analyze'? expected one of run"),
-        (("run", "--n", "50"), "No such option: '--n'; did you mean '--particles'?"),
-        (("run", "-n", "50"), "No such option: '-n'; did you mean '--particles'?"),
-        (("run", "--partcles", "50"), "No such option: '--partcles'; did you mean '--particles'?"),
-        (("run", "--dt", "0.1"), "No such option: '--dt'; did you mean '--timestep'?"),
-        (("run", "--colour", "red"), "No such option: '--colour'; see --help and --help-scene"),
-        (("explain", "--colour", "red"), "No such option: '--colour'; see --help\n"),
-        (("run", "--potential", "lennard-jones"), "did you mean 'lj'?"),
+        (("analyse",), "no command 'analyse'. Did you mean 'analyze'? Use one of run"),
+        (("run", "--n", "50"), "No such option: '--n'. Did you mean '--particles'?"),
+        (("run", "-n", "50"), "No such option: '-n'. Did you mean '--particles'?"),
+        (("run", "--partcles", "50"), "No such option: '--partcles'. Did you mean '--particles'?"),
+        (("run", "--dt", "0.1"), "No such option: '--dt'. Did you mean '--timestep'?"),
+        (("run", "--colour", "red"), "No such option: '--colour'. See --help and --help-scene"),
+        (("explain", "--colour", "red"), "No such option: '--colour'. See --help\n"),
+        (("run", "--potential", "lennard-jones"), "Did you mean 'lj'?"),
     ],
 )
 def test_what_was_meant_is_suggested(chaincor, arguments, message):
@@ -179,7 +179,10 @@ def test_the_process_exits_with_the_status():
 
 @pytest.mark.parametrize(
     ("redirected", "said"),
-    [(">&-", "cannot print to standard output"), (">/dev/full", "No space left on device")],
+    [
+        (">&-", "cannot print the result to standard output"),
+        (">/dev/full", "No space left on device"),
+    ],
 )
 def test_a_result_that_cannot_be_printed_is_a_failure(redirected, said):
     if redirected == ">/dev/full" and not Path("/dev/full").exists():

@@ -175,11 +175,11 @@ def test_the_mean_over_seeds_has_its_error_and_bands(
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (("--mean", "temperature"), "--mean is temperature, but these scenes do not differ in it"),
-        (("--mean", "velocity"), "--mean is velocity, but these scenes do not differ in it"),
+        (("--mean", "temperature"), "do not differ in temperature, the column of --mean"),
+        (("--mean", "velocity"), "do not differ in velocity, the column of --mean"),
         (("--mean", "particles", "--x", "contacts"), "is a result of the collision"),
-        (("--mean", "particles", "--colour", "contacts"), "--mean is drawn along curves"),
-        (("--by", "particles", "--colour", "contacts"), "--by makes curves and --colour"),
+        (("--mean", "particles", "--colour", "contacts"), "--mean averages along curves"),
+        (("--by", "particles", "--colour", "contacts"), "--by draws curves and --colour"),
     ],
 )
 def test_means_that_make_no_sense_are_refused_by_name(plot, options, message):

@@ -35,8 +35,8 @@ def test_numbers_for_people_and_programs(chaincor):
         ((*WARM, "--samples", "5", "--watch"), "--watch shows one collision"),
         ((*WARM, "--samples", "5", "--animate", "a.gif"), "--animate shows one collision"),
         ((*WARM, "--samples", "5", "--arrays", "a.npz"), "arrays is given"),
-        ((*WARM, "--precision", "0.1"), "--precision goes with --samples"),
-        ((*WARM, "--workers", "2"), "--workers goes with --samples"),
+        ((*WARM, "--precision", "0.1"), "--precision works only with --samples"),
+        ((*WARM, "--workers", "2"), "--workers works only with --samples"),
     ],
 )
 def test_what_makes_no_sense_is_refused_by_name(chaincor, options, message):
@@ -52,7 +52,7 @@ def test_samples_that_miss_their_tolerance_are_told(chaincor):
     status, out, err = chaincor(*few)
     assert status == 1
     assert json.loads(out)["inexact"] == 1
-    assert "1 do not meet the tolerance; seed 1: the error reached is" in err
+    assert "1 missed the tolerance. Seed 1: the error reached is" in err
 
 
 def test_the_text_says_what_few_samples_do_not_tell(chaincor):

@@ -262,7 +262,7 @@ def test_failures_are_counted_and_told_by_the_exit_status(chaincor, sweep_file, 
     status, out, _ = chaincor("sweep", path, "--workers", "1")
     assert (status, "1 failed" in out) == (1, True)
     status, out, _ = chaincor("sweep", path)
-    assert (status, "were not tried" in out) == (1, True)
+    assert (status, "were not repeated" in out) == (1, True)
     rows = json.loads(
         chaincor("show", tmp_path / "sweep.sqlite", "--columns", "failure", "--json")[1]
     )

@@ -168,4 +168,4 @@ def test_a_million_particles_can_be_stopped(engine):
         finally:
             process.kill()
     assert process.returncode == 143, err
-    assert err.strip().endswith("before it was done; what is complete is kept")
+    assert err.strip().endswith("before the end. Finished results are kept")
