@@ -16,10 +16,11 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from chaincor.workflows.store.results_store import Store
+    from chaincor.workflows.store.store_set import StoreSet
 
 
 @click.command()
-@click.argument("store_path", metavar="STORE", type=PATH)
+@click.argument("stores", metavar="STORE...", nargs=-1, required=True, type=PATH)
 @option("--x TEXT", "column on the horizontal axis [default: speed]", default="speed")
 @option("--y TEXT", "column on the vertical axis [default: restitution]", default="restitution")
 @option(
@@ -37,7 +38,7 @@ if TYPE_CHECKING:
 )
 @option("-o, --output FILE", "PNG, PDF or SVG [default: the store's name with .png]", PATH)
 def plot(
-    store_path: Path,
+    stores: tuple[Path, ...],
     x: str,
     y: str,
     by: str | None,
@@ -47,7 +48,7 @@ def plot(
     output: Path | None,
 ) -> None:
     """
-    Draw curves or a heat map from a store.
+    Draw curves or a heat map from stores, or from folders of shards.
 
     Each combination of the columns that vary, besides the axes, gives one curve. Scenes are
     averaged only over the column of --mean.
@@ -59,7 +60,7 @@ def plot(
         PICTURES_SAID,
         refuse_overwriting_inputs,
     )
-    from chaincor.workflows.store.results_store import Store
+    from chaincor.workflows.store.store_set import find_stores, open_stores
 
     if by is not None and colour is not None:
         raise click.UsageError(
@@ -69,12 +70,14 @@ def plot(
         raise click.UsageError(
             "--mean averages along curves and --colour draws a heat map. Give only one of them"
         )
-    target = output or store_path.with_suffix(".png")
+    target = output or stores[0].with_suffix(".png")
     if target.suffix not in PICTURES:
         raise click.UsageError(f"'{target}' ends in '{target.suffix}'. Give {PICTURES_SAID}")
-    refuse_overwriting_inputs(target, [store_path], "the picture" if output is None else "--output")
+    refuse_overwriting_inputs(
+        target, find_stores(stores), "the picture" if output is None else "--output"
+    )
     judge_output(target, target.suffix)
-    with Store(store_path, read_only=True) as store:
+    with open_stores(stores) as store:
         if colour is not None:
             figure = _heat_map(store, x, y, colour, where)
         else:
@@ -104,7 +107,10 @@ class _Row:
 
 
 def _rows(
-    store: "Store", axes: tuple[str, ...], others: tuple[str, ...], where: tuple[str, ...]
+    store: "Store | StoreSet",
+    axes: tuple[str, ...],
+    others: tuple[str, ...],
+    where: tuple[str, ...],
 ) -> list[_Row]:
     """
     Return the rows that have a value on every axis.
@@ -193,7 +199,12 @@ def _scene_keys(rows: list[_Row]) -> set[str]:
 
 
 def _curves(
-    store: "Store", x: str, y: str, by: str | None, mean: str | None, where: tuple[str, ...]
+    store: "Store | StoreSet",
+    x: str,
+    y: str,
+    by: str | None,
+    mean: str | None,
+    where: tuple[str, ...],
 ) -> "Figure":
     from chaincor.analysis.figures.store_plots import plot_curves
 
@@ -258,7 +269,9 @@ def _means(curves: dict[str, tuple[list[Any], list[Any]]], x: str, y: str) -> "F
     return plot_means(drawn, x, y).figure  # type: ignore[return-value]
 
 
-def _heat_map(store: "Store", x: str, y: str, colour: str, where: tuple[str, ...]) -> "Figure":
+def _heat_map(
+    store: "Store | StoreSet", x: str, y: str, colour: str, where: tuple[str, ...]
+) -> "Figure":
     from chaincor.analysis.figures.store_plots import plot_heat_map
 
     rows = _rows(store, (x, y, colour), (), where)

@@ -25,7 +25,7 @@ _COLUMNS = (
 
 
 @click.command()
-@click.argument("store_path", metavar="STORE", type=PATH)
+@click.argument("stores", metavar="STORE...", nargs=-1, required=True, type=PATH)
 @option("--columns A,B,...", "columns to show, in this order")
 @option(
     "--where COND", "choose rows by a condition, such as potential=lj or speed<0.5", multiple=True
@@ -39,22 +39,23 @@ _COLUMNS = (
 )
 @json_option
 def show(
-    store_path: Path,
+    stores: tuple[Path, ...],
     columns: str | None,
     where: tuple[str, ...],
     sort: str,
     limit: int,
     as_json: bool,
 ) -> None:
-    """Show a store of results as a table."""
+    """Show stores of results, or folders of shards, as one table."""
     from chaincor.workflows.store.query import count_rows, query_rows
-    from chaincor.workflows.store.results_store import Store
+    from chaincor.workflows.store.store_set import open_stores
 
     names = [name.strip() for name in columns.split(",")] if columns else list(_COLUMNS)
     order = [name.strip() for name in sort.split(",")] if sort else ()
-    with Store(store_path, read_only=True) as store:
-        # A damaged row is shown too, as far as its text can be read.
-        store.connection.text_factory = lambda content: content.decode(errors="replace")
+    with open_stores(stores) as store:
+        for part, _ in store.parts():
+            # A damaged row is shown too, as far as its text can be read.
+            part.connection.text_factory = lambda content: content.decode(errors="replace")
         rows = query_rows(store, names, where=where, order=order, limit=limit or None)
         found = count_rows(store, where)
     objects = [dict(zip(names, row, strict=True)) for row in rows]

@@ -26,6 +26,13 @@ def _shard(text: str) -> tuple[int, int]:
     return int(number), int(count)
 
 
+def _shard_path(store: Path, shard: tuple[int, int] | None) -> Path:
+    """Return the store of a shard, in a folder beside the store of the whole sweep."""
+    if shard is None:
+        return store
+    return store.with_suffix(".shards") / f"{shard[0]}-of-{shard[1]}.sqlite"
+
+
 @click.command()
 @click.argument("sweep_file", metavar="SWEEP.toml", type=PATH)
 @option(
@@ -39,7 +46,11 @@ def _shard(text: str) -> tuple[int, int]:
     "--workers N", "number of worker processes on this machine [default: one per core]", ONE_OR_MORE
 )
 @option("--scheduler ADDRESS", "run on this Dask cluster, tcp://HOST:8786")
-@option("--shard I/K", "run only part I of K of the points, for job arrays", _shard)
+@option(
+    "--shard I/K",
+    "run only part I of K of the points, into its own store [default: NAME.shards/I-of-K.sqlite]",
+    _shard,
+)
 @option("--arrays", "also store contacts, mode energies and final states")
 @option("--recompute", "recompute collisions that the store already contains")
 @option("--retry-failed", "also retry collisions that failed in an earlier run")
@@ -77,6 +88,7 @@ def sweep(
     from chaincor.workflows.campaign.cluster import DaskCluster
     from chaincor.workflows.campaign.into_store import IntoStore
     from chaincor.workflows.campaign.sweep_file import read_sweep
+    from chaincor.workflows.outputs import make_folder
     from chaincor.workflows.store.results_store import Store
 
     if scheduler is not None and workers is not None:
@@ -86,7 +98,7 @@ def sweep(
         )
     asked = read_sweep(sweep_file)
     cells = Cells(asked.scenes, *(shard or (1, 1)))
-    path = asked.store if store_path is None else store_path
+    path = _shard_path(asked.store, shard) if store_path is None else store_path
     wishes["arrays"] |= asked.arrays
     cores = workers_given(workers)
     if dry_run:
@@ -96,6 +108,8 @@ def sweep(
             note = "the forecast is for results on this machine and ignores"
             say(f"chaincor: note: {note} {' and '.join(left_out)}", err=True)
         return
+    if shard is not None and store_path is None:
+        make_folder(path.parent)
     with Store(path) as store:
         into = IntoStore(store, cells, **wishes, keep_jobs=keep_jobs)
         todo = bool(into.todo)

@@ -20,9 +20,10 @@ _LARGEST = 1e306
 _LARGEST_WHOLE = 2**53
 # Far more characters than the longest JSON of a scene or result has.
 _LONGEST_JSON = 10_000_000
-_DECLARED = re.compile(r'^ +"?(\w+)"? (TEXT|INTEGER|REAL)( NOT NULL)?', re.MULTILINE)
-_COLUMNS = {
-    name: (kind, bool(not_null)) for name, kind, not_null in _DECLARED.findall(MIGRATIONS[0][1])
+_DECLARATION = re.compile(r'^ +"?(\w+)"? (TEXT|INTEGER|REAL)( NOT NULL)?', re.MULTILINE)
+# Declared type of each column, and whether it must have a value.
+DECLARED = {
+    name: (kind, bool(not_null)) for name, kind, not_null in _DECLARATION.findall(MIGRATIONS[0][1])
 }
 
 
@@ -56,7 +57,7 @@ def _check_of(name: str) -> Callable[[Any], str | None]:
         return lambda value: None if value is None else _wrong_json(value, lambda _: True)
     if name in FLAG_COLUMNS or name == "has_arrays":
         return lambda value: None if value in (None, 0, 1) else _shown(value)
-    kind, not_null = _COLUMNS.get(name, ("", False))
+    kind, not_null = DECLARED.get(name, ("", False))
     if name in WORDS:
         kind = "TEXT"
     right = {"TEXT": _is_text, "INTEGER": _is_whole, "REAL": _is_number}.get(kind, _is_plain)

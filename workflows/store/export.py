@@ -1,59 +1,130 @@
 """Export a store to CSV, Parquet, pandas or an RO-Crate."""
 
 import csv
+import itertools
 import json
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import nullcontext
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any, get_args, get_origin
 
-from chaincor.analysis.atomic_write import written_aside
+from chaincor.analysis.atomic_write import folder_aside, written_aside
 from chaincor.analysis.observables import OBSERVABLES
-from chaincor.analysis.output_paths import judge_output
 from chaincor.lammps_inputs.bonds.potentials import WHOLE_KEYS
 from chaincor.lammps_inputs.errors import InputError
+from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.errors import StoreError
 from chaincor.workflows.outputs import make_folder
 from chaincor.workflows.research_object import METADATA_FILE, describe_folder, require_rocrate
-from chaincor.workflows.store.checked_rows import check_rows
-from chaincor.workflows.store.query import query_rows
+from chaincor.workflows.store.checked_rows import DECLARED, check_rows
+from chaincor.workflows.store.query import iterate_rows
 from chaincor.workflows.store.results_store import Store
 from chaincor.workflows.store.schema import FLAG_COLUMNS, PLAIN_COLUMNS
+from chaincor.workflows.store.store_set import StoreSet, open_stores
 from chaincor.workflows.terminal_text import csv_cell
 
 if TYPE_CHECKING:
     import pandas
 
+_KINDS = {"TEXT": str, "INTEGER": int, "REAL": float, "int": int, "float": float, "str": str}
+# Number of rows that a Parquet file holds together, and that are in memory at a time.
+_ROW_GROUP = 100_000
 
-def export_store(store: Store, path: Path) -> int:
+
+def export_store(store: Store | StoreSet, path: Path, rows_per_file: int | None = None) -> int:
     """
     Write all rows to ``.csv`` or ``.parquet``, and return their number.
 
-    Rows are sorted by potential, particles and velocity. The file appears when it is complete.
-    Raises StoreError for another file extension, or if the libraries for Parquet are missing.
-    Raises InputError if the file exists and is not an earlier export.
+    Rows are sorted by potential, particles and velocity, and are not kept in memory. The file
+    appears when it is complete. With `rows_per_file`, `path` is a new folder for files of at most
+    that many rows. Raises StoreError for another file extension, or without the library for
+    Parquet. Raises InputError if the file exists and is not an earlier export, or if the folder
+    exists.
     """
     if path.suffix not in (".csv", ".parquet"):
         raise StoreError(
             f"'{path.name}' ends in '{path.suffix}'. Give a name that ends in .csv or .parquet"
         )
-    kind = "results" if path.suffix == ".csv" else path.suffix
-    judge_output(path, kind)
+    write = _write_csv if path.suffix == ".csv" else _parquet_writer()
     rows = _rows(store)
-    with written_aside(path, kind) as aside:
-        if path.suffix == ".csv":
-            with aside.open("w", newline="", encoding="utf-8") as file:
-                csv.writer(file).writerows([PLAIN_COLUMNS, *(map(csv_cell, row) for row in rows)])
-        else:
-            try:
-                _frame(rows).to_parquet(aside, index=False)
-            except ImportError:
-                raise StoreError(
-                    "Parquet needs pandas and pyarrow. Install them: pip install chaincor[export]"
-                ) from None
-    return len(rows)
+    if rows_per_file is None:
+        kind = "results" if path.suffix == ".csv" else path.suffix
+        with written_aside(path, kind) as aside:
+            return write(rows, aside)
+    if path.exists():
+        raise InputError(
+            f"{str(path)!r} exists. Give a new folder for files of {rows_per_file} rows"
+        )
+    count = 0
+    with folder_aside(path, prefix="export") as folder:
+        for number in itertools.count(1):
+            part = itertools.islice(rows, rows_per_file)
+            first = next(part, None)
+            if first is None and number > 1:
+                return count
+            given = itertools.chain(() if first is None else (first,), part)
+            count += write(given, folder / f"part-{number:05d}{path.suffix}")
+    return count
 
 
-def export_crate(store: Store, folder: Path) -> int:
+def _write_csv(rows: Iterable[tuple], file: Path) -> int:
+    count = 0
+    with file.open("w", newline="", encoding="utf-8") as opened:
+        writer = csv.writer(opened)
+        writer.writerow(PLAIN_COLUMNS)
+        for row in rows:
+            writer.writerow(map(csv_cell, row))
+            count += 1
+    return count
+
+
+def _parquet_writer() -> Callable[[Iterable[tuple], Path], int]:
+    """Return a function that writes rows to Parquet. Raises StoreError without pyarrow."""
+    try:
+        import pyarrow as pa
+        from pyarrow import parquet
+    except ImportError:
+        raise StoreError(
+            "Parquet needs pyarrow. Install it: pip install chaincor[export]"
+        ) from None
+    types = {str: pa.string(), int: pa.int64(), float: pa.float64(), bool: pa.bool_()}
+    kinds = [_kind_of(name) for name in PLAIN_COLUMNS]
+    names = [*zip(PLAIN_COLUMNS, map(types.get, kinds), strict=True)]
+    schema = pa.schema(names)
+
+    def write(rows: Iterable[tuple], file: Path) -> int:
+        count, given = 0, iter(rows)
+        with parquet.ParquetWriter(file, schema) as writer:
+            while group := [*itertools.islice(given, _ROW_GROUP)]:
+                columns = [
+                    pa.array([None if value is None else kind(value) for value in values], type_)
+                    for values, kind, (_, type_) in zip(
+                        zip(*group, strict=True), kinds, names, strict=True
+                    )
+                ]
+                writer.write_table(pa.table(columns, schema=schema))
+                count += len(group)
+        return count
+
+    return write
+
+
+def _kind_of(column: str) -> type:
+    """Return the type of a column in an export; lists, paths and formulas are text."""
+    if column in FLAG_COLUMNS:
+        return bool
+    observable = OBSERVABLES.get(column)
+    kind = DECLARED.get(column, ("" if observable is None else observable.kind, False))[0]
+    if kind in _KINDS:
+        return _KINDS[kind]
+    field = Scene.model_fields.get(column)
+    annotation = None if field is None else field.annotation
+    # Of an optional number, or of a number with conditions.
+    given = [get_args(each)[0] for each in get_args(annotation) if get_origin(each) is Annotated]
+    return next((each for each in given if each in (int, float)), str)
+
+
+def export_crate(store: Store | StoreSet, folder: Path) -> int:
     """
     Write all rows to ``results.csv`` in an RO-Crate folder, and return their number.
 
@@ -69,13 +140,16 @@ def export_crate(store: Store, folder: Path) -> int:
         )
     make_folder(folder)
     rows = export_store(store, table)
-    known = store.select("SELECT versions, id FROM environments")[1]
-    check_rows(store.path, ["versions"], known, [f"environment {number}" for _, number in known])
+    versions: set[tuple[str, str]] = set()
+    for part, _ in store.parts():
+        known = part.select("SELECT versions, id FROM environments")[1]
+        check_rows(part.path, ["versions"], known, [f"environment {number}" for _, number in known])
+        versions |= {pair for text, _ in known for pair in json.loads(text).items()}
     describe_folder(
         folder,
         f"{rows} collisions of one-dimensional chains, computed by chaincor",
         {table.name: "One row a collision: what collides, what came out, and how."},
-        sorted({pair for text, _ in known for pair in json.loads(text).items()}),
+        sorted(versions),
         {name: _meaning(name) for name in PLAIN_COLUMNS},
     )
     return rows
@@ -86,14 +160,14 @@ def _meaning(column: str) -> str:
     return column.replace("_", " ") if known is None else known.meaning
 
 
-def to_pandas(store: Store | Path | str) -> "pandas.DataFrame":
+def to_pandas(store: Store | Path | str | Sequence[Path | str]) -> "pandas.DataFrame":
     """
     Return all rows as a data frame.
 
     Parameters
     ----------
-    store : Store or pathlib.Path or str
-        The store, or its file.
+    store : Store or path or sequence of paths
+        The store, its file, or several files and folders of shards that are read as one store.
 
     Returns
     -------
@@ -112,11 +186,13 @@ def to_pandas(store: Store | Path | str) -> "pandas.DataFrame":
     >>> to_pandas("five.sqlite")[["particles", "contacts"]].values.tolist()
     [[5, 4]]
     """
-    with nullcontext(store) if isinstance(store, Store) else Store(store, read_only=True) as opened:
-        return _frame(_rows(opened))
-
-
-def _frame(rows: list[tuple]) -> "pandas.DataFrame":
+    if isinstance(store, Store):
+        opened: Any = nullcontext(store)
+    else:
+        paths = [store] if isinstance(store, Path | str) else store
+        opened = open_stores([*map(Path, paths)])
+    with opened as stores:
+        rows = [*_rows(stores)]
     frame = require_pandas().DataFrame.from_records(rows, columns=list(PLAIN_COLUMNS))
     names = ("contacts", "fragments", *WHOLE_KEYS, "table_points", "target_particles")
     whole = dict.fromkeys(names, "Int64")
@@ -132,5 +208,5 @@ def require_pandas() -> Any:
     return pd
 
 
-def _rows(store: Store) -> list[tuple]:
-    return query_rows(store, PLAIN_COLUMNS, order=("potential", "particles", "velocity"))
+def _rows(store: Store | StoreSet) -> Iterator[tuple]:
+    return iterate_rows(store, PLAIN_COLUMNS, order=("potential", "particles", "velocity"))

@@ -1,14 +1,17 @@
 """Query a store for tables and plots: columns, conditions and order."""
 
+import heapq
+import itertools
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 from chaincor.lammps_inputs.given_numbers import number_in
 from chaincor.workflows.errors import StoreError
 from chaincor.workflows.store.checked_rows import KEY, check_rows
-from chaincor.workflows.store.results_store import Store
+from chaincor.workflows.store.connection import named_errors
+from chaincor.workflows.store.results_store import Part, Store
 from chaincor.workflows.store.schema import (
     BODY_COLUMNS,
     FLAG_COLUMNS,
@@ -16,15 +19,18 @@ from chaincor.workflows.store.schema import (
     SCENE_KEYS,
     WORDS,
 )
+from chaincor.workflows.store.store_set import StoreSet
 
 # Largest integer of SQLite.
 _MOST_ROWS = 2**63 - 1
+# Number of rows that are read and checked at a time.
+_CHECKED = 1000
 _PARAMETER = re.compile(r"parameters\.[A-Za-z]\w*")
 _CONDITION = re.compile(r"\s*([\w.]+)\s*(<=|>=|!=|==?|<|>)\s*(.*?)\s*")
 
 
 def query_rows(
-    store: Store,
+    store: Store | StoreSet,
     columns: Sequence[str],
     *,
     where: Sequence[str] = (),
@@ -36,8 +42,8 @@ def query_rows(
 
     Parameters
     ----------
-    store : Store
-        The store.
+    store : Store or StoreSet
+        The store, or several stores that are read as one.
     columns : sequence of str
         Names from :data:`~chaincor.workflows.store.schema.PLAIN_COLUMNS`, or ``scene``, the JSON
         text of the canonical scene. ``parameters.a`` is the parameter a of a formula. ``masses.2``
@@ -63,34 +69,96 @@ def query_rows(
         If there is no such column, a condition cannot be read, a column of numbers is compared with
         text, or a row holds a value that chaincor does not write.
     """
-    conditions, values = _conditions(store, where)
-    ordered = [
-        _quoted(name.removeprefix("-")) + (" DESC" if name.startswith("-") else "")
-        for name in order
-    ]
-    wanted = ", ".join([*map(_quoted, columns), KEY])
+    return [*iterate_rows(store, columns, where=where, order=order, limit=limit)]
+
+
+def iterate_rows(
+    store: Store | StoreSet,
+    columns: Sequence[str],
+    *,
+    where: Sequence[str] = (),
+    order: Sequence[str] = (),
+    limit: int | None = None,
+) -> Iterator[tuple[Any, ...]]:
+    """Yield the rows of :func:`query_rows` without keeping them."""
+    parts = store.parts()
+    streams = [_rows_of(part, columns, where, order, limit) for part in parts]
+    if len(parts) == 1:
+        yield from (row for row, _ in streams[0])
+        return
+    descending = [name.startswith("-") for name in order]
+    joined = heapq.merge(*streams, key=lambda pair: _rank(pair[1], descending))
+    yield from (row for row, _ in itertools.islice(joined, limit))
+
+
+def _rows_of(
+    part: Part,
+    columns: Sequence[str],
+    where: Sequence[str],
+    order: Sequence[str],
+    limit: int | None,
+) -> Iterator[tuple[tuple[Any, ...], tuple[Any, ...]]]:
+    """Yield the rows of one store, each with the values by which it is sorted."""
+    store = part.store
+    conditions, values = _conditions(part, where)
+    sorting = [_quoted(name.removeprefix("-")) for name in order]
+    wanted = ", ".join([*map(_quoted, columns), *sorting, KEY])
     query = f"SELECT {wanted} FROM collisions{conditions}"
-    if ordered:
-        query += f" ORDER BY {', '.join(ordered)}"
+    if order:
+        ways = (" DESC" if name.startswith("-") else "" for name in order)
+        query += f" ORDER BY {', '.join(map(''.join, zip(sorting, ways, strict=True)))}"
     if limit is not None:
         query += " LIMIT ?"
         values = [*values, min(limit, _MOST_ROWS)]
-    found = store.select(query, values)[1]
-    rows = [row[:-1] for row in found]
-    check_rows(store.path, columns, rows, [row[-1] for row in found])
-    return rows
+    with named_errors(store.path):
+        cursor = store.connection.execute(query, values)
+        while found := cursor.fetchmany(_CHECKED):
+            rows = [row[: len(columns)] for row in found]
+            check_rows(store.path, columns, rows, [row[-1] for row in found])
+            for row, whole in zip(rows, found, strict=True):
+                yield row, whole[len(columns) : -1]
 
 
-def count_rows(store: Store, where: Sequence[str] = ()) -> int:
+class _Descending:
+    """Rank of a value in a column that is sorted from the largest."""
+
+    def __init__(self, rank: tuple[int, Any]) -> None:
+        self.rank = rank
+
+    def __lt__(self, other: "_Descending") -> bool:
+        return other.rank < self.rank
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Descending) and self.rank == other.rank
+
+    __hash__ = None  # type: ignore[assignment]
+
+
+def _rank(values: Sequence[Any], descending: Sequence[bool]) -> list[Any]:
+    """Return a sort key in SQLite's order: nothing, numbers, text, bytes."""
+    ranks = []
+    for value, reverse in zip(values, descending, strict=True):
+        kind = 0 if value is None else 1 if isinstance(value, int | float) else 2
+        rank = (kind + isinstance(value, bytes), 0 if value is None else value)
+        ranks.append(_Descending(rank) if reverse else rank)
+    return ranks
+
+
+def count_rows(store: Store | StoreSet, where: Sequence[str] = ()) -> int:
     """Count the rows that fulfil conditions, written as for :func:`query_rows`."""
-    conditions, values = _conditions(store, where)
-    return store.select(f"SELECT count(*) FROM collisions{conditions}", values)[1][0][0]
+    count = 0
+    for part in store.parts():
+        conditions, values = _conditions(part, where)
+        query = f"SELECT count(*) FROM collisions{conditions}"
+        count += part.store.select(query, values)[1][0][0]
+    return count
 
 
-def _conditions(store: Store, where: Sequence[str]) -> tuple[str, list[Any]]:
-    parts: list[str] = []
+def _conditions(part: Part, where: Sequence[str]) -> tuple[str, list[Any]]:
+    parts: list[str] = [part.condition] if part.condition else []
     values: list[float | str] = []
-    types = dict(store.select("SELECT name, type FROM pragma_table_info('collisions')")[1])
+    found = part.store.select("SELECT name, type FROM pragma_table_info('collisions')")[1]
+    types = dict(found)
     for text in where:
         match = _CONDITION.fullmatch(text)
         if match is None:

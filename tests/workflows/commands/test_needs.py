@@ -62,7 +62,7 @@ USES = {
     "plot": {"s.sqlite -o curves.png": ()},
     "store": {
         "export s.sqlite s.csv": (),
-        "export s.sqlite s.parquet": ("pandas", "pyarrow"),
+        "export s.sqlite s.parquet": ("pyarrow",),
         "export s.sqlite crate --rocrate": ("rocrate",),
     },
     "explore": {"--particles 3 -o page.html": ()},

@@ -232,6 +232,9 @@ def test_a_sweep_from_file_to_plots(chaincor, sweep_file, tmp_path):
     path, store = sweep_file(), tmp_path / "out.sqlite"
     status, out, error = chaincor("sweep", path, "--shard", "1/2", "--json", "--workers", "1")
     assert (status, json.loads(out)["computed"], error) == (0, 3, "")
+    shard = tmp_path / "out.shards" / "1-of-2.sqlite"
+    assert json.loads(out)["store"] == str(shard)
+    assert chaincor("store", "merge", store, shard.parent)[0] == 0
     status, out, _ = chaincor("sweep", path, "--json", "--workers", "1")
     assert (status, json.loads(out)["computed"], json.loads(out)["found"]) == (0, 3, 3)
     assert "nothing to compute: 6" in chaincor("sweep", path)[1]
