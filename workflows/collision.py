@@ -1,6 +1,7 @@
 """Run one scene or many scenes and return the results, with or without a store."""
 
 from collections.abc import Iterable
+from concurrent.futures import Executor
 from pathlib import Path
 from typing import TYPE_CHECKING, overload
 
@@ -9,6 +10,7 @@ from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.plan import plan, refuse_endless
 from chaincor.workflows.accuracy.step_guess import foresee_frequency_ratio
 from chaincor.workflows.campaign.carry_out import TASKS_PER_WORKER, Done, carry_out, workers_for
+from chaincor.workflows.campaign.given_executor import tasks_to
 from chaincor.workflows.campaign.progress import progress_bar
 from chaincor.workflows.campaign.tasks import describe, tasks_of
 from chaincor.workflows.campaign.work import MOST_SECONDS, collide_one, collide_scenes
@@ -42,6 +44,7 @@ def collide(
     *,
     most_seconds: float = MOST_SECONDS,
     workers: int | None = None,
+    executor: Executor | None = None,
     progress: bool = True,
 ) -> list[Collision]: ...
 
@@ -55,6 +58,7 @@ def collide(
     arrays: bool = False,
     most_seconds: float = MOST_SECONDS,
     workers: int | None = None,
+    executor: Executor | None = None,
     progress: bool = True,
 ) -> list["Row"]: ...
 
@@ -68,6 +72,7 @@ def collide(
     arrays: bool = False,
     most_seconds: float = MOST_SECONDS,
     workers: int | None = None,
+    executor: Executor | None = None,
     progress: bool = True,
 ) -> Collision | list[Collision] | list["Row"]:
     """
@@ -95,6 +100,10 @@ def collide(
         the limit a collision returns the accuracy reached so far, or fails if it has no number yet.
     workers : int, optional
         Number of worker processes for several scenes; one per core by default.
+    executor : concurrent.futures.Executor, optional
+        Executor that computes several scenes instead of new processes, such as a Dask client's
+        ``client.get_executor()``; it stays open. `workers` is then the number of its workers, if
+        the executor does not know it. Threads compute one collision at a time.
     progress : bool
         Whether to show a progress bar for several scenes, on a terminal or in a notebook.
 
@@ -115,6 +124,8 @@ def collide(
         If the collision is expected to exceed `most_seconds`, or reached it before it had a number.
     StoreError, StoreWriteError
         If the store cannot be used or written. Results already stored are kept.
+    SchedulerError
+        If the executor takes no tasks, or lost its workers.
     RunError
         If there is no trustworthy number; each cause has its own subclass. Without a store, the
         first failure stops all scenes.
@@ -127,7 +138,9 @@ def collide(
     (0.9071, 9, 'proved')
     """
     scenes = scenes_given(scene)
-    workers = min(workers_given(workers), len(scenes))
+    if executor is not None and isinstance(scene, Scene):
+        raise InputError("the option executor needs several scenes. Give a list of scenes")
+    given_workers, workers = workers, min(workers_given(workers), len(scenes))
     if arrays and store is None:
         raise InputError(
             "the option `arrays` has no effect without a store: a result always "
@@ -148,9 +161,14 @@ def collide(
         from chaincor.workflows.campaign.into_store import collide_into_store
 
         return collide_into_store(
-            scenes, store, workers=workers or None, arrays=arrays, progress=progress
+            scenes,
+            store,
+            workers=(workers or None) if executor is None else given_workers,
+            executor=executor,
+            arrays=arrays,
+            progress=progress,
         )
-    tasks = tasks_of(describe(scenes, stored=False), TASKS_PER_WORKER * workers)
+    tasks = tasks_of(describe(scenes, stored=False), TASKS_PER_WORKER * (given_workers or workers))
     found: list[Collision | None] = [None] * len(scenes)
     failed: list[Exception] = []
 
@@ -168,7 +186,10 @@ def collide(
     seconds = sum(asked.cost for task in tasks for asked in task)
     with (
         progress_bar(progress, len(scenes), seconds) as advance,
-        workers_for(tasks, workers) as (executor, in_flight),
+        workers_for(tasks, workers) if executor is None else tasks_to(executor, given_workers) as (
+            chosen,
+            in_flight,
+        ),
     ):
-        carry_out(tasks, collide_scenes, executor, take, in_flight=in_flight, advance=advance)
+        carry_out(tasks, collide_scenes, chosen, take, in_flight=in_flight, advance=advance)
     return ResultTable(result for result in found if result is not None)

@@ -4,10 +4,11 @@ import itertools
 import queue
 from collections import deque
 from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
-from concurrent.futures import CancelledError, Executor, Future
+from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future
 from contextlib import contextmanager
 from typing import Any, NamedTuple
 
+from chaincor.lammps_inputs.errors import one_line
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.campaign.points import Point
 from chaincor.workflows.campaign.pool import ProcessPool
@@ -139,6 +140,11 @@ def _ended(future: Future, task: Task) -> tuple[Done, list[Task]]:
         raise SchedulerError(
             "the cluster dropped a collision that was handed to it; what is finished is in the "
             "store: run the same command again"
+        ) from None
+    except BrokenExecutor as error:
+        raise SchedulerError(
+            f"the executor lost its workers ({one_line(error)}). A store has what is finished: "
+            "make a new executor and call again"
         ) from None
     except (WorkerDiedError, *MACHINE_FAILURES) as error:
         # If the task has several collisions, the failing one reports the error when it runs alone.

@@ -9,7 +9,7 @@ import threading
 import time
 from collections.abc import Callable
 from concurrent.futures import Executor, Future
-from typing import Any
+from typing import Any, Self
 
 from chaincor.lammps_inputs.errors import InputError, one_line
 from chaincor.workflows.errors import SchedulerError, WorkerDiedError
@@ -43,40 +43,18 @@ class DaskCluster(Executor):
     """
 
     def __init__(self, address: str) -> None:
-        if not _ADDRESS.fullmatch(address):
-            raise InputError(
-                f"the address of the scheduler is {address!r}. Give one such as tcp://HOST:8786, "
-                "which `dask scheduler` prints when it starts"
-            )
-        try:
-            import dask
-            from distributed import Client, Security
-        except ImportError:
-            raise SchedulerError(
-                "Dask is not installed. Install it for --scheduler: pip install chaincor[cluster]"
-            ) from None
-        _silence_loggers()
-        if (
-            address.startswith("tls:")
-            and not Security().get_connection_args("client")["ssl_context"]
-        ):
-            raise SchedulerError(
-                f"Dask has no certificates for {address}. Set distributed.comm.tls in Dask's own "
-                "settings"
-            )
-        # A lost scheduler must end the sweep instead of leaving it waiting for results.
-        dask.config.set({"distributed.comm.timeouts.connect": _CONNECT_SECONDS})
-        try:
-            self._client = Client(
-                address, timeout=_CONNECT_SECONDS, name="chaincor", set_as_default=False
-            )
-        except (OSError, ValueError, TypeError) as error:
-            reason = one_line(error) or type(error).__name__
-            raise SchedulerError(
-                f"no Dask scheduler answers at {address} ({reason}). Start one with "
-                "`dask scheduler`"
-            ) from None
-        self._pending: dict[Any, Future] = {}
+        self._follow(_connect(address), address, own=True)
+
+    @classmethod
+    def of(cls, client: Any) -> Self:
+        """Return the cluster of a user's client, which stays open."""
+        cluster = cls.__new__(cls)
+        cluster._follow(client, client.scheduler.address, own=False)
+        return cluster
+
+    def _follow(self, client: Any, address: str, *, own: bool) -> None:
+        self._client, self._own = client, own
+        self._pending: dict[Any, tuple[Any, Future]] = {}
         self._lock = threading.Lock()
         self._stop = threading.Event()
         self._counted, self._cores = -math.inf, 0
@@ -136,13 +114,15 @@ class DaskCluster(Executor):
         # Not pure: equal calls of different sweeps are not the same task.
         task = self._client.submit(function, *args, pure=False, **kwargs)
         with self._lock:
-            self._pending[task.key] = result
+            self._pending[task.key] = task, result
         task.add_done_callback(lambda done: self._finish(done, result))
         return result
 
     def _finish(self, task: Any, result: Future) -> None:
         from distributed import CancelledError, KilledWorker
 
+        if self._stop.is_set():  # nobody waits for the result
+            return
         value: Any = None
         error: Exception | None = None
         try:
@@ -170,7 +150,7 @@ class DaskCluster(Executor):
             if self._client.status == "running" or self._stop.is_set():
                 continue
             with self._lock:
-                for result in self._pending.values():
+                for _, result in self._pending.values():
                     _settle(result, None, SchedulerError(_LOST))
                 self._pending.clear()
             return
@@ -178,7 +158,44 @@ class DaskCluster(Executor):
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
         """Leave the cluster, which drops unfinished tasks whatever the arguments are."""
         self._stop.set()
-        self._client.close(timeout=_LEAVE_SECONDS)
+        if self._own:
+            self._client.close(timeout=_LEAVE_SECONDS)
+            return
+        with self._lock:
+            tasks = [task for task, _ in self._pending.values()]
+            self._pending.clear()
+        self._client.cancel(tasks)
+
+
+def _connect(address: str) -> Any:
+    """Return a client of the scheduler at an address."""
+    if not _ADDRESS.fullmatch(address):
+        raise InputError(
+            f"the address of the scheduler is {address!r}. Give one such as tcp://HOST:8786, "
+            "which `dask scheduler` prints when it starts"
+        )
+    try:
+        import dask
+        from distributed import Client, Security
+    except ImportError:
+        raise SchedulerError(
+            "Dask is not installed. Install it for --scheduler: pip install chaincor[cluster]"
+        ) from None
+    _silence_loggers()
+    if address.startswith("tls:") and not Security().get_connection_args("client")["ssl_context"]:
+        raise SchedulerError(
+            f"Dask has no certificates for {address}. Set distributed.comm.tls in Dask's own "
+            "settings"
+        )
+    # A lost scheduler must end the sweep instead of leaving it waiting for results.
+    dask.config.set({"distributed.comm.timeouts.connect": _CONNECT_SECONDS})
+    try:
+        return Client(address, timeout=_CONNECT_SECONDS, name="chaincor", set_as_default=False)
+    except (OSError, ValueError, TypeError) as error:
+        reason = one_line(error) or type(error).__name__
+        raise SchedulerError(
+            f"no Dask scheduler answers at {address} ({reason}). Start one with `dask scheduler`"
+        ) from None
 
 
 def _silence_loggers() -> None:

@@ -20,6 +20,7 @@ from chaincor.workflows.campaign.carry_out import (
 )
 from chaincor.workflows.campaign.cells import WINDOW, Cells
 from chaincor.workflows.campaign.forecast import forecast_cells
+from chaincor.workflows.campaign.given_executor import tasks_to
 from chaincor.workflows.campaign.points import Point, scene_of
 from chaincor.workflows.campaign.pool import ProcessPool
 from chaincor.workflows.campaign.progress import Advance, progress_bar
@@ -222,6 +223,7 @@ def collide_into_store(
     store: Store | Path | str,
     *,
     workers: int | None = None,
+    executor: Executor | None = None,
     arrays: bool = False,
     progress: bool = True,
 ) -> list[Row]:
@@ -232,7 +234,10 @@ def collide_into_store(
     """
     with nullcontext(store) if isinstance(store, Store) else Store(store) as opened:
         into = IntoStore(opened, scenes, arrays=arrays)
-        if into.todo:
+        if into.todo and executor is not None:
+            with tasks_to(executor, workers) as (given, in_flight):
+                into.run(given, in_flight=in_flight, progress=progress)
+        elif into.todo:
             into.run_by_processes(workers_given(workers), progress)
         rows = [opened.find(scene, arrays=arrays) for scene in scenes]
     assert all(row is not None for row in rows)

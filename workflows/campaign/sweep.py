@@ -2,6 +2,7 @@
 
 import tempfile
 from collections.abc import Iterable
+from concurrent.futures import Executor
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -29,6 +30,7 @@ def sweep(
     *,
     store: Store | Path | str | None = None,
     workers: int | None = None,
+    executor: Executor | None = None,
     progress: bool = True,
     **axes: Iterable[Any],
 ) -> "pandas.DataFrame":
@@ -44,6 +46,9 @@ def sweep(
     workers : int, optional
         Number of processes; by default the number of cores. A script that calls this needs the
         usual ``if __name__ == "__main__":``, because each worker is a fresh process.
+    executor : concurrent.futures.Executor, optional
+        Executor that computes the collisions instead of new processes, as for
+        :func:`~chaincor.workflows.collision.collide`.
     progress : bool
         Whether to show a progress bar, on a terminal or in a notebook.
     **axes
@@ -73,7 +78,7 @@ def sweep(
     """
     scene = scene_given(scene)
     require_pandas()
-    workers = workers_given(workers)
+    workers = workers if workers is None else workers_given(workers)
     base = {key: getattr(scene, key) for key in scene.model_fields_set}
     values = read_axes(base, axes, "give a store, which keeps all results", _listed)
     fields = fields_set(values)
@@ -81,7 +86,7 @@ def sweep(
     points = list(SweepPoints(base, list(values.values()), Path()))
     with tempfile.TemporaryDirectory(prefix="chaincor-") as folder:
         kept = Path(folder) / "sweep.sqlite" if store is None else store
-        collide_into_store(points, kept, workers=workers, progress=progress)
+        collide_into_store(points, kept, workers=workers, executor=executor, progress=progress)
         rows = to_pandas(kept).set_index("collision_sha256", drop=False)
     frame = rows.loc[[point.collision_sha256 for point in points]].reset_index(drop=True)
     for place, name in enumerate(fields):

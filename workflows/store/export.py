@@ -119,7 +119,7 @@ def _kind_of(column: str) -> type:
         return _KINDS[kind]
     field = Scene.model_fields.get(column)
     annotation = None if field is None else field.annotation
-    # Of an optional number, or of a number with conditions.
+    # An optional number, or a number with conditions.
     given = [get_args(each)[0] for each in get_args(annotation) if get_origin(each) is Annotated]
     return next((each for each in given if each in (int, float)), str)
 

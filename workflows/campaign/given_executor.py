@@ -1,0 +1,66 @@
+"""Executors of users, to which tasks are submitted."""
+
+from collections.abc import Callable, Iterator
+from concurrent.futures import Executor, Future
+from contextlib import contextmanager
+from typing import Any
+
+from chaincor.lammps_inputs.errors import InputError, one_line
+from chaincor.workflows.campaign.carry_out import TASKS_PER_WORKER
+from chaincor.workflows.errors import SchedulerError
+from chaincor.workflows.given import workers_given
+
+# Attributes of the number of workers: of mpi4py's executors, and of those of Python and loky.
+_COUNTS = ("num_workers", "_max_workers")
+
+
+class GivenExecutor(Executor):
+    """A user's executor, which stays open: shutting this one down only cancels its own tasks."""
+
+    def __init__(self, executor: Executor) -> None:
+        self._executor = executor
+        self._pending: set[Future] = set()
+
+    def submit(self, function: Callable, /, *args: Any, **kwargs: Any) -> Future:
+        """Submit a task to the user's executor. Raises SchedulerError if it takes none."""
+        try:
+            future = self._executor.submit(function, *args, **kwargs)
+        except RuntimeError as error:
+            raise SchedulerError(
+                f"the executor takes no tasks ({one_line(error)}). Give an open one"
+            ) from None
+        self._pending.add(future)
+        future.add_done_callback(self._pending.discard)
+        return future
+
+    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
+        """Cancel the tasks that have not begun."""
+        for future in list(self._pending):
+            future.cancel()
+
+
+@contextmanager
+def tasks_to(
+    executor: Any, workers: int | None
+) -> Iterator[tuple[Executor, int | Callable[[], int]]]:
+    """
+    Yield an executor for the tasks of a user's one, and the number of tasks at a time.
+
+    `workers` is the number of its workers; by default the executor knows it, else it is the number
+    of cores. Raises InputError for other objects.
+    """
+    if not isinstance(executor, Executor):
+        raise InputError(
+            f"executor is an object of type {type(executor).__name__}. Give a "
+            "concurrent.futures.Executor; a Dask client's is client.get_executor()"
+        )
+    if type(executor).__module__.startswith("distributed."):
+        from chaincor.workflows.campaign.cluster import DaskCluster
+
+        with DaskCluster.of(executor._client) as cluster:  # type: ignore[attr-defined]
+            yield cluster, cluster.in_flight if workers is None else TASKS_PER_WORKER * workers
+        return
+    known = (getattr(executor, name, None) for name in _COUNTS)
+    count = workers or next((each for each in known if isinstance(each, int)), None)
+    with GivenExecutor(executor) as given:
+        yield given, TASKS_PER_WORKER * workers_given(count)
