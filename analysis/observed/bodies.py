@@ -1,10 +1,11 @@
 """Observables that say what collides."""
 
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, make_dataclass
+from typing import TYPE_CHECKING, Any
 
 from chaincor.analysis.observed.observable import Row, observable
 from chaincor.analysis.observed.of_dumps import of_target
+from chaincor.lammps_inputs.contacts.contact_laws import CONTACT_KEYS, ContactKeys
 
 
 def _given(name: str) -> Any:
@@ -17,8 +18,8 @@ def _in_units(velocity: float, v_star: float | None) -> float | None:
 
 
 @dataclass(frozen=True, repr=False, kw_only=True)
-class Bodies:
-    """Observables of the bodies that collide."""
+class _BodiesAndContact:
+    """Observables up to the name of the contact law."""
 
     potential: str = observable(
         "name of the bond",
@@ -78,14 +79,33 @@ class Bodies:
         dump=of_target("masses", ()),
     )
     contact: str | None = observable(
-        "power, where the bodies are soft", rare=True, run=_given("contact")
+        "name of the contact law of soft bodies", rare=True, run=_given("contact")
     )
-    contact_stiffness: float | None = observable(
-        "K of the repulsion K d^q of soft bodies", rare=True, run=_given("contact_stiffness")
+
+
+def _contact_parameter(key: str) -> tuple[str, Any, Any]:
+    """Return a parameter of contact laws as a field, with the description of its key."""
+    definition = str(ContactKeys.model_fields[key].description).partition(" [")[0]
+    return key, float | None, observable(definition, rare=True, run=_given(key))
+
+
+if TYPE_CHECKING:
+    _WithContact = _BodiesAndContact
+else:
+    _WithContact = make_dataclass(
+        "_WithContact",
+        map(_contact_parameter, CONTACT_KEYS),
+        bases=(_BodiesAndContact,),
+        frozen=True,
+        repr=False,
+        kw_only=True,
     )
-    contact_exponent: float | None = observable(
-        "q of the repulsion K d^q of soft bodies", rare=True, run=_given("contact_exponent")
-    )
+
+
+@dataclass(frozen=True, repr=False, kw_only=True)
+class Bodies(_WithContact):
+    """Observables of the bodies that collide."""
+
     initial: str | None = observable(
         "file of the state that the chain came with", rare=True, run=_given("initial")
     )

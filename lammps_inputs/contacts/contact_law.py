@@ -8,6 +8,7 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from chaincor.lammps_inputs.arrays import Array
+from chaincor.lammps_inputs.errors import SceneError
 
 
 class NoParameters(NamedTuple):
@@ -28,8 +29,13 @@ class ContactLaw(ABC):
     keys: ClassVar[dict[str, str]] = {}
     #: Key of the factor of the force. A smaller value makes a softer contact.
     strength_key: ClassVar[str] = ""
+    #: Whether the name is in the hash of a scene; one law has no name there, as in old stores.
+    named_in_identity: ClassVar[bool] = True
     force_kernel: ClassVar[Callable]  #: Force ``f(gap, parameters)`` for compiled loops.
     curvature_kernel: ClassVar[Callable]  #: Stiffness -dF/dg as ``f(gap, parameters)``.
+    #: Damping c as ``f(gap, parameters)``: the force is F - c dg/dt, but not less than 0. None
+    #: without damping. LAMMPS has no damped contact of chains.
+    drag_kernel: ClassVar[Callable | None] = None
     #: Fractional power of the overlap with which the force begins, or None if the force has all
     #: derivatives while the bodies touch.
     onset: float | None = None
@@ -42,7 +48,17 @@ class ContactLaw(ABC):
     @property
     def smooth(self) -> bool:
         """Whether the force has all derivatives while the bodies touch."""
-        return self.onset is None
+        return self.onset is None and not self.damped
+
+    @property
+    def damped(self) -> bool:
+        """Whether the force depends on the speed of the gap."""
+        return self.drag_kernel is not None
+
+    @property
+    def is_hertzian(self) -> bool:
+        """Whether the force is K d^(3/2), as LAMMPS's granular styles have it."""
+        return False
 
     def as_keys(self) -> dict[str, float]:
         """Return the parameters by their keys in scenes."""
@@ -51,7 +67,13 @@ class ContactLaw(ABC):
     @property
     def identity(self) -> Any:
         """Name and parameters of the law for the hash of a scene, as JSON."""
-        return [self.name, *self.as_keys().values()]
+        name = [self.name] if self.named_in_identity else []
+        return [*name, *self.as_keys().values()]
+
+    @classmethod
+    def place_in_identity(cls, key: str) -> int:
+        """Return the index of a parameter in the identity of the law."""
+        return list(cls.keys).index(key) + cls.named_in_identity
 
     @property
     def strength(self) -> float:
@@ -84,7 +106,6 @@ class ContactLaw(ABC):
         """Return stiffness/mass at the overlap that has an energy: a squared frequency."""
         return self.curvature(-self.overlap(energy)) / mass
 
-    @abstractmethod
     def lammps_force(self, overlap: str, force: float = 1.0, length: float = 1.0) -> str:
         """
         Return the force as a formula of LAMMPS.
@@ -103,7 +124,13 @@ class ContactLaw(ABC):
         -------
         str
             A formula that can be a factor of a product.
+
+        Raises
+        ------
+        SceneError
+            If LAMMPS cannot follow the law.
         """
+        raise SceneError(f"LAMMPS has no contact {self.name!r}. Set engine to 'reference'")
 
     def between_spheres(self, diameter: float) -> "ContactLaw":
         """Return the law of a sphere of another diameter than 1 at the wall."""
@@ -118,6 +145,12 @@ class ContactLaw(ABC):
         """Description of the law in one line."""
         given = ", ".join(f"{name} {getattr(self, name):.6g}" for name in self.keys.values())
         return f"{self.name} contact" + (f": {given}" if given else "")
+
+    @property
+    def shape(self) -> str:
+        """Name of the law, with the parameters besides its strength."""
+        rest = [f"{k} {v:g}" for k, v in self.as_keys().items() if k != self.strength_key]
+        return ", ".join([repr(self.name), *rest])
 
 
 def lammps_number(value: float) -> str:

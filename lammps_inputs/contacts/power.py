@@ -1,7 +1,7 @@
 """Power contact: bodies that overlap by d repel each other with the force K d^q."""
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from chaincor.lammps_inputs.contacts.contact_law import ContactLaw, is_whole, lammps_number
 
@@ -33,6 +33,7 @@ class Power(ContactLaw):
     name = "power"
     keys = {"contact_stiffness": "stiffness", "contact_exponent": "exponent"}  # noqa: RUF012
     strength_key = "contact_stiffness"
+    named_in_identity = False
     force_kernel = staticmethod(power_force)
     curvature_kernel = staticmethod(power_curvature)
 
@@ -47,9 +48,9 @@ class Power(ContactLaw):
         return None if is_whole(self.exponent) else self.exponent
 
     @property
-    def identity(self) -> Any:
-        """Return K and q without the name, because existing stores have this hash."""
-        return [self.stiffness, self.exponent]
+    def is_hertzian(self) -> bool:
+        """Whether q is 3/2."""
+        return self.exponent == 1.5
 
     def energy(self, overlap: float) -> float:
         """Return K d^(q + 1)/(q + 1)."""

@@ -60,16 +60,15 @@ def check_beads(scene: "Scene") -> Iterator[str]:
 
 def granular_refusal(problem: Problem) -> str | None:
     """Return the reason, in one line, why `pair_style granular` lacks a column; None if not."""
-    exponents = {"hertz_exponent": dict(problem.bond.as_keys())["hertz_exponent"]}
-    contact = problem.line.contact
-    if contact.soft:
-        exponents["contact_exponent"] = contact.as_keys()["contact_exponent"]
-    for key, exponent in exponents.items():
-        if exponent != _HERTZ:
-            return (
-                f"{key} is {exponent:g}, and LAMMPS's pair_style granular has Hertz's law, 1.5, "
-                "alone. Set engine to 'reference'"
-            )
+    exponent, contact = dict(problem.bond.as_keys())["hertz_exponent"], problem.line.contact
+    other = None if exponent == _HERTZ else f"hertz_exponent is {exponent:g}"
+    if other is None and contact.soft and not contact.is_hertzian:
+        other = f"the contact is {contact.shape}"
+    if other is not None:
+        return (
+            f"{other}, and LAMMPS's pair_style granular has Hertz's law, 1.5, alone. "
+            "Set engine to 'reference'"
+        )
     if problem.line.targets and contact != problem.bond.contact:
         return (
             "the contact with the target has a law of its own, and LAMMPS's pair_style granular "

@@ -266,7 +266,8 @@ def _check_numerics(scene: "Scene") -> Iterator[str]:
                 yield (f"{key} is for engine 'lammps'; the reference has no tables, jobs or dumps")
         if scene.wall == "reflect":
             yield ("wall 'reflect' is for engine 'lammps'; the reference has 'event'")
-    if scene.wall == "reflect" and (scene.target_particles is not None or scene.contact == "power"):
+    soft = scene.contact is not None and CONTACT_LAWS[scene.contact].soft
+    if scene.wall == "reflect" and (scene.target_particles is not None or soft):
         yield ("wall 'reflect' is a rigid, hard wall. Leave the target out and use contact 'hard'")
     if scene.wall == "reflect" and scene.scheme not in (None, "verlet"):
         yield (f"wall 'reflect' goes with scheme 'verlet', not '{scene.scheme}'")

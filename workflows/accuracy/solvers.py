@@ -192,6 +192,8 @@ class Lammps(Solver):
 
     def refusal(self, problem: Problem) -> str | None:
         """Return the contact or the bonds as the reason why LAMMPS's fixed steps fail."""
+        if problem.line.contact.damped:
+            return f"LAMMPS has no contact {problem.line.contact.name!r}. Use engine 'reference'"
         if problem.bond.only_pushes:
             return granular_refusal(problem)
         if EXACT_MODES.supports(problem) or self.resolves(problem):

@@ -18,6 +18,7 @@ from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.formula import Formula
 from chaincor.lammps_inputs.bonds.named_bond import NamedBond
 from chaincor.lammps_inputs.bonds.potentials import WHOLE_KEYS
+from chaincor.lammps_inputs.contacts.contact_laws import CONTACT_KEYS
 from chaincor.lammps_inputs.line import Line
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.errors import SensitivityError
@@ -57,8 +58,9 @@ class Sensitivity:
         Derivatives by each mass of a free target, from the contact outward.
     parameters : dict
         Derivatives by the parameters of the bond: keys of the scene, or names in its formula.
-    contact_stiffness : float or None
-        Derivative by K of a soft contact.
+    contact : dict
+        Derivative by the strength K of a soft contact, by its key in scenes. The key is also an
+        attribute, which is None for hard bodies.
     wall_place : float
         Derivative by the place of the wall, or of a free target, along x, towards the chain. It is
         0 for a cold chain, whose bonds are at rest before the impact.
@@ -79,7 +81,7 @@ class Sensitivity:
     masses: Array
     target_masses: Array | None
     parameters: dict[str, float]
-    contact_stiffness: float | None
+    contact: dict[str, float]
     wall_place: float
     strains: Array
     velocities: Array
@@ -88,9 +90,20 @@ class Sensitivity:
     error: float
     step: float = field(repr=False, default=0.0)
 
+    def __getattr__(self, name: str) -> float | None:
+        """Return the derivative by a key of the contact law; None if the contact has no such."""
+        if name in CONTACT_KEYS:
+            return self.contact.get(name)
+        raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
+
     def to_dict(self) -> dict[str, Any]:
         """Return all fields as plain values for JSON."""
-        plain = {k: v for k, v in vars(self).items() if k != "step" and v is not None}
+        plain: dict[str, Any] = {}
+        for name, value in vars(self).items():
+            if name == "contact":
+                plain |= value
+            elif name != "step" and value is not None:
+                plain[name] = value
         return {k: v.tolist() if isinstance(v, np.ndarray) else v for k, v in plain.items()}
 
 
@@ -104,7 +117,7 @@ class Gradient:
     velocities: Array  #: Derivatives by velocities; of shape (N,), 0 for a wall.
     masses: Array  #: Derivatives by masses; of shape (N,), 0 for a wall.
     parameters: Array  #: Derivatives by the varied parameters.
-    stiffness: float  #: Derivative by the stiffness of a soft contact.
+    strength: float  #: Derivative by the strength of a soft contact.
     rounding: float  #: Standard deviation of eta by roundings on the way.
     residual: float  #: Failure of the identities over the size of their terms.
 
@@ -169,7 +182,7 @@ def _told(scene: Scene, found: Gradient, variants: list[Variant], step: float) -
         masses=found.masses[first:],
         target_masses=found.masses[:first][::-1] if line.targets else None,
         parameters={v.name: float(d) for v, d in zip(variants, found.parameters, strict=True)},
-        contact_stiffness=found.stiffness if line.soft else None,
+        contact={line.contact.strength_key: found.strength} if line.soft else {},
         wall_place=-float(found.strains[gap]),
         strains=found.strains[first:],
         velocities=found.velocities[first:],
@@ -221,7 +234,7 @@ def gradient(traced: Trace, variants: list[Variant]) -> Gradient:
     """Return the derivatives of eta of a collision, with derivatives by bond parameters."""
     line, loops, parameters = traced.line, traced.loops, traced.parameters
     weights, before = _separation_by_velocity(line), line.separation(line.velocities)
-    impulses, stiffness, rounding = np.zeros(len(variants)), 0.0, 0.0
+    impulses, strength, rounding = np.zeros(len(variants)), 0.0, 0.0
     strains, light = np.zeros(len(line.strains)), np.zeros(len(weights))
     velocities = end = np.empty(0)
     for stretch, tape, _, last_velocity in traced.backward():
@@ -241,7 +254,7 @@ def gradient(traced: Trace, variants: list[Variant]) -> Gradient:
         rounding += stages * _ROUNDED * float(rounded @ rounded)
         if line.soft:
             at, given = tape.strains[..., line.gap], tape.weights[..., line.gap]
-            stiffness += float(np.sum(given * line.contact.force_per_strength(at)))
+            strength += float(np.sum(given * line.contact.force_per_strength(at)))
     after = line.separation(end)
     eta = (after / before) ** 2
     masses = -light * line.inverse_masses**2
@@ -261,7 +274,7 @@ def gradient(traced: Trace, variants: list[Variant]) -> Gradient:
     parts = ((np.sum(along), size), (np.sum(scaled), scale))
     residual = max(abs(failed) / of if of > 0.0 else 0.0 for failed, of in parts)
     return Gradient(
-        eta, strains, velocities, masses, impulses, stiffness, math.sqrt(rounding), float(residual)
+        eta, strains, velocities, masses, impulses, strength, math.sqrt(rounding), float(residual)
     )
 
 

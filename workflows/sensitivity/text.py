@@ -17,9 +17,8 @@ def describe_sensitivity(found: Sensitivity, scene: Scene) -> str:
     values = bond.as_keys() if isinstance(bond, NamedBond) else dict(scene.parameters or {})
     for name, slope in found.parameters.items():
         rows.append((name, _of(slope, values[name], name)))
-    if found.contact_stiffness is not None:
-        k = scene.line.contact.strength
-        rows.append(("contact stiffness", _of(found.contact_stiffness, k, "K")))
+    for key, slope in found.contact.items():
+        rows.append((key.replace("_", " "), _of(slope, scene.line.contact.strength, "K")))
     line = scene.line
     bodies = [("masses", found.masses, line.chain_masses)]
     if found.target_masses is not None:

@@ -91,6 +91,11 @@ def trace(scene: Scene, step: float, contacts: int, duration: float) -> Trace:
     Raises SensitivityError if it has other contacts with this step, or no loops.
     """
     line = scene.line
+    if line.contact.damped:
+        raise SensitivityError(
+            f"contact {line.contact.name!r} damps the motion, and its derivatives are not known. "
+            "Use a contact without damping"
+        )
     loops = loops_for(scene.bond, type(line.contact))
     if loops is None:
         raise SensitivityError(

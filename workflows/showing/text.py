@@ -8,6 +8,7 @@ from chaincor.analysis.showing.numbers import (
     root_of_known,
     with_error,
 )
+from chaincor.lammps_inputs.contacts.contact_laws import CONTACT_KEYS, contact_of
 
 
 def describe(result: Observed) -> str:
@@ -60,10 +61,8 @@ def _bodies_before(result: Observed) -> list[str]:
         masses = masses_text(result.target_masses or (1.0,))
         lines.append(f"onto a free target: {_count(result.target_particles)}, masses {masses}")
     if result.contact is not None:
-        lines.append(
-            f"soft contact: force K d^q of the overlap d, K = {result.contact_stiffness:.6g}, "
-            f"q = {result.contact_exponent:.6g}"
-        )
+        given = {key: getattr(result, key) for key in CONTACT_KEYS}
+        lines.append(contact_of(result.contact, given).description)
     if result.initial is not None:
         lines.append(f"initial state of {result.initial}")
     if result.compression is not None:

@@ -4,6 +4,7 @@ import re
 
 from chaincor.analysis.observables import OF_RUNS
 from chaincor.lammps_inputs.bonds.potentials import BOND_KEYS
+from chaincor.lammps_inputs.contacts.contact_laws import CONTACT_KEYS, CONTACT_LAWS, laws_with
 from chaincor.lammps_inputs.scene_parts.scene_fields import BODY_KEYS
 
 # "CCOR", which distinguishes results stores from other SQLite files.
@@ -111,11 +112,26 @@ _OF_RUNS = {each.name: each.kind for each in OF_RUNS}
 RESULT_COLUMNS = tuple(
     name for name in _COLUMNS if name in _OF_RUNS and name not in (*SCENE_COLUMNS, *_NOT_PLAIN)
 )
+
+
+def _contact_parameter(key: str) -> str:
+    """Return the expression of a parameter of contact laws, from the identity of its law."""
+    found = []
+    for name in laws_with(key):
+        law = CONTACT_LAWS[name]
+        value = f"json_extract(scene, '$.contact[{law.place_in_identity(key)}]')"
+        if law.named_in_identity:
+            is_law = f"json_extract(scene, '$.contact[0]') = '{name}'"
+        else:
+            is_law = "json_type(scene, '$.contact[0]') <> 'text'"
+        found.append(f"CASE WHEN {is_law} THEN {value} END")
+    return found[0] if len(found) == 1 else f"coalesce({', '.join(found)})"
+
+
 # SQL expressions of values in the JSON of the scene or of `details`. Such values need no new schema
 # and no columns that most rows leave empty.
-_CONTACT = {"contact_stiffness": "contact[0]", "contact_exponent": "contact[1]"}
 BODY_COLUMNS = {
-    name: f"json_extract(scene, '$.{_CONTACT.get(name, name)}')"
+    name: _contact_parameter(name) if name in CONTACT_KEYS else f"json_extract(scene, '$.{name}')"
     for name in BODY_KEYS
     if name != "contact"
 } | {

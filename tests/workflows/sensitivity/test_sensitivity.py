@@ -146,7 +146,7 @@ def test_derivatives_are_those_of_whole_collisions(name):
             changed = scene.replace(contact_stiffness=line.contact.strength + change)
             return eta_of(changed.problem, run(changed))
 
-        assert found.stiffness == pytest.approx(central(by_stiffness, 1e-3), rel=1e-6)
+        assert found.strength == pytest.approx(central(by_stiffness, 1e-3), rel=1e-6)
 
 
 def test_exact_cases():

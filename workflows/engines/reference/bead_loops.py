@@ -102,8 +102,15 @@ class BeadPath(NamedTuple):
     parameters: BeadParameters
 
 
-def bead_rates(bond: Callable, contact: Callable) -> Callable:
-    """Return the equations of motion ``rates(state, out, parameters)``."""
+def bead_rates(bond: Callable, contact: Callable, drag: Callable | None = None) -> Callable:
+    """
+    Return the equations of motion ``rates(state, out, parameters)``.
+
+    `drag` is the kernel of the damping of the contact law. Without one, the contact is damped as
+    the bonds are.
+    """
+    own = drag is not None
+    drag_of = contact if drag is None else drag
 
     def rates(state: Array, out: Array, parameters: BeadParameters) -> None:
         beads = state.shape[0] // 2
@@ -117,11 +124,15 @@ def bead_rates(bond: Callable, contact: Callable) -> Callable:
                 ahead = contact(strain, parameters.contact)
             elif strain < 0.0:
                 ahead = parameters.stiffness[i] * bond(strain, parameters.bond)
-            if parameters.damping > 0.0 and strain < 0.0 and (i != parameters.gap or ahead > 0.0):
-                drag = parameters.damping * (-strain) ** parameters.damping_power * opening
-                drag = min(drag, ahead)  # beads that part do not pull
-                ahead -= drag
-                loss += drag * opening
+            factor = 0.0
+            if own and i == parameters.gap:
+                factor = drag_of(strain, parameters.contact)
+            elif parameters.damping > 0.0 and strain < 0.0:
+                factor = parameters.damping * (-strain) ** parameters.damping_power
+            if factor > 0.0 and (i != parameters.gap or ahead > 0.0):
+                taken = min(factor * opening, ahead)  # beads that part do not pull
+                ahead -= taken
+                loss += taken * opening
             out[1 + i] = opening
             out[beads + i] = (behind - ahead) * parameters.inverse[i]
             behind = ahead

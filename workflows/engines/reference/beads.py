@@ -8,6 +8,7 @@ from functools import lru_cache
 import numpy as np
 
 from chaincor.lammps_inputs.bonds.hertz import Hertz
+from chaincor.lammps_inputs.contacts.contact_law import ContactLaw
 from chaincor.lammps_inputs.problem import Problem
 from chaincor.workflows.engines.ending import Ending
 from chaincor.workflows.engines.outcome import Frames, Outcome
@@ -78,11 +79,12 @@ def run(problem: Problem, accuracy: float, frame_interval: float | None, scheme:
 
 
 @lru_cache(maxsize=KEPT)
-def _compile(bond: Callable, contact: Callable) -> Callable:
-    compiler = LoopCompiler.for_force(bond, True, f"beads.{contact.__qualname__}")
+def _compile(bond: Callable, law: type[ContactLaw]) -> Callable:
+    compiler = LoopCompiler.for_force(bond, True, f"beads.{law.force_kernel.__qualname__}")
     register = compiler.register
-    kernel, law = register(bond), register(contact)
-    rates = register(loops.bead_rates(kernel, law))
+    kernel, contact = register(bond), register(law.force_kernel)
+    drag = None if law.drag_kernel is None else register(law.drag_kernel)
+    rates = register(loops.bead_rates(kernel, contact, drag))
     return compiler.compile(loops.build_bead_flight(kernel, rates, register))
 
 
@@ -94,9 +96,9 @@ class _Flight:
 
         line, bond, speed = problem.line, problem.bond, problem.impact_velocity
         assert isinstance(bond, Hertz), "beads follow a power of their overlap"
-        self.damped = bond.damping > 0.0
+        self.damped = bond.damping > 0.0 or line.contact.damped
         self._problem, self._interval = problem, frame_interval
-        self._advance_loop = _compile(bond.force_kernel, type(line.contact).force_kernel)
+        self._advance_loop = _compile(bond.force_kernel, type(line.contact))
         self._beads = beads = len(line.masses)
         overlap = -bond.compressed_strain(line.mean_mass * speed**2)
         self._unit = unit = overlap / speed

@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.workflows.engines.contact_search import PathPoint, build_contact_search
 from chaincor.workflows.engines.reference import bookkeeping
+from chaincor.workflows.engines.reference.damped_contact import build_damped_force
 from chaincor.workflows.engines.reference.line_traits import (
     KernelSpec,
     LineParameters,
@@ -72,13 +73,20 @@ def _at_wall(source: KernelSpec) -> Contact:
 
 def _of_two(source: KernelSpec) -> Contact:
     register, force = source.register, read_parameters(source).force
-    push = register(source.kind.law.force_kernel)
+    law = source.kind.law
+    push, damped = register(law.force_kernel), law.drag_kernel is not None
+    damped_force = push
+    if law.drag_kernel is not None:
+        damped_force = build_damped_force(register(law.drag_kernel), register)
 
     @register
     def gap_derivatives(_position: float, state: State, parameters: LineParameters) -> PathPoint:
         place, inverse = parameters.gap, parameters.inverse
         strain, velocity = state
         pressed = push(strain[place], parameters.contact)
+        if damped:
+            rate = velocity[place + 1] - velocity[place]
+            pressed = damped_force(pressed, strain[place], rate, parameters.contact)
         ahead = 0.0
         behind = 0.0
         if place + 1 < strain.shape[0]:

@@ -20,10 +20,12 @@ import numpy as np
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.workflows.engines.reference import bookkeeping
+from chaincor.workflows.engines.reference.damped_contact import build_mean_force
 from chaincor.workflows.engines.reference.line_traits import (
     PLAIN,
     KernelSpec,
     LineTraits,
+    as_it_is,
     read_parameters,
 )
 
@@ -97,6 +99,9 @@ def looped_stages(source: KernelSpec) -> VerletKernels:
     register, wall = source.register, source.kind.at_wall
     read, push = read_parameters(source), source.register(source.kind.law.force_kernel)
     slice_parameters, force, over_mass = read.slice_parameters, read.force, read.over_mass
+    drag = source.kind.law.drag_kernel
+    damped = drag is not None
+    mean_force = push if drag is None else build_mean_force(register(drag), register)
 
     def passing(in_place: bool) -> Callable:
         # The force of the bond behind is kept for the next bond: LLVM can vectorise a loop that
@@ -143,6 +148,21 @@ def looped_stages(source: KernelSpec) -> VerletKernels:
                 opened = old_strain[gap] + drift * (old_velocity[gap + 1] - old_velocity[gap])
                 strain[gap] = opened
                 ahead = push(opened, parameters.contact)
+                if damped:
+                    beyond = 0.0
+                    if gap + 1 < bonds:
+                        opening = old_velocity[gap + 2] - old_velocity[gap + 1]
+                        beyond = force(old_strain[gap + 1] + drift * opening, parameters)
+                    before, after = parameters.inverse[gap], parameters.inverse[gap + 1]
+                    ahead = mean_force(
+                        ahead,
+                        opened,
+                        old_velocity[gap + 1] - old_velocity[gap],
+                        -(after * beyond + before * behind),
+                        before + after,
+                        kick,
+                        parameters.contact,
+                    )
                 given = over_mass(kick, gap, parameters) * (behind - ahead)
                 velocity[gap] = old_velocity[gap] + given
                 # Only loops that begin at 0 are vectorised, because other indices may count from
@@ -211,6 +231,8 @@ def looped_stages(source: KernelSpec) -> VerletKernels:
 
 def array_stages(bond: Potential, kind: LineTraits = PLAIN) -> VerletKernels:
     """Return the stages in NumPy, for forces on arrays that cannot be compiled."""
+    drag = kind.law.drag_kernel
+    mean_force = None if drag is None else build_mean_force(drag, as_it_is)
 
     def start(
         old: State,
@@ -247,7 +269,20 @@ def array_stages(bond: Potential, kind: LineTraits = PLAIN) -> VerletKernels:
                 bond.force(forces[:gap]),
                 bond.force(forces[gap + 1 :]),
             )
-            forces[gap] = kind.law.force_kernel(strain[gap], parameters.contact)
+            pushed = kind.law.force_kernel(strain[gap], parameters.contact)
+            if mean_force is not None:
+                around = np.concatenate(([0.0], forces[:gap], [0.0], forces[gap + 1 :], [0.0]))
+                before, after = parameters.inverse[gap], parameters.inverse[gap + 1]
+                pushed = mean_force(
+                    pushed,
+                    strain[gap],
+                    velocity[gap + 1] - velocity[gap],
+                    -(after * around[gap + 2] + before * around[gap]),
+                    before + after,
+                    kick,
+                    parameters.contact,
+                )
+            forces[gap] = pushed
         pushes = np.concatenate((-forces, [0.0])) + np.concatenate(([0.0], forces))
         velocity[: bonds + 1] += kick * parameters.inverse[: bonds + 1] * pushes
 
