@@ -100,6 +100,12 @@ class MeasuredOutcome:
         rare=True,
         run=lambda r: r.last_contact_error,
     )
+    largest_overlap: float | None = observable(
+        "largest overlap of soft bodies at their contact, by the reference engine",
+        unit="length",
+        rare=True,
+        run=lambda r: r.outcome.tracked.get("largest_overlap"),
+    )
     ending: str = observable(
         "how sure it is that no further contact comes: proved (energy and momentum rule it out), "
         "argued (it is very unlikely), or open (another contact may still come; the error bar "

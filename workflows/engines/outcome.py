@@ -112,6 +112,9 @@ class Outcome:
     force_evaluations: int  #: Evaluations of all bond forces.
     #: Energy that damping took until the end of the last contact; None without damping.
     dissipated: float | None = None
+    #: Quantities of soft contacts that the loops followed, by name, see ``reference.tracked``;
+    #: empty for hard bodies and LAMMPS.
+    tracked: dict[str, float] = field(default_factory=dict)
     #: Time from the initial state to the end of the last contact; 0 if unknown.
     lasted: float = 0.0
     #: Whether particles passed through each other (harmonic chains, reference engine only).

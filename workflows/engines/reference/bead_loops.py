@@ -30,6 +30,7 @@ from chaincor.workflows.engines.reference.adaptive_loops import (
     build_step,
 )
 from chaincor.workflows.engines.reference.bead_events import build_contact, build_end, build_moment
+from chaincor.workflows.engines.reference.tracked import Overlapping, build_track
 
 # Reasons why `advance` returned.
 OVER, FULL, STUCK, LATE, PAUSE = range(5)
@@ -80,6 +81,7 @@ class BeadArrays(NamedTuple):
     contacts: Array  #: Times, closing speeds and impulses; of shape (3, capacity).
     frames: Array  #: Snapshots; of shape (capacity, 2N + 1).
     masses: Array  #: Masses, infinite for a rigid wall; of shape (N,).
+    tracked: Array  #: Values of `tracked.TRACKED`.
 
 
 class BeadParameters(NamedTuple):
@@ -153,6 +155,13 @@ def build_bead_flight(bond: Callable, rates: Callable, register: Callable) -> Ca
     take, estimate = build_step(rates, register)
     chain_momentum, end, begin = build_contact(register)
     is_over, moment_of = build_end(bond, register), build_moment(take, register)
+    track = build_track(register)
+
+    @register
+    def overlapping(state: Array, slopes: Array, gap: int) -> Overlapping:
+        beads = state.shape[0] // 2
+        acceleration = slopes[beads + gap + 1] - slopes[beads + gap]
+        return Overlapping(state[1 + gap], slopes[1 + gap], acceleration)
 
     def advance(
         ledger: Any, arrays: BeadArrays, method: Tableau, parameters: BeadParameters
@@ -213,10 +222,16 @@ def build_bead_flight(bond: Callable, rates: Callable, register: Callable) -> Ca
                 if meets:
                     begin(ledger, arrays, parameters)
                 else:
+                    rates(state, slopes[0], parameters)
+                    before = overlapping(kept, trial_slopes[0], gap)
+                    track(arrays.tracked, before, overlapping(state, slopes[0], gap), taken)
                     given = chain_momentum(state, arrays.masses, gap) - ledger.momentum
                     end(ledger, arrays, given)
                 rates(state, slopes[0], parameters)
             else:
+                if ledger.touching:
+                    before = overlapping(kept, slopes[0], gap)
+                    track(arrays.tracked, before, overlapping(state, slopes[final], gap), taken)
                 np.positive(slopes[final], slopes[0])
             low, high = extremes(state[1 : 1 + gap], gap)
             ledger.strain_min = min(ledger.strain_min, low)

@@ -22,6 +22,7 @@ from chaincor.workflows.engines.reference.finish import (
     finish,
     unfinished_error,
 )
+from chaincor.workflows.engines.reference.tracked import TRACKED, tracked_values
 from chaincor.workflows.engines.time_limit import check_time, steps_at_once
 from chaincor.workflows.errors import TimestepError, UnfinishedCollisionError
 
@@ -69,6 +70,7 @@ def run(problem: Problem, accuracy: float, frame_interval: float | None, scheme:
             lasted=float(ledger.last_contact),
             bond_range=(1.0 + float(ledger.contact_min), 1.0 + float(ledger.contact_max)),
             dissipated=float(last[-1]) if flight.damped else None,
+            tracked=tracked_values(flight.arrays.tracked, line.soft),
         ),
         End(Ending("proved"), over - first, int(ledger.evaluations)),
         scheme=scheme,
@@ -113,6 +115,7 @@ class _Flight:
             contacts=np.zeros((3, 2 * beads + 64)),
             frames=np.zeros((1 if frame_interval is None else 64, len(state))),
             masses=line.masses.copy(),
+            tracked=np.zeros(len(TRACKED)),
         )
         tableau = (DOP853.A, DOP853.B, DOP853.E3, DOP853.E5)
         self._method = Tableau(*(np.ascontiguousarray(part) for part in tableau))

@@ -1,7 +1,7 @@
 """Construction of an outcome from the state after the last contact, for all reference engines."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
@@ -48,6 +48,7 @@ class LastContact:
     lasted: float = 0.0  #: Time from the initial state to the end of the last contact.
     bond_range: tuple[float, float] = (1.0, 1.0)  #: Shortest and longest bond so far.
     dissipated: float | None = None  #: Energy that damping took until then; None without damping.
+    tracked: dict[str, float] = field(default_factory=dict)  #: Values of `tracked.TRACKED`.
     energy: float | None = None  #: Total energy; needed if the strains do not give all its digits.
 
 
@@ -122,6 +123,7 @@ def finish(
         crossed=low < 0.0,
         frames=frames,
         dissipated=taken,
+        tracked=last.tracked,
         target_displacements=displacements[:targets][::-1],
         target_velocities=last.velocities[:targets][::-1].copy(),
     )

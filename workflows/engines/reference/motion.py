@@ -19,6 +19,7 @@ from chaincor.workflows.engines.reference.bookkeeping import (
 from chaincor.workflows.engines.reference.events import Path, build_event
 from chaincor.workflows.engines.reference.line_traits import KernelSpec, read_parameters
 from chaincor.workflows.engines.reference.stages import Parameters, State, VerletKernels
+from chaincor.workflows.engines.reference.tracked import Overlapping, build_track
 from chaincor.workflows.engines.schemes import StepCoefficients
 
 # Room in a log for the substeps of one step; soft contacts need many graded substeps.
@@ -48,6 +49,7 @@ class Arrays(NamedTuple):
     contacts: Array
     #: Masses of the particles of the chain; 0 for particles of a target; of shape (N,).
     masses: Array
+    tracked: Array  #: Values of `tracked.TRACKED`.
     #: First index and index past the end of the particles near the contact; of shape (2,).
     window: NDArray[np.int64]
     #: Duration of each substep, and whether a contact ends it; of shape (2, capacity). The capacity
@@ -69,6 +71,7 @@ def build_motion(source: KernelSpec, stages: VerletKernels, build_step: Callable
     take_step = register(build_step(stages))
     event = build_event(source, stages, take_step)
     direction, condition, reach, state_after, find, shorten_substep, apply_event = event
+    track = build_track(register)
     is_likely, may_be_over = register(bookkeeping.is_likely), register(bookkeeping.may_be_over)
 
     @register
@@ -78,7 +81,7 @@ def build_motion(source: KernelSpec, stages: VerletKernels, build_step: Callable
         return bonds
 
     def advance(ledger: Any, arrays: Arrays, goal: int, step: float, rule: StepCoefficients) -> int:
-        now, last, kept, near, trial, contacts, masses, window, log = arrays
+        now, last, kept, near, trial, contacts, masses, tracked, window, log = arrays
         begin, end = window[0], window[1]
         parameters = rule.parameters
         near_rule = StepCoefficients(rule.fractions, slice_parameters(parameters, begin, end))
@@ -123,6 +126,11 @@ def build_motion(source: KernelSpec, stages: VerletKernels, build_step: Callable
                 if likely or moved != ahead or meets:
                     ledger.position = take_step(begun, kept, now, trial, bonds, bonds, moved, rule)
                     ledger.evaluations += ledger.step_evaluations
+                if not wall and ledger.touching:
+                    # The condition of a parting has the opposite sign.
+                    ended = condition(ledger.position, now, -sign, parameters)
+                    before = Overlapping(-start[0], -start[1], -start[2])
+                    track(tracked, before, Overlapping(ended[0], ended[1], ended[2]), moved)
                 left -= moved
                 if log.shape[1] > 0:
                     log[0, ledger.substeps], log[1, ledger.substeps] = moved, meets

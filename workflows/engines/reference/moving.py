@@ -18,6 +18,7 @@ from chaincor.workflows.engines.reference.kernels import Kernels, kernels_for
 from chaincor.workflows.engines.reference.line_traits import LineParameters, LineTraits
 from chaincor.workflows.engines.reference.loops.processes import cores
 from chaincor.workflows.engines.reference.stages import State
+from chaincor.workflows.engines.reference.tracked import TRACKED
 from chaincor.workflows.engines.schemes import STEP_SCHEMES, StepCoefficients, StepScheme
 from chaincor.workflows.engines.time_limit import check_time, steps_at_once
 
@@ -180,6 +181,7 @@ class Motion:
             trial=trial,
             contacts=contacts,
             masses=masses,
+            tracked=np.zeros(len(TRACKED)),
             window=np.array([begin, end]),
             log=np.empty((2, 0)),
         )
@@ -244,6 +246,7 @@ class Motion:
         own = self.arrays._replace(
             now=self.arrays.now.copied(),
             last=self.arrays.last.copied(),
+            tracked=self.arrays.tracked.copy(),
             contacts=np.zeros((3, room)),
         )
         return Motion(self.stepper, ledger, own)

@@ -22,6 +22,7 @@ from chaincor.workflows.engines.reference.look_ahead import LookAhead
 from chaincor.workflows.engines.reference.loops.processes import compile_in_background
 from chaincor.workflows.engines.reference.moving import Motion, Stepper
 from chaincor.workflows.engines.reference.recorder import Recorder
+from chaincor.workflows.engines.reference.tracked import tracked_values
 from chaincor.workflows.engines.whole_end import certain_at, next_look
 
 # Longest overlap of soft bodies, in units of the contact duration of two free particles.
@@ -89,6 +90,7 @@ def run(
             position=float(ledger["last_position"]),
             lasted=float(ledger["last_contact"]),
             bond_range=(1.0 + float(ledger["contact_min"]), 1.0 + float(ledger["contact_max"])),
+            tracked=tracked_values(moving.arrays.tracked, problem.line.soft),
         ),
         end,
         scheme=numerics.scheme,

@@ -1,0 +1,84 @@
+"""Quantities of the contact that the loops follow through all substeps in which bodies overlap."""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+from chaincor.lammps_inputs.arrays import Array
+
+# Halvings of a substep in the search for a turning point, which rounding ends.
+_HALVINGS = 52
+
+
+class Overlapping(NamedTuple):
+    """Gap at one end of a substep in which the bodies overlap."""
+
+    gap: float  #: Gap, which is negative.
+    rate: float  #: First derivative in time.
+    acceleration: float  #: Second derivative in time.
+
+
+def gap_within(before: Overlapping, after: Overlapping, time: float, part: float) -> float:
+    """Return the gap after a part of a substep, from the polynomial of order 5 between its ends."""
+    g, v, a = before.gap, before.rate * time, 0.5 * before.acceleration * time * time
+    rise = after.gap - g - v - a
+    bend = after.rate * time - v - 2.0 * a
+    curl = 0.5 * after.acceleration * time * time - a
+    third = 10.0 * rise - 4.0 * bend + curl
+    fourth = -15.0 * rise + 7.0 * bend - 2.0 * curl
+    fifth = 6.0 * rise - 3.0 * bend + curl
+    return g + part * (v + part * (a + part * (third + part * (fourth + part * fifth))))
+
+
+def build_largest_overlap(register: Callable) -> Callable:
+    """Return the update of the largest overlap by a substep."""
+    gap_at = register(gap_within)
+
+    @register
+    def largest_overlap(
+        value: float, before: Overlapping, after: Overlapping, time: float
+    ) -> float:
+        lowest = min(before.gap, after.gap)
+        if before.rate < 0.0 < after.rate:
+            low, high = 0.0, 1.0
+            for _ in range(_HALVINGS):
+                # The gap is convex near its minimum: keep the half on whose side it is lower.
+                first, last = low + (high - low) / 3.0, high - (high - low) / 3.0
+                if gap_at(before, after, time, first) < gap_at(before, after, time, last):
+                    high = last
+                else:
+                    low = first
+            lowest = min(lowest, gap_at(before, after, time, 0.5 * (low + high)))
+        return max(value, -lowest)
+
+    return largest_overlap
+
+
+#: Builders of the updates by the names of the quantities, which begin at 0. An update
+#: ``f(value, before, after, time)`` returns the value after a substep.
+TRACKED: dict[str, Callable] = {"largest_overlap": build_largest_overlap}
+
+
+def build_track(register: Callable) -> Callable:
+    """Return ``track(values, before, after, time)``, which updates all tracked values in place."""
+
+    @register
+    def track(values: Array, before: Overlapping, after: Overlapping, time: float) -> None:
+        pass
+
+    for place, build in enumerate(TRACKED.values()):
+        track = _also(track, build(register), place, register)
+    return track
+
+
+def _also(others: Callable, update: Callable, place: int, register: Callable) -> Callable:
+    @register
+    def track(values: Array, before: Overlapping, after: Overlapping, time: float) -> None:
+        others(values, before, after, time)
+        values[place] = update(values[place], before, after, time)
+
+    return track
+
+
+def tracked_values(values: Array, soft: bool) -> dict[str, float]:
+    """Return the tracked values by their names; none for hard bodies, which never overlap."""
+    return dict(zip(TRACKED, values.tolist(), strict=True)) if soft else {}
