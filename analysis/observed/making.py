@@ -6,6 +6,7 @@ from typing import Any
 from chaincor.analysis.error_bar import ErrorBar
 from chaincor.analysis.observed.observable import Row, observable
 from chaincor.analysis.showing import lines
+from chaincor.lammps_inputs.schemes import SCHEME_ORDERS
 
 
 @dataclass(frozen=True, repr=False, kw_only=True)
@@ -50,7 +51,7 @@ class Making:
         run=lambda r: r.outcome.wall,
     )
     scheme: str = observable(
-        "scheme that integrates: verlet, order4, order6, order8, or, chosen for a tolerance, modal "
+        f"scheme that integrates: {', '.join(SCHEME_ORDERS)}, or, chosen for a tolerance, modal "
         "(exact, harmonic bonds), srkn14 (order 6, 14 kicks), extrapolated12 to extrapolated16 "
         "(Verlet steps extrapolated), adaptive8 (stiff bonds), hard-sphere (limit of high speed)",
         run=lambda r: r.outcome.scheme,

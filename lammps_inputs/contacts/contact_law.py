@@ -33,8 +33,8 @@ class ContactLaw(ABC):
     named_in_identity: ClassVar[bool] = True
     force_kernel: ClassVar[Callable]  #: Force ``f(gap, parameters)`` for compiled loops.
     curvature_kernel: ClassVar[Callable]  #: Stiffness -dF/dg as ``f(gap, parameters)``.
-    #: Damping c as ``f(gap, parameters)``: the force is F - c dg/dt, but not less than 0. None
-    #: without damping. LAMMPS has no damped contact of chains.
+    #: Damping c as ``f(gap, parameters)``: the force is F - c dg/dt, but not less than 0. It is
+    #: None without damping. LAMMPS has no damped contact of chains.
     drag_kernel: ClassVar[Callable | None] = None
     #: Fractional power of the overlap with which the force begins, or None if the force has all
     #: derivatives while the bodies touch.

@@ -29,6 +29,7 @@ _SCHEMES = {
     "order6": (GREEN, "^"),
     "order8": (BLUE, "D"),
 }
+_OTHER_SCHEME = (PURPLE, "v")
 _STYLES = {"linear": (VERMILION, "o"), "spline": (PURPLE, "D")}
 _RANGES = {"scene": ("over the scene's lengths", "-"), "wide": ("over 0.8 to 1.8", "--")}
 # Errors of exactly zero are drawn at this value.
@@ -57,7 +58,7 @@ def plot_work_precision(measurements: Sequence[Measurement], floor: float | None
         highest = np.array([m.worst_error for m in own])
         setting = own[0].setting
         stock, in_house = setting.wall == "reflect", setting.engine == "reference"
-        colour, marker = (GREY, "X") if stock else _SCHEMES[setting.scheme]
+        colour, marker = (GREY, "X") if stock else _SCHEMES.get(setting.scheme, _OTHER_SCHEME)
         ax.errorbar(
             [m.time for m in own],
             error,

@@ -21,6 +21,11 @@ RESERVE: dict[Scheme, float] = measured(
 LOOSEST_DECADE, TIGHTEST_DECADE = 2, 13
 
 
+def reserve_of(scheme: Scheme) -> float:
+    """Return the reserve of a scheme; of one that was not measured, the largest of all."""
+    return RESERVE.get(scheme, max(RESERVE.values()))
+
+
 def promised_errors(measurements: Iterable[Measurement]) -> dict[Setting, float]:
     """
     Return the promised error of each setting, for this scene and similar ones.
@@ -34,7 +39,7 @@ def promised_errors(measurements: Iterable[Measurement]) -> dict[Setting, float]
     for each in sorted(done, key=lambda m: m.setting.timestep):
         series = each.setting.series
         largest[series] = max(each.worst_error, largest.get(series, 0.0))
-        promises[each.setting] = RESERVE[each.setting.scheme] * largest[series]
+        promises[each.setting] = reserve_of(each.setting.scheme) * largest[series]
     return promises
 
 

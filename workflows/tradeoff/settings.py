@@ -10,7 +10,7 @@ import numpy as np
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.scene_parts.scene_fields import Engine, TableStyle, Wall
-from chaincor.lammps_inputs.schemes import Scheme
+from chaincor.lammps_inputs.schemes import SCHEME_ORDERS, Scheme
 from chaincor.workflows.accuracy.cost_model import cost_model
 from chaincor.workflows.accuracy.step_guess import frequency_ratio
 from chaincor.workflows.engines.lammps import engine as lammps
@@ -105,6 +105,7 @@ _EVENT_ENDS: dict[Scheme, tuple[float, float]] = {
     "order6": (0.8, 0.07),
     "order8": (0.8, 0.1),
 }
+_OTHER_ENDS = (0.8, 0.05)  # of schemes that have no entry
 _NOT_WHEN_QUICK: dict[Engine, tuple[Scheme, ...]] = {
     "lammps": ("order4",),
     "reference": ("verlet", "order4"),
@@ -119,7 +120,8 @@ def study_settings(scene: Scene, quick: bool) -> list[list[Setting]]:
     ladders = [[stock_setting(scene, step) for step in _STOCK_STEPS[quick]]]
     unit = time_unit(scene, "event")
     for engine, left_out in _NOT_WHEN_QUICK.items():
-        for scheme, (first, last) in _EVENT_ENDS.items():
+        for scheme in SCHEME_ORDERS:
+            first, last = _EVENT_ENDS.get(scheme, _OTHER_ENDS)
             if quick and scheme in left_out:
                 continue
             styles: tuple[TableStyle | None, ...] = (spline if engine == "lammps" else None,)
