@@ -14,7 +14,6 @@ import numpy as np
 
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.accuracy.reference_runs import eta_of
 from chaincor.workflows.engines.lammps import engine as lammps
 from chaincor.workflows.engines.rounding import rounding_error
 from chaincor.workflows.errors import RunError
@@ -70,9 +69,7 @@ def errors_over_promises(scene: Scene, rows: list[CheapestRow]) -> np.ndarray:
         except RunError:
             found.append(np.inf)
             continue
-        error = max(
-            abs(eta_of(scene.problem, outcome) - truth.restitution) - truth.restitution_error, 0.0
-        )
+        error = max(abs(outcome.eta - truth.restitution) - truth.restitution_error, 0.0)
         found.append(error / promised_in(scene, row))
     return np.array(found)
 

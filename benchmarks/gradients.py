@@ -27,7 +27,6 @@ from numpy.typing import NDArray
 
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.accuracy.reference_runs import eta_of
 from chaincor.workflows.collision import collide
 from chaincor.workflows.engines.reference import stepping
 from chaincor.workflows.result import Collision
@@ -194,9 +193,7 @@ def _extrapolated(
 
 
 def _eta(scene: Scene, step: float) -> float:
-    return eta_of(
-        scene.problem, stepping.run(scene.problem, Numerics(scheme=SCHEME, timestep=step))
-    )
+    return stepping.run(scene.problem, Numerics(scheme=SCHEME, timestep=step)).eta
 
 
 def cost(scene: Scene, result: Collision) -> float:

@@ -19,7 +19,6 @@ from chaincor.lammps_inputs.bond_table import choose_rows
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.by_reference import converge
-from chaincor.workflows.accuracy.reference_runs import eta_of
 from chaincor.workflows.engines.lammps import engine as lammps
 from chaincor.workflows.engines.reference import adaptive, hard_sphere, modal, stepping
 from chaincor.workflows.engines.reference.look_ahead import LookAhead
@@ -44,7 +43,7 @@ class Economy:
 def step(scene: Scene, timestep: float = 0.2, frame_interval: float | None = None) -> float:
     """Return eta by steps of order 8."""
     numerics = Numerics(scheme="order8", timestep=timestep)
-    return eta_of(scene.problem, stepping.run(scene.problem, numerics, frame_interval))
+    return stepping.run(scene.problem, numerics, frame_interval).eta
 
 
 def step_and_prove(scene: Scene) -> float:
@@ -86,7 +85,7 @@ def step_everything(scene: Scene) -> float:
 def by_spheres(scene: Scene) -> float:
     """Return eta of hard spheres, with the estimate of its error."""
     assert hard_sphere.deviation(scene.problem) < 1e-6
-    return eta_of(scene.problem, hard_sphere.run(scene.problem))
+    return hard_sphere.run(scene.problem).eta
 
 
 def with_table(scene: Scene, bond_range: tuple[float, float]) -> float:
@@ -94,7 +93,7 @@ def with_table(scene: Scene, bond_range: tuple[float, float]) -> float:
     numerics = Numerics(
         scheme="order6", timestep=0.1, bond_range=bond_range, force_error=FORCE_ERROR
     )
-    return eta_of(scene.problem, lammps.run(scene.problem, numerics))
+    return lammps.run(scene.problem, numerics).eta
 
 
 SLOW = Scene(potential="lj", particles=100, speed=0.01)
@@ -104,7 +103,7 @@ ECONOMIES = (
         Economy(
             f"exact modes, not steps proved to 1e-10; harmonic, n = {n}",
             Scene(potential="harmonic", particles=n, velocity=0.1),
-            lambda scene: eta_of(scene.problem, modal.run(scene.problem)),
+            lambda scene: modal.run(scene.problem).eta,
             step_and_prove,
             2e-10,
         )
@@ -114,7 +113,7 @@ ECONOMIES = (
         "hard spheres, not adaptive steps; lj, n = 100, 1000 v*",
         Scene(potential="lj", particles=100, speed=1000.0),
         by_spheres,
-        lambda scene: eta_of(scene.problem, adaptive.run(scene.problem, 1e-7)),
+        lambda scene: adaptive.run(scene.problem, 1e-7).eta,
         1e-6,
     ),
     *(

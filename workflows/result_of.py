@@ -10,7 +10,6 @@ from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.schemes import StepSchemeName
 from chaincor.workflows.accuracy.bounded_run import BoundedRun
-from chaincor.workflows.accuracy.reference_runs import eta_of
 from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.engines.reference import adaptive, modal
 from chaincor.workflows.engines.replay import Replay
@@ -32,7 +31,7 @@ def result_of(
         scene=scene,
         outcome=outcome,
         bar=bounded_run.bar,
-        restitution=eta_of(scene.problem, outcome),
+        restitution=outcome.eta,
         reason=bounded_run.reason,
         details=found,
         others=bounded_run.others,

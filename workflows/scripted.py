@@ -73,11 +73,11 @@ def plan_script(scene: Scene, table_range: tuple[float, float] | None = None) ->
             scene.problem, target_error, sensitivity, SCRIPTED_SCHEMES, planned.files
         )
         numerics = replace(search.numerics, bond_range=None)
-        pilot = watched_on(search.pilot.reference, scene.problem, flown_on(scene.problem))
+        pilot = watched_on(search.pilot.reference, flown_on(scene.problem))
     assert numerics is not None
     doubt = None if pilot is None else _doubt(scene, pilot, sensitivity)
     if pilot is not None and doubt is not None:
-        pilot = watched_on(pilot.reference, scene.problem, _flown_on_at_most(scene, pilot))
+        pilot = watched_on(pilot.reference, _flown_on_at_most(scene, pilot))
     table = _tabulate(scene, numerics, pilot, table_range)
     bar = None
     if pilot is not None and (scene.error or asked is not None):
@@ -88,7 +88,7 @@ def plan_script(scene: Scene, table_range: tuple[float, float] | None = None) ->
             share_alone=known,
             table=_table_part(table, scene, pilot.outcome, target_error),
             rounding=rounding_of_steps(scene.problem, numerics.scheme, numerics.timestep),
-            ending=ending_error(pilot.outcome, scene.problem),
+            ending=ending_error(pilot.outcome),
         )
         if asked is not None:
             order = effective_order(scene.problem, numerics.scheme)
@@ -121,7 +121,7 @@ def _doubt(scene: Scene, pilot: PilotRun, sensitivity: float) -> str | None:
     Raises ToleranceError if the reference engine does not know eta at all.
     """
     found = pilot.reference
-    known = error_bar(found.outcome, scene.problem, found.error, sensitivity).total
+    known = error_bar(found.outcome, found.error, sensitivity).total
     assert known is not None
     if known > max(1.0, found.restitution):
         raise ToleranceError(
@@ -188,9 +188,7 @@ def _tabulate(
 ) -> BondTable | None:
     if not scene.bond.is_tabulated:
         return None
-    low, high = (
-        guess_bond_range(scene.problem) if pilot is None else pilot.table_range(scene.problem)
-    )
+    low, high = guess_bond_range(scene.problem) if pilot is None else pilot.table_range()
     if numerics.scheme != "verlet":
         # The step that reaches the wall is first taken in full, behind the wall. Bond 1 is
         # stretched there.

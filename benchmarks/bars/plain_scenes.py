@@ -14,7 +14,6 @@ import numpy as np
 
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.batching import kind_of, solve_batch
-from chaincor.workflows.accuracy.reference_runs import eta_of
 
 _POTENTIALS = ("lj", "toda", "log", "power")
 _SIZES = (2, 3, 3, 4, 5, 7, 10, 14, 20)
@@ -50,10 +49,10 @@ def compare_group(
         return []
     met, judged = (solve_batch([each[k] for k in alike]) for each in (scenes, tight))
     return [
-        (scenes[k], found[0].error, abs(eta_of(scenes[k].problem, found[0].outcome) - right))
+        (scenes[k], found[0].error, abs(found[0].outcome.eta - right))
         for k, found, judge in zip(alike, met, judged, strict=True)
         if found is not None and judge is not None
-        for right in [eta_of(tight[k].problem, judge[0].outcome)]
+        for right in [judge[0].outcome.eta]
     ]
 
 

@@ -18,7 +18,6 @@ from chaincor.workflows.accuracy.by_reference import (
 from chaincor.workflows.accuracy.pilot_run import watched_on
 from chaincor.workflows.accuracy.reference_runs import (
     ConvergedRun,
-    eta_of,
     find_rounding_sensitivity,
     run_reference,
 )
@@ -86,19 +85,15 @@ def proof_share(random: Random, count: int) -> Samples:
             numerics = draw_numerics(random, scene, wall)
             try:
                 truth = find_truth(scene)
-                bonds = watched_on(truth, scene.problem).table_range(scene.problem)
+                bonds = watched_on(truth).table_range()
                 steps = [share * numerics.timestep for share in (1.0, *PROOF_STEPS)]
                 runs = lammps.run_at_steps(
                     scene.problem, replace(numerics, bond_range=bonds), steps
                 )
             except RunError:
                 continue
-            etas = np.array([eta_of(scene.problem, run) for run in runs])
-            known = (
-                truth.error
-                + table_error(runs[0], scene.problem)
-                + rounding_of(runs[0], scene.problem)
-            )
+            etas = np.array([run.eta for run in runs])
+            known = truth.error + table_error(runs[0]) + rounding_of(runs[0])
             error = max(abs(etas[0] - truth.restitution) - known, 0.0)
             samples.append(error / max(float(np.max(np.abs(etas[1:] - etas[0]))), _TINY))
     return found
@@ -115,13 +110,9 @@ def adaptive_share(random: Random, count: int) -> Samples:
         scene = scene.replace(speed=4.0 * scene.speed)
         accuracy = float(10 ** random.uniform(-11, -5))
         try:
-            truth = eta_of(
-                scene.problem,
-                adaptive.run(scene.problem, 1e-4 * accuracy if accuracy > 1e-9 else 1e-13),
-            )
+            truth = adaptive.run(scene.problem, 1e-4 * accuracy if accuracy > 1e-9 else 1e-13).eta
             fine, coarse, coarser = (
-                eta_of(scene.problem, adaptive.run(scene.problem, k * accuracy))
-                for k in (1.0, 10.0, 100.0)
+                adaptive.run(scene.problem, k * accuracy).eta for k in (1.0, 10.0, 100.0)
             )
         except RunError:
             continue
@@ -145,13 +136,13 @@ def table_sensitivity(random: Random, count: int) -> Samples:
             )
             try:
                 truth = find_truth(scene)
-                bonds = watched_on(truth, scene.problem).table_range(scene.problem)
+                bonds = watched_on(truth).table_range()
                 numerics = replace(numerics, bond_range=bonds)
                 rough = lammps.run(scene.problem, replace(numerics, table_points=rows))
             except RunError:
                 continue
-            error = abs(eta_of(scene.problem, rough) - truth.restitution) - 1e-10
-            error -= rounding_of(rough, scene.problem)
+            error = abs(rough.eta - truth.restitution) - 1e-10
+            error -= rounding_of(rough)
             size = rough.details["table"]["force_error"] / scene.impact_velocity
             # Values below the step's own error and rounding show nothing.
             if size > 1e-8:
@@ -184,10 +175,7 @@ def _slow_samples(random: Random, count: int, *, short: bool) -> list[float]:
         drift = scene.impact_velocity * stage
         if (drift < SHORT_DRIFT * scene.particles * grain) is not short:
             continue
-        error = abs(
-            eta_of(scene.problem, lammps.run(scene.problem, numerics))
-            - find_truth(scene).restitution
-        )
+        error = abs(lammps.run(scene.problem, numerics).eta - find_truth(scene).restitution)
         samples.append(max(error - goal, 0.0) / unit)
     return samples
 
@@ -212,7 +200,7 @@ def extrapolated_rounding(random: Random, count: int) -> Samples:
         # Steps finer than the target error needs are included.
         step = guess_step(scene.problem, name, goal) * float(10 ** random.uniform(-0.7, 0.0))
         run = lammps.run(scene.problem, Numerics(scheme=name, timestep=step))
-        error = abs(eta_of(scene.problem, run) - find_truth(scene).restitution)
+        error = abs(run.eta - find_truth(scene).restitution)
         samples.append(max(error - goal, 0.0) / (unit * STEP_SCHEMES[name].amplification))
     return {"": samples}
 
@@ -231,7 +219,7 @@ def nudge_reserve(random: Random, count: int) -> Samples:
             usual = find_rounding_sensitivity(scene.problem)
             step = guess_step(scene.problem, "order8", 1e-9)
             one, other = (
-                eta_of(each.problem, run_reference(each.problem, "order8", step))
+                run_reference(each.problem, "order8", step).eta
                 for each in (
                     scene,
                     scene.replace(speed=None, velocity=nudge * scene.impact_velocity),
@@ -253,9 +241,7 @@ def arithmetic_floor(random: Random, count: int) -> Samples:
         scene = draw_scene(random, most=500, potentials=("harmonic",))
         exact = modal.run(scene.problem)
         stepped = run_reference(scene.problem, "extrapolated14", 0.4)
-        samples.append(
-            abs(eta_of(scene.problem, stepped) - eta_of(scene.problem, exact)) / scene.particles
-        )
+        samples.append(abs(stepped.eta - exact.eta) / scene.particles)
     return {"": samples}
 
 
@@ -266,15 +252,15 @@ def array_sensitivity(random: Random, count: int) -> Samples:
         scene = draw_scene(random, most=100, potentials=("lj", "toda", "harmonic"))
         try:
             truth = find_truth(scene)
-            bonds = watched_on(truth, scene.problem).table_range(scene.problem)
+            bonds = watched_on(truth).table_range()
             step = guess_step(scene.problem, "order8", 1e-12)
             run = lammps.run(
                 scene.problem, Numerics(scheme="order8", timestep=step, bond_range=bonds)
             )
         except RunError:
             continue
-        floor = table_error(run, scene.problem) + rounding_of(run, scene.problem)
-        apart = differences(truth.outcome, run, scene.problem)
+        floor = table_error(run) + rounding_of(run)
+        apart = differences(truth.outcome, run)
         v0 = scene.impact_velocity
         scales = {
             "contact_times": run.duration,
@@ -294,7 +280,7 @@ def unseen_stretch(random: Random, count: int) -> Samples:
         scene = draw_scene(random, potentials=("lj", "toda", "log"))
         try:
             truth = find_truth(scene)
-            low, high = watched_on(truth, scene.problem).table_range(scene.problem)
+            low, high = watched_on(truth).table_range()
             numerics = Numerics(timestep=guess_step(scene.problem, "order6", 1e-6))
             run = lammps.run(
                 scene.problem, replace(numerics, bond_range=(low, 1.0 + 1.5 * (high - 1.0)))

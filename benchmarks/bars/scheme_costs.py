@@ -37,7 +37,7 @@ def lammps_costs(random: Random, goal: float) -> dict[str, float]:
     """Return the seconds that each scheme takes to a target error in LAMMPS, in a random scene."""
     scene = draw_scene(random, most=300)
     truth = converge(scene.problem, 0.03 * goal)
-    scouting = watched_on(truth, scene.problem)
+    scouting = watched_on(truth)
     model = shipped_cost_model()
     numerics = {}
     for scheme in LAMMPS_SCHEMES:

@@ -7,7 +7,7 @@ from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.schemes import SCHEME_ORDERS, StepSchemeName
 from chaincor.workflows.accuracy.pilot_run import watched_on
-from chaincor.workflows.accuracy.reference_runs import eta_of, run_reference
+from chaincor.workflows.accuracy.reference_runs import run_reference
 from chaincor.workflows.accuracy.step_guess import USUAL_STEPS, frequency_ratio
 from chaincor.workflows.engines.compositions import COMPOSITIONS
 from chaincor.workflows.engines.lammps import engine as lammps
@@ -19,13 +19,13 @@ _PHASES = tuple(np.linspace(0.97, 1.0, 8).tolist())
 
 def _error(scene: Scene, scheme: StepSchemeName, truth: float) -> float:
     step = USUAL_STEPS[scheme] / frequency_ratio(scene.problem)
-    return abs(eta_of(scene.problem, run_reference(scene.problem, scheme, step)) - truth)
+    return abs(run_reference(scene.problem, scheme, step).eta - truth)
 
 
 def _lammps_errors(scene: Scene, shares: tuple[float, ...]) -> dict[str, float]:
     """Return the worst error by LAMMPS at some shares of each scheme's usual step."""
     truth = find_truth(scene)
-    bonds = watched_on(truth, scene.problem).table_range(scene.problem)
+    bonds = watched_on(truth).table_range()
     worst = {}
     for scheme in COMPOSITIONS.values():
         steps = [
@@ -33,9 +33,7 @@ def _lammps_errors(scene: Scene, shares: tuple[float, ...]) -> dict[str, float]:
         ]
         numerics = Numerics(scheme=scheme.name, timestep=steps[0], bond_range=bonds)
         runs = lammps.run_at_steps(scene.problem, numerics, steps)
-        worst[str(scheme.name)] = max(
-            abs(eta_of(scene.problem, run) - truth.restitution) for run in runs
-        )
+        worst[str(scheme.name)] = max(abs(run.eta - truth.restitution) for run in runs)
     return worst
 
 

@@ -76,7 +76,7 @@ def answer(cell: Cell, engine: str) -> dict[str, Any]:
 
 def judge(cell: Cell, scheme: str) -> dict[str, Any]:
     """Answer by another method than `scheme`, twice, the second time more exactly."""
-    from chaincor.workflows.accuracy.reference_runs import eta_of, run_reference
+    from chaincor.workflows.accuracy.reference_runs import run_reference
     from chaincor.workflows.accuracy.step_guess import guess_step
     from chaincor.workflows.engines.reference import adaptive
 
@@ -84,7 +84,7 @@ def judge(cell: Cell, scheme: str) -> dict[str, Any]:
     rounding = 1e-14 * cell.particles
 
     def compare(runs: list) -> dict[str, Any]:
-        coarse, fine = (eta_of(scene.problem, run) for run in runs)
+        coarse, fine = (run.eta for run in runs)
         return {
             "restitution": fine,
             "error": abs(fine - coarse) + rounding,

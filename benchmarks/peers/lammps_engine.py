@@ -20,7 +20,6 @@ import numpy as np
 from benchmarks.peers.integrators import Dop853Chain, HeyokaChain, coarsest, timed
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.accuracy.reference_runs import eta_of
 from chaincor.workflows.engines.lammps import engine as lammps
 from chaincor.workflows.tradeoff.truth import find_truth
 
@@ -50,7 +49,7 @@ def compare(repeats: int = 7) -> dict[str, float]:
     scene = Scene(potential="lj", particles=100, speed=0.4)
     truth = find_truth(scene)
     last, end = truth.last_contact_time + 1e-3, truth.scouting.outcome.duration
-    bond_range = truth.scouting.table_range(scene.problem)
+    bond_range = truth.scouting.table_range()
 
     found: dict[str, float] = {}
     tasks: dict[str, Callable[[], float]] = {}
@@ -59,7 +58,7 @@ def compare(repeats: int = 7) -> dict[str, float]:
 
         def error_at(step: float, bare: Numerics = bare) -> float:
             outcome = lammps.run(scene.problem, replace(bare, timestep=step))
-            return abs(eta_of(scene.problem, outcome) - truth.restitution)
+            return abs(outcome.eta - truth.restitution)
 
         step, found[f"{name}_error"] = coarsest(steps, error_at, ERROR)
         found[f"{name}_step"] = step

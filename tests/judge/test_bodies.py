@@ -9,7 +9,6 @@ import pytest
 
 from benchmarks.scenes.lines import draw_line_scene
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.accuracy.reference_runs import eta_of
 from chaincor.workflows.engines.reference import modal
 from tests.judge.bodies import KINDS, Bodies, Bonds, Unsure, judge, run_once
 from tests.judge.lines import bodies_of, bonds_of, draw, judge_scene
@@ -68,9 +67,7 @@ def test_exact_modes():
         )
         exact = modal.run(scene.problem)
         found = judge(bonds_of(scene), bodies_of(scene), closer=CLOSE)
-        assert (
-            abs(found.seen.restitution - eta_of(scene.problem, exact)) < 3.0 * found.error < 1e-10
-        )
+        assert abs(found.seen.restitution - exact.eta) < 3.0 * found.error < 1e-10
         assert found.seen.contacts == len(exact.contact_times)
         assert found.seen.contact_times == pytest.approx(exact.contact_times, abs=1e-9)
 
@@ -161,5 +158,5 @@ def test_warm_scenes_are_of_every_kind(tmp_path):
 def test_a_warm_chain_of_springs_is_judged_as_its_exact_modes_say():
     scene = Scene(potential="harmonic", particles=5, velocity=0.05, temperature=1e-3, seed=4)
     found = judge_scene(scene, 1e-10)
-    exact = eta_of(scene.problem, modal.run(scene.problem))
+    exact = modal.run(scene.problem).eta
     assert abs(found.seen.restitution - exact) <= found.error + 1e-12

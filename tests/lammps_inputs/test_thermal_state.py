@@ -15,7 +15,6 @@ from chaincor.lammps_inputs.bonds.potentials import LennardJones
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.thermal_state import draw, start_margin
-from chaincor.workflows.accuracy.reference_runs import relative_velocity
 from chaincor.workflows.engines.reference import modal
 
 NONE = np.zeros(0)
@@ -130,7 +129,7 @@ def test_a_farther_start_changes_no_distribution():
             strains[line.gap] = gap_of(strains[line.gap])
             line = replace(line, strains=strains)
             drawn.__dict__["line"] = line  # where it is kept
-            found.append(relative_velocity(line, modal.run(drawn.problem)))
+            found.append(modal.run(drawn.problem).separation_velocity)
         return found
 
     count = 500

@@ -16,7 +16,6 @@ from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows import scripted as plan
 from chaincor.workflows.accuracy.pilot_run import usual_pilot_run
-from chaincor.workflows.accuracy.reference_runs import eta_of
 from chaincor.workflows.collision import collide
 from chaincor.workflows.engines.ending import argue_end
 from chaincor.workflows.engines.lammps import engine as lammps
@@ -32,7 +31,7 @@ def from_python(scene):
     numerics = Numerics.from_scene(scene)
     scouting = usual_pilot_run(scene.problem, flown_on(scene.problem))
     if scouting is not None:
-        numerics = replace(numerics, bond_range=scouting.table_range(scene.problem))
+        numerics = replace(numerics, bond_range=scouting.table_range())
     return lammps.run(scene.problem, numerics)
 
 
@@ -107,9 +106,7 @@ def test_lmp_alone_gives_what_python_gives_for_two_bodies(fields, tmp_path):
     assert done.returncode == 0, done.stdout[-2000:]
     assert unexpected_warnings(done.stdout) == []
     outcome = from_python(scene)
-    assert number(done.stdout, "restitution") == pytest.approx(
-        eta_of(scene.problem, outcome), abs=1e-12
-    )
+    assert number(done.stdout, "restitution") == pytest.approx(outcome.eta, abs=1e-12)
     contacts = np.loadtxt(tmp_path / "job" / "contacts.txt", skiprows=1, ndmin=2)
     assert contacts[:, 1] == pytest.approx(outcome.contact_times, abs=1e-10)
     assert contacts[:, 2] == pytest.approx(outcome.contact_speeds, abs=1e-11)
@@ -124,10 +121,10 @@ def test_a_job_with_a_target_runs_slower_chains_on_request(tmp_path):
     write_job(scene, tmp_path / "job")
     done = run_lmp(tmp_path / "job", "-var", "velocity", "0.03")
     slower = scene.replace(velocity=0.03)
-    table = usual_pilot_run(scene.problem, flown_on(scene.problem)).table_range(scene.problem)
+    table = usual_pilot_run(scene.problem, flown_on(scene.problem)).table_range()
     outcome = lammps.run(slower.problem, replace(Numerics.from_scene(slower), bond_range=table))
     # The table of the job is made for bonds that are watched a little longer.
-    eta = eta_of(slower.problem, outcome)
+    eta = outcome.eta
     assert number(done.stdout, "restitution") == pytest.approx(eta, abs=1e-10)
 
 
@@ -158,9 +155,7 @@ def test_a_kept_run_of_two_bodies_is_a_job(tmp_path):
     done = run_lmp(tmp_path / "kept")
     assert done.returncode == 0, done.stdout[-2000:]
     # The kept script has a table of its own.
-    assert number(done.stdout, "restitution") == pytest.approx(
-        eta_of(scene.problem, outcome), abs=1e-10
-    )
+    assert number(done.stdout, "restitution") == pytest.approx(outcome.eta, abs=1e-10)
 
 
 @pytest.mark.slow
@@ -300,7 +295,7 @@ def test_a_job_runs_slower_chains_on_request(fields, wall, tmp_path):
     assert "ending = silence alone: no reference run was made at this velocity" in done.stdout
     # The table is that of the job.
     scouting = usual_pilot_run(scene.problem, flown_on(scene.problem))
-    numerics = replace(Numerics.from_scene(slower), bond_range=scouting.table_range(scene.problem))
+    numerics = replace(Numerics.from_scene(slower), bond_range=scouting.table_range())
     outcome = lammps.run(slower.problem, numerics)
     eta = restitution(outcome.velocities, slower.impact_velocity)
     # The same steps; the job's table is made for bonds that are watched a little longer.

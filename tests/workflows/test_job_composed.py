@@ -15,7 +15,6 @@ from chaincor.lammps_inputs.errors import SceneError
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.script_plan import ScriptPlan
-from chaincor.workflows.accuracy.reference_runs import eta_of
 from chaincor.workflows.collision import collide
 from chaincor.workflows.engines.lammps import engine as lammps
 from chaincor.workflows.engines.lammps.kept_script import job_script
@@ -56,9 +55,7 @@ def test_lmp_alone_gives_what_the_engine_gives(fields, tmp_path, monkeypatch):
     outcome = from_python(scene, monkeypatch)
     # Steps of one size, which end elsewhere before a contact: each is off by its own error.
     error = number(done.stdout, "restitution_error")
-    assert number(done.stdout, "restitution") == pytest.approx(
-        eta_of(scene.problem, outcome), abs=2.0 * error
-    )
+    assert number(done.stdout, "restitution") == pytest.approx(outcome.eta, abs=2.0 * error)
     assert error < 1e-3
     contacts = np.loadtxt(tmp_path / "contacts.txt", skiprows=1, ndmin=2)
     assert contacts[:, 1] == pytest.approx(outcome.contact_times, abs=1e-3)
@@ -84,9 +81,7 @@ def test_a_job_proves_its_number(fields, tolerance, tmp_path, monkeypatch):
     exact = collide(Scene(**fields, engine="reference", tolerance=1e-11))
     assert abs(eta - exact.restitution) <= error + exact.restitution_error
     assert 0.05 * (tolerance or 1e-6) < error <= (tolerance or 1e-6)
-    assert eta == pytest.approx(
-        eta_of(scene.problem, from_python(scene, monkeypatch)), abs=2.0 * error
-    )
+    assert eta == pytest.approx(from_python(scene, monkeypatch).eta, abs=2.0 * error)
     # The scene that lies beside the script takes the same steps, with as many rows.
     again, plan = Scene.from_file(tmp_path / "scene.toml"), plan_script(scene)
     numerics = Numerics.from_scene(again)
@@ -225,6 +220,4 @@ def test_the_kept_script_of_a_run_takes_its_steps(tmp_path):
     numerics = replace(Numerics(), scheme="order8", timestep=0.1)
     outcome = lammps.run(scene.problem, numerics, files=scene.run_files)
     done = run_lmp(tmp_path / "kept")
-    assert number(done.stdout, "restitution") == pytest.approx(
-        eta_of(scene.problem, outcome), abs=1e-10
-    )
+    assert number(done.stdout, "restitution") == pytest.approx(outcome.eta, abs=1e-10)

@@ -10,7 +10,6 @@ from chaincor.lammps_inputs.errors import SceneError
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.by_lammps import LammpsSearch
-from chaincor.workflows.accuracy.reference_runs import eta_of
 from chaincor.workflows.collision import collide
 from chaincor.workflows.engines.lammps import engine as lammps
 from chaincor.workflows.engines.reference import stepping
@@ -36,8 +35,8 @@ def test_both_engines_and_the_judge_agree(fields):
     judged = judge_scene(scene, 1e-9).seen
     assert len(ours.contact_times) == len(theirs.contact_times) == judged.contacts
     # Steps of order 8 of a twentieth of the fastest period: about (0.05/0.2)^8 of what 0.2 does.
-    assert eta_of(scene.problem, ours) == pytest.approx(judged.restitution, rel=1e-8)
-    assert eta_of(scene.problem, theirs) == pytest.approx(judged.restitution, rel=1e-8)
+    assert ours.eta == pytest.approx(judged.restitution, rel=1e-8)
+    assert theirs.eta == pytest.approx(judged.restitution, rel=1e-8)
     assert ours.energy_end == pytest.approx(ours.energy_start, rel=1e-9)
     assert theirs.displacements == pytest.approx(ours.displacements, abs=1e-8)
     assert theirs.target_displacements == pytest.approx(ours.target_displacements, abs=1e-8)

@@ -12,7 +12,6 @@ from chaincor.analysis.job_folder import find_job
 from chaincor.analysis.modes import mode_energies
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.accuracy.reference_runs import eta_of
 from chaincor.workflows.collision import collide
 from chaincor.workflows.engines.lammps import engine as lammps
 from chaincor.workflows.job import write_job
@@ -45,9 +44,7 @@ def test_lmp_alone_gives_what_python_gives(bodies, tmp_path):
     done = run_lmp(tmp_path / "job")
     assert done.returncode == 0, done.stdout + done.stderr
     driven = lammps.run(scene.problem, Numerics(scheme="verlet", timestep=0.01))
-    assert number(done.stdout, "restitution") == pytest.approx(
-        eta_of(scene.problem, driven), abs=SAME
-    )
+    assert number(done.stdout, "restitution") == pytest.approx(driven.eta, abs=SAME)
     assert number(done.stdout, "contacts") == len(driven.contact_times)
     # The drawn state is in the data file, so that another velocity is another draw.
     refused = run_lmp(tmp_path / "job", "-var", "velocity", "0.03")
@@ -58,10 +55,10 @@ def test_lmp_alone_gives_what_python_gives(bodies, tmp_path):
         assert found.mode_energies_start == pytest.approx(chain_modes(scene), rel=1e-9, abs=1e-15)
         assert found.target.mode_energies_start[0] == pytest.approx(0.0, abs=1e-20)
         assert np.sum(found.target.mode_energies_start) > 1e-3
-        assert found.restitution == pytest.approx(eta_of(scene.problem, driven), abs=SAME)
+        assert found.restitution == pytest.approx(driven.eta, abs=SAME)
         return
     assert found.contacts == len(driven.contact_times)
-    assert found.restitution == pytest.approx(eta_of(scene.problem, driven), abs=SAME)
+    assert found.restitution == pytest.approx(driven.eta, abs=SAME)
     assert found.mode_energies_start == pytest.approx(chain_modes(scene), rel=1e-9, abs=1e-15)
     before = 0.5 * 8 * 0.05**2
     assert found.restitution_bound == pytest.approx(energy_of(scene) / before, rel=1e-9)

@@ -138,7 +138,7 @@ def solve_batch(scenes: Sequence[Scene]) -> list[tuple[BoundedRun, Array] | None
         outcome = _outcome(each, fine, k, scheme, float(steps[k]))
         differences = {name: float(gap[k]) for name, gap in apart.items()}
         tries = [{"timestep": float(steps[k]), "step_error": error}]
-        met = bounded_run(each, outcome, error, differences, tries)
+        met = bounded_run(outcome, error, differences, tries)
         if met.error <= target_error:
             found[place] = met, energies[k]
     return found
@@ -160,7 +160,7 @@ def compare_many(
     rounding.
     """
     fine, *coarse = runs
-    # This equals `eta_of` for each run.
+    # This equals `Outcome.eta` of each run.
     e, *others = (
         centre_of_mass_velocity(run.velocities, line.chain_masses) / speeds for run in runs
     )

@@ -2,7 +2,6 @@
 
 import math
 
-from chaincor.lammps_inputs.problem import Problem
 from chaincor.workflows.engines.lammps.contact import approach_time
 from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.engines.reference import bookkeeping
@@ -13,13 +12,14 @@ from chaincor.workflows.engines.reference.moving import Motion, Stepper
 _APPROACH_STEPS = 64
 
 
-def bonds_from_start(problem: Problem, outcome: Outcome) -> tuple[float, float]:
+def bonds_from_start(outcome: Outcome) -> tuple[float, float]:
     """
     Return the shortest and the longest bond from the initial state to the last contact.
 
     The `outcome` has the range from the first contact on. The flight before that is followed with
     coarse steps; in a cold chain no bond moves there.
     """
+    problem = outcome.problem
     line, bond = problem.line, problem.bond
     shortest, longest = outcome.bond_min, outcome.bond_max
     # Beads have no table, and fixed steps do not follow them.
@@ -35,9 +35,7 @@ def bonds_from_start(problem: Problem, outcome: Outcome) -> tuple[float, float]:
     return min(shortest, 1.0 + low), max(longest, 1.0 + high)
 
 
-def bonds_to_contact(
-    problem: Problem, like: Outcome, contacts: int, last: float
-) -> tuple[float, float] | None:
+def bonds_to_contact(like: Outcome, contacts: int, last: float) -> tuple[float, float] | None:
     """
     Return the shortest and the longest bond from the first contact to a later one.
 
@@ -45,6 +43,7 @@ def bonds_to_contact(
     scheme and the step are those of the run `like`, by the reference engine. Return None if the
     motion has another number of contacts by then, or if fixed steps do not resolve it.
     """
+    problem = like.problem
     if like.timestep is None or problem.longest_body == 1:
         return None
     step = like.timestep

@@ -10,7 +10,6 @@ from chaincor.analysis.error_bar import ErrorBar
 from chaincor.analysis.modes import mode_energies
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.problem import Problem
-from chaincor.workflows.accuracy.reference_runs import relative_velocity
 from chaincor.workflows.durations import format_duration
 from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.engines.reference import hard_sphere
@@ -57,7 +56,6 @@ class BoundedRun:
 
 
 def bounded_run(
-    problem: Problem,
     outcome: Outcome,
     step: float,
     other: Outcome | dict[str, float],
@@ -71,8 +69,8 @@ def bounded_run(
     error, or the difference in each array. `tries` are the steps and errors of the search. For
     `sensitivity` see :func:`error_bar`.
     """
-    bar = error_bar(outcome, problem, step, sensitivity)
-    details: dict[str, Any] = {"spread": spread_of(problem, outcome, other)}
+    bar = error_bar(outcome, step, sensitivity)
+    details: dict[str, Any] = {"spread": spread_of(outcome, other)}
     if tries is not None:
         details["choice"] = {"tries": tries}
     others = (other,) if isinstance(other, Outcome) else ()
@@ -119,7 +117,7 @@ def decade_within(tolerance: float) -> float:
     return 10.0 ** math.floor(math.log10(tolerance) + 1e-9)
 
 
-def table_error(outcome: Outcome, problem: Problem) -> float:
+def table_error(outcome: Outcome) -> float:
     """
     Return the error of eta due to the bond table, from its certificate.
 
@@ -129,7 +127,7 @@ def table_error(outcome: Outcome, problem: Problem) -> float:
     certificate = outcome.details.get("table")
     if certificate is None:
         return 0.0
-    return table_error_of(certificate["style"], certificate["force_error"], problem)
+    return table_error_of(certificate["style"], certificate["force_error"], outcome.problem)
 
 
 def table_error_of(style: str, force_error: float, problem: Problem) -> float:
@@ -137,7 +135,7 @@ def table_error_of(style: str, force_error: float, problem: Problem) -> float:
     return TABLE_SENSITIVITY[style] * force_error / problem.impact_velocity
 
 
-def ending_error(outcome: Outcome, problem: Problem) -> float:
+def ending_error(outcome: Outcome) -> float:
     r"""
     Return the largest change of eta by contacts that may still come.
 
@@ -146,14 +144,13 @@ def ending_error(outcome: Outcome, problem: Problem) -> float:
     """
     if outcome.ending.missed_momentum == 0.0:
         return 0.0
+    problem = outcome.problem
     gained = outcome.ending.missed_momentum / problem.line.reduced_mass
-    mean = abs(relative_velocity(problem.line, outcome))
+    mean = abs(outcome.separation_velocity)
     return (2.0 * mean + gained) * gained / problem.impact_velocity**2
 
 
-def error_bar(
-    outcome: Outcome, problem: Problem, step: float | None, sensitivity: float = 0.0
-) -> ErrorBar:
+def error_bar(outcome: Outcome, step: float | None, sensitivity: float = 0.0) -> ErrorBar:
     """
     Return the error bar of a run.
 
@@ -165,23 +162,25 @@ def error_bar(
     elif outcome.scheme in STEP_SCHEMES:
         sensitivity *= STEP_SCHEMES[outcome.scheme].amplification
     rounding = max(
-        rounding_of(outcome, problem), amplified_rounding(outcome.engine, sensitivity, problem)
+        rounding_of(outcome),
+        amplified_rounding(outcome.engine, sensitivity, outcome.problem),
     )
     return ErrorBar(
         step=step,
-        table=table_error(outcome, problem),
+        table=table_error(outcome),
         rounding=rounding,
-        ending=ending_error(outcome, problem),
+        ending=ending_error(outcome),
     )
 
 
-def differences(first: Outcome, second: Outcome, problem: Problem) -> dict[str, float]:
+def differences(first: Outcome, second: Outcome) -> dict[str, float]:
     """
     Return the differences between the arrays of two runs at different steps.
 
     The result has, for each array, the largest absolute difference: contact times and speeds,
     velocities and mode energies. It is inf if the numbers of contacts differ.
     """
+    problem = first.problem
     stiffness, masses = problem.bond.stiffness, problem.line.chain_masses
     pairs = {
         "contact_times": (first.contact_times, second.contact_times),
@@ -204,17 +203,16 @@ def farthest(one: Array, other: Array) -> float:
     return float(np.max(np.abs(one - other), initial=0.0))
 
 
-def spread_of(
-    problem: Problem, outcome: Outcome, other: Outcome | dict[str, float]
-) -> dict[str, float]:
+def spread_of(outcome: Outcome, other: Outcome | dict[str, float]) -> dict[str, float]:
     """
     Return the spread of each array between two runs, for comparison with other integrators.
 
     `other` is one of the runs, or the :func:`differences`. Errors common to both runs, from tables
     and rounding, are included.
     """
-    apart = differences(outcome, other, problem) if isinstance(other, Outcome) else other
-    floor = table_error(outcome, problem) + rounding_of(outcome, problem)
+    apart = differences(outcome, other) if isinstance(other, Outcome) else other
+    floor = table_error(outcome) + rounding_of(outcome)
+    problem = outcome.problem
     v0 = problem.impact_velocity
     scales = {
         "contact_times": problem.longest_body / problem.slow_stiffness**0.5,

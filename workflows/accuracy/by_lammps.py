@@ -21,7 +21,6 @@ from chaincor.workflows.accuracy.cost_model import cost_model
 from chaincor.workflows.accuracy.pilot_run import PilotRun, pilot_run
 from chaincor.workflows.accuracy.reference_runs import (
     estimate_step,
-    eta_of,
     find_step,
     largest_difference,
 )
@@ -145,14 +144,12 @@ class LammpsSearch:
             problem, numerics, (step, COARSER * step), files=self.files
         )
         order = effective_order(problem, numerics.scheme)
-        steps_record = share_of_difference(order, COARSER) * largest_difference(
-            problem, fine, [coarse]
-        )
-        error = max(steps_record, abs(eta_of(problem, fine) - truth.restitution)) + truth.error
+        steps_record = share_of_difference(order, COARSER) * largest_difference(fine, [coarse])
+        error = max(steps_record, abs(fine.eta - truth.restitution)) + truth.error
         # If the reference run is in doubt about a late contact, this run is too.
         doubt = truth.outcome.ending.missed_momentum
         fine = replace(fine, ending=fine.ending.doubted(doubt))
-        bar = error_bar(fine, problem, error, self.sensitivity)
+        bar = error_bar(fine, error, self.sensitivity)
         assert bar.total is not None
         done = (
             bar.total <= target_error
@@ -176,7 +173,7 @@ class LammpsSearch:
     def reference_error(self) -> float:
         """Return the error of eta of the pilot run, with its open end and amplified rounding."""
         found = self.pilot.reference
-        bar = error_bar(found.outcome, self.problem, found.error, self.sensitivity)
+        bar = error_bar(found.outcome, found.error, self.sensitivity)
         assert bar.total is not None
         return bar.total
 
@@ -207,10 +204,10 @@ def solve_with_lammps(
     # Both LAMMPS runs may have the same error, which the reference run reveals. The reference run
     # differs from its own run at the next larger step by more than its error.
     reference = search.pilot.reference
-    apart = [differences(fine, run, problem) for run in (coarse, search.pilot.outcome)]
-    own = differences(search.pilot.outcome, reference.proofs[-1], problem)
+    apart = [differences(fine, run) for run in (coarse, search.pilot.outcome)]
+    own = differences(search.pilot.outcome, reference.proofs[-1])
     farther = {name: max(each[name] for each in apart) + own[name] for name in apart[0]}
-    found = bounded_run(problem, fine, error, farther, steps_record(ran), sensitivity)
+    found = bounded_run(fine, error, farther, steps_record(ran), sensitivity)
     if found.error > target_error and search.numerics.scheme not in COMPOSITIONS:
         # Composed steps cost more but do not amplify rounding.
         return solve_with_lammps(problem, target_error, sensitivity, SCRIPTED_SCHEMES, files)
@@ -219,9 +216,9 @@ def solve_with_lammps(
         "in_house_restitution": reference.restitution,
         "in_house_error": search.reference_error(),
         # error from LAMMPS alone: the difference between its two runs
-        "error_alone": found.error - error + largest_difference(problem, fine, [coarse]),
+        "error_alone": found.error - error + largest_difference(fine, [coarse]),
     }
-    details = found.details | {"scouting": search.pilot.beside(problem, fine)}
+    details = found.details | {"scouting": search.pilot.beside(fine)}
     return replace(found, details=details, others=(coarse, search.pilot.outcome))
 
 
@@ -241,7 +238,7 @@ def choose_numerics(
     if problem.bond.only_pushes:
         return Numerics(scheme="verlet", timestep=granular_step(problem, tolerance))
     truth = pilot.reference
-    numerics = Numerics(scheme="verlet", bond_range=pilot.table_range(problem))
+    numerics = Numerics(scheme="verlet", bond_range=pilot.table_range())
     # A spline cannot represent a kink; straight lines between rows can, if one row lies on the
     # kink.
     style: TableStyle = "linear" if truth.kinked and problem.bond.kinks else "spline"

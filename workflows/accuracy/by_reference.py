@@ -8,7 +8,6 @@ from chaincor.workflows.accuracy.fixed_steps import refine_regularly, solve_with
 from chaincor.workflows.accuracy.irregular import refine_irregularly
 from chaincor.workflows.accuracy.reference_runs import (
     ConvergedRun,
-    eta_of,
     find_rounding_sensitivity,
 )
 from chaincor.workflows.accuracy.refining import Attempt, Policy, refine, steps_record
@@ -57,7 +56,7 @@ def solve_with_reference(
     solver = solver_of(problem, IN_HOUSE)
     if solver is EXACT_MODES:
         outcome = EXACT_MODES.run(problem)
-        return bounded_run(problem, outcome, modal_error(problem), outcome)
+        return bounded_run(outcome, modal_error(problem), outcome)
     if solver is FIXED_STEPS:
         if is_smooth(problem):
             return solve_with_fixed_steps(problem, target_error, sensitivity, known)
@@ -80,7 +79,7 @@ def solve_with_reference(
 
 def _as_spheres(problem: Problem, deviation: float) -> BoundedRun:
     """Return the result of hard spheres; the errors of its times, speeds and modes are unknown."""
-    return bounded_run(problem, HARD_SPHERES.run(problem), deviation, {})
+    return bounded_run(HARD_SPHERES.run(problem), deviation, {})
 
 
 def _solve_irregularly(problem: Problem, target_error: float, sensitivity: float) -> BoundedRun:
@@ -88,9 +87,7 @@ def _solve_irregularly(problem: Problem, target_error: float, sensitivity: float
     found = refine_irregularly(problem, target_error, rounding_error("reference", problem))
     if found.stalled or rounding_matters("reference", problem, target_error):
         sensitivity = sensitivity or find_rounding_sensitivity(problem)
-    return bounded_run(
-        problem, found.outcome, found.error, found.proofs[0], found.tries, sensitivity
-    )
+    return bounded_run(found.outcome, found.error, found.proofs[0], found.tries, sensitivity)
 
 
 def _solve_with_adaptive_steps(problem: Problem, target_error: float) -> BoundedRun:
@@ -104,17 +101,14 @@ def _solve_with_adaptive_steps(problem: Problem, target_error: float) -> Bounded
     def attempt(accuracy: float) -> Attempt[Outcome]:
         fine = ADAPTIVE_STEPS.run(problem, None, accuracy)
         # The error sometimes shrinks by less than ten, and one difference can be small by chance.
-        eta = eta_of(problem, fine)
-        error = max(
-            share * abs(eta_of(problem, run) - eta)
-            for share, run in zip(shares, runs[:2], strict=True)
-        )
+        eta = fine.eta
+        error = max(share * abs(run.eta - eta) for share, run in zip(shares, runs[:2], strict=True))
         runs.insert(0, fine)
         done = error + floor <= target_error or accuracy < 1e-14
         return Attempt(accuracy, error, fine, done, 0.1 * accuracy)
 
     tries = refine(0.1 * accuracy, attempt, Policy(_MOST_REFINEMENTS, retried=()))
-    return bounded_run(problem, runs[0], tries[-1].error, runs[1], steps_record(tries, "accuracy"))
+    return bounded_run(runs[0], tries[-1].error, runs[1], steps_record(tries, "accuracy"))
 
 
 def converge(problem: Problem, target_error: float) -> ConvergedRun:
@@ -130,7 +124,7 @@ def converge(problem: Problem, target_error: float) -> ConvergedRun:
     if problem.bond.only_pushes:
         solved = _solve_with_adaptive_steps(problem, target_error)
         run, step = solved.outcome, solved.bar.step or 0.0
-        return ConvergedRun(run, [*solved.others], eta_of(problem, run), step + floor, run.seconds)
+        return ConvergedRun(run, [*solved.others], run.eta, step + floor, run.seconds)
     if is_smooth(problem):
         # Trial steps for LAMMPS in the reference engine use the same compiled scheme.
         found = refine_regularly(problem, target_error, "order8", floor, None)
@@ -155,7 +149,7 @@ def exact_modes(problem: Problem) -> ConvergedRun:
             "about 0.69"
         )
     error = max(MODAL_ERROR, modal_error(problem))
-    return ConvergedRun(outcome, [outcome], eta_of(problem, outcome), error, outcome.seconds)
+    return ConvergedRun(outcome, [outcome], outcome.eta, error, outcome.seconds)
 
 
 def modal_error(problem: Problem) -> float:

@@ -14,7 +14,6 @@ from chaincor.workflows.accuracy.reference_runs import (
     ConvergedRun,
     differ,
     difference_to,
-    eta_of,
     nudged_change,
     refined,
     run_reference,
@@ -107,7 +106,7 @@ def _meet_with_scheme(
     assert step is not None
     if followed is None and fine is not found.first:
         whole = run_reference(problem, scheme, step)
-        error = max(error, abs(eta_of(problem, whole) - eta_of(problem, fine)))
+        error = max(error, abs(whole.eta - fine.eta))
         fine = with_doubts(whole, (fine, proof))
     silent = fine.longest_silence > sound_round_trip(problem.longest_body, problem.slow_stiffness)
     # Scenes with unequal masses, two bodies or warm chains have had their rounding examined before,
@@ -133,7 +132,7 @@ def _meet_with_scheme(
             # comes.
             another = 2.0 * float(fine.contact_speeds[-1])
             fine = replace(fine, ending=fine.ending.doubted(another))
-    bounded = bounded_run(problem, fine, error, proof, found.tries, sensitivity)
+    bounded = bounded_run(fine, error, proof, found.tries, sensitivity)
     return replace(bounded, others=tuple(found.proofs))
 
 
@@ -177,7 +176,7 @@ def refine_regularly(
     search = _Search(problem, target_error, floor, scheme, followed)
     policy = Policy(_MOST_REFINEMENTS, stalls=True)
     tries = refine(first_step(problem, scheme, max(target_error, floor)), search.attempt, policy)
-    return refined(problem, tries, search.known, search.nudged)
+    return refined(tries, search.known, search.nudged)
 
 
 @dataclass
@@ -221,7 +220,7 @@ class _Search:
             self.nudged = changed if changed >= enough else 0.0
         done = error + floor <= target_error or error < 0.3 * floor or step < _LEAST_STEP
         # No finer step reduces the error from contacts after an open end.
-        ending = ending_error(self.known, problem)
+        ending = ending_error(self.known)
         done |= problem.particles > LONG and regular and error <= ending > target_error
         if done and self.nudged == 0.0 and differ(fine, [self.known]):
             # The end comes from a run with other contacts, so this run may have one more.
@@ -253,14 +252,14 @@ class _Search:
                 runs.append(run_reference(problem, self.scheme, step, fine))
             else:
                 runs.append(last)
-            missed = abs(eta_of(problem, runs[0]) - eta_of(problem, fine)) > self.target_error
+            missed = abs(runs[0].eta - fine.eta) > self.target_error
             if problem.particles > LONG and missed and differ(fine, runs):
                 break
         return runs
 
     def _error(self, fine: Outcome, proofs: Sequence[Outcome]) -> tuple[float, bool]:
         """Return the error of a run's step, and whether it falls with the order of the scheme."""
-        far, *nearer = (difference_to(self.problem, fine, run) for run in proofs)
+        far, *nearer = (difference_to(fine, run) for run in proofs)
         amplifies = not self.problem.line.has_equal_masses
         if amplifies and nearer and not _converge(fine, proofs[1], proofs[0]):
             return math.inf, False

@@ -56,7 +56,7 @@ def meets_kinks(problem: Problem) -> bool:
         outcome = run_reference(problem, "verlet", step)
     except RunError:
         return True
-    low, high = (_RESERVE * (length - 1.0) for length in bonds_from_start(problem, outcome))
+    low, high = (_RESERVE * (length - 1.0) for length in bonds_from_start(outcome))
     return any(low <= kink <= high for kink in kinks)
 
 
@@ -95,7 +95,7 @@ def refine_irregularly(problem: Problem, target_error: float, floor: float) -> C
     search = _Search(problem, target_error, floor, "verlet" if kinked else SCHEME, kinked)
     step = first_step(problem, search.scheme, search.reachable, kinked)
     tries = refine(step, search.attempt, Policy(_MOST_REFINEMENTS, stalls=True))
-    return refined(problem, tries, kinked=search.kinked)
+    return refined(tries, kinked=search.kinked)
 
 
 @dataclass
@@ -123,7 +123,7 @@ class _Search:
             return Attempt(step, math.inf, following=telling, anew=True)
         proofs = [run_reference(problem, scheme, k * step, fine) for k in COARSER]
         runs = [fine, *proofs]
-        error = _share(problem, self.kinked) * largest_difference(problem, fine, proofs)
+        error = _share(problem, self.kinked) * largest_difference(fine, proofs)
         order = _observed_order(before, step, error, effective_order(problem, scheme))
         least = least_step(problem, scheme, float(fine.contact_times[-1]))
         done = error + floor <= self.target_error or error < 0.3 * floor or step <= least

@@ -47,7 +47,7 @@ class PilotRun:
         """Facts about the end that a script needs."""
         return scouted_end(self.outcome)
 
-    def beside(self, problem: Problem, run: Outcome) -> dict[str, Any]:
+    def beside(self, run: Outcome) -> dict[str, Any]:
         """
         Return the facts for the record of a run by LAMMPS.
 
@@ -59,7 +59,7 @@ class PilotRun:
         if contacts == len(self.outcome.contact_times):
             return known
         last = float(run.contact_times[-1])
-        found = bonds_to_contact(problem, self.outcome, contacts, last)
+        found = bonds_to_contact(self.outcome, contacts, last)
         shortest, longest = found or (None, None)
         return known | {"bond_min": shortest, "bond_max": longest}
 
@@ -80,14 +80,14 @@ class PilotRun:
             "timestep": run.timestep,
         }
 
-    def table_range(self, problem: Problem) -> tuple[float, float]:
+    def table_range(self) -> tuple[float, float]:
         """
         Return the shortest and longest bond that a bond table must hold.
 
         If bonds may have broken, the range has room for fragments that fly on until LAMMPS looks
         for the end.
         """
-        longest = self.flight_max
+        problem, longest = self.outcome.problem, self.flight_max
         nearly_broken = problem.bond.energy(longest - 1.0) >= 0.6 * problem.bond.dissociation
         if self.outcome.fragments > 1 or nearly_broken:
             flight = 2.0 * look_interval(problem.longest_body, problem.slow_stiffness)
@@ -108,24 +108,23 @@ def pilot_run(
     until LAMMPS has looked for the end, and as long as frames are taken. Raises RunError as
     :func:`converge` does.
     """
-    return watched_on(converge(problem, target_error), problem, fly_on, files)
+    return watched_on(converge(problem, target_error), fly_on, files)
 
 
 def watched_on(
     found: ConvergedRun,
-    problem: Problem,
     fly_on: float | None = None,
     files: RunFiles = NO_FILES,
 ) -> PilotRun:
     """Return the pilot run of a converged run; for `fly_on` see :func:`pilot_run`."""
-    outcome = found.outcome
-    shortest, longest = bonds_from_start(problem, outcome)
+    outcome, problem = found.outcome, found.outcome.problem
+    shortest, longest = bonds_from_start(outcome)
     if problem.longest_body > 1 and problem.bond.is_tabulated:
         if fly_on is None:
             fly_on = _ASKED_WITHIN * PATIENCE / problem.slow_stiffness**0.5
             if files.dump is not None and files.frame_interval is not None:
                 fly_on = max(fly_on, sound_round_trip(problem.longest_body, problem.slow_stiffness))
-        low, high = bonds_in_flight(problem, outcome, fly_on)
+        low, high = bonds_in_flight(outcome, fly_on)
         shortest, longest = min(shortest, low), max(longest, high)
     return PilotRun(found, shortest, longest)
 
@@ -135,11 +134,11 @@ def usual_pilot_run(
 ) -> PilotRun | None:
     """Return a pilot run for the range of bonds; None if the scene cannot be run."""
     if EXACT_MODES.supports(problem):
-        return watched_on(exact_modes(problem), problem, fly_on, files)
+        return watched_on(exact_modes(problem), fly_on, files)
     if frequency_ratio(problem) > _SHARPEST:
         return None
     try:
         found = converge(problem, _SCOUTING_GOAL)
     except RunError:
         return None
-    return watched_on(found, problem, fly_on, files)
+    return watched_on(found, fly_on, files)

@@ -5,9 +5,6 @@ import sys
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
-import numpy as np
-
-from chaincor.lammps_inputs.line import Line
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.problem import Problem
 from chaincor.lammps_inputs.schemes import StepSchemeName
@@ -44,32 +41,21 @@ _RESERVE = 0.3
 _MOST_TRIES = 5
 
 
-def eta_of(problem: Problem, outcome: Outcome) -> float:
-    """Return the restitution of an outcome; for a free target, of the relative translation."""
-    e = relative_velocity(problem.line, outcome) / problem.impact_velocity
-    return e * e
-
-
-def largest_difference(problem: Problem, run: Outcome, others: Iterable[Outcome]) -> float:
+def largest_difference(run: Outcome, others: Iterable[Outcome]) -> float:
     """Return the largest difference of the restitution between a run and other runs."""
-    eta = eta_of(problem, run)
-    return max(abs(eta_of(problem, other) - eta) for other in others)
+    eta = run.eta
+    return max(abs(other.eta - eta) for other in others)
 
 
-def difference_to(problem: Problem, run: Outcome, other: Outcome) -> float:
+def difference_to(run: Outcome, other: Outcome) -> float:
     """Return the `step_proof.difference` of a run to another; of eta alone if contacts differ."""
     if differ(run, [other]):
-        return largest_difference(problem, run, [other])
+        return largest_difference(run, [other])
+    problem = run.problem
     v0 = problem.impact_velocity
-    e, others = (relative_velocity(problem.line, each) / v0 for each in (run, other))
+    e, others = (each.separation_velocity / v0 for each in (run, other))
     one, two = run.contact_speeds, other.contact_speeds
     return float(difference(problem.line, e, others, one, two, v0))
-
-
-def relative_velocity(line: Line, outcome: Outcome) -> float:
-    """Return the velocity with which the centres of mass of both bodies separate."""
-    target = outcome.target_velocities[::-1] if line.targets else np.zeros(1)
-    return line.separation(np.concatenate((target, outcome.velocities)))
 
 
 def run_reference(
@@ -108,7 +94,6 @@ def differ(fine: Outcome, proofs: Sequence[Outcome]) -> bool:
 
 
 def refined(
-    problem: Problem,
     tries: Sequence[Attempt[list[Outcome]]],
     first: Outcome | None = None,
     nudged: float = 0.0,
@@ -128,11 +113,11 @@ def refined(
     if stuck:
         alike = ran[-STALLED:] if forgets else ran[-STALLED - 1 :]
         runs = alike[0][1] if forgets else runs
-        error = largest_difference(problem, runs[0], (run for _, each in alike for run in each))
+        error = largest_difference(runs[0], (run for _, each in alike for run in each))
     nudged = max(nudged, error) if forgets else 0.0
     # A run may be compared with runs at two steps, but its time counts once.
     seconds = sum({id(run): run.seconds for _, each in ran for run in each}.values())
-    found = runs[0], runs[1:], eta_of(problem, runs[0]), error, seconds
+    found = runs[0], runs[1:], runs[0].eta, error, seconds
     return ConvergedRun(*found, stuck, steps_record(tries), first, nudged, kinked)
 
 
@@ -144,7 +129,7 @@ def nudged_change(
 
     It is the largest change, or the first that reaches `enough`.
     """
-    worst, eta = 0.0, eta_of(problem, plain)
+    worst, eta = 0.0, plain.eta
     for ulps in _NUDGES_OF_LONG if problem.particles > LONG else _NUDGES:
         change = 1.0 + ulps * sys.float_info.epsilon
         if problem.line.has_equal_masses:
@@ -152,7 +137,7 @@ def nudged_change(
         else:  # given velocities stay; another step also changes all rounding
             nudged, near = problem, change * step
         other = run_reference(nudged, scheme, near, plain)
-        worst = max(worst, abs(eta_of(nudged, other) - eta))
+        worst = max(worst, abs(other.eta - eta))
         if worst >= enough:
             break
     return worst
@@ -181,7 +166,7 @@ def find_rounding_sensitivity(problem: Problem) -> float:
 def _error_at(problem: Problem, scheme: StepSchemeName, step: float, truth: ConvergedRun) -> float:
     """Return the error of eta at a step; raises RunError if the step is too large to run."""
     outcome = run_reference(problem, scheme, step, truth.outcome)
-    return max(abs(eta_of(problem, outcome) - truth.restitution), 1e-17)
+    return max(abs(outcome.eta - truth.restitution), 1e-17)
 
 
 def estimate_step(

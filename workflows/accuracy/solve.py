@@ -3,14 +3,23 @@
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
+from typing import Any
 
-from chaincor.workflows.accuracy.bounded_run import BoundedRun, reason_missed
+from chaincor.workflows.accuracy.bounded_run import (
+    PROOF_SHARE,
+    BoundedRun,
+    error_bar,
+    reason_missed,
+    spread_of,
+)
 from chaincor.workflows.accuracy.by_lammps import solve_with_lammps
 from chaincor.workflows.accuracy.by_reference import solve_with_reference
+from chaincor.workflows.accuracy.pilot_run import usual_pilot_run
 from chaincor.workflows.accuracy.plan import Plan
-from chaincor.workflows.accuracy.reference_runs import eta_of, find_rounding_sensitivity
+from chaincor.workflows.accuracy.reference_runs import find_rounding_sensitivity, largest_difference
 from chaincor.workflows.accuracy.solvers import EXACT_MODES, FIXED_STEPS, LAMMPS
 from chaincor.workflows.accuracy.warm import WarmSolver, is_warm
+from chaincor.workflows.engines.lammps import engine as lammps
 from chaincor.workflows.engines.rounding import amplified_rounding, rounding_matters
 from chaincor.workflows.engines.time_limit import time_limit
 from chaincor.workflows.errors import ToleranceError
@@ -19,6 +28,11 @@ from chaincor.workflows.errors import ToleranceError
 # its forecast by up to one decade. More decades are missed only if nothing converges, and the error
 # bar is not small then.
 _MOST_LOOSER = 2
+
+
+def run_as_planned(planned: Plan) -> BoundedRun:
+    """Run a plan: to its tolerance, or with its explicit numerics."""
+    return _run_as_given(planned) if planned.tolerance is None else solve_to_tolerance(planned)
 
 
 def solve_to_tolerance(planned: Plan) -> BoundedRun:
@@ -60,13 +74,41 @@ def solve_to_tolerance(planned: Plan) -> BoundedRun:
         known = (found.outcome,) if in_house else ()
         found = solve_goal(problem, target_error, sensitivity, *known)
         best = min(best, found, key=lambda each: each.error)
-    eta = eta_of(problem, best.outcome)
+    eta = best.outcome.eta
     if not best.error <= max(1.0, eta):
         raise ToleranceError(
             f"the error of eta is {best.error:.2g}, so that its value {eta:.3g} says nothing. "
             "Take another speed, fewer particles or engine 'reference'"
         )
     return replace(best, reason=reason_missed(best, tolerance))
+
+
+def _run_as_given(planned: Plan) -> BoundedRun:
+    """Run explicit numerics, with the error bar from runs at other steps."""
+    problem, numerics = planned.problem, planned.numerics
+    assert numerics is not None
+    details: dict[str, Any] = {}
+    pilot = usual_pilot_run(problem, files=planned.files) if planned.solver is LAMMPS else None
+    # The reference engine sees its bonds.
+    if pilot is not None:
+        numerics = replace(numerics, bond_range=pilot.table_range())
+    timesteps = [share * numerics.timestep for share in (1.0, *planned.proofs)]
+    if planned.solver is LAMMPS:
+        outcome, *others = lammps.run_at_steps(problem, numerics, timesteps, files=planned.files)
+    else:
+        runs = (replace(numerics, timestep=step) for step in timesteps)
+        outcome, *others = (planned.solver.run(problem, each) for each in runs)
+    if pilot is not None:
+        details["scouting"] = pilot.beside(outcome)
+    step = None
+    if others:
+        share = PROOF_SHARE[numerics.wall]
+        step = share * largest_difference(outcome, others)
+        # Errors of arrays exceed differences of arrays by the same factor as for eta.
+        spreads = [spread_of(outcome, run) for run in others]
+        details["spread"] = {name: share * max(s[name] for s in spreads) for name in spreads[0]}
+    bar = error_bar(outcome, step)
+    return BoundedRun(outcome, bar, details=details, others=tuple(others))
 
 
 def target_error_of(planned: Plan) -> tuple[float, float]:

@@ -11,7 +11,6 @@ from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.bond_range import bonds_from_start
 from chaincor.workflows.accuracy.bounded_run import BoundedRun, reason_missed, table_error_of
-from chaincor.workflows.accuracy.reference_runs import eta_of
 from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.engines.reference import stepping
 
@@ -59,7 +58,7 @@ def rows_error(scene: Scene, outcome: Outcome, tolerance: float) -> float:
     bond = scene.bond
     if not isinstance(bond, TableBond):
         return 0.0
-    shortest, longest = bonds_from_start(scene.problem, outcome)
+    shortest, longest = bonds_from_start(outcome)
     force_error = bond.rows.largest_error(shortest - 1.0, longest - 1.0)
     estimate = table_error_of("spline", force_error, scene.problem)
     if estimate <= _NEGLIGIBLE * tolerance:
@@ -75,11 +74,11 @@ def rows_error(scene: Scene, outcome: Outcome, tolerance: float) -> float:
         arrays=None,
     )
     changes = []
-    asked = eta_of(scene.problem, outcome)
+    asked = outcome.eta
     for force in (bond.force_spline, *bond.rows.alternatives()):
         try:
             other = same.replace(potential=_bond_of(force)).problem
-            changes.append(eta_of(other, stepping.run(other, numerics)) - asked)
+            changes.append(stepping.run(other, numerics).eta - asked)
         except ChaincorError as error:
             raise TableError(
                 f"the bond table {bond.path!r} has {len(bond.rows.strains)} rows, too few or "

@@ -131,7 +131,7 @@ class WarmSolver:
 
     def solve_alone(self) -> BoundedRun | None:
         """Return the solution of the scene; None if it needs a closer examination."""
-        problem, velocity = self._problem, self._problem.impact_velocity
+        velocity = self._problem.impact_velocity
         rung, last_rung = self._rungs_of(velocity)
         floor = float(self._rounding(StartStates.of([self._line]), np.array([velocity]))[0])
         if rung < 0 or floor > _ROUNDING_SHARE * self._goal:
@@ -141,7 +141,7 @@ class WarmSolver:
             runs, error, over = self._compare_alone(step, floor)
             if runs is not None and error + floor <= self._goal:
                 tried = {"timestep": step, "step_error": error}
-                return bounded_run(problem, runs[0], error, runs[1], [tried])
+                return bounded_run(runs[0], error, runs[1], [tried])
             if over or rung >= last_rung:
                 return None
             rung = min(int(self._finer(rung, error, tries)), last_rung)
@@ -233,7 +233,7 @@ class WarmSolver:
             raise
         except RunError:
             return None, math.inf, False
-        far, near = (difference_to(problem, fine, run) for run in coarse)
+        far, near = (difference_to(fine, run) for run in coarse)
         alike = not differ(fine, coarse)
         error = proved_error(scheme, fine.lasted / step, far, near, floor, alike)[0]
         return (fine, coarse[0]), float(error), False

@@ -5,27 +5,16 @@ import threading
 import time
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
 
 from chaincor.lammps_inputs.errors import ChaincorError
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.thermal_state import GENERATOR
-from chaincor.workflows.accuracy import solve
 from chaincor.workflows.accuracy.batching import batches, solve_batch
-from chaincor.workflows.accuracy.bounded_run import (
-    PROOF_SHARE,
-    BoundedRun,
-    error_bar,
-    spread_of,
-)
-from chaincor.workflows.accuracy.pilot_run import usual_pilot_run
 from chaincor.workflows.accuracy.plan import Plan, plan
-from chaincor.workflows.accuracy.reference_runs import largest_difference
-from chaincor.workflows.accuracy.solvers import LAMMPS
+from chaincor.workflows.accuracy.solve import run_as_planned
 from chaincor.workflows.accuracy.table_rows import with_rows
 from chaincor.workflows.campaign.carry_out import MACHINE_FAILURES
 from chaincor.workflows.campaign.points import Point, scene_of
-from chaincor.workflows.engines.lammps import engine as lammps
 from chaincor.workflows.engines.time_limit import limited_to
 from chaincor.workflows.errors import MissingLibraryError
 from chaincor.workflows.result import Collision
@@ -48,7 +37,7 @@ def collide_one(scene: Scene, most_seconds: float, planned: Plan | None = None) 
     planned = plan(scene) if planned is None else planned
     asked = planned.tolerance
     with limited_to(most_seconds):
-        answer = _run_as_given(planned) if asked is None else solve.solve_to_tolerance(planned)
+        answer = run_as_planned(planned)
         answer = with_rows(scene, answer, asked)
     if scene.temperature is not None:
         gap = float(scene.line.strains[scene.line.gap])
@@ -71,33 +60,6 @@ def collide_together(scenes: Sequence[Scene]) -> list[Collision | None]:
         else result_of(scene, found[0], time.perf_counter() - whole / len(scenes), found[1])
         for scene, found in zip(scenes, answers, strict=True)
     ]
-
-
-def _run_as_given(planned: Plan) -> BoundedRun:
-    problem, numerics = planned.problem, planned.numerics
-    assert numerics is not None
-    details: dict[str, Any] = {}
-    pilot = usual_pilot_run(problem, files=planned.files) if planned.solver is LAMMPS else None
-    # The reference engine sees its bonds.
-    if pilot is not None:
-        numerics = replace(numerics, bond_range=pilot.table_range(problem))
-    timesteps = [share * numerics.timestep for share in (1.0, *planned.proofs)]
-    if planned.solver is LAMMPS:
-        outcome, *others = lammps.run_at_steps(problem, numerics, timesteps, files=planned.files)
-    else:
-        runs = (replace(numerics, timestep=step) for step in timesteps)
-        outcome, *others = (planned.solver.run(problem, each) for each in runs)
-    if pilot is not None:
-        details["scouting"] = pilot.beside(problem, outcome)
-    step = None
-    if others:
-        share = PROOF_SHARE[numerics.wall]
-        step = share * largest_difference(problem, outcome, others)
-        # Errors of arrays exceed differences of arrays by the same factor as for eta.
-        spreads = [spread_of(problem, outcome, run) for run in others]
-        details["spread"] = {name: share * max(s[name] for s in spreads) for name in spreads[0]}
-    bar = error_bar(outcome, problem, step)
-    return BoundedRun(outcome, bar, details=details, others=tuple(others))
 
 
 def collide_scenes(scenes: Sequence[Scene]) -> list[Collision | Exception | None]:

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 from chaincor.analysis.dumps.chain_state import ChainState
 from chaincor.lammps_inputs.line import Line
 from chaincor.lammps_inputs.numerics import Numerics
+from chaincor.lammps_inputs.problem import Problem
 from chaincor.workflows.engines.ending import Ending
 
 # A stable integration does not double the energy; steps that resolve the bonds have far smaller
@@ -83,6 +84,7 @@ class Outcome:
     no engine's choice of when to stop can change.
     """
 
+    problem: Problem = field(repr=False)  #: Bodies of the run.
     #: Engine of the run.
     engine: str
     wall: str  #: Wall model of the run.
@@ -128,6 +130,19 @@ class Outcome:
     numerics: Numerics | None = None  #: All settings of a LAMMPS run.
     #: Details of one engine, such as the certificate of a bond table.
     details: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def separation_velocity(self) -> float:
+        """Velocity with which the centres of mass of both bodies separate."""
+        line = self.problem.line
+        target = self.target_velocities[::-1] if line.targets else np.zeros(1)
+        return line.separation(np.concatenate((target, self.velocities)))
+
+    @property
+    def eta(self) -> float:
+        """Restitution; for a free target, of the relative translation."""
+        e = self.separation_velocity / self.problem.impact_velocity
+        return e * e
 
     @property
     def longest_silence(self) -> float:

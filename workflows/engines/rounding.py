@@ -78,8 +78,9 @@ def heat_of(problem: Problem) -> float:
     return max(problem.start_energy / (0.5 * chain * problem.impact_velocity**2), 1.0)
 
 
-def rounding_of(outcome: Outcome, problem: Problem) -> float:
+def rounding_of(outcome: Outcome) -> float:
     """Return the error of eta due to rounding in a run, see :func:`rounding_error`."""
+    problem = outcome.problem
     if outcome.timestep is None:
         return rounding_error(outcome.engine, problem)
     if outcome.engine != "lammps":

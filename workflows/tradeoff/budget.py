@@ -9,7 +9,6 @@ from chaincor.analysis.restitution import restitution
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.scene_parts.scene_fields import TableStyle
-from chaincor.workflows.accuracy.reference_runs import eta_of
 from chaincor.workflows.engines.lammps import engine as lammps
 from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.errors import ChaincorError
@@ -91,33 +90,28 @@ def measure_budget(
     advance(0.0)
     scene = truth.scene
     full = located = lammps.run(scene.problem, numerics)
-    total = eta_of(scene.problem, full) - truth.restitution
+    total = full.eta - truth.restitution
     advance(1.0 / (phases + 2))
     event = replace(numerics, wall="event")
     wall = None
     if numerics.wall == "reflect":
         located = lammps.run(scene.problem, event)
         errors = [total]
-        walls = [eta_of(scene.problem, full) - eta_of(scene.problem, located)]
+        walls = [full.eta - located.eta]
         for phase in range(1, phases):
             step = numerics.timestep * (1.0 - PHASE_WIDTH * phase / phases)
-            stock = eta_of(
-                scene.problem, lammps.run(scene.problem, replace(numerics, timestep=step))
-            )
-            walls.append(
-                stock
-                - eta_of(scene.problem, lammps.run(scene.problem, replace(event, timestep=step)))
-            )
+            stock = lammps.run(scene.problem, replace(numerics, timestep=step)).eta
+            walls.append(stock - lammps.run(scene.problem, replace(event, timestep=step)).eta)
             errors.append(stock - truth.restitution)
             advance((phase + 1.0) / (phases + 2))
         wall = float(np.sqrt(np.mean(np.square(walls))))
         total = float(np.sqrt(np.mean(np.square(errors))))
-    exact, table = eta_of(scene.problem, located), None
+    exact, table = located.eta, None
     if scene.bond.is_harmonic:
         table = 0.0
     elif _LEPTON_CALL * located.force_evaluations < oracle_seconds and lepton_formula(scene):
         exact = restitution_with_exact_bonds(scene, event, located)
-        table = abs(eta_of(scene.problem, located) - exact)
+        table = abs(located.eta - exact)
     advance((phases + 1.0) / (phases + 2))
     integrator = rounding = None
     if wider_floats() and _WIDE_STAGE * located.force_evaluations < oracle_seconds:
@@ -134,8 +128,8 @@ def measure_budget(
         integrator=integrator,
         table=table,
         rounding=rounding,
-        output=abs(printed_restitution(scene, full, "%g") - eta_of(scene.problem, full)),
-        output_exact=abs(printed_restitution(scene, full, "%.17g") - eta_of(scene.problem, full)),
+        output=abs(printed_restitution(scene, full, "%g") - full.eta),
+        output_exact=abs(printed_restitution(scene, full, "%.17g") - full.eta),
         total=abs(total),
         exact_restitution=None if table is None else exact,
     )
@@ -185,7 +179,7 @@ def measure_tables(
                 rows=rows,
                 bond_range=name,
                 force_error=outcome.details["table"]["force_error"],
-                restitution_error=abs(eta_of(scene.problem, outcome) - exact),
+                restitution_error=abs(outcome.eta - exact),
             )
         )
     return points

@@ -9,7 +9,7 @@ from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.by_reference import MODAL_ERROR, converge
 from chaincor.workflows.accuracy.pilot_run import PilotRun, watched_on
-from chaincor.workflows.accuracy.reference_runs import ConvergedRun, eta_of
+from chaincor.workflows.accuracy.reference_runs import ConvergedRun
 from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.engines.reference import modal
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
@@ -48,7 +48,7 @@ class Truth:
     @property
     def bond_range(self) -> tuple[float, float]:
         """Range of bond lengths that a table of this collision must cover."""
-        return self.scouting.table_range(self.scene.problem)
+        return self.scouting.table_range()
 
     def deviation(self, outcome: Outcome) -> Deviation:
         """Return the deviation of a run from the converged values."""
@@ -57,7 +57,7 @@ class Truth:
         same = len(outcome.contact_times) == self.contacts
         apart = _modes(self.scene, outcome) - self.mode_energies
         return Deviation(
-            restitution=eta_of(self.scene.problem, outcome) - self.restitution,
+            restitution=outcome.eta - self.restitution,
             last_contact_time=late if same else float("inf"),
             mode_energies=float(np.max(np.abs(apart))) / energy,
         )
@@ -72,9 +72,7 @@ def find_truth(scene: Scene) -> Truth:
     """
     if scene.bond.is_harmonic:
         exact = modal.run(scene.problem)
-        found = ConvergedRun(
-            exact, [exact], eta_of(scene.problem, exact), MODAL_ERROR, exact.seconds
-        )
+        found = ConvergedRun(exact, [exact], exact.eta, MODAL_ERROR, exact.seconds)
         source = "exact modes"
     else:
         found = converge(scene.problem, _GOAL)
@@ -91,7 +89,7 @@ def find_truth(scene: Scene) -> Truth:
         mode_energies=_modes(scene, outcome),
         mode_energies_error=rounding,
         contacts=len(outcome.contact_times),
-        scouting=watched_on(found, scene.problem),
+        scouting=watched_on(found),
         source=source,
     )
     spread = bare.deviation(found.proofs[-1])

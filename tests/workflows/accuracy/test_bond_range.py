@@ -52,7 +52,7 @@ def test_warm_chain_has_the_range_of_its_frames_between_contacts(potential, seed
     room = 0.3 * modal.SAMPLE_INTERVAL if potential == "harmonic" else 0.3 * (STEP + INTERVAL)
     assert outcome.bond_min == pytest.approx(during.min(), abs=room)
     assert outcome.bond_max == pytest.approx(during.max(), abs=room)
-    low, high = bonds_from_start(scene.problem, outcome)
+    low, high = bonds_from_start(outcome)
     before = lengths_before_contact(scene)
     # Coarse steps follow bonds to a percent of their strains, which are below 0.1.
     assert low == pytest.approx(min(before.min(), outcome.bond_min), abs=room + 1e-3)
@@ -64,12 +64,12 @@ def test_range_up_to_a_contact_ends_there():
     outcome = stepping.run(scene.problem, Numerics(scheme="order8", timestep=STEP))
     count, times = len(outcome.contact_times), outcome.contact_times
     assert count > 1
-    whole = bonds_to_contact(scene.problem, outcome, count, float(times[-1]))
+    whole = bonds_to_contact(outcome, count, float(times[-1]))
     assert whole == (outcome.bond_min, outcome.bond_max)
     # At the first contact no bond of a cold chain has moved.
-    assert bonds_to_contact(scene.problem, outcome, 1, float(times[0])) == (1.0, 1.0)
+    assert bonds_to_contact(outcome, 1, float(times[0])) == (1.0, 1.0)
     # The motion has other contacts by then.
-    assert bonds_to_contact(scene.problem, outcome, count + 1, float(times[-1])) is None
+    assert bonds_to_contact(outcome, count + 1, float(times[-1])) is None
 
 
 @pytest.mark.slow

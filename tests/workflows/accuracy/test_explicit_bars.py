@@ -5,7 +5,6 @@ import pytest
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.bounded_run import PROOF_SHARE, error_bar
-from chaincor.workflows.accuracy.reference_runs import eta_of
 from chaincor.workflows.collision import collide
 from chaincor.workflows.engines.lammps import engine as lammps
 from chaincor.workflows.engines.reference import modal
@@ -55,8 +54,8 @@ def test_the_bar_of_the_stock_wall_of_the_readme_holds():
 def test_extrapolated_steps_in_lammps_have_a_bar():
     scene = Scene(potential="harmonic", particles=10, velocity=1e-5)
     outcome = lammps.run(scene.problem, Numerics(scheme="extrapolated14", timestep=0.4))
-    bar = error_bar(outcome, scene.problem, 1e-12)
-    truth = eta_of(scene.problem, modal.run(scene.problem))
-    assert abs(eta_of(scene.problem, outcome) - truth) <= bar.total
+    bar = error_bar(outcome, 1e-12)
+    truth = modal.run(scene.problem).eta
+    assert abs(outcome.eta - truth) <= bar.total
     # The mixture amplifies rounding: 10 eps/v0 = 2e-10 times 6, by some tens at most.
     assert bar.total <= 1e-7

@@ -9,14 +9,14 @@ from chaincor import Scene, collide
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.workflows.accuracy import fixed_steps
 from chaincor.workflows.accuracy.bounded_run import ending_error
-from chaincor.workflows.accuracy.reference_runs import eta_of, run_reference
+from chaincor.workflows.accuracy.reference_runs import run_reference
 from chaincor.workflows.engines.ending import Ending
 from chaincor.workflows.engines.reference import stepping
 
 
 def truths(scene: Scene, *steps: float) -> list[float]:
     """Return eta at steps that are far below what the tolerances here choose."""
-    return [eta_of(scene.problem, run_reference(scene.problem, "order8", step)) for step in steps]
+    return [run_reference(scene.problem, "order8", step).eta for step in steps]
 
 
 def nudged(scene: Scene, ulps: float) -> Scene:
@@ -88,8 +88,8 @@ def test_an_open_end_does_not_hide_steps_that_are_too_long(monkeypatch):
     monkeypatch.setattr(fixed_steps, "run_reference", run)
     monkeypatch.setattr(fixed_steps, "nudged_change", lambda *_given: 0.0)
     found = fixed_steps.refine_regularly(scene.problem, 1e-6, "srkn14", 1e-12, None)
-    assert ending_error(found.outcome, scene.problem) == pytest.approx(6e-4, rel=1e-3)
-    assert eta_of(scene.problem, found.outcome) == pytest.approx(0.71686, abs=1e-9)
+    assert ending_error(found.outcome) == pytest.approx(6e-4, rel=1e-3)
+    assert found.outcome.eta == pytest.approx(0.71686, abs=1e-9)
     assert not found.grazes
 
 

@@ -29,7 +29,7 @@ def test_scouted_bonds_are_those_of_the_collision():
 def test_a_table_of_scouted_bonds_is_not_outgrown(particles, speed, dumped, tmp_path):
     dump = {"dump": tmp_path / "dump.lammpstrj"} if dumped else {}
     scene = Scene(particles=particles, speed=speed, table_points=1001, **dump)
-    bonds = usual_pilot_run(scene.problem).table_range(scene.problem)
+    bonds = usual_pilot_run(scene.problem).table_range()
     numerics = replace(Numerics.from_scene(scene), bond_range=bonds)
     used = lammps.run(scene.problem, numerics).details["table"]
     made = tabulate(scene.bond, bonds, numerics.table, 1001)

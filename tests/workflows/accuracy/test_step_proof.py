@@ -9,7 +9,6 @@ from chaincor import Scene, collide
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.workflows.accuracy.fixed_steps import refine_regularly
 from chaincor.workflows.accuracy.irregular import refine_irregularly
-from chaincor.workflows.accuracy.reference_runs import eta_of
 from chaincor.workflows.accuracy.step_proof import COARSER, proved_error, runs_differ
 from chaincor.workflows.engines.reference import stepping
 
@@ -74,10 +73,7 @@ def test_a_collision_that_is_a_small_part_of_a_step_is_resolved(gap, refine, tmp
     assert len(found.outcome.contact_times) == 1
     fine = stepping.run(scene.problem, Numerics(scheme="order8", timestep=gap / 60.0))
     # What 120 steps of order 8 err by is rounding.
-    assert (
-        abs(eta_of(scene.problem, found.outcome) - eta_of(scene.problem, fine))
-        <= found.error + 1e-13
-    )
+    assert abs(found.outcome.eta - fine.eta) <= found.error + 1e-13
     assert found.outcome.lasted > COARSER[0] * found.outcome.timestep
 
 

@@ -16,7 +16,5 @@ def test_rounding_grows_with_the_root_of_the_number_of_steps():
     # So short that the walk is more than the floor of the arithmetic.
     short = replace(coarse, timestep=1e-8)
     shorter = replace(coarse, timestep=1e-10)
-    assert rounding_of(coarse, scene.problem) <= rounding_of(short, scene.problem)
-    assert rounding_of(shorter, scene.problem) == pytest.approx(
-        10.0 * rounding_of(short, scene.problem)
-    )
+    assert rounding_of(coarse) <= rounding_of(short)
+    assert rounding_of(shorter) == pytest.approx(10.0 * rounding_of(short))

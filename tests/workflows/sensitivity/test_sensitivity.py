@@ -9,7 +9,6 @@ import pytest
 
 from chaincor import Scene, UserBond, collide
 from chaincor.lammps_inputs.numerics import Numerics
-from chaincor.workflows.accuracy.reference_runs import eta_of
 from chaincor.workflows.engines.reference import stepping
 from chaincor.workflows.errors import SensitivityError
 from chaincor.workflows.sensitivity import trace as tracing
@@ -108,7 +107,7 @@ def test_derivatives_are_those_of_whole_collisions(name):
 
     def by_speed(change):
         changed = scene.without("speed").replace(velocity=v0 + change)
-        return eta_of(changed.problem, run(changed))
+        return run(changed).eta
 
     # Differences over 5e-5: what a warm chain amplifies to 1e-2, to the fourth power, and rounding
     # of eta over them. Steps are the same in all runs, so that their error is in both sides.
@@ -125,7 +124,7 @@ def test_derivatives_are_those_of_whole_collisions(name):
             changed = scene.without("speed").replace(
                 velocity=v0, masses=tuple((chain + change * at).tolist())
             )
-            return eta_of(changed.problem, run(changed))
+            return run(changed).eta
 
         assert found.masses[first:] @ at == pytest.approx(central(by_mass, 3e-4), rel=1e-6)
     for variant, slope in parameters:
@@ -137,14 +136,14 @@ def test_derivatives_are_those_of_whole_collisions(name):
                 changed = fixed.replace(parameters=given)
             else:
                 changed = fixed.replace(**{name: scene.bond.as_keys()[name] + change})
-            return eta_of(changed.problem, run(changed))
+            return run(changed).eta
 
         assert slope == pytest.approx(central(by_parameter, 1e-3), rel=1e-6)
     if line.soft:
 
         def by_stiffness(change):
             changed = scene.replace(contact_stiffness=line.contact.strength + change)
-            return eta_of(changed.problem, run(changed))
+            return run(changed).eta
 
         assert found.strength == pytest.approx(central(by_stiffness, 1e-3), rel=1e-6)
 
@@ -195,7 +194,7 @@ def test_rounding_is_what_runs_that_differ_in_the_last_digit_scatter_by():
     scene, collision = traced("cold")
     speeds = scene.impact_velocity * (1.0 + np.finfo(float).eps * np.arange(-12, 13))
     scenes = [scene.without("speed").replace(velocity=float(v)) for v in speeds]
-    scatter = np.std([eta_of(each.problem, run(each)) for each in scenes])
+    scatter = np.std([run(each).eta for each in scenes])
     # A deviation of 25 draws is known to a seventh; numbers are taken to be rounded at random.
     assert scatter / 3.0 < gradient(collision, []).rounding < 3.0 * scatter
 

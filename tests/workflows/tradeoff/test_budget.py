@@ -5,7 +5,6 @@ import pytest
 
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.accuracy.reference_runs import eta_of
 from chaincor.workflows.engines.lammps import engine as lammps
 from chaincor.workflows.tradeoff.budget import (
     measure_budget,
@@ -35,7 +34,7 @@ def test_exact_bonds_agree_with_a_spline_table_of_many_rows(scheme):
     outcome = lammps.run(SCENE.problem, numerics)
     exact = restitution_with_exact_bonds(SCENE, numerics, outcome)
     # The certified force error, 3e-14, over v0 = 0.05 and some tens of time units.
-    assert eta_of(SCENE.problem, outcome) == pytest.approx(exact, abs=1e-10)
+    assert outcome.eta == pytest.approx(exact, abs=1e-10)
 
 
 @needs_wider_floats
@@ -49,7 +48,7 @@ def test_wider_floats_take_the_same_steps(potential, scheme):
     smooth = restitution_without_rounding(scene, numerics, outcome)
     # Coordinates of 6 rounded to 1e-15, over v0 = 0.03 and some hundred steps; the error of the
     # steps themselves, which both have, is 1e-8 and more.
-    assert eta_of(scene.problem, outcome) == pytest.approx(smooth, abs=1e-11)
+    assert outcome.eta == pytest.approx(smooth, abs=1e-11)
 
 
 def test_a_bond_given_by_a_file_has_no_formula(tmp_path):
@@ -89,7 +88,7 @@ def test_the_stock_recipes_error_is_the_walls(truth):
 
 def test_six_digits_cost_more_than_seventeen():
     outcome = lammps.run(SCENE.problem, Numerics(scheme="order6", timestep=0.1))
-    eta = eta_of(SCENE.problem, outcome)
+    eta = outcome.eta
     assert printed_restitution(SCENE, outcome, "%.17g") == eta
     # Half of the sixth digit of velocities about v0, relative, twice as eta is a square.
     assert 0.0 < abs(printed_restitution(SCENE, outcome, "%g") - eta) < 2e-5

@@ -175,6 +175,7 @@ class _Column:
         displacements, velocities = u[first:].copy(), v[first:].copy()
         frames = [(moment - began, x, w) for moment, x, w in self._frames]
         return Outcome(
+            problem=self._problem,
             engine="lammps",
             wall=numerics.wall,
             scheme=numerics.scheme,

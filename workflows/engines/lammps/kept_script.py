@@ -112,7 +112,7 @@ def kept_files(
     files = {}
     scouted = None if outcome is None else scouted_end(outcome)
     if table is not None:
-        bond_range = _range_in_flight(problem, table, outcome)
+        bond_range = _range_in_flight(table, outcome)
         if table.far is not None or bond_range != (float(table.lengths[0]), table.longest):
             table = tabulate(problem.bond, bond_range, numerics.table, numerics.table_points)
             files[TABLE_FILE] = table.to_text()
@@ -133,13 +133,11 @@ def kept_files(
     return files
 
 
-def _range_in_flight(
-    problem: Problem, table: BondTable, outcome: Outcome | None
-) -> tuple[float, float]:
+def _range_in_flight(table: BondTable, outcome: Outcome | None) -> tuple[float, float]:
     """Return the range of a table that holds the engine's bonds and those of the later flight."""
     low, high = float(table.lengths[0]), table.longest
-    if outcome is None or problem.longest_body == 1:
+    if outcome is None or outcome.problem.longest_body == 1:
         return low, high
-    shortest, longest = bonds_in_flight(problem, outcome, flown_on(problem))
+    shortest, longest = bonds_in_flight(outcome, flown_on(outcome.problem))
     # Coarse steps, and the script's own steps, may have slightly different bonds.
     return min(low, 1.0 - _MARGIN * (1.0 - shortest)), max(high, 1.0 + _MARGIN * (longest - 1.0))

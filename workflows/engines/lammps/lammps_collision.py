@@ -253,6 +253,7 @@ class ChainCollision:
         if not np.all(np.isfinite(velocities)):
             raise RunError("the final velocities are not finite; use a smaller timestep")
         return Outcome(
+            problem=self.problem,
             engine="lammps",
             wall=numerics.wall,
             scheme=numerics.scheme,

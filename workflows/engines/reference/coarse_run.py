@@ -131,7 +131,7 @@ def find_end(problem: Problem, ahead: CoarseRun, last_contact: float) -> Ending 
             return None
 
 
-def bonds_in_flight(problem: Problem, outcome: Outcome, duration: float) -> tuple[float, float]:
+def bonds_in_flight(outcome: Outcome, duration: float) -> tuple[float, float]:
     """
     Return the shortest and longest bond in free flight for `duration` after the last contact.
 
@@ -139,6 +139,7 @@ def bonds_in_flight(problem: Problem, outcome: Outcome, duration: float) -> tupl
     strains are accurate to some parts in 1e3. The flight ends early if a bond leaves its allowed
     range.
     """
+    problem = outcome.problem
     line, bond = problem.line, problem.bond
     target = np.zeros(line.first), np.zeros(line.first)
     if line.targets:

@@ -101,6 +101,7 @@ def finish(
     masses = None if line.is_standard else line.chain_masses
     impulses = 2.0 * last.contact_speeds if last.impulses is None else last.impulses
     return Outcome(
+        problem=problem,
         engine="reference",
         wall="event",
         scheme=scheme,

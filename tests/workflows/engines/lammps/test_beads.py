@@ -8,7 +8,6 @@ import pytest
 from chaincor import Scene, collide, validate
 from chaincor.lammps_inputs.errors import ChaincorError, SceneError
 from chaincor.lammps_inputs.numerics import Numerics
-from chaincor.workflows.accuracy.reference_runs import eta_of
 from chaincor.workflows.engines.lammps import engine
 from chaincor.workflows.engines.lammps.library import find_lmp_command, lmp_environment
 from chaincor.workflows.job import write_job
@@ -44,7 +43,7 @@ def test_damping_models_of_both_engines_are_one_law(law, fields):
     known = collide(scene.replace(engine="reference"), tolerance=1e-8)
     steps = [0.04, 0.01, 0.0025]
     runs = engine.run_at_steps(scene.problem, Numerics(scheme="verlet", timestep=steps[0]), steps)
-    errors = [abs(eta_of(scene.problem, run) - known.restitution) for run in runs]
+    errors = [abs(run.eta - known.restitution) for run in runs]
     # LAMMPS takes damping forces at half a step before: a quarter of the step, a quarter of errors.
     assert errors[1] / errors[2] == pytest.approx(4.0, rel=0.3)
     assert errors[2] < 1e-3
@@ -57,7 +56,7 @@ def test_granular_steps_are_of_second_order(contact):
     steps = np.array([0.04, 0.02, 0.01])
     numerics = Numerics(scheme="verlet", timestep=float(steps[0]))
     runs = engine.run_at_steps(scene.problem, numerics, steps.tolist())
-    errors = [abs(eta_of(scene.problem, run) - known.restitution) for run in runs]
+    errors = [abs(run.eta - known.restitution) for run in runs]
     # Halving a step four times fewer errors; the phase of contacts in steps shifts that.
     order = np.log2(errors[0] / errors[-1]) / 2.0
     assert 1.6 < order < 2.5

@@ -11,7 +11,6 @@ from chaincor.analysis.dumps.dump import Dump
 from chaincor.analysis.restitution import restitution
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.accuracy.reference_runs import eta_of
 from chaincor.workflows.engines.lammps import engine as lammps
 from chaincor.workflows.errors import LostAtomsError, RunError, TimestepError
 
@@ -70,7 +69,7 @@ def test_reference_values(fields, expected):
     scene = Scene(**fields)
     outcome = lammps.run(scene.problem, SHARP)
     eta, contacts, last = expected
-    assert abs(eta_of(scene.problem, outcome) - eta) <= 1.5e-10
+    assert abs(outcome.eta - eta) <= 1.5e-10
     assert len(outcome.contact_times) == contacts
     assert outcome.contact_times[-1] == pytest.approx(last, abs=1e-8)
     assert outcome.energy_end == pytest.approx(outcome.energy_start, rel=1e-11)
@@ -85,10 +84,7 @@ def test_verlet_steps_converge_to_the_same_value_at_second_order():
     fields, (eta, *_) = CASES[3]
     scene = Scene(**fields)
     errors = [
-        abs(
-            eta_of(scene.problem, lammps.run(scene.problem, Numerics(scheme="verlet", timestep=h)))
-            - eta
-        )
+        abs(lammps.run(scene.problem, Numerics(scheme="verlet", timestep=h)).eta - eta)
         for h in (0.02, 0.01)
     ]
     assert 3.0 < errors[0] / errors[1] < 5.0
@@ -97,9 +93,7 @@ def test_verlet_steps_converge_to_the_same_value_at_second_order():
 def test_a_heavy_first_particle_takes_nearly_all_energy():
     # n = 2: the ratio at which e is least; published as 0.178.
     scene = Scene(potential="harmonic", particles=2, masses=(1.43447, 1.0), velocity=0.1)
-    assert math.sqrt(eta_of(scene.problem, lammps.run(scene.problem, SHARP))) == pytest.approx(
-        0.178465, abs=1e-6
-    )
+    assert math.sqrt(lammps.run(scene.problem, SHARP).eta) == pytest.approx(0.178465, abs=1e-6)
 
 
 def test_identical_chains_meet_like_one_at_a_wall():
@@ -107,16 +101,12 @@ def test_identical_chains_meet_like_one_at_a_wall():
     pair = Scene(potential="harmonic", particles=50, target_particles=50, velocity=0.1)
     alone = Scene(potential="harmonic", particles=50, velocity=0.1)
     eta = restitution(lammps.run(alone.problem, SHARP).velocities, 0.1)
-    assert eta_of(pair.problem, lammps.run(pair.problem, SHARP)) == pytest.approx(
-        float(eta), abs=1e-10
-    )
+    assert lammps.run(pair.problem, SHARP).eta == pytest.approx(float(eta), abs=1e-10)
 
 
 def test_a_chain_on_one_of_twice_its_length():
     scene = Scene(potential="harmonic", particles=10, target_particles=20, velocity=0.1)
-    assert math.sqrt(eta_of(scene.problem, lammps.run(scene.problem, SHARP))) == pytest.approx(
-        0.50721, abs=1e-5
-    )
+    assert math.sqrt(lammps.run(scene.problem, SHARP).eta) == pytest.approx(0.50721, abs=1e-5)
 
 
 def test_a_heavy_target_is_the_wall():
@@ -124,7 +114,7 @@ def test_a_heavy_target_is_the_wall():
     heavy = wall.replace(target_particles=1, target_masses=(1e9,))
     eta = float(restitution(lammps.run(wall.problem, SHARP).velocities, 0.05))
     # The target takes a part of 10/1e9 of the momentum, and as much of the energy.
-    assert eta_of(heavy.problem, lammps.run(heavy.problem, SHARP)) == pytest.approx(eta, abs=1e-7)
+    assert lammps.run(heavy.problem, SHARP).eta == pytest.approx(eta, abs=1e-7)
 
 
 BODIES = [
@@ -142,7 +132,7 @@ def test_bodies_can_be_exchanged(contact):
         struck = {f"target_{key}": value for key, value in target.items()}
         scene = Scene(potential="lj", velocity=0.05, **chain, **struck, **contact)
         outcome = lammps.run(scene.problem, SHARP)
-        etas.append((eta_of(scene.problem, outcome), len(outcome.contact_times)))
+        etas.append((outcome.eta, len(outcome.contact_times)))
     # The same motion seen from the other body: coordinates are rounded to 1e-15, against 0.05.
     assert etas[0][0] == pytest.approx(etas[1][0], abs=1e-11)
     assert etas[0][1] == etas[1][1]
@@ -157,7 +147,7 @@ def test_four_times_the_masses_are_half_as_fast(contact):
         lammps.run(scene.problem, replace(SHARP, timestep=h))
         for scene, h in ((light, 0.1), (heavy, 0.2))
     )
-    assert eta_of(heavy.problem, slow) == pytest.approx(eta_of(light.problem, fast), abs=1e-12)
+    assert slow.eta == pytest.approx(fast.eta, abs=1e-12)
     assert slow.contact_times == pytest.approx(2.0 * fast.contact_times, abs=1e-10)
 
 
@@ -181,9 +171,7 @@ def test_time_reversal(contact, tmp_path):
     assert len(back.contact_times) == len(forth.contact_times)
     assert back.velocities == pytest.approx(np.full(8, 0.05), abs=1e-9)
     assert np.diff(back.displacements) == pytest.approx(np.zeros(7), abs=1e-9)
-    assert eta_of(back_scene.problem, back) == pytest.approx(
-        1.0 / eta_of(scene.problem, forth), rel=1e-8
-    )
+    assert back.eta == pytest.approx(1.0 / forth.eta, rel=1e-8)
 
 
 def test_a_chain_that_comes_from_afar_counts_from_its_first_contact(tmp_path):
@@ -224,12 +212,12 @@ def test_compressed_bonds_give_their_energy():
 
 def test_the_stock_wall_reflects_unequal_masses():
     scene = Scene(potential="lj", particles=10, masses=(1, 3), velocity=0.05)
-    exact = eta_of(scene.problem, lammps.run(scene.problem, SHARP))
+    exact = lammps.run(scene.problem, SHARP).eta
     outcome = lammps.run(scene.problem, Numerics(wall="reflect", scheme="verlet", timestep=0.002))
     chain, _, came = momenta(scene, outcome)
     assert np.sum(outcome.impulses) / came == pytest.approx(chain, abs=1e-12)
     # An error of first order at each of some ten contacts.
-    assert eta_of(scene.problem, outcome) == pytest.approx(exact, abs=10 * 0.002)
+    assert outcome.eta == pytest.approx(exact, abs=10 * 0.002)
 
 
 # Two particles repel with K d^q from d = 0 at the speed w to d = 0 again: a contact takes
@@ -323,12 +311,7 @@ def test_steps_keep_their_order_in_a_soft_contact(exponent):
         ("order8", 8, (0.8, 0.4)),
     ):
         coarse, fine = (
-            abs(
-                eta_of(
-                    scene.problem, lammps.run(scene.problem, Numerics(scheme=scheme, timestep=h))
-                )
-                - truth
-            )
+            abs(lammps.run(scene.problem, Numerics(scheme=scheme, timestep=h)).eta - truth)
             for h in steps
         )
         assert math.log2(coarse / fine) / math.log2(steps[0] / steps[1]) > order - 0.7
@@ -339,7 +322,7 @@ def test_a_stiff_wall_is_hit_many_times():
     truth = plain_soft_eta(scene, 60.0)
     outcome = lammps.run(scene.problem, Numerics(scheme="order8", timestep=0.1))
     assert len(outcome.contact_times) > 5
-    assert eta_of(scene.problem, outcome) == pytest.approx(truth, abs=1e-9)
+    assert outcome.eta == pytest.approx(truth, abs=1e-9)
     chain, _, came = momenta(scene, outcome)
     assert np.sum(outcome.impulses) / came == pytest.approx(chain, abs=1e-12)
 
@@ -378,9 +361,7 @@ def test_broken_bonds_of_the_target_change_to_the_far_table(target):
     bonds = np.sum(scene.bond.energy(np.concatenate(lengths) - 1.0))
     assert kinetic + bonds == pytest.approx(outcome.energy_start, rel=1e-9)
     # The flight after the last contact changes nothing.
-    assert eta_of(scene.problem, lammps.run(scene.problem, numerics)) == pytest.approx(
-        eta_of(scene.problem, outcome), abs=1e-10
-    )
+    assert lammps.run(scene.problem, numerics).eta == pytest.approx(outcome.eta, abs=1e-10)
 
 
 def test_a_dump_has_both_bodies(tmp_path):

@@ -12,7 +12,6 @@ from chaincor.lammps_inputs.contacts.contact_law import ContactLaw
 from chaincor.lammps_inputs.contacts.contact_laws import CONTACT_LAWS
 from chaincor.lammps_inputs.errors import SceneError
 from chaincor.lammps_inputs.numerics import Numerics
-from chaincor.workflows.accuracy.reference_runs import eta_of
 from chaincor.workflows.accuracy.solvers import LAMMPS
 from chaincor.workflows.engines.reference import adaptive, stepping
 
@@ -103,13 +102,13 @@ def test_fixed_steps_follow_a_damped_contact(monkeypatch, compiled):
     problem = damped(monkeypatch, potential=potential, particles=4, velocity=0.05)
     steps = (0.04, 0.02)
     coarse, fine = (stepping.run(problem, Numerics("event", "order8", h)) for h in steps)
-    found = eta_of(problem, fine)
+    found = fine.eta
     # Both runs err by their difference or less, the naive one by about 0.02^2 of the damping.
-    error = abs(found - eta_of(problem, coarse)) + 1e-5
+    error = abs(found - coarse.eta) + 1e-5
     assert error < 1e-4
     assert found == pytest.approx(naive_restitution(lj_force, 4, 0.05, 60.0), abs=error)
     undamped = replace(problem, line=replace(problem.line, contact=Dashpot(drag=0.0)))
-    assert eta_of(undamped, stepping.run(undamped, Numerics("event", "order8", 0.04))) > 1.2 * found
+    assert stepping.run(undamped, Numerics("event", "order8", 0.04)).eta > 1.2 * found
     assert fine.dissipated == pytest.approx(fine.energy_start - fine.energy_end)
 
 
@@ -118,7 +117,7 @@ def test_adaptive_steps_follow_a_damped_contact(monkeypatch):
     problem = damped(monkeypatch, potential="hertz", particles=4, velocity=0.1)
     outcome = adaptive.run(problem, 1e-7)
     expected = naive_restitution(bead_force, 4, 0.1, 200.0)
-    assert eta_of(problem, outcome) == pytest.approx(expected, abs=1e-6)
+    assert outcome.eta == pytest.approx(expected, abs=1e-6)
     # The loops add up the damping on their own: what is missing is what damping took.
     missing = outcome.energy_start - outcome.energy_end
     assert outcome.dissipated == pytest.approx(missing, rel=1e-5)

@@ -9,7 +9,6 @@ import pytest
 from chaincor.lammps_inputs.bonds.user_bond import UserBond
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.accuracy.reference_runs import eta_of
 from chaincor.workflows.engines.reference import bookkeeping, stepping
 from chaincor.workflows.engines.reference.look_ahead import follow
 from chaincor.workflows.engines.reference.moving import Motion, Stepper
@@ -41,7 +40,7 @@ def test_reference_values(case):
     scene = case_scene(case)
     outcome = stepping.run(scene.problem, ORDER8)
     # The values are good to 1e-9, and so is a step of 0.1 at these speeds.
-    assert eta_of(scene.problem, outcome) == pytest.approx(case["restitution"], abs=2e-9)
+    assert outcome.eta == pytest.approx(case["restitution"], abs=2e-9)
     assert len(outcome.contact_times) == case["contacts"]
     assert outcome.contact_times[-1] == pytest.approx(case["last_contact_time"], abs=1e-6)
     assert outcome.ending.kind == "proved"
@@ -64,9 +63,7 @@ def test_contact_of_two_masses_at_the_published_minimum():
     # e = 0.178 at a ratio of 1.434 47 (the heavier particle at the wall), of which the square root
     # of eta is e; a minimum is flat, so that the ratio's rounding does not matter.
     scene = Scene(potential="harmonic", velocity=0.1, particles=2, masses=[1.43447, 1])
-    assert eta_of(scene.problem, stepping.run(scene.problem, ORDER8)) ** 0.5 == pytest.approx(
-        0.178465, abs=1e-6
-    )
+    assert stepping.run(scene.problem, ORDER8).eta ** 0.5 == pytest.approx(0.178465, abs=1e-6)
 
 
 @pytest.mark.slow
@@ -76,23 +73,19 @@ def test_contact_of_two_masses_at_the_published_minimum():
 def test_harmonic_rods(bodies, published):
     chain, target = bodies
     scene = Scene(potential="harmonic", velocity=0.1, particles=chain, target_particles=target)
-    e = eta_of(scene.problem, stepping.run(scene.problem, ORDER8)) ** 0.5
+    e = stepping.run(scene.problem, ORDER8).eta ** 0.5
     assert e == pytest.approx(published, abs=6e-6)  # as printed
     if chain == target:
         wall = Scene(potential="harmonic", velocity=0.05, particles=chain)
-        assert e == pytest.approx(
-            eta_of(wall.problem, stepping.run(wall.problem, ORDER8)) ** 0.5, abs=1e-9
-        )
+        assert e == pytest.approx(stepping.run(wall.problem, ORDER8).eta ** 0.5, abs=1e-9)
 
 
 def test_a_target_of_great_mass_is_the_wall():
     wall = Scene(particles=12, speed=0.5)
     free = wall.replace(target_particles=1, target_masses=[1e9])
-    expected = eta_of(wall.problem, stepping.run(wall.problem, ORDER8))
+    expected = stepping.run(wall.problem, ORDER8).eta
     # It takes up the momentum, and a part of the energy of order 12/1e9.
-    assert eta_of(free.problem, stepping.run(free.problem, ORDER8)) == pytest.approx(
-        expected, abs=1e-7
-    )
+    assert stepping.run(free.problem, ORDER8).eta == pytest.approx(expected, abs=1e-7)
 
 
 SCENES = [
@@ -151,8 +144,8 @@ def test_bodies_may_be_exchanged(scene):
         target_masses=line.chain_masses.tolist(),
         **{key: getattr(scene, key) for key in ("contact", "contact_stiffness")},
     )
-    assert eta_of(other.problem, stepping.run(other.problem, ORDER8)) == pytest.approx(
-        eta_of(scene.problem, stepping.run(scene.problem, ORDER8)), abs=1e-11
+    assert stepping.run(other.problem, ORDER8).eta == pytest.approx(
+        stepping.run(scene.problem, ORDER8).eta, abs=1e-11
     )
 
 
@@ -167,7 +160,7 @@ def test_a_common_factor_of_all_masses_slows_the_motion_only():
         velocity=scene.impact_velocity / 4.0,
     )
     slow = stepping.run(heavy.problem, Numerics(scheme="order8", timestep=0.4))
-    assert eta_of(heavy.problem, slow) == pytest.approx(eta_of(scene.problem, outcome), abs=1e-12)
+    assert slow.eta == pytest.approx(outcome.eta, abs=1e-12)
     np.testing.assert_allclose(slow.contact_times, 4.0 * outcome.contact_times, rtol=1e-12)
 
 
@@ -175,7 +168,7 @@ def test_a_common_factor_of_all_masses_slows_the_motion_only():
 def test_soft_contacts_of_whole_powers_keep_the_order(exponent):
     scene = Scene(particles=10, contact="power", contact_exponent=exponent)
     etas = [
-        eta_of(scene.problem, stepping.run(scene.problem, Numerics(scheme="order6", timestep=h)))
+        stepping.run(scene.problem, Numerics(scheme="order6", timestep=h)).eta
         for h in (0.05, 0.1, 0.2)
     ]
     order = np.log2(abs(etas[2] - etas[0]) / abs(etas[1] - etas[0]))
@@ -195,7 +188,7 @@ def test_one_particle_on_a_soft_wall_comes_back_whole():
     outcome = stepping.run(
         scene.problem, Numerics(scheme="order8", timestep=0.05), frame_interval=0.1
     )
-    assert eta_of(scene.problem, outcome) == pytest.approx(1.0, abs=1e-12)
+    assert outcome.eta == pytest.approx(1.0, abs=1e-12)
     assert float(outcome.impulses[0]) == pytest.approx(2.0 * 4.0 * 0.1, rel=1e-12)
     frames = outcome.frames
     half = np.pi * np.sqrt(4.0 / 9.0)
@@ -219,7 +212,7 @@ def test_time_counts_from_the_first_contact(tmp_path):
     np.testing.assert_allclose(
         there.frames.displacements[:10], here.frames.displacements[:10], atol=1e-9
     )
-    assert eta_of(late.problem, there) == pytest.approx(eta_of(plain.problem, here), abs=1e-9)
+    assert there.eta == pytest.approx(here.eta, abs=1e-9)
 
 
 def test_a_chain_that_comes_late_is_waited_for():
@@ -283,6 +276,4 @@ def test_a_first_touch_that_comes_late_is_waited_for(tmp_path):
     )
     assert len(late.contact_times) == len(start.contact_times)
     # Errors of the steps, about 1e-10, are others where a step is cut elsewhere.
-    assert eta_of(touching.problem, late) == pytest.approx(
-        eta_of(touching.problem, start), abs=1e-8
-    )
+    assert late.eta == pytest.approx(start.eta, abs=1e-8)

@@ -11,7 +11,6 @@ from scipy.optimize import minimize_scalar
 from chaincor.lammps_inputs.errors import SceneError
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.accuracy.reference_runs import eta_of, relative_velocity
 from chaincor.workflows.engines.reference import modal, stepping
 from tests.decimal_line import collide_in_decimals
 
@@ -25,7 +24,7 @@ def harmonic(particles, velocity=0.1, **fields):
 
 def restitution(scene):
     """Return e, the ratio of relative speeds."""
-    return math.sqrt(eta_of(scene.problem, modal.run(scene.problem)))
+    return math.sqrt(modal.run(scene.problem).eta)
 
 
 def along_x(outcome, name):
@@ -57,7 +56,7 @@ def test_fifty_digits(fields):
     v0 = scene.impact_velocity
     assert outcome.ending.kind == "proved"
     assert len(outcome.contact_times) == len(sharp.contact_times)
-    assert relative_velocity(line, outcome) == pytest.approx(sharp.separation_rate, abs=SHARP * v0)
+    assert outcome.separation_velocity == pytest.approx(sharp.separation_rate, abs=SHARP * v0)
     # A light particle between two heavy ones passes 1e2 times more on from contact to contact.
     many = 1e2 * SHARP
     assert outcome.contact_times == pytest.approx(sharp.contact_times, abs=many)
@@ -98,7 +97,7 @@ def test_warm_bodies_in_fifty_digits(fields):
         line.masses, line.first, line.strains, line.velocities, outcome.duration + 40.0
     )
     assert outcome.ending.kind == "proved"
-    assert relative_velocity(line, outcome) == pytest.approx(sharp.separation_rate, abs=SHARP)
+    assert outcome.separation_velocity == pytest.approx(sharp.separation_rate, abs=SHARP)
     assert outcome.contact_times == pytest.approx(sharp.contact_times, abs=10.0 * SHARP)
     assert outcome.contact_speeds == pytest.approx(sharp.contact_speeds, abs=SHARP)
     assert along_x(outcome, "velocities") == pytest.approx(sharp.velocities, abs=10.0 * SHARP)
@@ -208,7 +207,7 @@ def test_agrees_with_stepping_over_many_particles():
         scene.problem, Numerics(scheme="order8", timestep=0.025), frame_interval=0.5
     )
     # Order 8 at half the usual step is below 1e-12; contacts pass it on.
-    assert eta_of(scene.problem, exact) == pytest.approx(eta_of(scene.problem, stepped), abs=1e-11)
+    assert exact.eta == pytest.approx(stepped.eta, abs=1e-11)
     for name in ("contact_times", "contact_speeds", "impulses", "velocities", "displacements"):
         assert getattr(exact, name) == pytest.approx(getattr(stepped, name), abs=1e-10)
     for name in ("target_velocities", "target_displacements"):
@@ -228,7 +227,7 @@ def test_agrees_with_stepping_over_many_particles():
 def test_restitution_does_not_depend_on_speed(velocity):
     fields = {"masses": [1, 2], "target_particles": 3}
     outcome = modal.run(harmonic(8, velocity, **fields).problem)
-    e = relative_velocity(harmonic(8, velocity, **fields).line, outcome) / velocity
+    e = outcome.separation_velocity / velocity
     assert e == pytest.approx(restitution(harmonic(8, **fields)), abs=SHARP)
     assert outcome.crossed == (outcome.bond_min < 0.0) == (velocity > 1.0)
 
@@ -254,7 +253,7 @@ def test_reference_values():
         scene = harmonic(case["particles"], case["velocity"], **fields)
         outcome = modal.run(scene.problem)
         # Good to 1e-9, as the file says.
-        assert eta_of(scene.problem, outcome) == pytest.approx(case["restitution"], abs=1e-9)
+        assert outcome.eta == pytest.approx(case["restitution"], abs=1e-9)
         assert len(outcome.contact_times) == case["contacts"]
         assert outcome.contact_times[-1] == pytest.approx(case["last_contact_time"], abs=1e-9)
 
