@@ -60,14 +60,15 @@ def test_what_roundings_make_of_a_long_chain_is_in_every_bar():
     assert all(abs(found.restitution - eta) <= found.restitution_error for eta in etas)
 
 
-def made_up(scene, step, eta, contacts, missed):
+def made_up(problem, step, eta, contacts, missed):
     """Return an outcome as a run at some step would have it, with an open end."""
     short = Scene(potential="lj", particles=5, engine="reference")
     run = stepping.run(short.problem, Numerics(scheme="order8", timestep=0.1))
     return replace(
         run,
+        problem=problem,
         timestep=step,
-        velocities=np.full(scene.particles, eta**0.5 * scene.impact_velocity),
+        velocities=np.full(problem.particles, eta**0.5 * problem.impact_velocity),
         contact_times=np.arange(float(contacts)),
         contact_speeds=np.ones(contacts),
         ending=Ending("open", missed),
@@ -80,10 +81,10 @@ def test_an_open_end_does_not_hide_steps_that_are_too_long(monkeypatch):
     scene = Scene(potential="lj", particles=3099, speed=0.945, engine="reference")
     missed = 6e-4 * scene.particles * scene.impact_velocity / (2.0 * 0.7168**0.5)
 
-    def run(scene, _scheme, step, _known=None):
+    def run(problem, _scheme, step, _known=None):
         resolved = step < 0.08
         eta = 0.71686 if resolved else 0.71803 + 1.7e-4 * step
-        return made_up(scene, step, eta, 2702 if resolved else 2700 + round(10 * step), missed)
+        return made_up(problem, step, eta, 2702 if resolved else 2700 + round(10 * step), missed)
 
     monkeypatch.setattr(fixed_steps, "run_reference", run)
     monkeypatch.setattr(fixed_steps, "nudged_change", lambda *_given: 0.0)
