@@ -1,6 +1,6 @@
-"""Folder of the documentation pages that the program reads."""
+"""Locate the documentation pages that the program reads."""
 
 from pathlib import Path
 
-# The folder is beside the packages in a checkout, and among them in a wheel.
+# In a checkout the folder lies beside the packages. In a wheel it lies among them.
 DOCUMENTS = Path(__file__).resolve().parents[1] / "docs"

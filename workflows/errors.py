@@ -1,4 +1,4 @@
-"""Named failures of a run, with messages that say what to do."""
+"""Define the named errors of runs."""
 
 from chaincor.lammps_inputs.errors import ChaincorError as ChaincorError
 from chaincor.lammps_inputs.errors import InputError as InputError
@@ -27,35 +27,35 @@ class LostAtomsError(RunError):
 
 
 class CrossingError(RunError):
-    """Two particles would pass through each other, which LAMMPS cannot represent."""
+    """Two particles would pass through each other, and LAMMPS has no such motion."""
 
 
 class BarrierError(RunError):
-    """A bond was stretched over its energy barrier and runs away to minus infinity."""
+    """A bond was stretched over its energy barrier, so its energy falls without limit."""
 
 
 class TimestepError(RunError):
-    """The step is too large for the bonds it has to resolve."""
+    """The time step is too large to resolve the bonds."""
 
 
 class UnfinishedCollisionError(RunError):
-    """The cap on the length of a collision was reached and hits may still come."""
+    """The collision reached its limit of time, and further contacts are possible."""
 
 
 class ToleranceError(RunError):
-    """The tolerance is missed by so much that no number is worth the run."""
+    """The error would exceed the tolerance by so much that a run is useless."""
 
 
 class UnsureJobWarning(UserWarning):
-    """The collision of a job amplifies small errors so much that the job misses its tolerance."""
+    """A job will miss its tolerance, because its collision amplifies small errors."""
 
 
 class StoreError(InputError):
-    """A results store cannot be used: no such file, not a store, read-only, or too new."""
+    """A results store cannot be used: it is missing, read-only, too new, or no store."""
 
 
 class StoreWriteError(RunError):
-    """A result could not be written to the store: a full disk, or a lock that does not end."""
+    """A result could not be written, because the disk is full or the store stays locked."""
 
 
 class SweepError(InputError):
@@ -63,11 +63,11 @@ class SweepError(InputError):
 
 
 class CostError(InputError):
-    """A collision is expected to exceed its time, or exceeded it without a number yet."""
+    """A collision is expected to exceed its time limit, or reached it without a number."""
 
 
 class WorkerDiedError(RunError):
-    """The process that ran a collision died: killed, out of memory, or aborted by a library."""
+    """The process that ran a collision was killed, ran out of memory, or was aborted."""
 
 
 class WorkerStartError(RunError):
@@ -75,7 +75,7 @@ class WorkerStartError(RunError):
 
 
 class SchedulerError(RunError):
-    """The cluster's scheduler cannot be reached, or was lost during a sweep."""
+    """The cluster's scheduler cannot be reached, or the connection was lost in a sweep."""
 
 
 class SensitivityError(RunError):

@@ -1,4 +1,4 @@
-"""Writer of self-contained LAMMPS jobs for scenes."""
+"""Write self-contained LAMMPS jobs for scenes."""
 
 import re
 import shutil
@@ -25,7 +25,7 @@ from chaincor.workflows.errors import UnsureJobWarning
 from chaincor.workflows.given import scene_given
 from chaincor.workflows.scripted import plan_script
 
-# Impact speed that no LAMMPS run can follow, in units of the speed of sound in a chain at rest.
+# No LAMMPS run can follow an impact at this many times the speed of sound in a chain at rest.
 _SUPERSONIC = 3.0
 
 
@@ -33,16 +33,16 @@ def write_job(
     scene: Scene, folder: Path | str, *, replace_existing: bool = False, **wishes: Any
 ) -> list[Path]:
     """
-    Write a LAMMPS job: ``lmp -in in.chain`` in its folder runs it and prints the restitution.
+    Write a LAMMPS job, which ``lmp -in in.chain`` runs in its folder to print the restitution.
 
     Parameters
     ----------
     scene : Scene
-        The collision. Without explicit numerics the job is made for its tolerance.
+        The collision. Without explicit numerics, the job gets numerics for the scene's tolerance.
     folder : path
-        Folder of the script, the chain, its bond table and the scene.
+        Folder that receives the script, the chain, its bond table and the scene.
     replace_existing : bool
-        Whether an existing job is replaced.
+        Whether to replace an existing job.
     **wishes
         The fields of :class:`~chaincor.lammps_inputs.script_plan.JobWishes`: ``plain=True`` for the
         shortest script, ``restartable=True``, ``guards=True``, ``contacts=True`` and ``dump=True``
@@ -57,8 +57,8 @@ def write_job(
     Raises
     ------
     InputError
-        If the folder holds a job already or cannot be made. Errors of :func:`job_files` are raised
-        too.
+        If the folder already contains a job or cannot be made, and for the causes named in
+        :func:`job_files`.
 
     Examples
     --------
@@ -78,7 +78,8 @@ def write_job(
         raise
 
 
-# Options of `chaincor inputs`, and options whose Python argument has another name.
+# Options of `chaincor inputs` in a message are replaced by the arguments of `write_job`. This table
+# lists the options whose argument has another name.
 _OPTION = re.compile(r"(?<![\w-])(--[a-z][a-z-]*|-o)(?![\w-])")
 _OTHER_NAMES = {
     "-o": "folder",
@@ -99,16 +100,16 @@ def job_files(scene: Scene, wishes: JobWishes = NO_WISHES) -> dict[str, str]:
     """
     Return the files of a job, by name.
 
-    Numerics are chosen for the scene's tolerance, unless it gives them. The script prints its error
-    unless the scene says ``error = false``. A job also dumps its motion if the scene has a dump.
-    Raises InputError for wishes that contradict each other or the scene, SceneError if the scheme
-    cannot be scripted or the template cannot be used, RunError if no numerics meet the tolerance.
-    Issues UnsureJobWarning if the collision itself does not let the job meet it.
+    The numerics are those of the scene, or are chosen for its tolerance. The script prints the
+    error of eta unless the scene has ``error = false``, and dumps the motion if the scene has a
+    dump. Raises InputError for wishes that contradict each other or the scene, SceneError if a
+    script cannot do the scheme or the template cannot be used, and RunError if no numerics meet the
+    tolerance. Issues UnsureJobWarning if the collision amplifies errors beyond the tolerance.
     """
     if not wishes.dump and scene.dump is None and "dump_frames" in scene.model_fields_set:
         raise InputError(
             f"dump_frames is {scene.dump_frames!r}, but the job writes no dump. Add "
-            "--frames, or leave dump_frames out"
+            "--frames, or leave out dump_frames"
         )
     scene = read_from_anywhere(scene).replace(engine="lammps")
     units = wishes.units
@@ -146,12 +147,12 @@ def job_files(scene: Scene, wishes: JobWishes = NO_WISHES) -> dict[str, str]:
 
 
 def _bead_files(scene: Scene, wishes: JobWishes) -> dict[str, str]:
-    """Return the files of a column of beads, whose script has LAMMPS's granular styles alone."""
+    """Return the files of a column of beads. Its script uses only LAMMPS's granular styles."""
     for each in fields(JobWishes):
         if getattr(wishes, each.name) != each.default:
             raise InputError(
-                f"{each.name} is asked for, and jobs of beads are a short script of their own. "
-                "Leave it out, and edit the script"
+                f"jobs of beads have their own short script, without {each.name}. Leave "
+                f"out {each.name}, and edit the script"
             )
     plan = plan_script(scene)
     texts = {
@@ -165,25 +166,25 @@ def _bead_files(scene: Scene, wishes: JobWishes) -> dict[str, str]:
 
 
 def _with_frames(scene: Scene, wishes: JobWishes) -> JobWishes:
-    """Return the wishes with the frames of the scene, which also asks for a dump by its own."""
+    """Return the wishes with the frames of the scene; a dump in the scene also asks for frames."""
     dump = wishes.dump or scene.dump is not None
     return replace(wishes, dump=dump, frame_interval=scene.frame_interval)
 
 
 def _refuse_units_of_velocity(scene: Scene, units: UnitSystem) -> None:
-    """Refuse a velocity that was probably given in the units of the job."""
+    """Refuse a velocity that was probably meant in the units of the job."""
     if units == CHAIN_UNITS or (scene.velocity or 0.0) <= _SUPERSONIC:
         return
     v, style = scene.impact_velocity, units.style
     raise InputError(
-        f"velocity is {v:g} in units of the chain, in which the speed of sound is 1: "
-        f"that would be {v * units.speed:g} in units {style}. Give the velocity in "
-        f"units of the chain: {v:g} in units {style} is velocity = {v / units.speed:.6g}"
+        f"velocity is {v:g} in units of the chain, where the speed of sound is "
+        f"1. That is {v * units.speed:g} in units {style}. For {v:g} in units "
+        f"{style}, give velocity = {v / units.speed:.6g}"
     )
 
 
 def _as_run(scene: Scene, plan: ScriptPlan) -> Scene:
-    """Return the scene with its chosen numerics, so that another run takes the same steps."""
+    """Return the scene with the chosen numerics, so that another run takes the same steps."""
     if scene.explicit:
         return scene.replace(scheme=plan.numerics.scheme)
     return scene.replace(
@@ -196,7 +197,7 @@ def _as_run(scene: Scene, plan: ScriptPlan) -> Scene:
 
 
 def write_files(texts: dict[str, str], folder: Path, replace_existing: bool) -> list[Path]:
-    """Write the files of a job, all or none; raises InputError if the folder has some already."""
+    """Write all files of a job or none; raise InputError if the folder already has one of them."""
     present = [name for name in texts if (folder / name).exists()]
     if present and not replace_existing:
         raise InputError(
@@ -214,6 +215,6 @@ def write_files(texts: dict[str, str], folder: Path, replace_existing: bool) -> 
                 shutil.move(Path(aside) / name, folder / name)
     except OSError as error:
         raise InputError(
-            f"cannot write the job into {str(folder)!r}: {error.strerror}; give another folder"
+            f"cannot write the job into {str(folder)!r}: {error.strerror}. Give another folder"
         ) from None
     return [folder / name for name in texts]

@@ -1,4 +1,4 @@
-"""JSON objects that commands print: the common keys, and their text."""
+"""Build the JSON objects that commands print, with the common keys."""
 
 import json
 import math
@@ -10,16 +10,16 @@ from chaincor.workflows.versions import processor, versions
 if TYPE_CHECKING:
     from chaincor.lammps_inputs.scene import Scene
 
-# The version rises if a key changes its meaning or disappears, not for new keys.
+# The version increases if a key changes its meaning or disappears, not if a key is added.
 SCHEMA = 1
 
 
 def stamped(plain: Mapping[str, Any], scene: "Scene | None" = None) -> dict[str, Any]:
     """
-    Return a command's own keys with the keys that every JSON object has.
+    Return the keys of a command together with the keys that every JSON object has.
 
-    Common keys are ``schema``, ``versions`` and ``processor``. A command with one scene adds
-    ``scene``: all fields that decide the result, with the defaults written out.
+    The common keys are ``schema``, ``versions`` and ``processor``. A command with one scene also
+    has ``scene``, with all fields that decide the result, defaults included.
     """
     shared: dict[str, Any] = {"versions": versions(), "processor": processor()}
     if scene is not None:
@@ -28,7 +28,7 @@ def stamped(plain: Mapping[str, Any], scene: "Scene | None" = None) -> dict[str,
 
 
 def json_text(plain: Mapping[str, Any], scene: "Scene | None" = None) -> str:
-    """Return an object as one line of JSON; raises ValueError for nan and inf."""
+    """Return an object as one line of JSON; raise ValueError for nan and inf."""
     return json.dumps(stamped(plain, scene), allow_nan=False)
 
 
@@ -36,7 +36,7 @@ _AS_THEY_ARE = {str, int, bool, type(None)}
 
 
 def finite(value: Any) -> Any:
-    """Return a plain value with None in place of numbers that are not finite."""
+    """Return a plain value in which None replaces numbers that are not finite."""
     if type(value) in _AS_THEY_ARE:
         return value
     if isinstance(value, float):

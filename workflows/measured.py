@@ -1,9 +1,9 @@
 """
-Constants that decide error bars and choices, measured by a study.
+Load measured constants, which decide error bars and choices.
 
-``python -m benchmarks.bars.calibrate`` measures them over random scenes and writes
-``measured.toml``. Each value is a quantile of samples times a reserve; the file has both, with the
-number of samples and their seed.
+``python -m benchmarks.bars.calibrate`` measures the constants over random scenes and writes
+``measured.toml``. Each value is a quantile of the samples times a safety factor. The file contains
+both, with the number of samples and their seed.
 """
 
 import tomllib
@@ -16,7 +16,7 @@ FILE = "measured.toml"
 
 @cache
 def measurements() -> dict[str, dict[str, Any]]:
-    """Return the content of ``measured.toml`` by name."""
+    """Return the content of ``measured.toml``, by the name of the constant."""
     return tomllib.loads(resources.files("chaincor.workflows").joinpath(FILE).read_text())[
         "constants"
     ]
@@ -24,9 +24,10 @@ def measurements() -> dict[str, dict[str, Any]]:
 
 def measured(name: str, least: Any = 0.0) -> Any:
     """
-    Return a measured constant by its name: one number, or one for each scheme.
+    Return a measured constant by its name, as one number or one for each scheme.
 
-    The value has the form of `least` and is not below it. The caller explains this choice.
+    The value has the type of `least` and is at least `least`, a lower limit that the caller
+    explains.
     """
     value = measurements()[name]["value"]
     if not isinstance(value, dict):

@@ -1,14 +1,14 @@
-"""The limit of memory that a program was started with, which libraries meet without naming it."""
+"""Report a memory limit of the process that is too small for the libraries."""
 
-# Memory that Python, NumPy, Numba and LAMMPS need together before they compute anything.
+# Python, NumPy, Numba and LAMMPS together need this memory before they compute anything.
 _LEAST_MEGABYTES = 1000
 
 
 def memory_is_short() -> str | None:
-    """Return what to say where the limit is too small to load libraries; None where it is not."""
+    """Return a message if the memory limit is too small to load the libraries, or None."""
     try:
         import resource
-    except ImportError:  # Windows has no such limit
+    except ImportError:  # Windows has no memory limit for processes.
         return None
     limits = [resource.getrlimit(kind)[0] for kind in (resource.RLIMIT_AS, resource.RLIMIT_DATA)]
     known = [limit for limit in limits if limit != resource.RLIM_INFINITY]

@@ -1,4 +1,4 @@
-"""Motion behind a result, computed again on request."""
+"""Recompute the motion behind a result on request."""
 
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -20,14 +20,15 @@ if TYPE_CHECKING:
     from chaincor.workflows.engines.replay import Replay
     from chaincor.workflows.sensitivity.sensitivity import Sensitivity
 
-# Number of states for motions without fixed steps.
+# Motions of these schemes have no fixed steps.
 _WITHOUT_STEPS = ("hard-sphere", "adaptive8")
-# If roundings change eta by more, the last digits decide the contacts. Every derivative that can be
-# computed amplifies roundings by less than 1e12.
+# If roundings change eta by more than this, the last digits decide which contacts occur. Every
+# derivative that can be computed amplifies roundings by less than 1e12.
 _HINGES = 1e-4
-# Pictures end after this share of the duration, and after the time of sound over this many bonds.
+# Pictures show the flight after the collision for this fraction of its duration, and for the time
+# in which sound crosses this many bonds.
 _FLY_ON, _BONDS_ON = 0.15, 2.0
-# Largest number of values in a picture, which also limits memory.
+# A picture contains at most this many values per particle, which also limits memory.
 _HISTORY_FRAMES = 400
 _MOST_FRAMES = 1_000_000
 _HISTORY_BYTES = 64 * 2**20
@@ -42,31 +43,32 @@ class Motion(Observed):
 
     @property
     def scene(self) -> Scene:
-        """Scene of the result; raises InputError if the result was not made by `collide`."""
+        """Scene of the result; raises InputError if `collide` did not make the result."""
         return self._known_replay().scene
 
     @property
     def shown_until(self) -> float:
-        """Last time that pictures show, when the chain flies off."""
+        """Time at which pictures end, while the chain flies away."""
         flown = _BONDS_ON / self.scene.problem.slow_stiffness**0.5
         end = (1.0 + _FLY_ON) * self.last_contact_time + flown
-        # Soft bodies overlap during a contact.
+        # Soft bodies overlap during a contact, so the picture lasts at least until they have
+        # parted.
         return end if self.contact is None else max(end, self.duration)
 
     @cached_property
     def history(self) -> History:
         """
-        States of the chain from the first contact until soon after the last.
+        States of the chain from the first contact until shortly after the last contact.
 
-        Whole states at about 400 times, fewer of long chains, and energies at the same times. The
-        collision is carried out again once, by its own engine. Raises the errors of
+        The history contains states and energies at about 400 times, or fewer for long chains. At
+        the first use, the engine of the result repeats the collision. Raises the errors of
         :meth:`trajectory`.
         """
         return self._histories[0]
 
     @property
     def target_history(self) -> History | None:
-        """States of a free target, from the contact outward, along x; None for a wall."""
+        """States of a free target, counted from the contact outward; None for a wall."""
         return self._histories[1] if self._known_replay().scene.target_particles else None
 
     @cached_property
@@ -95,13 +97,14 @@ class Motion(Observed):
         scene = self._known_replay().scene
         if self.ending == "open" or self.restitution_error is None:
             raise SensitivityError(
-                f"the end of this collision is {self.ending} and its error bar is "
-                f"{self.restitution_error}. Give a collision that is over and has an error bar"
+                f"this collision has the ending {self.ending} and the error bar "
+                f"{self.restitution_error}. Choose a collision that is over and has an "
+                "error bar"
             )
         if scene.bond.only_pushes:
             raise SensitivityError(
-                f"derivatives follow fixed steps, and those of {scene.label} beads adapt to their "
-                "overlaps. Run nearby scenes and take differences"
+                f"derivatives need fixed steps, but steps for {scene.label} beads adapt "
+                "to the overlaps. Run nearby scenes and take differences"
             )
         if self.scheme in _WITHOUT_STEPS or scene.particles == 1:
             raise SensitivityError(
@@ -110,9 +113,9 @@ class Motion(Observed):
             )
         if self.error_parts.rounding > _HINGES:
             raise SensitivityError(
-                f"roundings change eta by up to {self.error_parts.rounding:.2g} here, so the "
-                "last digits decide which contacts come and derivatives mean nothing. Take "
-                "fewer particles or a lower speed"
+                f"roundings change eta by up to {self.error_parts.rounding:.2g}, so "
+                "they decide which contacts occur, and derivatives are meaningless. "
+                "Take fewer particles or a lower speed"
             )
         shortest = self.bond_min - scene.bond.natural_length
         known = self.restitution, self.restitution_error
@@ -120,23 +123,26 @@ class Motion(Observed):
 
     def _known_replay(self) -> "Replay":
         if self.replay is None:
-            raise InputError("the result does not say how it was run. Give a result of collide()")
+            raise InputError(
+                "this result does not contain the run that made it. Use a result of collide()"
+            )
         return self.replay
 
     def trajectory(self, frames: int = 200) -> list[ChainState]:
         """
-        Carry the collision out again, with the same numerics, and return the motion.
+        Repeat the collision with the same numerics, and return the motion.
 
         Parameters
         ----------
         frames : int
-            Approximate number of states; LAMMPS has them only at the ends of steps.
+            Approximate number of states. LAMMPS gives states only at the ends of steps.
 
         Returns
         -------
         list of ChainState
-            From the first contact (time 0) until soon after the last, at even intervals or, by
-            LAMMPS, nearly so; with the stock wall one step later. `step` counts them.
+            States from the first contact (time 0) until shortly after the last contact. The
+            intervals are equal, or nearly equal with LAMMPS. With the stock wall, the first state
+            is one step after the contact. `step` is the index of the state.
 
         Raises
         ------
@@ -150,7 +156,7 @@ class Motion(Observed):
         replay = self._known_replay()
         end = self.shown_until
         recorded = replay.record(end / (frames - 1))
-        # Rounding may put the last time too late.
+        # Rounding may put the last time behind the end of the motion.
         return [
             recorded.state(step)
             for step, time in enumerate(recorded.times)
@@ -159,9 +165,9 @@ class Motion(Observed):
 
     def to_ase(self, frames: int = 200) -> "list[Atoms]":
         """
-        Return the motion as a list of ASE Atoms, one per frame, by running it again.
+        Repeat the collision, and return the motion as a list of ASE Atoms, one per frame.
 
-        Numbers are the reduced ones of this package, not eV, angstrom and ASE's time.
+        Numbers are in the reduced units of this package, not in eV, angstrom and ASE's time unit.
 
         Parameters
         ----------
@@ -171,10 +177,9 @@ class Motion(Observed):
         Returns
         -------
         list of ase.Atoms
-            Float64 positions (x, 0, 0), velocities, masses, array ``bonds``, ``info["time"]``; each
-            has its potential energy and the forces of the bonds. There is no cell, and the wall at
-            x = 0 is no part of the Atoms. Particles of a free target follow the particles of the
-            chain.
+            Atoms with float64 positions (x, 0, 0), velocities, masses, an array ``bonds``,
+            ``info["time"]``, potential energy and bond forces. They have no cell and do not include
+            the wall at x = 0. Particles of a free target follow the particles of the chain.
 
         Raises
         ------
@@ -190,9 +195,9 @@ class Motion(Observed):
 
     def to_universe(self, frames: int = 200) -> "Universe":
         """
-        Return the motion as an MDAnalysis Universe, by running the collision again.
+        Repeat the collision, and return the motion as an MDAnalysis Universe.
 
-        Numbers are the reduced ones of this package, not angstrom, picoseconds and daltons.
+        Numbers are in the reduced units of this package, not in angstrom, picoseconds and daltons.
 
         Parameters
         ----------
@@ -202,9 +207,9 @@ class Motion(Observed):
         Returns
         -------
         MDAnalysis.Universe
-            Universe with times, masses, ids from the wall outwards (a free target follows the
-            chain, from the contact outward), bonds between neighbours, and no box. MDAnalysis keeps
-            positions and velocities as float32; float64 ones are in ``ts.data`` as
+            Universe with times, masses, ids, bonds between neighbours, and no box. Ids count from
+            the contact outward through the chain, then through a free target. MDAnalysis stores
+            positions and velocities as float32. The float64 values are in ``ts.data`` as
             ``v_displacement`` (u_i, see :class:`~chaincor.analysis.dumps.chain_state.ChainState`)
             and ``vx``.
 

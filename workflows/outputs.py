@@ -1,4 +1,4 @@
-"""Checks of output files before a command starts its work."""
+"""Check output files before a command starts its work."""
 
 from collections.abc import Iterable, Sequence
 from hashlib import sha256
@@ -9,7 +9,7 @@ from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.script import DATA_FILE, DUMP_FILE, SCENE_FILE, SCRIPT_FILE, TABLE_FILE
 
-# Formats of figures.
+# Figures can be written in these formats.
 PICTURES = (".png", ".pdf", ".svg")
 PICTURES_SAID = ".png, .pdf or .svg"
 
@@ -18,25 +18,25 @@ def refuse_unusable_outputs(scene: Scene) -> None:
     """
     Check the output paths of a collision before it runs.
 
-    Raises InputError if two outputs have one path, if a file would replace a folder or a folder a
-    file, or if a file of another kind or the job of another collision would be lost. A repeated run
-    replaces its own files.
+    Raises InputError in three cases: two outputs have the same path, a file and a folder have the
+    same name, or an output would replace a file of another kind or the job of another collision. A
+    repeated run replaces its own files.
     """
     if scene.dump is None and "dump_frames" in scene.model_fields_set:
         raise InputError(
-            f"dump_frames is {scene.dump_frames!r}, but there is no dump. Give dump, or "
-            "drop dump_frames"
+            f"dump_frames is {scene.dump_frames!r}, but there is no dump. Give "
+            "dump, or leave out dump_frames"
         )
     given = _outputs(scene)
     paths = {key: _resolved(key, path) for key, path in given.items()}
     if len(set(paths.values())) < len(paths):
-        raise InputError(f"{' and '.join(paths)} share a path. Give each a path of its own")
+        raise InputError(f"{' and '.join(paths)} have the same path. Give each its own path")
     for key, path in paths.items():
         folder = path if key == "save" else path.parent
         in_the_way = [p for p in (folder, *folder.parents) if p.exists() and not p.is_dir()]
         if in_the_way or (key != "save" and path.is_dir()):
             found = f"{str(in_the_way[0])!r} is a file" if in_the_way else "that is a folder"
-            raise InputError(f"{key} is {str(given[key])!r}, but {found}; give another path")
+            raise InputError(f"{key} is {str(given[key])!r}, but {found}. Give another path")
         if key == "save":
             _refuse_another_job(scene, path)
         else:
@@ -44,7 +44,7 @@ def refuse_unusable_outputs(scene: Scene) -> None:
 
 
 def _resolved(key: str, path: Path) -> Path:
-    """Return the resolved path of an output; a folder is resolved as a whole."""
+    """Return the resolved path of an output, in which links are followed."""
     return resolve_output(path / "in").parent if key == "save" else resolve_output(path)
 
 
@@ -55,12 +55,12 @@ def _outputs(scene: Scene) -> dict[str, Path]:
 
 
 def make_folder(folder: Path) -> None:
-    """Make a folder and its parents; raises InputError if that fails."""
+    """Make a folder and its parents; raise InputError on failure."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise InputError(
-            f"cannot make the folder {str(folder)!r}: {error.strerror}; give another"
+            f"cannot make the folder {str(folder)!r}: {error.strerror}. Give another folder"
         ) from None
 
 
@@ -68,24 +68,25 @@ def refuse_overwriting_inputs(output: Path, inputs: Iterable[Path], option: str)
     """
     Raise InputError if an output file is an input file, or a link to one.
 
-    Files need not exist. `option` is the option of `output`, such as ``--output``.
+    The files need not exist. `option` is the option that gives `output`, such as ``--output``.
     """
     for path in inputs:
         if _is_one_file(output, path):
             also = "" if str(path) == str(output) else f", the same file as {str(path)!r}"
             raise InputError(
-                f"{option} is {str(output)!r}{also}, which this command reads. Give another name"
+                f"{option} is {str(output)!r}{also}, which is an input of this command. "
+                "Give another name"
             )
 
 
-# Signature in the scene of a saved job: name and SHA-256 of each file.
+# The scene of a saved job contains this line, with the name and the SHA-256 of each file.
 _SIGNED = "# saved by chaincor run: "
-# Every run of the job writes these files anew.
+# Every run of the job writes these files, so a change of them is no edit.
 _WRITTEN_BY_RUNS = ("log.lammps", DUMP_FILE)
 
 
 def sign_job(folder: Path) -> None:
-    """Record the digests of a saved job's files in its scene, to notice edited files."""
+    """Record the digests of a saved job's files in its scene, so that edits are noticed."""
     scene = folder / SCENE_FILE
     if not scene.exists():
         return
@@ -94,7 +95,7 @@ def sign_job(folder: Path) -> None:
 
 
 def _digests(folder: Path) -> dict[str, str]:
-    """Return the SHA-256 of each file of a job; the scene's excludes its signature."""
+    """Return the SHA-256 of each file of a job, without the signature in the scene."""
     found = {}
     for path in sorted(path for path in folder.iterdir() if path.is_file()):
         if path.name not in _WRITTEN_BY_RUNS:
@@ -105,7 +106,7 @@ def _digests(folder: Path) -> dict[str, str]:
 
 
 def _is_unedited(folder: Path) -> bool:
-    """Return whether a folder holds a saved job with unchanged files."""
+    """Return whether a folder contains a saved job whose files have not changed."""
     try:
         text = (folder / SCENE_FILE).read_text(encoding="utf-8")
         signed = [
@@ -125,12 +126,12 @@ def _refuse_another_job(scene: Scene, folder: Path) -> None:
         return
     try:
         kept = Scene.from_file(folder / SCENE_FILE)
-    except InputError:  # also if there is no scene
+    except InputError:  # The scene may also be missing.
         kept = None
     if kept is None or kept.collision_sha256 != scene.collision_sha256 or not _is_unedited(folder):
         raise InputError(
-            f"save is {str(folder)!r}, which has {', '.join(there)} of something else; give "
-            "another folder, or remove these"
+            f"save is {str(folder)!r}, where {', '.join(there)} belong to something "
+            "else. Give another folder, or remove these files"
         )
 
 
@@ -142,13 +143,13 @@ def refuse_shared_outputs(scenes: Sequence[Scene]) -> None:
             owner = owners.setdefault(_resolved(key, path), number)
             if owner != number:
                 raise InputError(
-                    f"{key} is {str(path)!r} in scenes {owner} and {number}. Give each scene a "
-                    "path of its own"
+                    f"{key} is {str(path)!r} in scenes {owner} and {number}. Give each "
+                    "scene its own path"
                 )
 
 
 def _is_one_file(one: Path, other: Path) -> bool:
     try:
         return one.samefile(other)
-    except (OSError, ValueError):  # a file is missing or its name is invalid
+    except (OSError, ValueError):  # A file is missing, or its name is invalid.
         return False

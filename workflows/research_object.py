@@ -1,4 +1,4 @@
-"""Description of a folder of results as an RO-Crate: its files, columns and programs."""
+"""Describe a folder of results as an RO-Crate: its files, columns and programs."""
 
 import json
 from collections.abc import Iterable, Mapping
@@ -8,7 +8,7 @@ from typing import Any
 from chaincor.analysis.atomic_write import write_whole
 from chaincor.workflows.errors import MissingLibraryError
 
-# Name of this file in the specification of RO-Crates.
+# The specification of RO-Crates fixes this file name.
 METADATA_FILE = "ro-crate-metadata.json"
 _KINDS = {
     ".csv": "text/csv",
@@ -20,16 +20,17 @@ _KINDS = {
     ".sqlite": "application/vnd.sqlite3",
     ".svg": "image/svg+xml",
 }
-_UNLICENSED = "No licence was stated: whoever shares these results names one here."
+_UNLICENSED = "No licence is stated. Whoever shares these results names a licence here."
 
 
 def require_rocrate() -> Any:
-    """Return the class of crates; raises MissingLibraryError if the library is missing."""
+    """Return the class of crates; raise MissingLibraryError if rocrate is not installed."""
     try:
         from rocrate.rocrate import ROCrate
     except ImportError:
         raise MissingLibraryError(
-            "rocrate is not installed; --rocrate needs it: pip install chaincor[crate]"
+            "--rocrate needs the library rocrate, which is not installed. Install "
+            "it: pip install chaincor[crate]"
         ) from None
     return ROCrate
 
@@ -42,10 +43,10 @@ def describe_folder(
     columns: Mapping[str, str] | None = None,
 ) -> None:
     """
-    Write ``ro-crate-metadata.json`` into a folder of results, by RO-Crate 1.1.
+    Write ``ro-crate-metadata.json`` (RO-Crate 1.1) into a folder of results.
 
-    `files` and `columns` describe each file by its path and each column of the tables. `versions`
-    are the versions of the programs and libraries behind the results. Raises MissingLibraryError if
+    `files` describes each file by its path, and `columns` each column of the tables. `versions` are
+    the versions of the programs and libraries that made the results. Raises MissingLibraryError if
     the library rocrate is not installed.
     """
     crate = require_rocrate()(version="1.1")
@@ -85,6 +86,6 @@ def _entity(crate: Any, place: str, kind: str, name: str, **more: Any) -> Any:
 
 
 def _named(entities: Iterable[Any]) -> list[dict[str, str]] | dict[str, str]:
-    """Return references to entities as in RO-Crate 1.1: one alone, several in a list."""
+    """Return references to entities as RO-Crate 1.1 has them: one reference alone, or a list."""
     named = [{"@id": entity.id} for entity in entities]
     return named[0] if len(named) == 1 else named

@@ -1,4 +1,4 @@
-"""Result of one collision, which is printed, stored and plotted."""
+"""Hold the result of one collision, which is printed, stored and plotted."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -29,9 +29,9 @@ class Collision(Motion):
 
     Lengths, masses and stiffnesses are in units of the natural bond length, the particle mass and
     the bond stiffness. Times count from the first contact. Velocities are positive away from the
-    wall, so a target that is knocked away has a negative velocity. The final state and the energies
-    of bodies are taken right after the last contact. Rare attributes are None in most results, and
-    the JSON then omits them. A notebook shows a table, and ``result.plot`` draws pictures.
+    wall, so a free target leaves with a negative velocity. The final state and the energies are
+    those right after the last contact. Attributes that a scene does not need are None, and the JSON
+    omits them. A notebook shows the result as a table, and ``result.plot`` draws pictures.
 
     Examples
     --------
@@ -49,15 +49,15 @@ class Collision(Motion):
 
     @property
     def plot(self) -> Plots:
-        """Pictures, such as ``world_lines()``, ``spectrum()``, ``energy()`` and ``contacts()``."""
+        """Pictures: ``world_lines()``, ``spectrum()``, ``energy()``, ``contacts()`` and others."""
         return Plots(self)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return all fields except arrays for JSON; numbers that are not finite become None."""
+        """Return all fields except arrays, for JSON; None replaces numbers that are not finite."""
         return finite(self.plain())
 
     def plain(self) -> dict[str, Any]:
-        """Return all fields except arrays, with numbers that are not finite unchanged."""
+        """Return all fields except arrays, including numbers that are not finite."""
         values = vars(self)
         plain = {name: values[name] for name in _USUAL}
         plain |= {name: values[name] for name in _RARE if values[name] is not None}
@@ -70,12 +70,12 @@ class Collision(Motion):
         return {name: getattr(self, name) for name in names}
 
     def save_arrays(self, path: Path) -> None:
-        """Write the arrays to an NPZ file, which replaces an older one only when it is complete."""
+        """Write the arrays to an NPZ file. An existing file is replaced only by a complete file."""
         with written_aside(Path(path), "arrays") as aside:
             write_arrays(aside, self.arrays())
 
 
-if Collision.__doc__ is not None:  # python -OO leaves docstrings out
+if Collision.__doc__ is not None:  # python -OO removes docstrings.
     Collision.__doc__ = Collision.__doc__.replace(
         "    Examples\n", attributes_section(OF_RUNS) + "\n    Examples\n", 1
     )

@@ -1,4 +1,4 @@
-"""The result of a collision, put together from what an engine found and its error bar."""
+"""Build the result of a collision from the run of an engine and its error bar."""
 
 import time
 from typing import Any, cast
@@ -23,8 +23,8 @@ def result_of(
     """
     Return the result of a collision from the run and error bar in `bounded_run`.
 
-    Work on it began at `started`, by ``time.perf_counter``; `energies`, of shape (n,), are those of
-    its vibration modes, where they are known already.
+    `started` is the ``time.perf_counter`` at the begin of the work. `energies`, of shape (n,), are
+    the mode energies, if they are already known.
     """
     outcome, found = bounded_run.outcome, bounded_run.details
     record = RunRecord(

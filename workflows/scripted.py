@@ -1,4 +1,4 @@
-"""Numerics and error bars of scripts that LAMMPS runs alone, chosen before the run."""
+"""Choose numerics and error bars, before the run, for scripts that LAMMPS runs alone."""
 
 from dataclasses import replace
 
@@ -32,22 +32,25 @@ from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.engines.rounding import amplified_rounding, rounding_of_steps
 from chaincor.workflows.errors import ToleranceError
 
-# Step of the number and twice that step, as in the engine's search for a tolerance.
+# The script runs at its step, which gives the number, and at this multiple, as in the engine's
+# search for a tolerance.
 _MULTIPLES = (1.0, COARSER)
-# At another velocity only the two runs give the error. With steps that resolve the motion, it is
-# well below their difference.
+# At another velocity, the error bar is this fraction of the difference of the two runs. With steps
+# that resolve the motion, the error is well below the difference.
 _ALONE = 1.0
-# Speed, in units of v0, at which a bond may open while particle 1 is behind the wall, starting from
-# its largest length in front of the wall.
+# In a step behind the wall, bond 1 may open at this many times v0, starting from its largest length
+# in front of the wall.
 _OVERSHOOT = 4.0
-# Errors of the stock wall let warm bonds reach lengths that the reference run has not seen.
+# Errors of the stock wall can stretch bonds of a warm chain beyond the lengths in the reference
+# run, so the range of the table is wider by this factor.
 _OTHERWISE = 1.25
-# Error of the reference run above which eta counts as unknown for explicit numerics.
+# With explicit numerics, eta counts as unknown if the error of the reference run exceeds this.
 _UNSURE = 0.01
-# A script may find contacts later than the pilot run. It looks for them up to this multiple of
-# the time of the last contact of the pilot run.
+# A script may find contacts later than the pilot run. It follows the chain until this multiple of
+# the time of the pilot run's last contact.
 _LATER = 2.0
-# Largest ratio of a job's velocity to its own, and number of bisections in the search for it.
+# The velocity that a job's table covers is searched up to this multiple of the scene's velocity, by
+# this number of bisections.
 _MOST_FASTER, _BISECTIONS = 100.0, 30
 _MOST_PROBES = 20_001
 
@@ -116,34 +119,34 @@ def plan_script(scene: Scene, table_range: tuple[float, float] | None = None) ->
 
 def _doubt(scene: Scene, pilot: PilotRun, sensitivity: float) -> str | None:
     """
-    Return why a job cannot keep its tolerance although its numerics would; None if it can.
+    Return why the collision makes a job miss its tolerance, or None if it does not.
 
-    Raises ToleranceError if the reference engine does not know eta at all.
+    Raises ToleranceError if the reference engine cannot determine eta.
     """
     found = pilot.reference
     known = error_bar(found.outcome, found.error, sensitivity).total
     assert known is not None
     if known > max(1.0, found.restitution):
         raise ToleranceError(
-            f"the reference engine knows eta of this collision only as {found.restitution:.3g} "
-            f"+- {known:.2g}, which says nothing. Take another speed or fewer particles"
+            f"the reference engine finds eta only as {found.restitution:.3g} +- "
+            f"{known:.2g}, so eta is unknown. Take another speed or fewer particles"
         )
     asked = scene.asked_tolerance or _UNSURE
     if known <= asked:
         return None
     return (
-        f"the reference engine knows eta of this collision only as {found.restitution:.3g} "
-        f"+- {known:.2g}, so the error of the job is expected to exceed {asked:g}. Take another "
-        "speed or fewer particles, or accept this error"
+        f"the reference engine finds eta only as {found.restitution:.3g} +- "
+        f"{known:.2g}, so the error of the job will probably exceed {asked:g}. "
+        "Take another speed or fewer particles, or accept this error"
     )
 
 
 def _flown_on_at_most(scene: Scene, pilot: PilotRun) -> float:
     """
-    Return how long a script may follow a chain whose contacts it may not repeat.
+    Return how long a script follows a chain whose contacts may differ from the pilot run.
 
-    A fragment that nearly misses the wall in the pilot run may hit it in the script. The script
-    then follows the chain anew.
+    A fragment that narrowly misses the wall in the pilot run may hit it in the script, which then
+    follows the chain for the whole time again.
     """
     last = pilot.end.last_contact_time
     span, stiffness = scene.problem.longest_body, scene.problem.slow_stiffness
@@ -154,8 +157,8 @@ def _flown_on_at_most(scene: Scene, pilot: PilotRun) -> float:
 def _refuse_range(scene: Scene, table_range: tuple[float, float]) -> None:
     if scene.bond.is_harmonic:
         raise SceneError(
-            "table_range is given and the bonds are harmonic, which LAMMPS computes by itself; "
-            "expected a bond in a table: leave it out"
+            "table_range has no effect on harmonic bonds, because LAMMPS needs no "
+            "table for them. Leave out table_range"
         )
     low, high = table_range
     shortest, longest = max(1.0 + scene.bond.strain_min, 0.0), 1.0 + scene.bond.strain_max
@@ -167,7 +170,7 @@ def _refuse_range(scene: Scene, table_range: tuple[float, float]) -> None:
 
 
 def _fastest_held(scene: Scene, table: BondTable) -> float | None:
-    """Return the largest velocity whose guessed bonds a table covers, or None if not faster."""
+    """Return the largest velocity for which a table covers the expected bonds, or None."""
     line = scene.line
     if np.any(line.velocities[line.first :] != -scene.impact_velocity):
         return None
@@ -190,8 +193,8 @@ def _tabulate(
         return None
     low, high = guess_bond_range(scene.problem) if pilot is None else pilot.table_range()
     if numerics.scheme != "verlet":
-        # The step that reaches the wall is first taken in full, behind the wall. Bond 1 is
-        # stretched there.
+        # The script first takes the whole step that crosses the wall, so particle 1 ends behind the
+        # wall and stretches bond 1.
         overshot = high + _OVERSHOOT * scene.impact_velocity * max(_MULTIPLES) * numerics.timestep
         high = max(high, min(overshot, 1.0 + 0.9 * scene.bond.strain_max))
     if numerics.wall == "reflect" and scene.problem.comes_moving:
@@ -208,7 +211,7 @@ def _tabulate(
 
 
 def _table_part(table: BondTable | None, scene: Scene, outcome: Outcome, tolerance: float) -> float:
-    """Return the error of the job's table, and of the user's table from which it is made."""
+    """Return the errors of the job's table and of the user's table from which it was made."""
     if table is None:
         return 0.0
     own = table_error_of(table.style, interpolated_force_error(table, scene.bond), scene.problem)

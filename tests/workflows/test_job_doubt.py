@@ -21,7 +21,7 @@ def test_a_job_of_unknown_restitution_warns_and_has_a_wider_table():
     scene = Scene(**OPEN, tolerance=1e-4)
     with pytest.warns(UnsureJobWarning, match=r"only as 0.78 \+- 0.0065.* exceed 0.0001"):
         files = job_files(scene)
-    assert "# Doubt: the reference engine knows eta" in files["in.chain"]
+    assert "# Doubt: the reference engine finds eta" in files["in.chain"]
     loose = job_files(scene.replace(tolerance=0.05))
     assert "Doubt" not in loose["in.chain"]
     # Pieces part at about v0 = 0.18 and may be followed for two more collisions of 100.
@@ -32,7 +32,7 @@ def test_the_command_prints_the_doubt(chaincor, tmp_path):
     options = [f"--{name}={value}" for name, value in OPEN.items()]
     status, out, err = chaincor("inputs", *options, "--tolerance", "1e-4", "-o", str(tmp_path))
     assert status == 0
-    assert err.startswith("chaincor: note: the reference engine knows eta")
+    assert err.startswith("chaincor: note: the reference engine finds eta")
     assert err.count("\n") == 1
     assert len(out.split()) == 4
 

@@ -29,7 +29,7 @@ def test_the_same_run_replaces_its_file_and_no_other_kind(tmp_path, scene, key):
 
 
 def test_two_outputs_are_two_files(tmp_path):
-    with pytest.raises(InputError, match="dump and arrays share a path"):
+    with pytest.raises(InputError, match="dump and arrays have the same path"):
         collide(BY_LAMMPS.replace(dump=tmp_path / "out", arrays=tmp_path / "out"))
     assert not list(tmp_path.iterdir())
 

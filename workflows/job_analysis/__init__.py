@@ -1,1 +1,1 @@
-"""Analysis of the dump of a job: its numbers, text and page."""
+"""Analyse the dump of a job, and write its numbers, text and page."""

@@ -1,4 +1,4 @@
-"""Analysis of the dump of a LAMMPS job, for a wall or a free target."""
+"""Analyse the dump of a LAMMPS job, for a wall or a free target."""
 
 import os
 from pathlib import Path
@@ -30,8 +30,8 @@ def analyze(
     Parameters
     ----------
     folder : path
-        Folder of a job of ``chaincor inputs``, or of your own. If its subfolders hold the same
-        collision at other steps, these give the error of the finest.
+        Folder of a job of ``chaincor inputs``, or of your own job. If subfolders contain the same
+        collision at several steps, the finest run is analysed and the others give its error.
     data, dump : path, optional
         Files to read, instead of the files found in the folder.
     scene : path, optional
@@ -69,7 +69,7 @@ def analyze(
     (0.9071, 9)
     """
     if not isinstance(folder, str | os.PathLike):
-        raise InputError(f"{folder!r} is not the folder of a job. Give the folder of a LAMMPS job")
+        raise InputError(f"{folder!r} is not a folder. Give the folder of a LAMMPS job")
     return analyze_folder(
         folder,
         data=data,

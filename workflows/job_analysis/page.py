@@ -1,4 +1,4 @@
-"""Page of an analysis: numbers, their meaning, figures, and source files."""
+"""Write the page of an analysis: numbers, their meaning, figures and data files."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -16,48 +16,53 @@ PAGE = "analysis.html"
 FIGURES = {
     "trajectories": (
         "World lines",
-        "Each line is one particle, its displacements magnified. Dots on the wall are contacts of "
-        "particle 1; the dashed line is the sound that the first contact sends through the chain.",
+        "Each line shows one particle, with magnified displacements. Dots on "
+        "the wall mark contacts of particle 1. The dashed line shows the sound "
+        "that the first contact sends through the chain.",
     ),
     "contacts": (
         "Contacts",
-        "Above, the time from each contact to the next; below, how fast particle 1 comes in. The "
-        "lines are what two particles do at low speed.",
+        "The upper panel shows the time from each contact to the next, and the "
+        "lower panel the incoming speed of particle 1. The lines are the "
+        "values for two particles at low speed.",
     ),
     "energy": (
-        "Where the energy is",
-        "Translation of the whole chain and vibration within it, as shares of the energy at "
-        "impact. The translational part after the last contact is eta.",
+        "Energy of translation and vibration",
+        "The curves show the translational energy of the chain and its "
+        "vibrational energy, as fractions of the energy at impact. The "
+        "translational fraction after the last contact is eta.",
     ),
     "bonds": (
         "Bond lengths",
-        "The shortest and the longest bond of the chain in each frame. A longest bond that keeps "
-        "growing is a chain that broke.",
+        "The curves show the shortest and the longest bond in each frame. If "
+        "the longest bond keeps growing, the chain has broken.",
     ),
     "spectrum": (
         "Energy of the modes",
-        "Vibration j after the last frame, the longest wave first. The line is what contacts that "
-        "are all alike would leave (Basile and Dumont).",
+        "The points show the energy of mode j after the last frame, with the "
+        "longest wave first. The line is the theory of Basile and Dumont, in "
+        "which all contacts are alike.",
     ),
     "target_spectrum": (
         "Energy of the target's modes",
-        "Vibration j of the free target after the last frame, the longest wave first.",
+        "The points show the energy of mode j of the free target after the "
+        "last frame, with the longest wave first.",
     ),
     "mode_heat_map": (
         "Energy of the modes in time",
-        "How each contact feeds the vibrations, the longest waves at the bottom.",
+        "The map shows how each contact feeds the modes, with the longest waves at the bottom.",
     ),
     "target_mode_heat_map": (
         "Energy of the target's modes in time",
-        "The same of the free target.",
+        "The map shows the same for the free target.",
     ),
 }
 
 HOLDS = {
-    "analysis.json": "all numbers of this page, and the lists of contacts and modes",
+    "analysis.json": "all numbers of this page, with lists of contacts and modes",
     "arrays.npz": "masses, contacts, modes, and the motion, as NumPy arrays",
     "contacts.csv": "each contact: time, interval, incoming speed",
-    "modes.csv": "each mode: frequency, energy, its share, what equal contacts would give",
+    "modes.csv": "each mode: frequency, energy, its share, and the theory of equal contacts",
     "history.csv": "each frame: momentum, energies, shortest and longest bond",
     "*.png": "figure",
 }
@@ -67,9 +72,9 @@ def write_analysis_page(
     analysis: CollisionAnalysis, folder: Path, beside: Mapping[Path, str], units: UnitSystem
 ) -> None:
     """
-    Write ``analysis.html`` for a folder that `write_report` has filled.
+    Write ``analysis.html`` into the folder that `write_report` has filled.
 
-    `beside` maps other written files to their content; `units` are the units of the dump.
+    `beside` describes each other file in the folder, and `units` are the units of the dump.
     """
     statistics = analysis.contact_statistics
     error = analysis.restitution_error
@@ -112,5 +117,5 @@ def write_analysis_page(
     write_page(folder / PAGE, "chaincor.workflows.job_analysis", contents)
 
 
-# Labels beside the numbers that are no names of numbers.
+# These labels on the page are no names of numbers.
 _BESIDE = ("v*", "frames", "format and reading", "anharmonic remainder")

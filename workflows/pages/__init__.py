@@ -1,1 +1,1 @@
-"""HTML pages about runs, with one design and without content from elsewhere."""
+"""Write HTML pages about runs, in one design and without links to other files."""

@@ -1,4 +1,4 @@
-"""Page in one HTML file: a template with embedded figures and a list of files."""
+"""Write a page as one HTML file, with embedded figures and a list of files."""
 
 import base64
 import csv
@@ -28,12 +28,12 @@ from chaincor.workflows.terminal_text import csv_cell
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-# Largest size of an SVG figure in a page. A larger figure is shown as PNG.
+# A page embeds larger SVG figures as PNG.
 _LARGEST_SVG = 400_000
 
 
 def page_environment(package: str) -> Environment:
-    """Return the Jinja environment of a package's templates, which extend ``page.html.j2``."""
+    """Return the Jinja environment of a package whose templates extend ``page.html.j2``."""
     environment = Environment(
         loader=ChoiceLoader([PackageLoader(package), PackageLoader("chaincor.workflows.pages")]),
         autoescape=lambda name: name is not None and name.endswith("html.j2"),
@@ -53,7 +53,7 @@ def page_environment(package: str) -> Environment:
 
 
 def data_uri(rendered: Mapping[str, bytes]) -> str:
-    """Return a figure as a data URI: its ``svg``, or ``png`` if that is missing or too large."""
+    """Return a figure as a data URI: ``svg``, or ``png`` if the SVG is missing or too large."""
     kind = "svg" if len(rendered.get("svg", bytes(_LARGEST_SVG + 1))) <= _LARGEST_SVG else "png"
     media = {"svg": "image/svg+xml", "png": "image/png"}[kind]
     return f"data:{media};base64,{base64.b64encode(rendered[kind]).decode()}"
@@ -78,14 +78,14 @@ def drawn_figures(
 
 
 def listed_file(path: Path, holds: str) -> dict[str, Any]:
-    """Return the entry of a file in a page: its name, content, size in bytes and SHA-256."""
+    """Return a file's entry in a page, with name, content, size in bytes and SHA-256."""
     with path.open("rb") as file:
         digest = hashlib.file_digest(file, "sha256").hexdigest()
     return {"name": path.name, "holds": holds, "size": path.stat().st_size, "sha256": digest}
 
 
 def files_written(folder: Path, holds: Mapping[str, str]) -> list[dict[str, Any]]:
-    """List the files of a folder; `holds` describes them by name, or by ``*`` and ending."""
+    """List the files of a folder; `holds` describes them by name, or by ``*`` and suffix."""
     return [
         listed_file(path, holds.get(path.name, holds.get(f"*{path.suffix}", "")))
         for path in sorted(folder.iterdir())
@@ -93,14 +93,14 @@ def files_written(folder: Path, holds: Mapping[str, str]) -> list[dict[str, Any]
 
 
 def write_page(path: Path, package: str, contents: Mapping[str, Any]) -> None:
-    """Write a page from the template of the same name in a package."""
+    """Write a page from a package's template of the same name."""
     template = page_environment(package).get_template(f"{path.name}.j2")
     path.write_text(template.render(**contents), encoding="utf-8")
 
 
 @dataclass(frozen=True)
 class StudyReport:
-    """Files of a study in a folder: a page, JSON, tables as CSV, and figures as PNG and SVG."""
+    """Writer of a study's files: a page, JSON, tables as CSV, and figures as PNG and SVG."""
 
     name: str  #: Name of the page, of the JSON file and of the template, without the ending.
     package: str  #: Package that holds the template.
@@ -110,11 +110,11 @@ class StudyReport:
 
     @property
     def page(self) -> str:
-        """Name of the page's file."""
+        """File name of the page."""
         return f"{self.name}.html"
 
     def judge(self, folder: Path) -> None:
-        """Raise InputError if the folder is a file, or has other files with these names."""
+        """Raise InputError if the folder is a file, or contains other files with these names."""
         drawn = (f"{name}.{ending}" for name in self.figures for ending in ("png", "svg"))
         judge_folder(folder, self.page, (f"{self.name}.json", *self.tables, *drawn))
 
@@ -129,9 +129,9 @@ class StudyReport:
         """
         Write the data first, then figures and the page.
 
-        If a figure fails, the data stay in the folder. `plain` is the content of the JSON file,
-        `tables` has rows by name, and `drawn` has axes by name. `contents` are the values of the
-        page's template, with the subject of the figures as `shown`.
+        If a figure fails, the data are already in the folder. `plain` is the content of the JSON
+        file, `tables` maps names to rows, and `drawn` maps names to axes. `contents` are the values
+        for the page's template; `shown` is the subject of the figures.
         """
         data = f"{self.name}.json"
         holds = {data: "all numbers of the study", **self.tables}

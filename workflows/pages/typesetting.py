@@ -1,4 +1,4 @@
-"""Typesetting of numbers and text: significant digits, minus signs and symbols."""
+"""Typeset numbers and text with significant digits, minus signs and symbols."""
 
 import math
 import re
@@ -8,7 +8,7 @@ from markupsafe import Markup, escape
 
 
 def typeset(text: str) -> str:
-    """Replace hyphens before numbers by minus signs, and keep v* on the line of its number."""
+    """Replace hyphens before numbers by minus signs, and keep v* on the same line as its number."""
     text = re.sub(r"(?<=e)-0?(?=\d)|(?<![\w-])-(?=\d)", "\u2212", text)
     return text.replace(" v*", "\u00a0v*")
 
@@ -24,14 +24,14 @@ _SYMBOLS = {
 
 
 def symbols(text: str) -> str:
-    """Replace spelled symbols of the terminal, such as eta and +-, by the symbols."""
+    """Replace words of the terminal, such as eta and +-, by mathematical symbols."""
     for spelt, symbol in _SYMBOLS.items():
         text = re.sub(spelt, symbol, text)
     return text
 
 
 def mark_up(text: str) -> Markup:
-    """Return a text as HTML: raised powers, lowered indices, and ``[words](#place)`` as links."""
+    """Return a text as HTML, with powers, indices, and links from ``[words](#place)``."""
     marked = str(escape(typeset(text)))
     marked = re.sub(r"\[([^\]]+)\]\((#[\w-]+)\)", r'<a href="\2">\1</a>', marked)
     marked = re.sub(r"\^(?:\(((?:[^()]|\([^()]*\))*)\)|([^\W_]+))", _inside("sup"), marked)
@@ -43,12 +43,12 @@ def _inside(tag: str) -> Callable[[re.Match[str]], str]:
 
 
 def without_links(text: str) -> str:
-    """Replace links by their words."""
+    """Replace links by their text."""
     return re.sub(r"\[([^\]]+)\]\(#[\w-]+\)", r"\1", text)
 
 
 def format_number(value: float | None) -> str:
-    """Format a number with a few significant digits; return a dash without a number."""
+    """Format a number with a few significant digits; return a dash for a missing number."""
     if value is None or not math.isfinite(value):
         return "–"
     if value == round(value) and abs(value) < 1e6:
@@ -57,19 +57,19 @@ def format_number(value: float | None) -> str:
 
 
 def format_short(value: float) -> str:
-    """Format a number with three digits, as for margins; return a dash without a number."""
+    """Format a number with three digits; return a dash for a missing number."""
     return typeset(f"{value:.3g}") if math.isfinite(value) else "–"
 
 
 def format_fitted(value: float, error: float) -> str:
-    """Format a number of a fit; with two points and so no error, use two digits and say so."""
+    """Format a fitted number. A fit to two points has no error and gets two digits and a remark."""
     if math.isfinite(error) or not math.isfinite(value):
         return format_value(value, error)
     return typeset(f"{value:.2g} (no bar)")
 
 
 def format_value(value: float, error: float) -> str:
-    """Format a number with its error, ``0.8098 ± 0.0001``; return a dash without a number."""
+    """Format a number with its error as ``0.8098 ± 0.0001``; return a dash for a missing number."""
     if not math.isfinite(value):
         return "–"
     if value == round(value) and error == 0.0:

@@ -1,1 +1,1 @@
-"""Moving pictures of a collision: recorded, in the terminal, and on a live page."""
+"""Show a collision as an animation, in the terminal, or on a live page."""

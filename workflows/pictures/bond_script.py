@@ -1,8 +1,8 @@
 """
-Named bonds in JavaScript, translated from the Python of ``lammps_inputs.bonds.potentials``.
+Translate the named bonds from the Python of ``lammps_inputs.bonds.potentials`` to JavaScript.
 
-The translation covers the Python of formulas: arithmetic, calls, names assigned once, and returns,
-alone or after an if.
+The translation covers the Python that formulas use: arithmetic, calls, names that are assigned
+once, and return statements, also in an if statement.
 """
 
 import ast
@@ -16,7 +16,8 @@ from chaincor.lammps_inputs.bonds.named_bond import NamedBond
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.bonds.potentials import CHAIN_POTENTIALS, BondKeys
 
-# Names of functions in Python and in JavaScript. Functions of `bonds.js` keep their names.
+# This table translates names of functions from Python to JavaScript. Functions defined in
+# `bonds.js` keep their names.
 _CALLS = {
     "minimum": "Math.min",
     "maximum": "Math.max",
@@ -32,7 +33,7 @@ _CALLS = {
 }
 _OPERATORS = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/", ast.Mod: "%"}
 _COMPARISONS = {ast.Eq: "===", ast.Lt: "<", ast.Gt: ">", ast.LtE: "<=", ast.GtE: ">="}
-# Limits of a bond, with their names on the page.
+# This table gives the name of each limit of a bond on the page.
 _LIMITS = {
     "strain_min": "floor",
     "dissociation": "depth",
@@ -42,7 +43,7 @@ _LIMITS = {
 
 
 def bonds_script() -> str:
-    """Return the code of ``BONDS``, functions of the scene by name, and of ``BOND_FORM``."""
+    """Return JavaScript for ``BONDS``, the functions of each bond, and for ``BOND_FORM``."""
     bonds = "\n".join(f"  {name}: {_bond(cls)}," for name, cls in CHAIN_POTENTIALS.items())
     return f"const BONDS = {{\n{bonds}\n}};\nconst BOND_FORM = {{\n{_forms()}\n}};"
 
@@ -108,7 +109,7 @@ def _differs(cls: type[NamedBond], name: str) -> bool:
 
 
 def _value(cls: type[NamedBond], name: str) -> str:
-    """Return a limit of a bond: a number, or the formula of a property."""
+    """Return a limit of a bond as JavaScript: a number, or the formula of a property."""
     found = inspect.getattr_static(cls, name)
     if not isinstance(found, property):
         return json.dumps(found)
@@ -122,7 +123,7 @@ def _function(function: Callable) -> str:
 
 
 def _body(function: Callable, result: str) -> list[str]:
-    """Return the statements of a function, which assign the returned value to `result`."""
+    """Return the statements of a function in JavaScript, with the returned value in `result`."""
     (tree,) = ast.parse(textwrap.dedent(inspect.getsource(function))).body
     assert isinstance(tree, ast.FunctionDef)
     return [line for statement in tree.body for line in _statement(statement, result)]
@@ -131,7 +132,7 @@ def _body(function: Callable, result: str) -> list[str]:
 def _statement(statement: ast.stmt, result: str) -> list[str]:
     match statement:
         case ast.Expr(value=ast.Constant()):
-            return []  # a docstring
+            return []  # A docstring has no translation.
         case ast.Assign(targets=[ast.Name(id=name)], value=value):
             text = _expression(value)
             return [] if text == name else [f"const {name} = {text};"]
@@ -140,7 +141,7 @@ def _statement(statement: ast.stmt, result: str) -> list[str]:
         case ast.If(test=test, body=body, orelse=[]):
             inside = " ".join(line for each in body for line in _statement(each, result))
             return [f"if ({_expression(test)}) {{ {inside} }}"]
-    raise TypeError(f"a bond's formula has '{ast.unparse(statement)}' in it")
+    raise TypeError(f"'{ast.unparse(statement)}' in a bond's formula has no translation")
 
 
 def _expression(node: ast.expr) -> str:
@@ -149,7 +150,7 @@ def _expression(node: ast.expr) -> str:
             return json.dumps(value)
         case ast.Attribute(value=ast.Name(id="math"), attr="inf"):
             return "Infinity"
-        # Parameters keep their own names, without the object that holds them.
+        # Parameters of an object become plain names.
         case ast.Attribute(attr=name) | ast.Name(id=name):
             return name
         case ast.UnaryOp(op=ast.USub(), operand=operand):
@@ -163,6 +164,6 @@ def _expression(node: ast.expr) -> str:
         case ast.Call(func=ast.Attribute(attr="asarray"), args=[argument]):
             return _expression(argument)
         case ast.Call(func=ast.Name(id=name) | ast.Attribute(attr=name), args=arguments):
-            # Kernels use short names for the functions of their closure.
+            # Kernels call the functions of their closure by short names.
             return f"{_CALLS[name]}({', '.join(map(_expression, arguments))})"
-    raise TypeError(f"a bond's formula has '{ast.unparse(node)}' in it")
+    raise TypeError(f"'{ast.unparse(node)}' in a bond's formula has no translation")

@@ -1,4 +1,4 @@
-"""Live page: one HTML file in which a browser computes and shows collisions."""
+"""Build the live page, an HTML file in which a browser computes and shows collisions."""
 
 import json
 from pathlib import Path
@@ -11,7 +11,7 @@ from chaincor.workflows.versions import versions
 
 MOST_PARTICLES = 500
 _FOLDER = Path(__file__).parent / "live"
-# Parts of the kernel, which the page and its workers share, and parts of the page alone.
+# The page and its workers share the parts of the kernel. Only the page has the other parts.
 _KERNEL = ("bonds", "line", "ending", "warm", "modes", "film", "collide")
 _PAGE = ("figures", "pictures", "graphs", "form", "words", "page", "controls")
 
@@ -25,7 +25,7 @@ def kernel_source() -> str:
 
 
 def live_page(particles: int = 50) -> str:
-    """Return the live page, which needs no server, no network and no other file."""
+    """Return the live page, a single file that works without server and network."""
     settings = {
         "particles": particles,
         "mostParticles": MOST_PARTICLES,

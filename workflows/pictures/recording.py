@@ -1,4 +1,4 @@
-"""Motion of a collision for pictures: frames at regular times, by the reference engine."""
+"""Record the motion of a collision at regular times, by the reference engine, for pictures."""
 
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
@@ -12,7 +12,7 @@ from chaincor.workflows.engines.reference import adaptive, modal, stepping
 if TYPE_CHECKING:
     from chaincor.workflows.result import Collision
 
-# Accuracy far below the resolution of a picture.
+# No picture shows an error this small.
 _ACCURACY = 1e-6
 _SCHEME: Final = "order8"
 
@@ -21,8 +21,8 @@ def record_motion(scene: Scene, interval: float) -> Outcome:
     """
     Compute a collision and return frames of the motion.
 
-    Frames are `interval` apart, from the first contact to the end of the run. They include a free
-    target. The engine and the numerics of the scene are not used.
+    Frames are `interval` apart in time, from the first contact to the end of the run, and include a
+    free target. The reference engine chooses its numerics; those of the scene are ignored.
     """
     if modal.supports(scene.problem):
         return modal.run(scene.problem, interval)
@@ -33,7 +33,7 @@ def record_motion(scene: Scene, interval: float) -> Outcome:
 
 
 def follow_to_the_end(result: "Collision") -> Outcome:
-    """Return about 400 frames of a collision; the last frames show the departing chain."""
+    """Return about 400 frames of a collision, the last of which show the departing chain."""
     end = result.shown_until
     outcome = record_motion(result.scene, end / 400.0)
     frames = outcome.frames
@@ -43,9 +43,9 @@ def follow_to_the_end(result: "Collision") -> Outcome:
 
 def write_animation(result: "Collision", path: str, pictures: int = 60) -> None:
     """
-    Draw a collision as ``.gif``, or ``.mp4`` with ffmpeg, until soon after its last contact.
+    Draw a collision until shortly after its last contact, as ``.gif``, or ``.mp4`` with ffmpeg.
 
-    The animation shows 25 `pictures` per second. Raises InputError for another ending of the name.
+    The animation has 25 `pictures` per second. Raises InputError for another suffix.
     """
     from chaincor.analysis.figures.animation import animate_collision
 

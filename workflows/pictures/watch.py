@@ -1,4 +1,4 @@
-"""Slow-motion display of a collision in the terminal."""
+"""Show a collision in slow motion in the terminal."""
 
 import time
 from collections.abc import Iterator
@@ -25,15 +25,17 @@ _WIDEST = 100
 
 
 def find_terminal() -> Console:
-    """Return standard error for drawing; raise InputError if it is no terminal."""
+    """Return standard error as the terminal for drawing; raise InputError if it is none."""
     console = Console(stderr=True)
     if not console.is_terminal:
-        raise InputError("--watch draws in a terminal, and this is none; use --animate FILE")
+        raise InputError(
+            "--watch draws in a terminal, but standard error is not a terminal. Use --animate FILE"
+        )
     return console
 
 
 def watch(result: "Collision", console: Console) -> None:
-    """Show a collision in the terminal until soon after its last contact."""
+    """Show a collision in the terminal until shortly after its last contact."""
     outcome = follow_to_the_end(result)
     with Live(console=console, auto_refresh=False) as live:
         for moment in moments(result.scene, outcome, min(console.width, _WIDEST)):
@@ -42,7 +44,7 @@ def watch(result: "Collision", console: Console) -> None:
 
 
 def moments(scene: Scene, outcome: Outcome, columns: int) -> Iterator[Text]:
-    """Draw a collision, frame by frame: the time, the number of contacts, and the chain."""
+    """Draw a collision frame by frame, with the time, the number of contacts, and the chain."""
     frames = outcome.frames
     assert frames is not None
     u, v = frames.along_x()

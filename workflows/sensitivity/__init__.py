@@ -1,1 +1,1 @@
-"""Derivatives of a collision: its linearised motion, forward and backward."""
+"""Compute derivatives of a collision from its linearised motion, forward and backward."""

@@ -1,17 +1,19 @@
 r"""
-Compiled loops of the linearised motion: follow a chain, and pull a derivative back.
+Compile loops that follow a chain and carry a derivative back along its linearised motion.
 
-Every line has N particles and N - 1 strains here. One strain is the gap, and a rigid wall is a
-particle of inverse mass 0. A step is split into drifts and kicks, whose derivatives are
+A line has N particles and N - 1 strains. One of the strains is the gap between the bodies, and a
+rigid wall is a particle of inverse mass 0. A step consists of drifts and kicks, whose derivatives
+are
 
 .. math:: ds_i \to ds_i + d\,(dv_{i+1} - dv_i), \qquad
     dv_i \to dv_i + (k/m_i)\,(U''_i\,ds_i - U''_{i-1}\,ds_{i-1}).
 
-At a hard contact the time of the impact also changes, by :math:`d\tau = dg/w` for a gap g that
-closes with the speed w. The change of the state therefore jumps (saltation). The gap changes sign,
-:math:`-dg`. The velocities change as the impact changes :math:`dw + (a_p - a_{p+1})\,d\tau`.
-Strains beside the gap change by :math:`ds = J\,d\tau/m` with the impulse J. The force of soft
-bodies is continuous when they touch or part, so nothing jumps.
+At a hard contact, the perturbation of the state jumps (saltation), because the time of the impact
+also changes: :math:`d\tau = dg/w` for a gap g that closes with the speed w. The perturbation of the
+gap changes sign, :math:`-dg`. The impact maps the perturbation of the velocities, :math:`dw + (a_p
+- a_{p+1})\,d\tau`, as it maps the velocities. Strains beside the gap change by :math:`ds =
+J\,d\tau/m` with the impulse J. The force of soft bodies is continuous when they touch or part, so
+nothing jumps there.
 """
 
 from collections.abc import Callable
@@ -28,12 +30,13 @@ from chaincor.workflows.engines.reference.compile import (
 )
 from chaincor.workflows.engines.reference.line_traits import LineParameters
 
-# Strain to either side in the difference quotient of a force without a formula.
+# The second derivative of a bond without a formula is a difference quotient over this strain on
+# either side.
 _DIFFERENCE = 1e-5
 
 
 class Substeps(NamedTuple):
-    """Substeps of a stretch of the motion."""
+    """Substeps within a section of the motion."""
 
     times: Array  #: Duration of each substep; of shape (L,).
     #: 1 if a hard contact ends the substep, 2 if soft bodies touch or part then, else 0; of shape
@@ -45,7 +48,7 @@ class Substeps(NamedTuple):
 
 
 class Tape(NamedTuple):
-    """Data of a stretch of the motion that its derivatives need."""
+    """Data of a section of the motion that the derivatives need."""
 
     strains: Array  #: Strains at each kick; of shape (L, K, N - 1).
     #: Speed of the hard contact that ends a substep, and accelerations of both particles; of shape
@@ -56,7 +59,7 @@ class Tape(NamedTuple):
 
 
 class Loops(NamedTuple):
-    """Loops for one bond; `line` is `LineParameters`."""
+    """Compiled loops for one bond; their argument `line` is a `LineParameters`."""
 
     #: ``follow(strain, velocity, substeps, tape, line)``: carries the state, in place, and
     #: writes the tape.
@@ -71,7 +74,7 @@ class Loops(NamedTuple):
 
 
 def loops_for(bond: Potential, law: type[ContactLaw]) -> Loops | None:
-    """Return the loops for a bond and a contact; None if the bond cannot be compiled."""
+    """Return the loops for a bond and a contact, or None if the bond cannot be compiled."""
     force = scalar_force(bond)
     if force is None:
         return None
@@ -96,7 +99,7 @@ def _compiled(
 
 
 def differences_of(force: Callable) -> Callable:
-    """Return U'' of a force, by central differences."""
+    """Return a function for U'' by central differences of a force."""
 
     def curvature(strain: float, parameters: Any) -> float:
         below, above = strain - _DIFFERENCE, strain + _DIFFERENCE
@@ -106,8 +109,9 @@ def differences_of(force: Callable) -> Callable:
     return curvature
 
 
-# Both loops consist of inner loops with few arrays each, which the compiler can vectorise. They
-# treat all bonds alike, then correct the gap: a branch at each bond would cost more than its force.
+# The inner loops of both loops use few arrays, so the compiler can vectorise them. They treat the
+# gap as a bond and correct it afterwards, because a branch at each bond would cost more than its
+# force.
 def _build_follow(force: Callable, law: type[ContactLaw], register: Callable) -> Callable:
     press, kick_by = register(law.force_kernel), register(kicked)
 
@@ -153,7 +157,7 @@ def _build_follow(force: Callable, law: type[ContactLaw], register: Callable) ->
 
 
 def kicked(velocity: Array, forces: Array, inverse: Array, kick: float) -> None:
-    """Add the effect of bond forces during a time `kick` to the velocities."""
+    """Add the effect of the bond forces during a time `kick` to the velocities."""
     bonds = forces.shape[0]
     velocity[0] -= kick * inverse[0] * forces[0]
     for i in range(1, bonds):
@@ -166,7 +170,7 @@ def _build_pull(bend: Callable, law: type[ContactLaw], register: Callable) -> Ca
 
     @register
     def soften(at: Array, change: Array, forces: Array, line: LineParameters) -> None:
-        # Subtracts U'' times a change.
+        # Each bond subtracts U'' times the change of its strain. The gap uses the contact law.
         gap = line.gap
         softer = press_bend(at[gap], line.contact) * change[gap]
         softer = forces[gap] - softer
@@ -184,7 +188,7 @@ def _build_pull(bend: Callable, law: type[ContactLaw], register: Callable) -> Ca
 
     @register
     def weigh(weights: Array, velocity: Array, light: Array, inverse: Array, kick: float) -> None:
-        # Weights replace the forces after the derivative by inverse masses has used them.
+        # The derivative by inverse masses has used the forces, so the weights can replace them.
         bonds, behind = weights.shape[0], 0.0
         for i in range(bonds):
             ahead = weights[i]
@@ -240,7 +244,7 @@ def _build_pull(bend: Callable, law: type[ContactLaw], register: Callable) -> Ca
 
 def _build_impulse(force: Callable) -> Callable:
     def impulse(strains: Array, weights: Array, line: LineParameters) -> float:
-        # Parameters of the bond change all forces but the force of the gap.
+        # Parameters of the bond do not change the force in the gap.
         total = 0.0
         for n in range(strains.shape[0]):
             for k in range(strains.shape[1]):

@@ -1,11 +1,11 @@
 r"""
-Derivatives of eta by all inputs of a collision, from one run back along its motion.
+Compute derivatives of eta by all inputs, from one run backward along the motion.
 
-With :math:`\eta = (V_1/V_0)^2`, V the velocity at which the bodies part, the derivative of eta by
-the last velocities is known; the adjoint of the linearised motion carries it back to the start (see
-``loops``). Contributions of masses and forces are summed on the way. Two identities of the exact
-derivative measure its error: eta does not change along the motion itself, and masses times c with
-velocities over :math:`\sqrt c` have the same motion.
+The restitution is :math:`\eta = (V_1/V_0)^2`, where V is the velocity at which the bodies part, so
+its derivative by the final velocities is known. The adjoint of the linearised motion carries this
+derivative back to the start (see ``loops``) and sums the contributions of masses and forces. Two
+identities of the exact derivative measure the error: eta is constant along the motion, and the
+motion stays the same if masses are multiplied by c and velocities divided by :math:`\sqrt c`.
 """
 
 import math
@@ -24,18 +24,21 @@ from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.errors import SensitivityError
 from chaincor.workflows.sensitivity.trace import Trace, trace
 
-# Step over the period of the fastest bond, less 2 pi: errors of order8 are then about 1e-10.
+# The first step is this fraction of the shortest bond's period over 2 pi. Errors of order 8 are
+# then about 1e-10.
 _USUAL_STEP = 0.1
-# Target error of the derivative, and the largest number of halvings of the step.
+# The step is halved until the derivative reaches this error, at most this many times.
 _WANTED, _MOST_HALVINGS = 1e-8, 6
-# Factor on the failure of the identities, which show only a part of the error.
+# The failure of the two identities shows only a part of the error, so it is multiplied by this
+# factor.
 _RESERVE = 10.0
-# Largest relative error of a derivative that is returned.
+# A derivative with a larger relative error is not returned.
 _WORST = 0.1
-# Variance of rounding to nearest over the square of the number: a twelfth of the squared last
-# place, which is on average 0.54 (machine epsilon times the number)^2.
+# Rounding to nearest has this variance, over the square of the number: a twelfth of the squared
+# last place, which is on average 0.54 (machine epsilon times the number)^2.
 _ROUNDED = 0.54 / 12.0 * np.finfo(float).eps ** 2
-# Relative variation of bond parameters. The error of differences is of the order of its square.
+# Bond parameters are varied by this fraction. The error of the differences is of the order of its
+# square.
 _VARIED = 1e-5
 
 
@@ -44,9 +47,9 @@ class Sensitivity:
     r"""
     Derivatives of eta at the initial state of the bodies.
 
-    Units are the natural bond length, the particle mass and the bond stiffness. A derivative by one
-    quantity keeps all others: for a mass, velocities and strains; for the parameter of a bond,
-    strains and the absolute speed.
+    Units are the natural bond length, the particle mass and the bond stiffness. Each derivative is
+    taken with all other quantities fixed: for a mass, the velocities and strains; for a bond
+    parameter, the strains and the absolute speed.
 
     Attributes
     ----------
@@ -62,17 +65,17 @@ class Sensitivity:
         Derivative by the strength K of a soft contact, by its key in scenes. The key is also an
         attribute, which is None for hard bodies.
     wall_place : float
-        Derivative by the place of the wall, or of a free target, along x, towards the chain. It is
-        0 for a cold chain, whose bonds are at rest before the impact.
+        Derivative by the position of the wall, or of a free target, along x towards the chain. It
+        is 0 for a chain whose bonds are at rest before the impact.
     strains, velocities : ndarray of shape (n - 1,) and (n,)
         Derivatives by each initial bond length and velocity of the chain.
     amplification : float
         Norm of the derivatives by gap, strains and velocities, times v0, over eta. If each of these
-        has a random error of a part of v0, the relative error of eta is that part times the
-        amplification. A collision loses as many digits as this number has.
+        quantities has a random error of a fraction f of v0, the relative error of eta is f times
+        the amplification. The collision loses as many digits as this number has.
     rounding : float
-        Standard deviation of eta by all roundings of strains and velocities on the way, in double
-        precision, in a run of order 8 with steps of these derivatives.
+        Standard deviation of eta due to all roundings of strains and velocities, in a
+        double-precision run of order 8 with the steps used here.
     error : float
         Error of the derivatives, relative to the largest.
     """
@@ -137,10 +140,10 @@ def sensitivity_of(
     """
     Return the derivatives of eta of a collision that has been carried out.
 
-    `duration` is the time from the first contact to the end of the last, and `shortest` the strain
-    of the shortest bond. The differentiated run must agree with eta within its bar. Raises
-    SensitivityError if the motion cannot be linearised, or if no digit of the derivative is
-    certain.
+    `duration` is the time from the first contact to the end of the last one, and `shortest` is the
+    strain of the shortest bond. The differentiated run must agree with `restitution` within its
+    error bar. Raises SensitivityError if the motion cannot be linearised, or if no digit of the
+    derivative is certain.
     """
     step, variants = first_step(scene, shortest), variants_of(scene)
     best: tuple[Gradient, float] | None = None
@@ -165,10 +168,11 @@ def sensitivity_of(
     off = abs(found.restitution - restitution)
     if not off <= 3.0 * error + 1e-9 * restitution or not _RESERVE * found.residual < _WORST:
         raise SensitivityError(
-            f"the run that is differentiated gives eta = {found.restitution:.9g} with "
-            f"derivatives to {_RESERVE * found.residual:.1g} of themselves, but eta = "
-            f"{restitution:.9g} and {_WORST:g} are needed. This collision amplifies "
-            "rounding too much: take a lower speed or fewer particles"
+            f"the differentiated run gives eta = {found.restitution:.9g} instead of "
+            f"{restitution:.9g}, with a relative error of "
+            f"{_RESERVE * found.residual:.1g} of the derivatives ({_WORST:g} is "
+            "allowed). This collision amplifies rounding too much. Take a lower "
+            "speed or fewer particles"
         )
     return _told(scene, found, variants, step)
 
@@ -194,7 +198,7 @@ def _told(scene: Scene, found: Gradient, variants: list[Variant], step: float) -
 
 
 def first_step(scene: Scene, shortest: float) -> float:
-    """Return the first step, for bonds whose strain does not fall below `shortest`."""
+    """Return the first step for bonds whose strain stays above `shortest`."""
     line, bond = scene.line, scene.bond
     sharpest = scene.problem.fast_stiffness * max(
         1.0, float(bond.curvature(shortest)) / bond.stiffness
@@ -205,7 +209,7 @@ def first_step(scene: Scene, shortest: float) -> float:
 
 
 def variants_of(scene: Scene) -> list[Variant]:
-    """Return the variants of a bond with each parameter slightly decreased and increased."""
+    """Return variants of a bond in which one parameter is slightly smaller or larger."""
     bond = scene.bond
     if isinstance(bond, Formula):
         given, names = bond.given, {}
@@ -231,7 +235,7 @@ def _with(bond: Formula | NamedBond, name: str, value: float) -> tuple:
 
 
 def gradient(traced: Trace, variants: list[Variant]) -> Gradient:
-    """Return the derivatives of eta of a collision, with derivatives by bond parameters."""
+    """Return the derivatives of eta of a collision, including derivatives by bond parameters."""
     line, loops, parameters = traced.line, traced.loops, traced.parameters
     weights, before = _separation_by_velocity(line), line.separation(line.velocities)
     impulses, strength, rounding = np.zeros(len(variants)), 0.0, 0.0
@@ -248,7 +252,7 @@ def gradient(traced: Trace, variants: list[Variant]) -> Gradient:
                 for bond in (variant.more, variant.less)
             )
             impulses[k] += (more - less) / variant.width
-        # Each strain and velocity is rounded at each stage.
+        # Each stage of a step rounds each strain and velocity.
         rounded = np.append(strains * stretch.strain, velocities * stretch.velocity)
         stages = stretch.substeps.times.size * stretch.substeps.drifts.size
         rounding += stages * _ROUNDED * float(rounded @ rounded)
@@ -265,12 +269,12 @@ def gradient(traced: Trace, variants: list[Variant]) -> Gradient:
     size = np.linalg.norm(strains) * np.linalg.norm(np.diff(line.velocities))
     size += np.linalg.norm(velocities) * np.linalg.norm(accelerations)
     velocities = velocities - 2.0 * eta / before * weights
-    if line.rigid:  # a wall does not move
+    if line.rigid:  # A wall does not move.
         velocities[: line.first] = 0.0
     finite = np.where(np.isinf(line.masses), 0.0, line.masses)
     scaled = np.concatenate((finite * masses, -0.5 * line.velocities * velocities))
     scale = np.linalg.norm(scaled)
-    # If nothing changes eta, as with two equal masses, both are 0.
+    # Both sums are 0 if nothing changes eta, as for two equal masses.
     parts = ((np.sum(along), size), (np.sum(scaled), scale))
     residual = max(abs(failed) / of if of > 0.0 else 0.0 for failed, of in parts)
     return Gradient(

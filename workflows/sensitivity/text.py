@@ -1,4 +1,4 @@
-"""Text of the derivatives of eta, as ``chaincor run --sensitivity`` prints them."""
+"""Write the derivatives of eta as text, as ``chaincor run --sensitivity`` prints them."""
 
 import math
 
@@ -11,7 +11,7 @@ from chaincor.workflows.sensitivity.sensitivity import Sensitivity
 
 
 def describe_sensitivity(found: Sensitivity, scene: Scene) -> str:
-    """Describe the change of eta if one quantity grows by 1 % and all others stay."""
+    """Describe how much eta changes if one quantity grows by 1 % and all others stay fixed."""
     rows = [("speed", _of(found.velocity, scene.impact_velocity, "v0"))]
     bond = scene.bond
     values = bond.as_keys() if isinstance(bond, NamedBond) else dict(scene.parameters or {})
@@ -30,10 +30,12 @@ def describe_sensitivity(found: Sensitivity, scene: Scene) -> str:
     rows.append((f"place of {what}", f"d eta/d x = {_rounded(found.wall_place, found.error)}"))
     grown = found.amplification
     lost = max(0.0, math.log10(grown)) if grown > 0.0 else 0.0
-    what_is_lost = f"times what the state is off by, eta is off: {lost:.1f} digits lost"
+    what_is_lost = (
+        f"error of eta over error of the state, both relative: {lost:.1f} digits are lost"
+    )
     rows.append((f"amplification {grown:.3g}", what_is_lost))
-    rows.append(("rounding", f"scatters eta by {found.rounding:.0e}, a standard deviation"))
-    rows.append(("error", f"{found.error:.0e} of the largest derivative, or less"))
+    rows.append(("rounding", f"gives eta a standard deviation of {found.rounding:.0e}"))
+    rows.append(("error", f"at most {found.error:.0e} of the largest derivative"))
     return "\n".join(["what eta depends on", *named_lines(rows)])
 
 

@@ -1,4 +1,4 @@
-"""Trace of a collision: stretches of steps that can be followed again, from the last one back."""
+"""Trace a collision as sections of steps that can be followed again, starting with the last."""
 
 import math
 from collections.abc import Iterator
@@ -18,19 +18,20 @@ from chaincor.workflows.errors import SensitivityError
 from chaincor.workflows.sensitivity.loops import Loops, Substeps, Tape, loops_for
 
 SCHEME = "order8"
-# If the force of a soft contact begins as a fractional power of the time, derivatives have one
-# order less than eta, so steps are shorter than in a collision.
+# The force of a soft contact may begin as a fractional power of the time. Derivatives then have one
+# order less than eta, so the steps are shorter than in a collision.
 GRADING, SHORTEST_SHARE = 0.25, 2.0**-14
-# Numbers of a tape that fit into a cache, and the smallest number of stretches, because the last
-# one goes beyond the last contact.
+# The tape of a section has at most this many numbers, so that it fits into a cache. A motion has at
+# least this many sections, because the last section goes beyond the last contact.
 TAPE, LEAST_STRETCHES = 2.0**19, 4.0
-# A small change can remove a contact that is slower than this part of the impact velocity.
+# A small change of the input can remove a contact that is slower than this fraction of the impact
+# velocity.
 GRAZING = 1e-6
 
 
 @dataclass(frozen=True)
 class Stretch:
-    """Some steps of a motion."""
+    """Section of a motion: some of its steps."""
 
     #: Strains before the steps, along x, with the gap; of shape (N - 1,).
     strain: Array
@@ -54,7 +55,7 @@ class Trace:
         return Tape(np.empty(shape), np.zeros((most, 3)), np.empty(shape))
 
     def follow(self, stretch: Stretch) -> tuple[Tape, Array, Array]:
-        """Return the tape of a stretch, good until the next is followed, and its last state."""
+        """Return the tape of a section and its last state; the next call overwrites the tape."""
         strain, velocity = stretch.strain.copy(), stretch.velocity.copy()
         tape = Tape(*(each[: len(stretch.substeps.times)] for each in self._room))
         self.loops.follow(strain, velocity, stretch.substeps, tape, self.parameters)
@@ -62,19 +63,19 @@ class Trace:
         slowest = GRAZING * abs(self.line.separation(self.line.velocities))
         if np.any(speeds <= slowest):
             raise SensitivityError(
-                f"a contact has the speed {np.min(speeds):.2g}: it grazes, and eta has no "
-                "derivative there. Change the speed"
+                f"a contact is grazing (speed {np.min(speeds):.2g}), so eta has no "
+                "derivative. Change the impact speed"
             )
         return tape, strain, velocity
 
     def backward(self) -> Iterator[tuple[Stretch, Tape, Array, Array]]:
-        """Yield the stretches from the last to the first, with their tapes and last states."""
+        """Yield the sections from the last to the first, with their tapes and last states."""
         for stretch in reversed(self.stretches):
             check_time()
             yield stretch, *self.follow(stretch)
 
     def accelerations(self, strain: Array) -> Array:
-        """Return the accelerations of all particles in a state."""
+        """Return the accelerations of all particles."""
         shape = 1, 1, len(strain)
         tape = Tape(np.empty(shape), np.zeros((1, 3)), np.empty(shape))
         kick = Substeps(np.ones(1), np.zeros(1), np.zeros(2), np.ones(1))
@@ -85,10 +86,11 @@ class Trace:
 
 def trace(scene: Scene, step: float, contacts: int, duration: float) -> Trace:
     """
-    Carry out a collision with a known number of contacts, up to the last of them.
+    Follow a collision with a known number of contacts up to the last contact.
 
-    `step` is a whole step of the scheme; the last contact has ended by `duration` after the first.
-    Raises SensitivityError if it has other contacts with this step, or no loops.
+    `step` is a whole step of the scheme, and `duration` is the time from the first contact to a
+    time after the last one. Raises SensitivityError if the number of contacts differs, or if the
+    loops cannot be compiled.
     """
     line = scene.line
     if line.contact.damped:
@@ -107,8 +109,8 @@ def trace(scene: Scene, step: float, contacts: int, duration: float) -> Trace:
     law, inverse = line.contact.parameters, line.inverse_masses.copy()
     parameters = LineParameters(loops.parameters, inverse, line.gap, law)
     drifts, kicks = stepper.scheme.fractions
-    # The kept states and the tape of a stretch have similar sizes. Each stretch costs calls, so a
-    # motion whose tape fits into a cache has few stretches.
+    # The stored states and the tape of a section have similar sizes. Each section costs calls, so a
+    # motion whose tape fits into a cache has few sections.
     wanted_steps = duration / step
     cached = min(TAPE / (2.0 * len(kicks) * len(line.strains)), wanted_steps / LEAST_STRETCHES)
     steps = 8 + math.ceil(max(math.sqrt(2.0 * wanted_steps / len(kicks)), cached))
@@ -136,15 +138,15 @@ def trace(scene: Scene, step: float, contacts: int, duration: float) -> Trace:
         stretches.append(Stretch(strain, velocity, Substeps(times, mark * hits, drifts, kicks)))
         if met < wanted and gone > duration + (steps + 1) * step:
             raise SensitivityError(
-                f"with the step {step:.3g} the collision has {met} contacts by t = {gone:.6g}, "
-                f"but {wanted} are known. Choose a collision whose contacts do not depend on "
-                "the step"
+                f"at the step {step:.3g} the collision has {met} contacts by t = "
+                f"{gone:.6g}, instead of {wanted}. Choose a collision whose contacts do "
+                "not depend on the step"
             )
     return Trace(line, loops, parameters, stretches)
 
 
 def _advanced(moving: Motion, steps: int) -> tuple[Array, Array]:
-    """Take steps, and return the duration of each substep and whether a contact ends it."""
+    """Take steps, and return each substep's duration and whether a contact ends it."""
     stepper, ledger = moving.stepper, moving.ledger
     ledger["substeps"] = 0
     status = stepper.advance(ledger, moving.arrays, int(ledger["steps"]) + steps)
@@ -152,7 +154,7 @@ def _advanced(moving: Motion, steps: int) -> tuple[Array, Array]:
         moving.make_room()
     elif status != bookkeeping.DONE:
         raise SensitivityError(
-            f"steps of {stepper.step:.3g} do not resolve the bonds. Lower the speed"
+            f"a step of {stepper.step:.3g} does not resolve the bonds. Lower the speed"
         )
     times, hits = moving.arrays.log[:, : ledger["substeps"]].copy()
     return times, hits

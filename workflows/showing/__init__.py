@@ -1,1 +1,1 @@
-"""A result as people see it: lines of text, a table in a notebook, pictures."""
+"""Show a result as lines of text, as a table in a notebook, or as pictures."""

@@ -1,4 +1,4 @@
-"""Pictures of one result: ``result.plot.world_lines()`` and others."""
+"""Draw pictures of one result: ``result.plot.world_lines()`` and others."""
 
 import base64
 import tempfile
@@ -25,7 +25,7 @@ class MovingPicture:
     data: bytes  #: The file.
 
     def save(self, path: Path | str) -> Path:
-        """Write it to a file, which it returns."""
+        """Write the GIF to a file, and return its path."""
         from chaincor.analysis.atomic_write import written_aside
 
         with written_aside(Path(path)) as aside:
@@ -33,7 +33,7 @@ class MovingPicture:
         return Path(path)
 
     def __repr__(self) -> str:
-        return f"<moving picture, {len(self.data) / 1000:.0f} kB; .save('FILE.gif') keeps it>"
+        return f"<animation, {len(self.data) / 1000:.0f} kB; .save('FILE.gif') writes it to a file>"
 
     def _repr_html_(self) -> str:
         return f'<img src="data:image/gif;base64,{base64.b64encode(self.data).decode()}">'
@@ -41,12 +41,12 @@ class MovingPicture:
 
 class Plots:
     """
-    Draws a result.
+    Pictures of a result.
 
-    Each picture goes into the ``matplotlib.axes.Axes`` given as `ax`, or into a figure of its own,
-    and returns its axes: a notebook shows them below the cell; in a script
-    ``ax.figure.savefig("lines.png")`` keeps them, and ``plt.show()`` shows them if pyplot was
-    imported before. Pictures of the motion compute the collision again.
+    Each method draws into the ``matplotlib.axes.Axes`` given as `ax`, or into a new figure, and
+    returns the axes. A notebook shows them below the cell. In a script,
+    ``ax.figure.savefig("lines.png")`` writes them to a file, and ``plt.show()`` shows them if
+    pyplot was imported before. Pictures of the motion repeat the collision.
     """
 
     def __init__(self, result: Motion) -> None:
@@ -59,20 +59,20 @@ class Plots:
         self, ax: "Axes | None" = None, *, magnification: float | None = None
     ) -> "Axes":
         """
-        Draw positions against time, the contacts, and the sound that the first one sends out.
+        Draw positions against time, contacts, and the sound wave of the first contact.
 
         Parameters
         ----------
         ax : matplotlib.axes.Axes, optional
-            Where to draw.
+            Axes for the picture.
         magnification : float, optional
-            Factor on the displacements; by default so large that they can be seen.
+            Factor on the displacements; the default makes them visible.
 
         Raises
         ------
         InputError, RunError
-            If the motion cannot be carried out again: see ``result.trajectory``; or the
-            magnification is not a positive finite number.
+            If the motion cannot be repeated (see ``result.trajectory``), or if the magnification is
+            not a positive finite number.
         """
         from chaincor.analysis.figures.trajectories import plot_trajectories
 
@@ -93,14 +93,15 @@ class Plots:
         """
         Draw the energy of each mode of the chain after the collision.
 
-        For a chain that broke, kinetic energies are drawn: the potential energy of a broken bond is
-        in no mode. For a cold chain of equal masses and springs at a hard wall, the picture also
-        shows the theory of Basile and Dumont, in which all contacts are alike.
+        For a broken chain, the picture shows kinetic energies, because the potential energy of a
+        broken bond belongs to no mode. For a harmonic chain of equal masses that hits a hard wall
+        without vibrations, it also shows the theory of Basile and Dumont, in which all contacts are
+        alike.
 
         Raises
         ------
         InputError
-            If the chain is one particle, or its bonds only push: such bodies have no modes.
+            If the chain has only one particle, or bonds that only push. Such bodies have no modes.
         """
         from chaincor.analysis.figures.modes import plot_spectrum
         from chaincor.analysis.modes import kinetic_mode_energies
@@ -110,8 +111,8 @@ class Plots:
             raise InputError("a single particle has no modes. Use a chain of 2 or more")
         if not len(result.mode_energies):
             raise InputError(
-                f"{result.potential} beads have no stiffness at rest, and so no modes. Draw "
-                "world_lines or energy"
+                f"{result.potential} beads have no stiffness at rest and therefore no "
+                "modes. Draw world_lines or energy"
             )
         energies, theory = result.mode_energies, None
         if result.fragments > 1:
@@ -126,15 +127,15 @@ class Plots:
 
     def energy(self, ax: "Axes | None" = None) -> "Axes":
         """
-        Draw translation and vibration in time, as shares of the energy at impact.
+        Draw translational and vibrational energy against time, over the energy at impact.
 
-        With a free target each is the sum over the two bodies. While the bodies of a soft contact
-        overlap, the two do not add up to 1: the contact stores the rest.
+        With a free target, each energy is the sum over both bodies. During a soft contact, the
+        fractions do not add up to 1, because the contact stores the rest.
 
         Raises
         ------
         InputError, RunError
-            If the motion cannot be carried out again: see ``result.trajectory``.
+            If the motion cannot be repeated, see ``result.trajectory``.
         """
         from chaincor.analysis.figures.time_series import plot_energy_partition
 
@@ -143,7 +144,8 @@ class Plots:
         translation = np.sum([body.translation for body in bodies], axis=0)
         vibration = np.sum([body.vibration for body in bodies], axis=0)
         times = bodies[0].series_times
-        # A hard contact changes the translation at once: before the first there is all of it.
+        # A hard contact changes the translation at once, so the curve starts with the value before
+        # the first contact.
         whole = float(translation[0] + vibration[0])
         before = 0.5 * float(np.sum(self._masses)) * result.velocity**2
         begin = min(float(times[0]), -0.05 * result.last_contact_time)
@@ -167,12 +169,12 @@ class Plots:
         quantity : str
             ``intervals`` or ``speeds``.
         ax : matplotlib.axes.Axes, optional
-            Where to draw.
+            Axes for the picture.
 
         Raises
         ------
         InputError
-            If the quantity is another.
+            If the quantity is neither of the two.
         """
         from chaincor.analysis.figures.time_series import (
             plot_contact_intervals,
@@ -195,25 +197,25 @@ class Plots:
         self, path: Path | str | None = None, *, pictures: int = 120
     ) -> "MovingPicture | Path":
         """
-        Make a moving picture: velocities of all particles, and below them the chain itself.
+        Make an animation of the velocities of all particles, with the chain itself below.
 
         Parameters
         ----------
         path : pathlib.Path or str, optional
             ``.gif``, or ``.mp4`` with ffmpeg.
         pictures : int
-            How many, shown 25 a second.
+            Number of pictures, which are shown at 25 per second.
 
         Returns
         -------
         MovingPicture or pathlib.Path
-            What a notebook plays; with a `path` the file.
+            An animation that a notebook plays, or the path of the file if `path` is given.
 
         Raises
         ------
         InputError, RunError
-            If the name ends otherwise, `pictures` is no whole number of 1 or more, or the motion
-            cannot be carried out again.
+            If the suffix is another, if `pictures` is not a positive whole number, or if the motion
+            cannot be repeated.
         """
         from chaincor.analysis.figures.animation import animate_collision
 
@@ -238,7 +240,7 @@ class Plots:
 
     @property
     def _motion(self) -> tuple[Array, Array, Array, int]:
-        """Times, and of all particles along x displacements and velocities; size of the target."""
+        """Return times, displacements and velocities along x, and the size of the target."""
         chain, target = self._result.history, self._result.target_history
         places, speeds = chain.along_the_line(target)
         return chain.times, places, speeds, self._result.target_particles or 0
@@ -249,17 +251,17 @@ class Plots:
 
     @property
     def _lightness(self) -> float:
-        """Stiffness over the mean mass: the square of the speed of sound."""
+        """Return the stiffness over the mean mass, which is the square of the speed of sound."""
         return (self._result.stiffness or 1.0) / float(np.mean(self._masses))
 
     @property
     def _special(self) -> bool:
-        """Whether there is more than a cold chain of unit masses before a hard wall."""
+        """Return whether the scene has masses, vibrations, a target or a soft contact."""
         return self._result.velocity_after is not None
 
     @property
     def _energy_before(self) -> float:
-        """Energy of the chain before: translation, and all energy of a vibrating chain."""
+        """Return the energy of the chain before the impact, including its vibrations."""
         result = self._result
         translation = 0.5 * float(np.sum(self._masses)) * result.velocity**2
         if result.temperature is None and result.initial is None and result.compression is None:
@@ -267,7 +269,7 @@ class Plots:
         if result.vibrational_energy is None or result.translational_energy is None:
             return translation
         if result.target_particles is None:
-            # The wall takes no energy.
+            # The wall takes no energy, so the energy afterwards equals the energy before.
             return result.translational_energy + result.vibrational_energy
         return float(result.history.translation[0] + result.history.vibration[0])
 

@@ -1,4 +1,4 @@
-"""Results as tables: one in a notebook, a list of them anywhere."""
+"""Show a result as a table in a notebook, and a list of results as a table anywhere."""
 
 from collections.abc import Sequence
 from html import escape
@@ -11,13 +11,13 @@ from chaincor.workflows.showing.text import closing, heading
 
 Result = TypeVar("Result", bound=Observed)
 
-# Left to the notebook's own theme: no colours, which would be wrong in a dark one.
+# Cells have no colours of their own, because light colours would be wrong in a dark theme.
 _CELL = "text-align: left; padding: 0.1em 1em 0.1em 0"
 _QUIET = "text-align: left; font-size: 90%; opacity: 0.75"
 
 
 def html_table(result: Observed) -> str:
-    """Return the rows of ``chaincor run`` as an HTML table, in which each name has a tooltip."""
+    """Return the rows of ``chaincor run`` as an HTML table with a tooltip for each name."""
     lines = [
         f"<tr>{_named(name)}<td style='{_CELL}'>{escape(text)}</td></tr>"
         for name, text in rows_of(result)
@@ -39,7 +39,11 @@ def _named(name: str) -> str:
 
 
 def aligned(lines: Sequence[Sequence[str]]) -> str:
-    """Write lines of cells as columns; by hand: a table of rich takes minutes for 100000 rows."""
+    """
+    Write lines of cells as columns.
+
+    The rich library is not used, because it takes minutes for 100000 rows.
+    """
     widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
     return "\n".join(
         "  ".join(cell.ljust(width) for cell, width in zip(line, widths, strict=True)).rstrip()
@@ -48,7 +52,7 @@ def aligned(lines: Sequence[Sequence[str]]) -> str:
 
 
 class ResultTable(list[Result]):
-    """A list of results that shows itself as a table, a result a line."""
+    """List of results that is shown as a table with one line per result."""
 
     def __repr__(self) -> str:
         if not self:

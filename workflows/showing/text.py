@@ -1,4 +1,4 @@
-"""A result in lines of text, as ``chaincor run`` prints it."""
+"""Write a result as lines of text, as ``chaincor run`` prints it."""
 
 from chaincor.analysis.observables import Observed, rows_of
 from chaincor.analysis.showing.lines import count_text, masses_text
@@ -12,12 +12,12 @@ from chaincor.lammps_inputs.contacts.contact_laws import CONTACT_KEYS, contact_o
 
 
 def describe(result: Observed) -> str:
-    """Describe a result for people."""
+    """Describe a result in lines of text."""
     return "\n".join([*heading(result), "", *named_lines(rows_of(result)), "", *closing(result)])
 
 
 def describe_shortly(result: Observed) -> str:
-    """Describe a result in three lines: what collided, what came out, how it was run."""
+    """Describe a result in three lines: the bodies, the numbers, and the run."""
     counted = count_text(result.contacts, result.contacts_range)
     asked = ""
     if result.tolerance_met is False:
@@ -35,7 +35,7 @@ def describe_shortly(result: Observed) -> str:
 
 
 def heading(result: Observed) -> list[str]:
-    """Say what collided."""
+    """Describe the bodies that collided."""
     speed = impact_speed(result.velocity, result.v_star)
     return [
         f"{_count(result.particles)}, {result.potential} bonds, {speed}",
@@ -44,7 +44,7 @@ def heading(result: Observed) -> list[str]:
 
 
 def closing(result: Observed) -> list[str]:
-    """Say how it was run, and how long that took."""
+    """Describe the run and how long it took."""
     return [f"{label} {text}" for label, text in rows_of(result, closing=True)]
 
 
@@ -53,7 +53,7 @@ def _count(particles: int) -> str:
 
 
 def _bodies_before(result: Observed) -> list[str]:
-    """Describe what the scene has more than a cold chain of unit masses and a hard wall."""
+    """Describe how the scene differs from an unperturbed chain of unit masses and a hard wall."""
     lines = []
     if result.masses is not None:
         lines.append(f"masses {masses_text(result.masses)} from the contact outward")

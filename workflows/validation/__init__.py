@@ -1,1 +1,1 @@
-"""Comparison of LAMMPS, the reference engine and a user's integrator."""
+"""Compare LAMMPS, the reference engine and a user's integrator."""

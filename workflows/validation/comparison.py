@@ -1,4 +1,4 @@
-"""Comparison of LAMMPS with the reference engine, within error bars."""
+"""Compare LAMMPS with the reference engine, within error bars."""
 
 import math
 from collections.abc import Iterable
@@ -18,12 +18,13 @@ from chaincor.workflows.given import scene_given
 from chaincor.workflows.json_output import finite
 from chaincor.workflows.result import Collision
 
-# Default step, in units of the fastest bond's 1/omega. Longest and shortest bonds are read at the
-# ends of steps.
+# The default step is this multiple of the fastest bond's 1/omega. It limits how far the longest and
+# shortest bonds at the ends of steps can miss the extremes between them.
 _USUAL_STEP = 0.4
 _ROUNDING = 1e-12
 
-# The reference result should not limit the comparison.
+# The reference run has this fraction of the tolerance, so that its error does not limit the
+# comparison.
 SHARPER = 0.1
 SHARPEST = 1e-11
 
@@ -48,7 +49,7 @@ class Comparison:
         return finite(asdict(self) | {"agrees": self.agrees})
 
 
-# Largest number of characters of a value in a headline.
+# A value in a headline has at most this many characters.
 _LONGEST = 30
 
 
@@ -89,7 +90,7 @@ class Validation:
         judge: Collision,
         others: Iterable[Comparison],
     ) -> Self:
-        """Return a validation of a restitution, within both error bars, and other quantities."""
+        """Return a validation that compares a restitution and other quantities."""
         difference = abs(restitution - judge.restitution)
         allowed = error + (judge.restitution_error or 0.0)
         comparisons = (Comparison("restitution", difference, allowed), *others)
@@ -122,7 +123,7 @@ class Validation:
         return "\n".join(lines)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the validation, ready for JSON."""
+        """Return the validation as plain values for JSON."""
         return {
             "potential": self.scene.label,
             "particles": self.scene.particles,
@@ -145,12 +146,12 @@ def _short(value: Any) -> str:
 
 
 def judge_for(scene: Scene, tolerance: float) -> Collision:
-    """Run the reference engine at a tighter tolerance than the judged result."""
+    """Run the reference engine with a smaller tolerance than the judged result."""
     return collide(judging_scene(scene.without(*OUTPUT_KEYS), SHARPER * tolerance))
 
 
 def judging_scene(scene: Scene, tolerance: float) -> Scene:
-    """Return the scene for the reference engine, with a tolerance that it can keep."""
+    """Return the scene for the reference engine, with a tolerance that it can meet."""
     fields = dict.fromkeys(NUMERICS_KEYS)
     return scene.replace(engine="reference", tolerance=max(tolerance, SHARPEST), **fields)
 
@@ -162,7 +163,7 @@ def validate(scene: Scene, tolerance: float | None = None) -> Validation:
     Parameters
     ----------
     scene : Scene
-        The collision; with explicit numerics LAMMPS runs as they say.
+        The collision. LAMMPS uses its explicit numerics, if there are any.
     tolerance : float, optional
         Tolerance of LAMMPS's eta; by default the scene's tolerance, or 1e-6.
 
@@ -181,9 +182,7 @@ def validate(scene: Scene, tolerance: float | None = None) -> Validation:
     scene = scene_given(scene)
     asked = tolerance or scene.tolerance or DEFAULT_TOLERANCE
     if not scene.error:
-        raise InputError(
-            "error is False, but runs are compared by their error bars. Leave error out"
-        )
+        raise InputError("error is False, but the comparison needs error bars. Leave out error")
     subject = collide(scene.replace(engine="lammps"), None if scene.explicit else asked)
     judge = judge_for(scene, asked)
     comparisons = [
@@ -195,9 +194,9 @@ def validate(scene: Scene, tolerance: float | None = None) -> Validation:
         strain = max(abs(length - scene.bond.natural_length) for length in lengths)
         allowed: float | None = _unseen_share(scene, subject, judge) * strain + _ROUNDING
         if name == "bond_max" and hard_sphere.SCHEME in (subject.scheme, judge.scheme):
-            allowed = None  # hard spheres have only a smallest distance
+            allowed = None  # Hard spheres have no largest distance.
         if subject.contacts != judge.contacts:
-            allowed = None  # the ranges end at different contacts
+            allowed = None  # Both ranges end at different contacts, so they are not compared.
         comparisons.append(Comparison(name, abs(lengths[0] - lengths[1]), allowed))
     names = ["contact_times", "contact_speeds", "velocities", "mode_energies"]
     if scene.target_particles is not None:
@@ -217,8 +216,8 @@ def compare_contacts(count: int, judge: Collision, *subjects: Collision) -> Comp
     """
     Compare numbers of contacts, which must be equal.
 
-    The numbers are not judged if an end is open, because the bar of the restitution covers a late
-    contact, or if the runs of one result differ in their number.
+    The numbers are not judged if the end is open, because the error bar of the restitution then
+    covers a late contact, or if the runs of one result differ in their numbers of contacts.
     """
     results = (judge, *subjects)
     judged = all(r.ending != "open" and not _hinges_on_contacts(r) for r in results)
@@ -227,10 +226,11 @@ def compare_contacts(count: int, judge: Collision, *subjects: Collision) -> Comp
 
 def _unseen_share(scene: Scene, *results: Collision) -> float:
     """
-    Return the largest relative excess of a strain between steps over its value at their ends.
+    Return how much a strain between steps can exceed the strains at their ends, as a fraction.
 
-    The highest frequency is twice the frequency of a bond of the lightest mass. Between two times
-    that are H apart, the extreme is therefore within 1 - cos(H).
+    The highest frequency of the chain is twice the frequency of a bond of the lightest mass. An
+    extreme between two times H apart therefore exceeds both values by a fraction of at most 1 -
+    cos(H).
     """
     steps = [
         r.timestep * scene.problem.fast_stiffness**0.5 for r in results if r.timestep is not None
@@ -239,7 +239,7 @@ def _unseen_share(scene: Scene, *results: Collision) -> float:
 
 
 def _hinges_on_contacts(result: Collision) -> bool:
-    """Return whether two runs of a result differ in contacts, so that agreement is by chance."""
+    """Return whether runs of one result differ in contacts, so that agreement would be chance."""
     return math.isinf(result.details.get("spread", {}).get("contact_times", 0.0))
 
 

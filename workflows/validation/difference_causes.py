@@ -1,4 +1,4 @@
-"""Causes of a difference from the reference engine, each tested by one more reference run."""
+"""Find the cause of a difference from the reference engine, by runs with usual mistakes."""
 
 import math
 from collections.abc import Iterator
@@ -13,12 +13,12 @@ from chaincor.workflows.errors import ChaincorError
 from chaincor.workflows.result import Collision
 from chaincor.workflows.validation.comparison import judging_scene
 
-# A cause is named if it leaves less than this part of the difference, and less than this number, or
-# this many error bars.
+# A cause is accepted if it leaves less than this fraction of the difference, and less than this
+# number or this many error bars.
 _LEFT, _MOST_LEFT, _BARS = 0.02, 2e-3, 2.0
-# Curvature of the Lennard-Jones bond of energy scale 1, over that of the chain's unit.
+# The bond of an LJ potential with energy scale 1 is this many times stiffer than the chain's.
 _LJ_STIFFNESS = 72.0
-# Largest number of particles for more reference runs.
+# Larger chains get no additional reference runs.
 _MOST_PARTICLES = 2000
 _BODIES = ("particles", "masses", "target_particles", "target_masses")
 
@@ -41,17 +41,18 @@ def find_cause(
     contacts: int | None = None,
 ) -> str | None:
     """
-    Return why a restitution differs from the reference engine's; None if no known mistake fits.
+    Return the known mistake that explains a restitution unlike the reference engine's, or None.
 
-    `velocities` are the final ones of a user's integrator, from which the restitution was computed;
-    without them the number is taken as the restitution of the run itself. `allowed` is the sum of
-    both error bars.
+    `velocities` are the final velocities of a user's integrator, which gave the restitution.
+    Without them, the restitution itself is the result of the run. `allowed` is the sum of both
+    error bars.
     """
     difference = abs(restitution - judge.restitution)
     if velocities is not None and _moves_on(scene, velocities):
         return (
-            "the chain's centre of mass still moves towards the wall. Integrate past the last "
-            "contact, and count velocities away from the wall as positive."
+            "the chain's centre of mass still moves towards the wall. Integrate "
+            "past the last contact, and count velocities away from the wall as "
+            "positive."
         )
     if scene.problem.all_particles > _MOST_PARTICLES or (
         velocities is not None and scene.target_particles
@@ -82,14 +83,14 @@ def _moves_on(scene: Scene, velocities: Array) -> bool:
 
 
 def _restitution_of(change: _Change, velocities: Array) -> float:
-    """Return the restitution of velocities in the scene that the mistake makes."""
+    """Return the restitution that the velocities give in the scene of the mistake."""
     line = change.scene.line
     speed = line.separation(np.concatenate((np.zeros(line.first), velocities)))
     return (speed / change.velocity) ** 2
 
 
 def _changes(scene: Scene) -> Iterator[_Change]:
-    """Return the scenes of common mistakes."""
+    """Yield the scenes that common mistakes would solve instead."""
     plain = scene.without("masses", "target_masses")
     if scene.masses is not None or scene.target_masses is not None:
         said = "the masses are ignored, and all particles are equal"

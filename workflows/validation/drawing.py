@@ -1,4 +1,4 @@
-"""Figure of a validation: differences in units of their error bars."""
+"""Draw the differences of a validation in units of their error bars."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -12,11 +12,11 @@ from chaincor.workflows.validation.comparison import Validation
 
 
 def save_validation_plot(results: Sequence[Validation], path: Path) -> None:
-    """Draw ``|difference| / (both error bars)`` of each scene; the suffix sets the format."""
+    """Draw ``|difference| / (sum of error bars)`` of each scene; the suffix sets the format."""
     ratios: dict[str, list[float]] = {}
     for k, result in enumerate(results):
         for comparison in result.comparisons:
-            # A count has no error bar. The verdict includes it.
+            # A number of contacts has no error bar and is not drawn. The verdict includes it.
             if not comparison.allowed:
                 continue
             row = ratios.setdefault(comparison.quantity, [np.nan] * len(results))
@@ -35,7 +35,7 @@ def save_validation_plot(results: Sequence[Validation], path: Path) -> None:
     ax.axvline(1.0, color=GREY, linewidth=1.0)
     ax.set_yticks(rows, [_label(result) for result in results])
     ax.set(xscale="log", ylim=(len(results) - 0.5, -0.5))
-    ax.set_xlabel("difference / both error bars (agreement is left of 1)")
+    ax.set_xlabel("difference / sum of error bars (agreement is left of 1)")
     legend_above(ax)
     with written_aside(path) as aside:
         figure.savefig(aside, format=path.suffix.lstrip(".") or "png")

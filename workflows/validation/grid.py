@@ -1,4 +1,4 @@
-"""Scenes of ``chaincor validate --grid``: small chains of every kind."""
+"""Build the scenes of ``chaincor validate --grid``: small chains of every kind."""
 
 from typing import Any
 
@@ -7,7 +7,7 @@ from chaincor.lammps_inputs.scene import NUMERICS_KEYS, Scene
 _GRID_SIZES = (2, 10, 50)
 _GRID_SPEEDS = (0.01, 0.1, 0.4, 1.0)
 
-# Scenes of other bodies: masses, free targets, soft contacts, compressed or warm chains.
+# These scenes have other bodies: masses, free targets, soft contacts, compressed or warm chains.
 _GRID_BODIES: tuple[dict[str, Any], ...] = (
     {"potential": "harmonic", "velocity": 0.1, "masses": (2.0, 1.0)},
     {"potential": "lj", "speed": 0.3, "masses": (1.0, 3.0, 1.0)},
@@ -27,9 +27,8 @@ def grid_around(scene: Scene, bodies: bool = True) -> list[Scene]:
     """
     Return harmonic chains at one velocity and the named anharmonic ones at several speeds.
 
-    With `bodies`, scenes of masses, free targets, soft contacts, compressed and warm chains are
-    added, if the numerics allow them. Engine, tolerance and explicit numerics are taken from the
-    scene.
+    `bodies` adds scenes of masses, free targets, soft contacts, compressed and warm chains, if the
+    numerics allow them. Engine, tolerance and explicit numerics come from the scene.
     """
     fields = {
         name: getattr(scene, name)
@@ -37,7 +36,7 @@ def grid_around(scene: Scene, bodies: bool = True) -> list[Scene]:
         if getattr(scene, name) is not None
     }
     chains: list[dict[str, Any]] = [{"potential": "harmonic", "velocity": 0.1}]
-    tables = {"table": None, "table_points": None}  # LAMMPS needs no table for harmonic bonds
+    tables = {"table": None, "table_points": None}  # LAMMPS needs no table for harmonic bonds.
     chains += [
         {"potential": potential, "speed": speed}
         for potential in ("lj", "toda", "log")
@@ -45,7 +44,7 @@ def grid_around(scene: Scene, bodies: bool = True) -> list[Scene]:
     ]
     sized = [{"particles": n} | chain for n in _GRID_SIZES for chain in chains]
     if bodies:
-        # The stock wall is rigid and hard.
+        # The stock wall is always rigid and hard.
         stock = scene.wall == "reflect"
         needs = {"target_particles", "contact"} if stock else set()
         sized += [{"particles": 10} | chain for chain in _GRID_BODIES if not needs & set(chain)]

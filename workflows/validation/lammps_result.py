@@ -1,4 +1,4 @@
-"""User's LAMMPS result: a job's folder, a dump, or a log with the restitution."""
+"""Read a user's LAMMPS result: a job's folder, a dump, or a log with the restitution."""
 
 import math
 import re
@@ -25,10 +25,10 @@ from chaincor.workflows.validation.difference_causes import find_cause
 
 _MOST_BYTES = 4_000_000
 _HEADS = (b"LAMMPS (", b"Log of LAMMPS")
-# Last line of a finished log.
+# A finished log ends with one of these lines.
 _ENDED = re.compile(r"^(Total wall time: .*|quit|log\s.*)$", re.MULTILINE)
 _ATOMS = re.compile(r"^\s*(?:Created )?(\d+) atoms$", re.MULTILINE)
-# Jobs of chaincor print their error last.
+# Jobs of chaincor print their error last, so their restitution alone is no finished result.
 _JOB = re.compile(r"^variable +(restitution|step_error) string ", re.MULTILINE)
 
 
@@ -49,7 +49,7 @@ class LammpsResult:
 
 
 def is_lammps_result(against: str | None) -> bool:
-    """Return whether ``--against`` names a folder, or a file that is no CSV, NPZ or module."""
+    """Return whether ``--against`` names a folder or a file other than CSV, NPZ and a module."""
     if against is None:
         return False
     path = Path(against)
@@ -60,10 +60,10 @@ def read_lammps_result(path: Path | str) -> LammpsResult:
     """
     Read a job's folder, a dump, or a log.
 
-    A folder's dump is analysed as ``chaincor analyze`` does; one without a dump must hold
-    ``log.lammps``. A log must be of one run that was finished, hold a line ``restitution =
-    NUMBER``, and may hold ``restitution_error`` and ``contacts``. Raises InputError if nothing can
-    be read.
+    The dump in a folder is analysed as in ``chaincor analyze``. A folder without a dump must
+    contain ``log.lammps``. A log must come from a single finished run with a line ``restitution =
+    NUMBER``; ``restitution_error`` and ``contacts`` are optional. Raises InputError if there is no
+    such result.
     """
     path = Path(path)
     folder = path if path.is_dir() else path.parent
@@ -93,7 +93,7 @@ def read_lammps_result(path: Path | str) -> LammpsResult:
 
 
 def _scene_told(analysis: CollisionAnalysis) -> Scene | None:
-    """Return the scene of a run if its script shows that its bonds are springs."""
+    """Return the scene of a run, if its script shows that the bonds are springs."""
     if analysis.bond is None or not analysis.bond.is_harmonic or analysis.target is not None:
         return None
     alike = are_equal(analysis.masses)
@@ -110,9 +110,9 @@ def validate_result(scene: Scene, found: LammpsResult) -> Validation:
     """
     Compare a user's LAMMPS result with the reference engine.
 
-    If the result has no error bar, the allowed difference of eta is the scene's tolerance (default
-    1e-6) or the error from the digits of the dump. Raises InputError if the numbers of particles
-    differ.
+    For a result without an error bar, the allowed difference of eta is the larger of the scene's
+    tolerance (default 1e-6) and the error from the digits of the dump. Raises InputError if the
+    numbers of particles differ.
     """
     if found.particles not in (None, scene.problem.all_particles):
         raise InputError(
@@ -139,17 +139,21 @@ def validate_result(scene: Scene, found: LammpsResult) -> Validation:
 
 
 def _of_stock_wall(scene: Scene, found: LammpsResult, difference: float) -> str | None:
-    """Describe whether the stock wall, at the step of a run, explains a difference."""
+    """Describe whether the error of the stock wall at a run's step explains a difference."""
     if not found.stock_wall:
         return None
-    usual = "the run used fix wall/reflect, which errs in first order of its step"
+    usual = "the run used fix wall/reflect, whose error is of first order in the step"
     if found.timestep is None or scene.line.soft or not scene.line.rigid:
-        return f"{usual}; its step is not known, so that nothing tells whether that is all"
+        return f"{usual}; the step is unknown, so the size of this error is unknown, too"
     own = scene.without("tolerance", *NUMERICS_KEYS)
     bare = own.replace(engine="lammps", wall="reflect", scheme="verlet", timestep=found.timestep)
     bar = collide(bare).restitution_error or 0.0
-    explained = "explains the difference" if difference <= bar else "does not explain it all"
-    return f"{usual}; at a step of {found.timestep:g} that is up to {bar:.1e}, which {explained}"
+    explained = (
+        "explains the difference" if difference <= bar else "does not explain the whole difference"
+    )
+    return (
+        f"{usual}; at a step of {found.timestep:g} the error is up to {bar:.1e}, which {explained}"
+    )
 
 
 def _has_dump(folder: Path) -> bool:
@@ -161,7 +165,7 @@ def _has_dump(folder: Path) -> bool:
 
 
 def _read_log(path: Path, scene: Scene | None) -> LammpsResult | None:
-    """Return the result in a log; None if the file is no log."""
+    """Return the result in a log, or None if the file is no log."""
     try:
         with path.open("rb") as file:
             head = file.read(200)
@@ -188,7 +192,7 @@ def _read_log(path: Path, scene: Scene | None) -> LammpsResult | None:
 
 
 def _fault(text: str, whole: bool) -> str | None:
-    """Return why a log, `whole` if it has its head, has no result; None if it has one."""
+    """Return why a log has no result, or None; `whole` says whether the log has its head."""
     said = printed_values(text, "restitution")
     values = [value for value in said if value is not None and math.isfinite(value)]
     if not said or said[-1] not in values:
@@ -197,7 +201,7 @@ def _fault(text: str, whole: bool) -> str | None:
             "dump of the run"
         )
     if len(set(values)) > 1:
-        # Several results in one log are equally likely.
+        # If a log has several results, none can be preferred.
         return (
             f"holds {len(values)} lines 'restitution = NUMBER', from {min(values):g} to "
             f"{max(values):g}. Write the log of each run into a file of its own"

@@ -1,4 +1,4 @@
-"""Comparison of a user's integrator with the reference engine, and the order of its error."""
+"""Compare a user's integrator with the reference engine, and fit the order of its error."""
 
 from dataclasses import dataclass, replace
 from typing import Any
@@ -27,9 +27,9 @@ from chaincor.workflows.validation.user_integrator import (
 )
 
 RUNGS = 6
-# A difference at half the step below this part of the first one comes from the step.
+# If half the step reduces a difference below this fraction of it, the step causes the difference.
 _FALLS = 0.7
-# Steps within a percent of each rung distinguish irregular errors from smooth ones.
+# Steps within a percent of each rung show whether the error is irregular or smooth.
 NEARBY = (1.0, 0.9937, 1.0071, 0.9862, 1.0123)
 
 
@@ -62,7 +62,7 @@ def validate_user(
 
 
 def _of_step(scene: Scene, against: str, timeout: float, difference: float) -> str | None:
-    """Return that the step causes a difference, if the difference falls at half the step."""
+    """Return a sentence that the step causes a difference, if half the step reduces it."""
     assert scene.timestep is not None
     finer = scene.replace(timestep=0.5 * scene.timestep)
     user = run_user_integrator(against, finer, timeout)
@@ -77,7 +77,11 @@ def _of_step(scene: Scene, against: str, timeout: float, difference: float) -> s
 
 
 def _compare_user_arrays(user: UserOutcome, judge: Collision, scene: Scene) -> list[Comparison]:
-    """Compare the user's arrays; only the number of contacts is judged, and must be equal."""
+    """
+    Compare the user's arrays.
+
+    Only the number of contacts, which must be equal, is judged.
+    """
     line = scene.line
 
     def energies(displacements: Array | None, velocities: Any, masses: Array) -> Array | None:
@@ -104,7 +108,7 @@ def _compare_user_arrays(user: UserOutcome, judge: Collision, scene: Scene) -> l
 
 
 def _restitution_of(user: UserOutcome, scene: Scene) -> float:
-    """Return eta, negative if the bodies still approach."""
+    """Return eta, with a negative sign if the bodies still approach."""
     target = np.zeros(1) if user.target_velocities is None else user.target_velocities[::-1]
     e = scene.line.separation(np.concatenate((target, user.velocities))) / scene.impact_velocity
     return e * abs(e)
@@ -112,7 +116,7 @@ def _restitution_of(user: UserOutcome, scene: Scene) -> float:
 
 @dataclass(frozen=True, repr=False)
 class UserLadder:
-    """Results of a user's integrator along halved steps."""
+    """Results of a user's integrator at successively halved steps."""
 
     against: str  #: The function.
     steps: tuple[float, ...]  #: Steps of the rungs, each half of the one before.
@@ -123,7 +127,7 @@ class UserLadder:
     verdict: LadderVerdict  #: Order and kind of the error.
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the ladder, ready for JSON."""
+        """Return the ladder as plain values for JSON."""
         return {
             "verdict": self.verdict.kind,
             **{name: getattr(self.verdict, name) for name in ("reason", "order", "order_error")},
@@ -150,15 +154,16 @@ class UserLadder:
 
 def climb_ladder(scene: Scene, against: str, timeout: float) -> UserLadder:
     """
-    Run a user's function at the scene's step, and at 5 halvings of it.
+    Run a user's function at the scene's step and at 5 successive halvings.
 
     The function reads ``scene.timestep``. Raises InputError if the scene has no step, or if the
     function gives the same result at all steps.
     """
     if scene.timestep is None:
         raise InputError(
-            "--ladder halves the time step, but no time step is given. Give the coarsest "
-            "one (--timestep H), which the function reads as scene.timestep"
+            "--ladder halves the time step, but no time step is given. Give the "
+            "largest step with --timestep H; the function reads it as "
+            "scene.timestep"
         )
 
     def run(step: float) -> float:

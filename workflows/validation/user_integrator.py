@@ -1,4 +1,4 @@
-"""User's integrator: called with a scene, or its output read from a file."""
+"""Call a user's integrator with a scene, or read its output from a file."""
 
 import csv
 import importlib
@@ -19,7 +19,7 @@ from chaincor.lammps_inputs.small_file import refuse_device
 from chaincor.workflows.campaign.pool import ProcessPool, sent
 from chaincor.workflows.errors import ChaincorError, RunError, WorkerDiedError
 
-# Default time limit of a user's function, in seconds.
+# A user's function may take this many seconds by default.
 USER_TIMEOUT = 600.0
 
 
@@ -87,12 +87,12 @@ def _call(module: str, function: str, scene: Scene, timeout: float) -> dict[str,
         found = working.result(timeout)
     except TimeoutError:
         raise UserIntegratorError(
-            f"{name} has not returned after {timeout:g} s. Give a smaller scene, or more "
-            "time with --timeout"
+            f"{name} did not return within {timeout:g} s. Give a smaller scene, or "
+            "more time with --timeout"
         ) from None
     except WorkerDiedError:
         raise UserIntegratorError(
-            f"{name} ended its process without returning. Return the final velocities"
+            f"{name} ended its process before it returned. Return the final velocities"
         ) from None
     finally:
         pool.shutdown(wait=False)
@@ -105,7 +105,7 @@ def _work(module: str, function: str, scene: Scene, folder: str) -> dict[str, An
     """
     Run the user's function in the child process.
 
-    The current folder is searched first for the user's module.
+    The user's module is searched first in the current folder.
     """
     sys.path.insert(0, folder)
     try:
@@ -115,19 +115,19 @@ def _work(module: str, function: str, scene: Scene, folder: str) -> dict[str, An
             f"cannot find {module}:{function}: {one_line(error)[:200]}. Give a function of "
             "a module on the Python path or in this folder"
         )
-    except (Exception, SystemExit) as error:  # a module may fail to compile or raise anything
+    except (Exception, SystemExit) as error:  # Importing a module can raise any error.
         return InputError(
             f"cannot import {module}: {_with_line(error, module)}. Correct the module, and "
             f"define the function {function} in it"
         )
     try:
         return _plain(integrate(_with_velocity(scene)))
-    except Exception as error:  # a user's code may raise anything
+    except Exception as error:  # A user's code can raise any error.
         return UserIntegratorError(f"{module}:{function} raised {_with_line(error, module)}")
 
 
 def _with_line(error: BaseException, module: str) -> str:
-    """Return an error in one line, with the last line of the user's module in its traceback."""
+    """Return an error in one line, with the line of the user's module that raised it."""
     said = f"{type(error).__name__}: {one_line(error)[:200]}"
     if isinstance(error, SyntaxError):
         return said
@@ -139,14 +139,14 @@ def _with_line(error: BaseException, module: str) -> str:
 
 
 def _with_velocity(scene: Scene) -> Scene:
-    """Return a scene with its `velocity` as a number, if it has one velocity."""
+    """Return a scene with `velocity` in place of `speed`, if it has a single velocity."""
     if scene.velocity is not None or scene.problem.comes_moving:
         return scene
     return scene.replace(speed=None, velocity=scene.impact_velocity)
 
 
 def _plain(value: Any) -> dict[str, Any]:
-    """Return plain values, which the parent can unpickle without the user's code."""
+    """Return plain values, which the parent process can unpickle without the user's code."""
     if isinstance(value, Mapping):
         return {
             str(key): np.asarray(inner, dtype=float).tolist()
@@ -167,7 +167,7 @@ def _read_file(path: Path) -> dict[str, Any]:
     except (OSError, ValueError, EOFError, csv.Error) as error:
         reason = getattr(error, "strerror", None) or "not a readable CSV or NPZ file"
         raise InputError(f"cannot read {str(path)!r}: {reason}") from None
-    except Exception as error:  # a damaged archive raises many errors of zipfile and zlib
+    except Exception as error:  # A damaged archive can raise many errors of zipfile and zlib.
         raise InputError(f"cannot read {str(path)!r}: {type(error).__name__}") from None
     columns = {"velocity": "velocities", "displacement": "displacements"}
     try:
@@ -191,15 +191,18 @@ def _checked(source: str, found: dict[str, Any], scene: Scene) -> UserOutcome:
     targets = scene.target_particles or 0
     if targets and "target_velocities" not in found:
         raise UserIntegratorError(
-            f"{source} gives no target_velocities. Return a mapping, or write an NPZ file, "
-            f"with the velocities of the free target's {targets} particles too"
+            f"{source} gives no target_velocities, but the scene has a free target. "
+            "Return a mapping, or write an NPZ file, that also has "
+            f"target_velocities of {targets} particles"
         )
     arrays: dict[str, Array] = {}
     for name, given in found.items():
         try:
             values = np.asarray(given, dtype=float)
         except (TypeError, ValueError):
-            raise UserIntegratorError(f"{source}: {name} are not numbers") from None
+            raise UserIntegratorError(
+                f"{source}: {name} are not numbers. Return finite numbers"
+            ) from None
         size = targets if name.startswith("target") else scene.particles
         wanted = None if name.startswith("contact") else (size,)
         if name.startswith("target") and not targets:
@@ -213,7 +216,7 @@ def _checked(source: str, found: dict[str, Any], scene: Scene) -> UserOutcome:
             )
         if values.ndim != 1 or not np.all(np.isfinite(values)):
             raise UserIntegratorError(
-                f"{source}: {name} are not a list of finite numbers; check the integrator"
+                f"{source}: {name} are not a list of finite numbers. Correct the integrator"
             )
         arrays[name] = values
     return UserOutcome(**arrays)

@@ -65,7 +65,7 @@ def test_a_judge_writes_nothing_over_the_subject(tmp_path):
 
 
 def test_a_comparison_without_bars_is_refused():
-    with pytest.raises(InputError, match="compared by their error bars"):
+    with pytest.raises(InputError, match="the comparison needs error bars"):
         validate(Scene(particles=4, scheme="verlet", error=False))
 
 

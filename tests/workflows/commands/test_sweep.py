@@ -312,6 +312,6 @@ def test_jobs_that_cannot_be_kept_are_refused_before_anything_fails(chaincor, sw
     path = sweep_file("[axes]\nparticles = [3]")
     (tmp_path / "kept").write_text("mine")
     status, _, error = chaincor("sweep", path, "--keep-jobs", tmp_path / "kept", "--workers", 1)
-    assert (status, "is a file; give another path" in error) == (2, True)
+    assert (status, "is a file. Give another path" in error) == (2, True)
     with Store(tmp_path / "sweep.sqlite") as store:
         assert len(store) == 0

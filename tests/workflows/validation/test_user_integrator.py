@@ -68,7 +68,7 @@ def test_final_velocities_are_enough():
     [
         ("raises", r"raised ValueError: no way \(mine\.py, line \d+: raise ValueError\(.*\)\)$"),
         ("divides", r"ZeroDivisionError: .* \(mine\.py, line \d+: return 1\.0 / 0\)$"),
-        ("dies", "ended its process without returning"),
+        ("dies", "ended its process before it returned"),
         ("returns_nothing", "finite numbers|shape"),
         ("returns_nan", "not a list of finite numbers"),
         ("returns_another_shape", r"shape \(3, 3\)\. Give the shape \(3,\)"),
@@ -85,7 +85,7 @@ def test_what_a_function_does_wrong_is_one_line(function, says):
 
 @pytest.mark.slow
 def test_a_function_that_hangs_is_stopped():
-    with pytest.raises(UserIntegratorError, match=r"has not returned after 3 s.*--timeout"):
+    with pytest.raises(UserIntegratorError, match=r"did not return within 3 s.*--timeout"):
         run_user_integrator("mine:hangs", SCENE, timeout=3.0)
 
 
