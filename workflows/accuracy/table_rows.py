@@ -68,10 +68,9 @@ def rows_error(scene: Scene, outcome: Outcome, tolerance: float) -> float:
         engine="reference",
         potential="lj",
         bond_file=None,
-        speed=None,
-        velocity=scene.impact_velocity,
         tolerance=None,
         arrays=None,
+        **_given_speed(scene),
     )
     changes = []
     asked = outcome.eta
@@ -88,6 +87,14 @@ def rows_error(scene: Scene, outcome: Outcome, tolerance: float) -> float:
     changes = [change - changes[0] for change in changes[1:]]
     between, shaken = np.abs(changes[:2]), np.array(changes[2:])
     return float(_BETWEEN * np.max(between) + _SHAKEN * np.sqrt(np.mean(shaken**2)))
+
+
+def _given_speed(scene: Scene) -> dict[str, float | None]:
+    """Return the keys that keep the speed for another bond, whose v* may be different."""
+    state = scene.initial_state
+    if state is not None and state.velocities is not None:
+        return {}
+    return {"speed": None, "velocity": scene.impact_velocity}
 
 
 def _bond_of(force: "CubicSpline") -> SplineBond:

@@ -56,6 +56,17 @@ def test_the_bar_holds_and_is_no_shrug(tmp_path, exact, rows, digits, noise):
     assert "table: more rows, or more digits" in found.reason
 
 
+def test_a_state_with_velocities_keeps_them_with_other_rows(tmp_path):
+    (tmp_path / "state.csv").write_text("strain,velocity\n0,-0.05\n0.02,-0.08\n-0.02,-0.03\n")
+    moving = {"particles": 3, "initial": tmp_path / "state.csv", "velocity": None}
+    scene = tabulated(tmp_path, 30).replace(**moving)
+    exact = collide(KNOWN.replace(speed=None, **moving), tolerance=1e-9).restitution
+    found = collide(scene)
+    # Thirty rows leave more open than the tolerance, so altered tables are run.
+    assert found.error_parts.table > 1e-7
+    assert abs(found.restitution - exact) <= found.restitution_error < 0.01
+
+
 def test_many_rows_with_all_digits_leave_nothing_open(tmp_path, exact, monkeypatch):
     # Known from the rows alone: no collision is carried out with altered ones.
     monkeypatch.setattr(table_rows, "_bond_of", None)
