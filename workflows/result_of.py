@@ -10,8 +10,9 @@ from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.schemes import StepSchemeName
 from chaincor.workflows.accuracy.bounded_run import BoundedRun
+from chaincor.workflows.accuracy.solvers import ADAPTIVE_STEPS, solver_behind
 from chaincor.workflows.engines.outcome import Outcome
-from chaincor.workflows.engines.reference import adaptive, modal
+from chaincor.workflows.engines.reference import modal
 from chaincor.workflows.engines.replay import Replay
 from chaincor.workflows.result import Collision
 from chaincor.workflows.versions import versions
@@ -45,10 +46,11 @@ def result_of(
 
 
 def _replay(scene: Scene, outcome: Outcome, found: dict[str, Any]) -> Replay:
-    numerics, accuracy = outcome.numerics, None
+    numerics, accuracy = outcome.numerics, 0.0
     if numerics is None and outcome.timestep is not None:
         scheme = cast(StepSchemeName, outcome.scheme)
         numerics = Numerics(scheme=scheme, timestep=outcome.timestep)
-    elif outcome.scheme == adaptive.SCHEME and "choice" in found:
+    solver = solver_behind(outcome.engine, outcome.scheme)
+    if solver is ADAPTIVE_STEPS and "choice" in found:
         accuracy = found["choice"]["tries"][-1]["accuracy"]
-    return Replay(scene, outcome.scheme, numerics, accuracy)
+    return Replay(scene, solver, numerics, accuracy)

@@ -46,6 +46,8 @@ class Solver(ABC):
 
     name: ClassVar[str]  #: Name in plans.
     engine: ClassVar[str]  #: Engine of the scenes that it solves.
+    #: Scheme of its outcomes; None if the numerics name one.
+    scheme: ClassVar[str | None] = None
     #: Largest frequency ratio that its steps can follow: the most compressed bond, or a soft
     #: contact, against a bond at rest.
     sharpest: ClassVar[float] = math.inf
@@ -67,9 +69,15 @@ class Solver(ABC):
         """Return the expected seconds of one run on one core."""
 
     @abstractmethod
-    def run(self, problem: Problem, numerics: Numerics | None, accuracy: float = 1e-6) -> Outcome:
+    def run(
+        self,
+        problem: Problem,
+        numerics: Numerics | None,
+        accuracy: float = 1e-6,
+        frame_interval: float | None = None,
+    ) -> Outcome:
         """
-        Run a collision.
+        Run a collision, with snapshots at multiples of `frame_interval` if it is given.
 
         Fixed steps and LAMMPS use `numerics`, adaptive steps use `accuracy`.
         """
@@ -78,7 +86,7 @@ class Solver(ABC):
 class ExactModes(Solver):
     """Propagation of harmonic chains by their modes."""
 
-    name, engine = "exact modes", "reference"
+    name, engine, scheme = "exact modes", "reference", modal.SCHEME
 
     def refusal(self, problem: Problem) -> str | None:
         """Return the reason why a scene cannot be propagated by modes."""
@@ -95,10 +103,14 @@ class ExactModes(Solver):
         return _IN_HOUSE_SECONDS + _MODAL_PAIR * problem.longest_body**2
 
     def run(
-        self, problem: Problem, numerics: Numerics | None = None, accuracy: float = 0.0
+        self,
+        problem: Problem,
+        numerics: Numerics | None = None,
+        accuracy: float = 0.0,
+        frame_interval: float | None = None,
     ) -> Outcome:
         """Propagate the modes."""
-        return modal.run(problem)
+        return modal.run(problem, frame_interval)
 
 
 class FixedSteps(Solver):
@@ -125,16 +137,22 @@ class FixedSteps(Solver):
         stages = evaluations * duration_of(problem) / numerics.timestep
         return stages * (_IN_HOUSE_STAGE + _IN_HOUSE_BOND * problem.all_particles)
 
-    def run(self, problem: Problem, numerics: Numerics | None, accuracy: float = 0.0) -> Outcome:
+    def run(
+        self,
+        problem: Problem,
+        numerics: Numerics | None,
+        accuracy: float = 0.0,
+        frame_interval: float | None = None,
+    ) -> Outcome:
         """Take the steps."""
         assert numerics is not None
-        return stepping.run(problem, numerics)
+        return stepping.run(problem, numerics, frame_interval)
 
 
 class AdaptiveSteps(Solver):
     """Reference engine with steps as short as the stiffest bond needs."""
 
-    name, engine = "adaptive steps", "reference"
+    name, engine, scheme = "adaptive steps", "reference", adaptive.SCHEME
 
     def refusal(self, problem: Problem) -> str | None:
         """Return the reason why adaptive steps are not taken."""
@@ -155,15 +173,21 @@ class AdaptiveSteps(Solver):
             return _IN_HOUSE_SECONDS + _BEAD_PAIR * problem.all_particles**2
         return _ADAPTIVE_PAIR * problem.particles**2 * math.log10(frequency_ratio(problem))
 
-    def run(self, problem: Problem, numerics: Numerics | None, accuracy: float = 1e-6) -> Outcome:
+    def run(
+        self,
+        problem: Problem,
+        numerics: Numerics | None,
+        accuracy: float = 1e-6,
+        frame_interval: float | None = None,
+    ) -> Outcome:
         """Take the steps."""
-        return adaptive.run(problem, accuracy)
+        return adaptive.run(problem, accuracy, frame_interval)
 
 
 class HardSpheres(Solver):
     """Limit of high speed."""
 
-    name, engine = "hard spheres", "reference"
+    name, engine, scheme = "hard spheres", "reference", hard_sphere.SCHEME
 
     def refusal(self, problem: Problem) -> str | None:
         """Return the reason why the limit is not reached."""
@@ -178,9 +202,18 @@ class HardSpheres(Solver):
         return _IN_HOUSE_SECONDS
 
     def run(
-        self, problem: Problem, numerics: Numerics | None = None, accuracy: float = 0.0
+        self,
+        problem: Problem,
+        numerics: Numerics | None = None,
+        accuracy: float = 0.0,
+        frame_interval: float | None = None,
     ) -> Outcome:
-        """Return the limit."""
+        """Return the limit; raises RunError if snapshots are asked for."""
+        if frame_interval is not None:
+            raise RunError(
+                "the result is the limit of hard spheres, in which bonds have no motion to "
+                "show. Lower the speed, or give another tolerance"
+            )
         return hard_sphere.run(problem)
 
 
@@ -221,10 +254,16 @@ class Lammps(Solver):
         assert numerics is not None
         return cost_model().integration(problem, numerics, duration_of(problem))
 
-    def run(self, problem: Problem, numerics: Numerics | None, accuracy: float = 0.0) -> Outcome:
+    def run(
+        self,
+        problem: Problem,
+        numerics: Numerics | None,
+        accuracy: float = 0.0,
+        frame_interval: float | None = None,
+    ) -> Outcome:
         """Run LAMMPS."""
         assert numerics is not None
-        return lammps.run(problem, numerics)
+        return lammps.run(problem, numerics, frame_interval)
 
 
 EXACT_MODES, FIXED_STEPS, LAMMPS = ExactModes(), FixedSteps(), Lammps()
@@ -255,6 +294,13 @@ def solver_of(problem: Problem, among: Iterable[Solver]) -> Solver:
             return solver
         reason = refused
     raise RunError(reason)
+
+
+def solver_behind(engine: str, scheme: str) -> Solver:
+    """Return the solver of an outcome with an engine and a scheme."""
+    own = [solver for solver in SOLVERS if solver.engine == engine]
+    by_scheme = {solver.scheme: solver for solver in own}
+    return by_scheme.get(scheme) or by_scheme[None]
 
 
 def duration_of(problem: Problem) -> float:

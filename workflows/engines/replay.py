@@ -1,14 +1,28 @@
 """Replay of a run with its own numerics, to record its motion."""
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from chaincor.lammps_inputs.numerics import Numerics
+from chaincor.lammps_inputs.problem import Problem
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.engines.outcome import Frames
-from chaincor.workflows.errors import RunError
+from chaincor.workflows.engines.outcome import Frames, Outcome
+
+
+class RunsProblems(Protocol):
+    """Solver of the registry in ``accuracy.solvers``."""
+
+    def run(
+        self,
+        problem: Problem,
+        numerics: Numerics | None,
+        accuracy: float,
+        frame_interval: float | None,
+    ) -> Outcome:
+        """Run a collision, with snapshots at multiples of `frame_interval` if it is given."""
 
 
 @dataclass(frozen=True)
@@ -16,9 +30,9 @@ class Replay:
     """Settings needed to repeat a run."""
 
     scene: Scene  #: Collision with its engine; the replay does not write its output files.
-    scheme: str  #: Scheme of the run, as in ``Outcome``.
+    solver: RunsProblems  #: Solver of the run.
     numerics: Numerics | None  #: Numerics of a run with fixed steps; None otherwise.
-    accuracy: float | None  #: Target accuracy of a run with adaptive steps; None otherwise.
+    accuracy: float = 0.0  #: Target accuracy of a run with adaptive steps; 0 otherwise.
 
     @property
     def masses(self) -> NDArray[np.float64]:
@@ -33,23 +47,6 @@ class Replay:
         LAMMPS takes frames at the ends of steps. Raises RunError if the run was the limit of hard
         spheres, in which bonds have no motion, and the errors of the engine.
         """
-        from chaincor.workflows.engines.reference import adaptive, hard_sphere, modal, stepping
-
-        problem = self.scene.problem
-        if self.scheme == hard_sphere.SCHEME:
-            raise RunError(
-                "the result is the limit of hard spheres, in which bonds have no motion to "
-                "show. Lower the speed, or give another tolerance"
-            )
-        if self.numerics is not None and self.scene.engine == "lammps":
-            from chaincor.workflows.engines.lammps import engine as lammps
-
-            outcome = lammps.run(problem, self.numerics, interval)
-        elif self.numerics is not None:
-            outcome = stepping.run(problem, self.numerics, interval)
-        elif self.accuracy is not None:
-            outcome = adaptive.run(problem, self.accuracy, interval)
-        else:
-            outcome = modal.run(problem, interval)
+        outcome = self.solver.run(self.scene.problem, self.numerics, self.accuracy, interval)
         assert outcome.frames is not None
         return outcome.frames

@@ -17,6 +17,7 @@ from chaincor.workflows.engines.fragments import Body
 from chaincor.workflows.engines.outcome import Frames, Outcome
 from chaincor.workflows.engines.reference import adaptive_loops as adaptive
 from chaincor.workflows.engines.reference import beads, bookkeeping
+from chaincor.workflows.engines.reference.adaptive_flight import STAGES, AdaptiveFlight
 from chaincor.workflows.engines.reference.compile import (
     KEPT,
     LoopCompiler,
@@ -34,7 +35,6 @@ from chaincor.workflows.engines.reference.finish import (
 )
 from chaincor.workflows.engines.reference.line_traits import as_it_is
 from chaincor.workflows.engines.reference.look_ahead import follow
-from chaincor.workflows.engines.time_limit import check_time, steps_at_once
 from chaincor.workflows.errors import RunError, TimestepError
 
 SCHEME = "adaptive8"
@@ -143,17 +143,14 @@ def _strain_scale(problem: Problem) -> float:
     return min(1.0, 10.0 * strain, max(speed, 0.1 * strain)) if strain > 0.0 else min(1.0, speed)
 
 
-class _Flight:
+class _Flight(AdaptiveFlight):
     """Collision in progress: the arrays of the adaptive loops, and the decision when to stop."""
 
     def __init__(
         self, problem: Problem, bond: BondLoops, accuracy: float, frame_interval: float | None
     ) -> None:
-        from scipy.integrate import DOP853
-
         particles, speed = problem.particles, problem.impact_velocity
         self._problem, self._bond, self._interval = problem, bond, frame_interval
-        self._particles = particles
         state = np.zeros(2 * particles)
         state[particles:] = -speed
         state[particles] = speed
@@ -161,8 +158,8 @@ class _Flight:
         local = max(FINEST_LOCAL, LOCAL_SHARE * accuracy)
         scale = np.full(2 * particles, local * _strain_scale(problem))
         scale[particles:] = local * speed
-        slopes = np.zeros((DOP853.n_stages + 1, 2 * particles))
-        self.arrays = adaptive.Arrays(
+        slopes = np.zeros((STAGES + 1, 2 * particles))
+        arrays = adaptive.Arrays(
             state=state,
             last=state.copy(),
             contacts=contacts,
@@ -175,11 +172,10 @@ class _Flight:
             part=state.copy(),
             errors=np.zeros((2, 2 * particles)),
         )
-        tableau = (DOP853.A, DOP853.B, DOP853.E3, DOP853.E5)
-        self._method = adaptive.Tableau(*(np.ascontiguousarray(part) for part in tableau))
         self._not_before = 0.0
         stiffness = problem.slow_stiffness
-        self.ledger = ledger = np.zeros(1, adaptive.LEDGER)[0]
+        ledger = np.zeros(1, adaptive.LEDGER)[0]
+        super().__init__(bond.advance, ledger, arrays, bond.parameters, particles)
         ledger.momentum = -particles * speed
         bookkeeping.argue_when_silent(ledger, stiffness)
         ledger.longest = longest_collision(particles, stiffness, 0.0)
@@ -193,23 +189,6 @@ class _Flight:
         bookkeeping.record_contact(ledger, contacts, 0.0, speed)
         bookkeeping.note_impulse(ledger, contacts, 2.0 * speed)
         bookkeeping.note_parting(ledger, 0.0, 0.0, 0.0)
-
-    def _advance(self) -> int:
-        stages = len(self._method.b)
-        while True:
-            check_time()
-            self.ledger.pause = self.ledger.steps + steps_at_once(stages * self._particles)
-            status = self._bond.advance(
-                self.ledger, self.arrays, self._method, self._bond.parameters
-            )
-            if status != adaptive.PAUSE:
-                return int(status)
-
-    def warm_up(self) -> None:
-        """Load or compile the loops, so that this time does not count as integration."""
-        longest, self.ledger.longest = float(self.ledger.longest), -1.0
-        self._advance()
-        self.ledger.longest = longest
 
     def run(self) -> Ending:
         """Integrate until the collision ends and return its end."""
@@ -231,14 +210,6 @@ class _Flight:
                     ledger.longest = 1.01 * watch.followed_until(last)
             else:
                 raise self._failure(status)
-
-    def _make_room(self) -> None:
-        contacts, frames = self.arrays.contacts, self.arrays.frames
-        if self.ledger.contacts == contacts.shape[1]:
-            contacts = np.concatenate((contacts, np.zeros_like(contacts)), axis=1)
-        else:
-            frames = np.concatenate((frames, np.zeros_like(frames)))
-        self.arrays = self.arrays._replace(contacts=contacts, frames=frames)
 
     def _look(self, watch: EndWatch) -> Ending | None:
         bonds, velocities = self.split(self.arrays.state)

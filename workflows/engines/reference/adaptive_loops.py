@@ -23,7 +23,7 @@ from chaincor.workflows.engines.reference import bookkeeping
 from chaincor.workflows.engines.reference.stages import Parameters
 
 # Reasons why `advance` returned.
-ARGUE, FULL, STUCK, OUTSIDE, LATE, PAUSE = range(6)
+ARGUE, FULL, STUCK, OUTSIDE, LATE, PAUSE, OVER = range(7)
 
 # Step-size control: aim below the allowed error, and change the step by no more than these factors.
 SAFETY = 0.9

@@ -21,19 +21,21 @@ import numpy as np
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.workflows.engines.reference import bookkeeping
 from chaincor.workflows.engines.reference.adaptive_loops import (
+    FULL,
     GROW,
+    LATE,
     MOST_REFUSALS,
     ORDER,
+    OVER,
+    PAUSE,
     SAFETY,
     SHRINK,
+    STUCK,
     Tableau,
     build_step,
 )
 from chaincor.workflows.engines.reference.bead_events import build_contact, build_end, build_moment
 from chaincor.workflows.engines.reference.tracked import Overlapping, build_track
-
-# Reasons why `advance` returned.
-OVER, FULL, STUCK, LATE, PAUSE = range(5)
 
 LEDGER: Any = np.dtype(
     (

@@ -13,7 +13,8 @@ from chaincor.lammps_inputs.problem import Problem
 from chaincor.workflows.engines.ending import Ending
 from chaincor.workflows.engines.outcome import Frames, Outcome
 from chaincor.workflows.engines.reference import bead_loops as loops
-from chaincor.workflows.engines.reference.adaptive_loops import Tableau
+from chaincor.workflows.engines.reference.adaptive_flight import STAGES, AdaptiveFlight
+from chaincor.workflows.engines.reference.adaptive_loops import FULL, LATE, OVER
 from chaincor.workflows.engines.reference.compile import KEPT, LoopCompiler
 from chaincor.workflows.engines.reference.finish import (
     End,
@@ -23,7 +24,6 @@ from chaincor.workflows.engines.reference.finish import (
     unfinished_error,
 )
 from chaincor.workflows.engines.reference.tracked import TRACKED, tracked_values
-from chaincor.workflows.engines.time_limit import check_time, steps_at_once
 from chaincor.workflows.errors import TimestepError, UnfinishedCollisionError
 
 # Allowed error of a single step, relative to the accuracy of the restitution, and its floor.
@@ -90,25 +90,22 @@ def _compile(bond: Callable, law: type[ContactLaw]) -> Callable:
     return compiler.compile(loops.build_bead_flight(kernel, rates, register))
 
 
-class _Flight:
+class _Flight(AdaptiveFlight):
     """Collision in progress: the arrays of the loops, and the decision when to stop."""
 
     def __init__(self, problem: Problem, accuracy: float, frame_interval: float | None) -> None:
-        from scipy.integrate import DOP853
-
         line, bond, speed = problem.line, problem.bond, problem.impact_velocity
         assert isinstance(bond, Hertz), "beads follow a power of their overlap"
         self.damped = bond.damping > 0.0 or line.contact.damped
         self._problem, self._interval = problem, frame_interval
-        self._advance_loop = _compile(bond.force_kernel, type(line.contact))
-        self._beads = beads = len(line.masses)
+        beads = len(line.masses)
         overlap = -bond.compressed_strain(line.mean_mass * speed**2)
         self._unit = unit = overlap / speed
         state = np.concatenate(([0.0], line.strains, line.velocities, [0.0]))
         local = max(_FINEST_LOCAL, _LOCAL_SHARE * accuracy)
         scale = local * np.repeat((overlap, speed, line.mean_mass * speed**2), (beads, beads, 1))
-        slopes = np.zeros((DOP853.n_stages + 1, len(state)))
-        self.arrays = loops.BeadArrays(
+        slopes = np.zeros((STAGES + 1, len(state)))
+        arrays = loops.BeadArrays(
             *(state, state.copy(), state.copy(), state.copy(), scale),
             *(np.zeros_like(state), np.zeros_like(state), slopes, slopes.copy()),
             errors=np.zeros((2, len(state))),
@@ -117,14 +114,14 @@ class _Flight:
             masses=line.masses.copy(),
             tracked=np.zeros(len(TRACKED)),
         )
-        tableau = (DOP853.A, DOP853.B, DOP853.E3, DOP853.E5)
-        self._method = Tableau(*(np.ascontiguousarray(part) for part in tableau))
-        self._parameters = loops.BeadParameters(
+        parameters = loops.BeadParameters(
             *(bond.parameters, line.contact.parameters, line.inverse_masses.copy()),
             *(line.pair_stiffness.copy(), line.gap),
             *(float(bond.damping), float(bond.damping_power)),
         )
-        self.ledger = ledger = np.zeros(1, loops.LEDGER)[0]
+        ledger = np.zeros(1, loops.LEDGER)[0]
+        loop = _compile(bond.force_kernel, type(line.contact))
+        super().__init__(loop, ledger, arrays, parameters, beads)
         ledger.gap, ledger.soft = line.gap, int(line.soft)
         closing = float(np.max(line.strains, initial=0.0)) / speed
         ledger.longest = _FOLLOWED * (beads + 10) * (unit + closing)
@@ -132,36 +129,21 @@ class _Flight:
         ledger.next_frame = math.inf if frame_interval is None else 0.0
         ledger.step = _FIRST_STEP * unit
 
-    def _advance(self) -> int:
-        stages = len(self._method.b)
-        while True:
-            check_time()
-            self.ledger.pause = self.ledger.steps + steps_at_once(stages * self._beads)
-            status = self._advance_loop(self.ledger, self.arrays, self._method, self._parameters)
-            if status != loops.PAUSE:
-                return int(status)
-
-    def warm_up(self) -> None:
-        """Load or compile the loops, so that this time does not count as integration."""
-        longest, self.ledger.longest = float(self.ledger.longest), -1.0
-        self._advance()
-        self.ledger.longest = longest
-
     def run(self) -> None:
         """Integrate until it is proved that the bodies do not touch again."""
-        self._until(loops.OVER)
+        self._until(OVER)
 
     def fly_on(self) -> None:
         """Record snapshots for a fifth of the collision more and some times of one contact."""
         self.ledger.free = 1
         self.ledger.longest = 1.2 * self.ledger.time + _SHOWN * self._unit
-        self._until(loops.LATE)
+        self._until(LATE)
 
     def _until(self, wanted: int) -> None:
         while (status := self._advance()) != wanted:
-            if status == loops.FULL:
+            if status == FULL:
                 self._make_room()
-            elif status == loops.LATE:
+            elif status == LATE:
                 if self.damped:
                     raise UnfinishedCollisionError(
                         f"the bodies have not parted at time {self.ledger.time:.6g}: damping holds "
@@ -174,20 +156,12 @@ class _Flight:
                     "the accuracy asked. Ask for less"
                 )
 
-    def _make_room(self) -> None:
-        contacts, frames = self.arrays.contacts, self.arrays.frames
-        if self.ledger.contacts == contacts.shape[1]:
-            contacts = np.concatenate((contacts, np.zeros_like(contacts)), axis=1)
-        else:
-            frames = np.concatenate((frames, np.zeros_like(frames)))
-        self.arrays = self.arrays._replace(contacts=contacts, frames=frames)
-
     def collected(self, first: float) -> Frames | None:
         """Return the snapshots since the first contact; None if no interval was given."""
         if self._interval is None:
             return None
         states = self.arrays.frames[: int(self.ledger.frames)]
-        beads = self._beads
+        beads = self._particles
         moved = [displacements_from(state[0], state[1:beads]) for state in states]
         times = self._interval * np.arange(len(states)) - first
         return Frames.of(self._problem.line, times, moved, states[:, beads : 2 * beads].copy())

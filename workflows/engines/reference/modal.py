@@ -37,6 +37,7 @@ from chaincor.workflows.engines.reference.mode_loops import LEDGER, MORE, TERMS,
 from chaincor.workflows.engines.time_limit import WORK_AT_ONCE, check_time
 from chaincor.workflows.errors import UnfinishedCollisionError
 
+SCHEME = "modal"
 # Intervals between samples of the bonds: the first in units of 1/frequency of the mean mode by
 # energy, the second in units of sqrt(mean mass/U''(1)). A bond of a chain of equal masses (omega <=
 # 2) is then seen within 3 % of its extreme strain. The next two constants are the number of samples
@@ -112,7 +113,7 @@ def run(problem: Problem, frame_interval: float | None = None) -> Outcome:
             bond_range=(1.0 + low, 1.0 + high),
         ),
         End(ending, collision.time, 0),
-        scheme="modal",
+        scheme=SCHEME,
         timestep=None,
         seconds=seconds,
         frames=collision.frames(),

@@ -1,0 +1,53 @@
+"""Flight with adaptive steps: the parts that chains and beads share."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from chaincor.workflows.engines.reference.adaptive_loops import PAUSE, Tableau
+from chaincor.workflows.engines.time_limit import check_time, steps_at_once
+
+STAGES = 12  # of the method of Dormand and Prince
+
+
+def dormand_prince() -> Tableau:
+    """Return the coefficients of the method of order 8 of Dormand and Prince."""
+    from scipy.integrate import DOP853
+
+    tableau = (DOP853.A, DOP853.B, DOP853.E3, DOP853.E5)
+    return Tableau(*(np.ascontiguousarray(part) for part in tableau))
+
+
+class AdaptiveFlight:
+    """Arrays and ledger of a flight, and the loop that advances them."""
+
+    def __init__(
+        self, loop: Callable[..., int], ledger: Any, arrays: Any, parameters: Any, particles: int
+    ) -> None:
+        self.ledger, self.arrays = ledger, arrays
+        self._loop, self._parameters, self._particles = loop, parameters, particles
+        self._method = dormand_prince()
+
+    def _advance(self) -> int:
+        stages = len(self._method.b)
+        while True:
+            check_time()
+            self.ledger.pause = self.ledger.steps + steps_at_once(stages * self._particles)
+            status = self._loop(self.ledger, self.arrays, self._method, self._parameters)
+            if status != PAUSE:
+                return int(status)
+
+    def warm_up(self) -> None:
+        """Load or compile the loops, so that this time does not count as integration."""
+        longest, self.ledger.longest = float(self.ledger.longest), -1.0
+        self._advance()
+        self.ledger.longest = longest
+
+    def _make_room(self) -> None:
+        contacts, frames = self.arrays.contacts, self.arrays.frames
+        if self.ledger.contacts == contacts.shape[1]:
+            contacts = np.concatenate((contacts, np.zeros_like(contacts)), axis=1)
+        else:
+            frames = np.concatenate((frames, np.zeros_like(frames)))
+        self.arrays = self.arrays._replace(contacts=contacts, frames=frames)
