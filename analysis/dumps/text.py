@@ -23,6 +23,8 @@ class TextFrames:
     expensive, while the splitting of a frame into words is cheap.
     """
 
+    style = "custom"  #: Style of the dump.
+
     def __init__(self, name: str):
         self.name = name
         self._ids: list[bytes] | None = None
@@ -90,44 +92,59 @@ class TextFrames:
     def _read_header(self, stream: IO[bytes]) -> tuple[int, dict[str, Any]] | None:
         """Return the number of particles, and the fields of a frame from its header."""
         said: dict[str, Any] = {"time": None, "bounds": None}
-        particles = None
-        line = stream.readline()
+        line = self._first_line(stream)
         if not line:
             return None
         while True:
             if not line.endswith(b"\n"):
                 raise TruncatedFrameError
-            words = line.split()
             try:
-                if words[:1] != [b"ITEM:"]:
-                    raise ValueError
-                if words[1] == b"ATOMS":
-                    said["columns"] = tuple(word.decode() for word in words[2:])
-                    if "step" not in said or particles is None or not said["columns"]:
+                if self._read_item(line, said, stream):
+                    if "step" not in said or not said.get("columns"):
                         raise ValueError
-                    return particles, said
-                if words[1] == b"TIMESTEP":
-                    said["step"] = self._step(complete_line(stream))
-                elif words[1] == b"TIME":
-                    said["time"] = float(complete_line(stream))
-                elif words[1] == b"NUMBER":
-                    particles = self._count(complete_line(stream))
-                elif words[1] == b"BOX":
-                    rows = [complete_line(stream).split() for _ in range(3)]
-                    said["bounds"] = np.array([row[:2] for row in rows], dtype=float)
-                    said["tilted"] = any(len(row) > 2 for row in rows)
-                    # ITEM: BOX BOUNDS [xy xz yz] pp ff ff
-                    said["periodic_x"] = words[-3:-2] == [b"pp"]
-                elif words[1] == b"UNITS":
-                    said["units"] = complete_line(stream).decode().strip()
-                else:
-                    raise ValueError
+                    return self._count(said.pop("particles", "-1")), said
             except (ValueError, IndexError):
                 raise InputError(
-                    f"{self.name} is not a LAMMPS dump of style custom: unexpected "
-                    f"{line[:60].decode(errors='replace').strip()!r} in the header of a frame"
+                    f"{self.name} is not a LAMMPS dump of style {self.style}: unexpected "
+                    f"{line[:60].decode(errors='replace').strip()!a} in the header of a frame"
                 ) from None
             line = stream.readline()
+
+    def _first_line(self, stream: IO[bytes]) -> bytes:
+        """Return the first line of a header; empty at the end of the file."""
+        return stream.readline()
+
+    def _read_item(self, line: bytes, said: dict[str, Any], stream: IO[bytes]) -> bool:
+        """
+        Read the item of a header that begins with a line, and return whether it ends the header.
+
+        Raises ValueError or IndexError if there is no such item.
+        """
+        words = line.split()
+        if words[:1] != [b"ITEM:"]:
+            raise ValueError
+        if words[1] == b"ATOMS":
+            said["columns"] = tuple(word.decode() for word in words[2:])
+            return True
+        if words[1] == b"TIMESTEP":
+            said["step"] = self._step(complete_line(stream))
+        elif words[1] == b"TIME":
+            said["time"] = float(complete_line(stream))
+        elif words[1] == b"NUMBER":
+            said["particles"] = self._count(complete_line(stream))
+        elif words[1] == b"BOX":
+            self._read_box([complete_line(stream).split() for _ in range(3)], said)
+            # ITEM: BOX BOUNDS [xy xz yz] pp ff ff
+            said["periodic_x"] = words[-3:-2] == [b"pp"]
+        elif words[1] == b"UNITS":
+            said["units"] = complete_line(stream).decode().strip()
+        else:
+            raise ValueError
+        return False
+
+    def _read_box(self, rows: list[list[bytes]], said: dict[str, Any]) -> None:
+        said["bounds"] = np.array([row[:2] for row in rows], dtype=float)
+        said["tilted"] = any(len(row) > 2 for row in rows)
 
 
 def order_by_id(ids: Array, step: int, name: str) -> NDArray[np.int64] | None:

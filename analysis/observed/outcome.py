@@ -1,6 +1,7 @@
 """Observables that say what came out of a collision."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +12,18 @@ from chaincor.analysis.run_record import impulse_residual
 from chaincor.analysis.showing import lines
 
 FloatArray = NDArray[np.float64]
+
+
+def _energy(definition: str, body: str, part: str) -> Any:
+    """Declare a part of the energy of the chain or the target."""
+    prefix = "" if body == "chain" else f"{body}_"
+    return observable(
+        definition,
+        unit="energy",
+        rare=True,
+        run=lambda r: r.energy(body, part),
+        dump=energy_of(prefix, part),
+    )
 
 
 @dataclass(frozen=True, repr=False, kw_only=True)
@@ -135,19 +148,11 @@ class MeasuredOutcome:
         run=lambda r: r.velocity_after("chain"),
         dump=lambda a: a.velocity_after,
     )
-    translational_energy: float | None = observable(
-        "kinetic energy of the motion of the chain's centre of mass",
-        unit="energy",
-        rare=True,
-        run=lambda r: r.energy("chain", "translation"),
-        dump=energy_of("", "translation"),
+    translational_energy: float | None = _energy(
+        "kinetic energy of the motion of the chain's centre of mass", "chain", "translation"
     )
-    vibrational_energy: float | None = observable(
-        "all other energy of the chain",
-        unit="energy",
-        rare=True,
-        run=lambda r: r.energy("chain", "vibration"),
-        dump=energy_of("", "vibration"),
+    vibrational_energy: float | None = _energy(
+        "all other energy of the chain", "chain", "vibration"
     )
     target_velocity_after: float | None = observable(
         "velocity of the free target's centre of mass after the collision",
@@ -166,19 +171,11 @@ class MeasuredOutcome:
         run=lambda r: r.velocity_after("target"),
         dump=of_target("velocity_after", None),
     )
-    target_translational_energy: float | None = observable(
-        "kinetic energy of the motion of the target's centre of mass",
-        unit="energy",
-        rare=True,
-        run=lambda r: r.energy("target", "translation"),
-        dump=energy_of("target_", "translation"),
+    target_translational_energy: float | None = _energy(
+        "kinetic energy of the motion of the target's centre of mass", "target", "translation"
     )
-    target_vibrational_energy: float | None = observable(
-        "all other energy of the target",
-        unit="energy",
-        rare=True,
-        run=lambda r: r.energy("target", "vibration"),
-        dump=energy_of("target_", "vibration"),
+    target_vibrational_energy: float | None = _energy(
+        "all other energy of the target", "target", "vibration"
     )
     bond_min: float = observable(
         "shortest bond from the first contact to the last, at the ends of steps, 1 at rest",
