@@ -10,6 +10,8 @@ from chaincor.lammps_inputs.commands import commands_of
 from chaincor.lammps_inputs.given_numbers import number_in
 
 _VARIABLE = re.compile(r"\$\{(\w+)\}|\$(\w)")
+# Kinds of the two faces of the box in one direction: one letter for both, or one for each.
+_FACES = re.compile("[pfsm]{1,2}")
 # Styles whose atoms have no bonds.
 _WITHOUT_BONDS = ("atomic", "charge", "sphere", "ellipsoid")
 # Fixes that move atoms and hold a temperature or a pressure.
@@ -60,7 +62,7 @@ class StudentScript:
         return [c for c in self.named("fix") if len(c) > 3 and c[3].startswith(style)]
 
     def fixes_without_group(self, style: str) -> list[Command]:
-        """Return the fixes with a style that lack their ID or their group, as `fix all nve`."""
+        """Return the fixes with a style that lack their name or their group, as `fix all nve`."""
         return [
             c
             for c in self.named("fix")
@@ -111,8 +113,10 @@ def _units_and_box(script: StudentScript) -> Iterator[str]:
             "LAMMPS takes a periodic box, where a chain that leaves on one side comes back on the "
             "other; write `boundary f f f`",
         )
-    elif boundary[1:2] == ["p"]:
-        yield "the box is periodic in x: write `boundary f f f`"
+    elif len(boundary) != 4 or not all(map(_FACES.fullmatch, boundary[1:])):
+        yield f"`{' '.join(boundary)}`: give a letter for x, y and z each, as `boundary f f f`"
+    elif boundary[1] == "p":
+        yield "the box is periodic in x: write `f` for x, as `boundary f f f`"
     for name in ("units", "boundary"):
         if script.place("read_data") < script.place(name) < len(script.commands):
             yield f"`{name}` must stand before `read_data`, which makes the box"
@@ -178,12 +182,16 @@ def _motion_and_wall(script: StudentScript) -> Iterator[str]:
     for fix in (f for style in _THERMOSTATS for f in script.fixes(style)):
         yield f"`fix {fix[1]} {fix[2]} {fix[3]}` exchanges energy with a bath: take `nve`"
     yield from _motion(script)
+    removed = {command[1] for command in script.named("unfix") if len(command) > 1}
+    names = [c[1] for c in script.named("fix") if len(c) > 3 and c[1] not in removed]
+    for name in sorted({name for name in names if names.count(name) > 1}):
+        yield f"two fixes have the name {name}: give each its own"
     walls, unnamed = script.fixes("wall/"), script.fixes_without_group("wall/")
     for wall in unnamed:
-        right = "`fix ID all wall/reflect xlo 0.0`"
-        yield f"`{' '.join(wall)}` lacks its ID or its group: write {right}"
+        right = "`fix NAME all wall/reflect xlo 0.0`"
+        yield f"`{' '.join(wall)}` lacks its name or its group: write {right}"
     if not walls and not unnamed:
-        yield "no wall: add `fix ID all wall/reflect xlo 0.0`"
+        yield "no wall: add `fix NAME all wall/reflect xlo 0.0`"
     # A second wall may stand behind the chain.
     for wall in [wall for wall in walls if "xlo" in wall] or walls:
         yield from _wall(script, wall)
@@ -196,12 +204,12 @@ def _motion_and_wall(script: StudentScript) -> Iterator[str]:
 def _motion(script: StudentScript) -> Iterator[str]:
     movers, unnamed = script.fixes("nve"), script.fixes_without_group("nve")
     for fix in unnamed:
-        yield f"`{' '.join(fix)}` lacks its ID or its group: write `fix ID all nve`"
+        yield f"`{' '.join(fix)}` lacks its name or its group: write `fix NAME all nve`"
     baths = any(script.fixes(style) for style in _THERMOSTATS)
     if not movers and not unnamed and not baths:
-        yield "no integrator: `run` computes forces, and only `fix ID all nve` moves the atoms"
+        yield "no integrator: `run` computes forces, and only `fix NAME all nve` moves the atoms"
     elif len(movers) > 1:
-        yield "two integrators: each would move the atoms, so keep one `fix ID all nve`"
+        yield "two integrators: each would move the atoms, so keep one `fix NAME all nve`"
     elif movers and not script.has_group(movers[0][2]):
         yield f"there is no group {movers[0][2]}: write `all`"
 
@@ -222,7 +230,8 @@ def _wall(script: StudentScript, wall: Command) -> Iterator[str]:
             "the wall closes the low side of x, `xlo 0.0`"
         )
     elif place != 0.0 and not _is_formula(faces["xlo"]):
-        yield f"the wall stands at x = {faces['xlo']}: particle 1 begins at the wall, x = 0"
+        place_given = f"the wall stands at x = {faces['xlo']}"
+        yield f"{place_given}: particle 1 begins at the wall, so write `xlo 0.0`"
     if not script.has_group(wall[2]):
         yield f"there is no group {wall[2]}: write `all`"
 

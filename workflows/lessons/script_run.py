@@ -27,13 +27,13 @@ _SHORT_STEP = 0.02
 # Meaning of LAMMPS's errors for the chain.
 _MEANINGS = {
     "Bond atoms": "two bonded atoms are so far apart that LAMMPS lost one; the step is too long, "
-    "or an atom left the box",
+    "or an atom left the box, whose size stands in the data file",
     "Lost atoms": "an atom left the box and was deleted; look at the wall and at the box",
     "Out of range atoms": "atoms moved farther than the neighbour lists allow; rebuild them sooner",
     "Cannot open file": "LAMMPS runs in the folder of the script; write `read_data chain.data`",
     "Unknown command": "LAMMPS knows no command of this name",
     "before simulation box": "`read_data` makes the box, so this command comes after it",
-    "Replacing a fix": "two fixes have the same ID; give each its own",
+    "Replacing a fix": "two fixes have the same name; give each its own",
     "is out of bounds": "all particles and bonds of chain.data have type 1",
     "Incorrect format in Atoms": "the columns of chain.data are those of `atom_style bond`",
     "Unknown print keyword": "the text of `print` stands in quotes",

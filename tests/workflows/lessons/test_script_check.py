@@ -95,13 +95,15 @@ FAULTS = [
     ("atom_style", "atomstyle", 1, "write `atom_style`"),
     ("read_data ", "readdata ", 1, "write `read_data`"),
     ("bond_coeff", "bond_coef", 2, "write `bond_coeff`"),
-    # A fix has an ID, a group and a style.
-    ("fix             move all nve", "fix all nve", 3, "`fix all nve` lacks its ID"),
-    ("fix             move all nve", "fix move nve", 3, "`fix move nve` lacks its ID"),
-    ("stop all wall/reflect", "all wall/reflect", 3, "write `fix ID all wall/reflect xlo 0.0`"),
+    # A fix has a name, a group and a style.
+    ("fix             move all nve", "fix all nve", 3, "`fix all nve` lacks its name"),
+    ("fix             move all nve", "fix move nve", 3, "`fix move nve` lacks its name"),
+    ("stop all wall/reflect", "all wall/reflect", 3, "write `fix NAME all wall/reflect xlo 0.0`"),
     ("move all", "move mobile", 3, "there is no group mobile"),
     ("wall/reflect", "wall/reflct", 3, "is another fix: the hard wall is `wall/reflect`"),
     ("xlo 0.0", "xlo", 3, "names no face and place"),
+    ("stop all", "move all", 3, "two fixes have the name move"),
+    ("f f f", "fff", 0, "give a letter for x, y and z each"),
 ]
 
 
@@ -147,7 +149,6 @@ RUNS = [
     ('"restitution = $(v_restitution)"', "restitution = 1", "the text of `print` stands in quotes"),
     ("equal", "index", "a formula is `variable NAME equal FORMULA`"),
     ("variable        restitution equal", "variable eta equal", "no `variable` of this name"),
-    ("stop all", "move all", "two fixes have the same ID"),
     ("read_data  ", "group first id 1\nread_data  ", "`read_data` makes the box"),
     ("style      bond", "style full", "the columns of chain.data"),
     ("coeff      1", "coeff 2", "all particles and bonds of chain.data have type 1"),
