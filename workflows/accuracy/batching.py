@@ -25,20 +25,20 @@ from chaincor.workflows.engines.reference.batch.runner import Batch
 from chaincor.workflows.engines.reference.finish import End, LastContact, finish, kinetic_energy
 from chaincor.workflows.engines.rounding import rounding_error, rounding_matters
 
-# Largest chain in a batch. Longer chains are solved one by one: three runs do not suffice for them,
-# and their loops gain nothing from a batch.
+# A batch holds no longer chains. Three runs do not suffice for them, and their loops gain nothing
+# from a batch.
 LONGEST_TOGETHER = LONGEST_TRUSTED
-# Smallest batch: with fewer collisions lanes stay empty, and the loop has to be loaded.
+# A smaller batch leaves lanes empty, and its loop has to be loaded.
 LEAST_TOGETHER = 16
-# Time of a collision in a batch over its time alone: 0.1 for short chains, up to 0.5.
+# A collision in a batch takes this share of its time alone: 0.1 for short chains, up to 0.5.
 TOGETHER_SHARE = 0.3
-# Largest number of collisions in a batch and its seconds of work, so that progress is visible and
-# an interruption loses little.
+# A batch holds at most this many collisions and seconds of work, so that progress is visible and an
+# interruption loses little.
 _MOST_TOGETHER, _SECONDS_TOGETHER = 256, 0.5
 
 
-# Properties that the collisions of a batch share: the bond (objects of named bonds are shared), the
-# number of particles, and the scheme.
+# The collisions of a batch share the bond (objects of named bonds are shared), the number of
+# particles and the scheme.
 Kind = tuple[int, int, StepSchemeName]
 
 

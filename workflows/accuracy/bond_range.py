@@ -8,7 +8,7 @@ from chaincor.workflows.engines.reference import bookkeeping
 from chaincor.workflows.engines.reference.coarse_run import CoarseRun, coarse_step
 from chaincor.workflows.engines.reference.moving import Motion, Stepper
 
-# Steps between looks for the first contact.
+# The first contact is looked for after this many steps.
 _APPROACH_STEPS = 64
 
 

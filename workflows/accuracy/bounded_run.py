@@ -18,19 +18,19 @@ from chaincor.workflows.engines.schemes import STEP_SCHEMES
 from chaincor.workflows.engines.time_limit import time_limit
 from chaincor.workflows.measured import measured
 
-# With explicit numerics, a run at step h is proved by runs at these shares of h: a half and,
-# because phases of contacts make errors irregular, two that are no simple fractions.
+# A run with explicit numerics at a step h is proved by runs at these shares of h: a half, and two
+# that are no simple fractions because the phases of contacts make errors irregular.
 PROOF_STEPS = (0.5, 0.54, 0.93)
-# Error over the largest difference to those runs, by wall. In theory it is 4/3 for order 2 and near
-# 1 for higher orders. The error of the stock wall does not shrink regularly, and the difference
-# shows its size.
+# The error divided by the largest difference to those runs, for each wall. In theory it is 4/3 for
+# order 2 and near 1 for higher orders. The error of the stock wall does not shrink regularly, so
+# the difference itself shows its size.
 PROOF_SHARE: dict[str, float] = measured("proof_share")
 
-# Values of |change of eta| * v0 / |force error|. The kinks of a linear table also reduce the order
-# of the integrator. The lower limits are choices that suffice for long chains that break.
+# Bounds of |change of eta| * v0 / |force error|. The kinks of a linear table also reduce the order
+# of the integrator. The lower bounds are choices that suffice for long chains that break.
 TABLE_SENSITIVITY: dict[str, float] = measured("table_sensitivity", {"spline": 2.0, "linear": 5.0})
 
-# Factor for single velocities and times, which depend on tables and rounding more than the mean.
+# Single velocities and times depend on tables and rounding more than the mean does, by this factor.
 ARRAY_SENSITIVITY: float = measured("array_sensitivity")
 
 
@@ -44,7 +44,7 @@ class BoundedRun:
     rounding_sensitivity: float = 0.0
     #: Reason why the run misses its tolerance; None if it does not, or was not compared with one.
     reason: str | None = None
-    #: Pilot run, choice and proof, for the record.
+    #: Pilot run, choice of numerics and proof, for the record.
     details: dict[str, Any] = field(default_factory=dict)
     #: Runs of the same collision that the run was compared with.
     others: tuple[Outcome, ...] = ()

@@ -61,35 +61,36 @@ from chaincor.workflows.errors import (
 )
 from chaincor.workflows.measured import measured
 
-# Share of the tolerance for the table: an exact table costs little more, a smaller step much.
+# The table may use this share of the tolerance. An exact table costs little more, but a smaller
+# step costs much.
 _TABLE_SHARE = 0.01
-# Target error of the reference run, as a share of the tolerance. Its error is part of the error
-# bar.
+# The target error of the reference run is this share of the tolerance, because its error is part of
+# the error bar.
 TRUTH_SHARE = 0.03
-# Schemes that a tolerance may choose once they are measured: for scripts, and with Python.
+# A tolerance may choose these schemes only after they were measured: for scripts, and with Python.
 SCRIPTED_SCHEMES: tuple[StepSchemeName, ...] = tuple(
     name for name in SCHEME_ORDERS if name in measured("usual_error")
 )
 LAMMPS_SCHEMES: tuple[StepSchemeName, ...] = (*SCRIPTED_SCHEMES, "extrapolated12")
 _ALWAYS: StepSchemeName = "order8"
-# Error of LAMMPS's kick-drift-kick steps over the error of the reference engine, which drifts
-# first.
+# LAMMPS's steps kick, drift and kick; those of the reference engine drift first. The errors have
+# this ratio.
 _LAMMPS_OVER_IN_HOUSE = 2.0
-# Factor on the step of the run that proves a LAMMPS run.
+# The run that proves a LAMMPS run has a step longer by this factor.
 COARSER = 2.0
-# Cost of both runs in units of one, and share of the remaining time that they may be expected to
-# take, because forecasts are good to a factor of two.
+# Both runs together cost this many single runs. They may be expected to take this share of the
+# remaining time, because forecasts are right within a factor of two only.
 LAMMPS_RUNS = 1.0 + 1.0 / COARSER
 _TIME_SHARE = 0.5
 _MOST_REFINEMENTS = 5
-# Errors that too long a step causes in a collision that the reference engine has finished within
-# the range of the bonds.
+# LAMMPS raises these errors if the step is too long for a collision that the reference engine has
+# finished within the range of the bonds.
 _CURED_BY_STEPS = (TimestepError, LostAtomsError, CrossingError, BondRangeError)
-# Share of the tolerance for the rounding that extrapolated steps amplify. It affects only the cost,
-# because the sum is proved.
+# The rounding that extrapolated steps amplify may use this share of the tolerance. The share
+# affects only the cost, because the sum is proved.
 _ROUNDING_SHARE = 0.4
-# Largest work of Verlet steps for bonds that pass kinks: about a minute, at some 20 ns for each
-# bond and 1 us for each step.
+# Verlet steps for bonds that pass kinks may do this much work: about a minute, at some 20 ns for
+# each bond and 1 us for each step.
 _MOST_BOND_STEPS = 1e9
 
 
@@ -114,7 +115,7 @@ class LammpsSearch:
         self.problem, self.target_error, self.sensitivity = problem, target_error, sensitivity
         amplified = amplified_rounding("lammps", sensitivity, problem)
         self.floor = max(rounding_error("lammps", problem), amplified)
-        # Below the rounding floor a finer step gains nothing.
+        # Below the rounding a finer step gains nothing.
         self.reachable = max(target_error - self.floor, self.floor)
         solver_of(problem, (LAMMPS,))  # raises RunError if LAMMPS cannot run the scene
         self.pilot = pilot_run(problem, TRUTH_SHARE * self.reachable, files=files)
@@ -146,7 +147,7 @@ class LammpsSearch:
         order = effective_order(problem, numerics.scheme)
         steps_record = share_of_difference(order, COARSER) * largest_difference(fine, [coarse])
         error = max(steps_record, abs(fine.eta - truth.restitution)) + truth.error
-        # If the reference run is in doubt about a late contact, this run is too.
+        # If a late contact of the reference run is in doubt, so is a late contact of this run.
         doubt = truth.outcome.ending.missed_momentum
         fine = replace(fine, ending=fine.ending.doubted(doubt))
         bar = error_bar(fine, error, self.sensitivity)
@@ -215,7 +216,7 @@ def solve_with_lammps(
         "seconds": chosen,
         "in_house_restitution": reference.restitution,
         "in_house_error": search.reference_error(),
-        # error from LAMMPS alone: the difference between its two runs
+        # This error comes from LAMMPS alone: it is the difference between its two runs.
         "error_alone": found.error - error + largest_difference(fine, [coarse]),
     }
     details = found.details | {"scouting": search.pilot.beside(fine)}

@@ -26,21 +26,22 @@ from chaincor.workflows.engines.rounding import rounding_error, rounding_matters
 from chaincor.workflows.errors import CrossingError, RunError
 from chaincor.workflows.measured import measured
 
-# Error of an adaptive run over its differences to runs at ten and a hundred times its accuracy. The
-# lower limit of 0.3 is a choice, nearly three times the largest value of 20 scenes, because they
-# are few.
+# The error of an adaptive run, divided by its differences to runs at ten and a hundred times its
+# accuracy. The lower limit of 0.3 is nearly three times the largest value of 20 scenes, because
+# these scenes are few.
 _ADAPTIVE_SHARES = tuple(measured("adaptive_share", 0.3) * weight for weight in (1.0, 0.4))
-# Kinks make the error fall irregularly; as for fixed steps, the shares are three times as large.
+# Kinks make the error fall irregularly, so the shares are three times as large as without kinks, as
+# for fixed steps.
 _IRREGULAR_SHARES = tuple(3.0 * share for share in _ADAPTIVE_SHARES)
-# Shares for beads, which have many kinks. In 665 random columns of 2 to 15 beads at three
-# accuracies, 5 runs in 2000 exceed the larger of 3.0 and 1.0 times the differences, by 1.45 times
-# at most.
+# Columns of beads have many kinks, so they have shares of their own. In 665 random columns of 2 to
+# 15 beads at three accuracies, 5 runs in 2000 exceed the larger of 3.0 and 1.0 times the
+# differences, by a factor of 1.45 at most.
 _BEAD_SHARES = (4.0, 1.5)
 _MOST_REFINEMENTS = 15
-# If adaptive steps would take hours, hard spheres are used whenever they are good to three digits,
-# with their own error bar.
+# If adaptive steps would take hours, the limit of hard spheres is used, with its own error bar,
+# whenever it is good to three digits.
 _ROUGH_SPHERES = 1e-3
-# Error of the exact propagator, which only rounds; compared with higher precision it is below this.
+# The exact propagator only rounds. Its error, found with higher precision, is below this.
 MODAL_ERROR = 1e-13
 
 

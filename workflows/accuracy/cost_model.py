@@ -26,19 +26,21 @@ from chaincor.workflows.engines.schemes import STEP_SCHEMES
 from chaincor.workflows.versions import processor
 
 _FILE = "cost_model.json"
-# Cost in stages of a check of the gap by Python before each Verlet step, 15 to 20 us against 1.9
-# us. Bodies of unequal masses need it, because no bound gives the time of their contact.
+# Before each Verlet step, Python checks the gap. The check costs this many stages: 15 to 20 us
+# against 1.9 us. Bodies of unequal masses need it, because no bound gives the time of their
+# contact.
 _LOOK = 8.0
-# Repeats of a measurement, chains and steps in it, and rows of its tables.
+# A measurement has this many repeats, chains and steps, and tables of this many rows.
 _REPEATS = 7
 _SHORT_CHAIN, _LONG_CHAIN = 20, 1000
 _STEPS = {_SHORT_CHAIN: 20_000, _LONG_CHAIN: 1_000}
 _ROWS = 1_001
-# Velocity of a chain almost at rest: no bond leaves its table, and nothing comes near the wall.
+# At this velocity a chain is almost at rest: no bond leaves its table, and nothing comes near the
+# wall.
 _TREMBLE = 1e-4
 
 
-# Time of one step of LAMMPS's granular styles driven from Python, and of one bead in it.
+# Seconds of one step of LAMMPS's granular styles driven from Python, and of one bead in this step.
 _GRANULAR_STEP, _GRANULAR_BEAD = 6e-6, 9e-8
 
 
@@ -71,7 +73,8 @@ class CostModel:
         harmonic = problem.bond.is_harmonic
         per_bond = self.harmonic_bond if harmonic else getattr(self, f"{numerics.table}_bond")
         scheme = STEP_SCHEMES[numerics.scheme]
-        # A free target has bonds of its own, and the shorter body limits the number of contacts.
+        # A free target has bonds of its own, and the shorter of both bodies limits the number of
+        # contacts.
         targets = problem.line.targets
         bonds = problem.particles - 1 + max(targets - 1, 0)
         contacts = 0.9 * (min(problem.particles, targets) if targets else problem.particles)

@@ -27,28 +27,28 @@ from chaincor.workflows.engines.rounding import amplified_rounding, rounding_err
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
 from chaincor.workflows.measured import measured
 
-# Schemes, and the target error above which each is usually the cheapest.
+# Each scheme is usually the cheapest for target errors above its number.
 _SCHEMES: dict[StepSchemeName, float] = measured("reference_schemes")
-# Scheme that amplifies rounding least. Long chains, in which grazing contacts depend on the last
-# digit, use it for any target error. It affects only the cost.
+# This scheme amplifies rounding least. Long chains, in which grazing contacts depend on the last
+# digit, use it for any target error. The choice affects only the cost.
 _PLAINEST: StepSchemeName = "srkn14"
-# Bodies that need more attempts than this amplify errors more than usual.
+# Bodies that need more attempts than this amplify errors more than usual bodies do.
 _USUAL_TRIES = 3
-# Chains of more particles than this that need finer steps than usual are solved one by one, with a
-# measurement of their rounding.
+# Chains of more particles than this are solved one by one, with a measurement of their rounding, if
+# they need finer steps than usual.
 LONGEST_TRUSTED = 250
-# Factor on the error if the number of contacts depends on the step, and for bodies that amplify
-# errors of steps. Among 141 chains with one heavy mass, at three steps each, three had errors of up
-# to 2.1 times the estimate.
+# The error is multiplied by this factor if the number of contacts depends on the step, and for
+# bodies that amplify errors of steps. Among 141 chains with one heavy mass, at three steps each,
+# three had errors of up to 2.1 times the estimate.
 _RESERVE = 3.0
-# Largest change of all velocities in the near run, as a part of their change at twice the step
-# (0.12 at order 4), or against the velocities themselves. Unequal masses, two bodies and warm
-# chains amplify errors of steps: among 527 chains with one heavy mass, 51 had too small an error
-# bar while the order of the scheme was trusted.
+# Velocities have converged if their change in the near run is at most this part of their change at
+# twice the step (0.12 at order 4), or this part of the velocities. Unequal masses, two bodies and
+# warm chains amplify errors of steps: among 527 chains with one heavy mass, 51 had too small an
+# error bar while the order of the scheme was trusted.
 _NEARER, _SAME = 0.15, 1e-9
-# Usual error of steps that resolve a long chain. Longer steps do not show whether contacts depend
-# on the last digit. In lj chains of 3000 and 4000 particles (0.4 v*) contacts do not depend on it
-# at H = 0.063, and seem to at 0.126; in chains of 4500 to 10000 they do at any step.
+# Steps with this usual error resolve a long chain; longer steps do not show whether contacts depend
+# on the last digit. In lj chains of 3000 and 4000 particles (0.4 v*) contacts do not depend on the
+# last digit at H = 0.063, and seem to at 0.126. In chains of 4500 to 10000 they do at any step.
 _RESOLVED = 2e-11
 _MOST_REFINEMENTS = 15
 _LEAST_STEP = 1e-5
@@ -128,8 +128,8 @@ def _meet_with_scheme(
         sensitivity = max(sensitivity, changed / amplification)
         sure = not problem.line.has_equal_masses and fine.ending.kind == "proved"
         if silent and max(amplification * sensitivity, error) > target_error and not sure:
-            # If rounding decides how hard this contact is, it may also decide whether another one
-            # comes.
+            # If rounding decides the impulse of this contact, it may also decide whether another
+            # contact follows.
             another = 2.0 * float(fine.contact_speeds[-1])
             fine = replace(fine, ending=fine.ending.doubted(another))
     bounded = bounded_run(fine, error, proof, found.tries, sensitivity)
@@ -145,8 +145,8 @@ def with_doubts(outcome: Outcome, others: Sequence[Outcome]) -> Outcome:
     ending = outcome.ending
     for other in others:
         ending = ending.doubted(other.ending.missed_momentum)
-        # A grazing contact in mid collision that only one run has is part of their difference. A
-        # contact after the other's last contact may be the first of more.
+        # A grazing contact in the middle of the collision that only one run has is part of their
+        # difference. A contact after the other run's last contact may be the first of several.
         sooner, later = sorted((outcome, other), key=lambda each: float(each.contact_times[-1]))
         same = int(np.argmin(np.abs(later.contact_times - sooner.contact_times[-1])))
         ending = ending.doubted(2.0 * float(np.sum(later.contact_speeds[same + 1 :])))
@@ -223,7 +223,8 @@ class _Search:
         ending = ending_error(self.known)
         done |= problem.particles > LONG and regular and error <= ending > target_error
         if done and self.nudged == 0.0 and differ(fine, [self.known]):
-            # The end comes from a run with other contacts, so this run may have one more.
+            # The end is the end of a run with other contacts, so this run may have one more
+            # contact.
             whole = run_reference(problem, scheme, step)
             late, self.known = differ(fine, [whole]), whole
             if late:

@@ -31,17 +31,19 @@ from chaincor.workflows.errors import RunError
 # by less than 1/1.5 of its error in 2 cases of 1000.
 COARSER = (2.0, 1.86, 1.73, 1.61)
 KINKED_SHARE = 1.5
-# Without a reliable order, this composition has the smallest error for its evaluations.
+# Without a reliable order, this composition has the smallest error for its number of force
+# evaluations.
 SCHEME: StepSchemeName = "order8"
-# If no kink was found, half of the share for order 2 is taken, at any order.
+# If no kink was found, half of the share for order 2 is taken, whatever the order.
 _SEEMINGLY_SMOOTH_SHARE = 1.0
-# If the error of a scheme of higher order falls no faster than this power, twice, the bonds have
-# kinks that were not declared.
+# If the error of a scheme of higher order falls no faster than this power of the step, twice in
+# succession, the bonds have kinks that were not declared.
 _LOST_ORDER = 3.0
 _MOST_REFINEMENTS = 20
-# Largest work of one run, some seconds: bond steps of compiled loops, and steps in NumPy.
+# One run may do this much work, which takes some seconds: bond steps of compiled loops, and steps
+# in NumPy.
 _MOST_BOND_STEPS, _MOST_ARRAY_STEPS = 2e9, 1e5
-# Reserve for strains of later runs beyond those of the first, coarse run.
+# Later runs may strain bonds more than the first, coarse run, by this reserve.
 _RESERVE = 1.2
 _FIRST_STEP = 0.0125
 

@@ -19,12 +19,12 @@ from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.engines.reference.coarse_run import bonds_in_flight
 from chaincor.workflows.errors import RunError
 
-# Target error of a pilot run for the range of bonds, which converges long before eta.
+# This target error suffices for the range of bonds, which converges long before eta.
 _SCOUTING_GOAL = 1e-4
-# Largest frequency ratio of a pilot run, for which a hundred particles take a second. LAMMPS, with
-# the far longer step of a scene, reports itself if it cannot follow the bonds.
+# Pilot runs follow frequency ratios up to this one, for which a hundred particles take a second.
+# LAMMPS, with the far longer step of a scene, reports itself if it cannot follow the bonds.
 _SHARPEST = 1e4
-# Factor on the time after which LAMMPS looks for the end, for the steps until it stops.
+# LAMMPS stops some steps after it looks for the end; this factor on the time covers them.
 _ASKED_WITHIN = 1.3
 
 

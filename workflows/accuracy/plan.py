@@ -45,13 +45,13 @@ from chaincor.workflows.engines.fragment_bounds import breaking_energy
 from chaincor.workflows.engines.rounding import rounding_error
 from chaincor.workflows.errors import CostError, RunError
 
-# Cost of the reference runs until they agree, or until the step of LAMMPS is chosen, in runs of one
-# step.
+# The reference runs, until they agree or until the step of LAMMPS is chosen, cost this many runs of
+# one step.
 _IN_HOUSE_RUNS = 2.1
-# Number of broken bonds that the energy must suffice for, so that motions usually differ so much
-# that one step seldom reaches a target error.
+# If the energy suffices to break this many bonds, motions usually differ so much that one step
+# seldom reaches a target error.
 _SHATTERED = 33.0
-# Longest chain of the cost measurements; longer chains fit no cache.
+# The cost was measured for chains up to this length; longer chains fit no cache.
 _MOST_MEASURED = 500
 
 

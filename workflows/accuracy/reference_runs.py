@@ -23,20 +23,21 @@ from chaincor.workflows.accuracy.step_proof import difference
 from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.engines.reference import stepping
 
-# Chains longer than this have grazing contacts that depend on the last digit.
+# Longer chains have grazing contacts that depend on the last digit.
 LONG = 1500
-# Changes of the impact velocity in units of rounding. Among lj chains of 3000 at 0.39 v*, one in
-# three has other last contacts than the rest, and eta of 0.7833 to 0.7842 instead of 0.7813. Two
-# nudges and three steps all agreed there; eight and three agree by chance in one case of a hundred.
+# The impact velocity is changed by these units of rounding. Among lj chains of 3000 at 0.39 v*, one
+# in three has other last contacts than the rest, and eta of 0.7833 to 0.7842 instead of 0.7813. Two
+# nudges and three steps all agreed there; eight nudges and three steps agree by chance in one case
+# of a hundred.
 _NUDGES = (-5.0, 3.0)
 _NUDGES_OF_LONG = (*_NUDGES, -9.0, 7.0, -2.0, 11.0, -14.0, 5.0)
-# Target error of steps that resolve the amplification of rounding.
+# Steps with this target error resolve the amplification of rounding.
 _GOAL = 1e-9
-# Largest number of halvings if the usual step does not run: down to a thousandth of it.
+# If the usual step does not run, it is halved at most this many times, to a thousandth.
 _MOST_HALVINGS = 10
-# Reserve of an estimate from one step. The error of the next step differs by chance, and to miss
-# the target error costs another search, while 0.3 costs a tenth of the step at order 8. It affects
-# only the cost, because the step is proved.
+# An estimate from one step keeps this reserve. The error of the next step differs by chance, and a
+# missed target error costs another search, while a reserve of 0.3 costs a tenth of the step at
+# order 8. The reserve affects only the cost, because the step is proved.
 _RESERVE = 0.3
 _MOST_TRIES = 5
 

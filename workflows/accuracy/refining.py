@@ -9,13 +9,12 @@ from chaincor.workflows.errors import CostError, RunError, TimestepError
 
 Found = TypeVar("Found")
 
-# Number of refinements without halving of the error after which the error does not come from the
-# steps. Each step is 0.8 of the last at most and the order at least 4, so the error should halve
-# every time.
+# If the error has not halved after this many refinements, it does not come from the steps. Each
+# step is 0.8 of the last at most and the order at least 4, so the error should halve every time.
 STALLED = 3
-# Number of steps, each about half of the one before, that must fail alike before the failure
-# counts. Too large a step also makes particles meet or bonds break, but a sixteenth of a guessed
-# step is stable beyond doubt.
+# A failure counts only after this many steps, each about half of the one before, have failed alike.
+# Too large a step also makes particles meet or bonds break, but a sixteenth of a guessed step is
+# stable beyond doubt.
 _CONFIRMATIONS = 4
 
 

@@ -24,9 +24,9 @@ from chaincor.workflows.engines.rounding import amplified_rounding, rounding_mat
 from chaincor.workflows.engines.time_limit import time_limit
 from chaincor.workflows.errors import ToleranceError
 
-# Number of looser target errors to try if one is missed. The rounding of a short step may exceed
-# its forecast by up to one decade. More decades are missed only if nothing converges, and the error
-# bar is not small then.
+# If a target error is missed, this many looser ones are tried. The rounding of a short step may
+# exceed its forecast by up to one decade. More decades are missed only if nothing converges, and
+# the error bar is not small then.
 _MOST_LOOSER = 2
 
 
@@ -104,7 +104,8 @@ def _run_as_given(planned: Plan) -> BoundedRun:
     if others:
         share = PROOF_SHARE[numerics.wall]
         step = share * largest_difference(outcome, others)
-        # Errors of arrays exceed differences of arrays by the same factor as for eta.
+        # Errors of arrays exceed differences of arrays by the same factor as the error of eta
+        # exceeds its difference.
         spreads = [spread_of(outcome, run) for run in others]
         details["spread"] = {name: share * max(s[name] for s in spreads) for name in spreads[0]}
     bar = error_bar(outcome, step)

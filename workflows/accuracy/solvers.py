@@ -22,22 +22,22 @@ from chaincor.workflows.engines.reference import adaptive, hard_sphere, modal, s
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
 from chaincor.workflows.errors import RunError
 
-# Processor time of a collision besides its runs, with LAMMPS and with the reference engine.
-# Measured for 130 collisions, 10 to 500 particles at 0.01 to 4 v* and tolerances of 1e-4 to 1e-9.
+# Processor seconds of a collision beside its runs, with LAMMPS and with the reference engine,
+# measured for 130 collisions of 10 to 500 particles at 0.01 to 4 v* and tolerances of 1e-4 to 1e-9.
 _LAMMPS_SECONDS = 0.025
 _IN_HOUSE_SECONDS = 0.002
-# Time of one stage of the reference engine, and of one bond in it.
+# Seconds of one stage of the reference engine, and of one bond in this stage.
 _IN_HOUSE_STAGE = 1e-7
 _IN_HOUSE_BOND = 1e-9
-# Time of modes for each pair of a mode and a window of time; there are as many of either as
-# particles. Measured for 1000 to 4000.
+# Seconds of modes for each pair of a mode and a window of time, measured for 1000 to 4000
+# particles. There are as many modes, and as many windows, as particles.
 _MODAL_PAIR = 7e-8
-# Time of adaptive steps for each pair of particles and decimal digit of the frequency ratio.
+# Seconds of adaptive steps for each pair of particles and decimal digit of the frequency ratio.
 _ADAPTIVE_PAIR = 5e-5
-# Time of adaptive steps for each pair of beads.
+# Seconds of adaptive steps for each pair of beads.
 _BEAD_PAIR = 3e-5
-# Limit of (n ln(ratio))^3 for adaptive steps: about a minute. A run takes up to 8e-10 s times this
-# number (log bonds; other bonds take less in long chains).
+# Adaptive steps are taken up to this (n ln(ratio))^3, which is about a minute. A run takes up to
+# 8e-10 s times this number (log bonds; other bonds take less in long chains).
 _MOST_STEPPED = 7.5e10
 
 

@@ -14,11 +14,11 @@ from chaincor.workflows.engines.compositions import COMPOSITIONS
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
 from chaincor.workflows.measured import measured
 
-# Share of the target error for steps: half, because the error bar needs room for the rest. It
-# affects only the cost, because the sum is proved.
+# Steps may use half of the target error, because the error bar needs room for its other parts. The
+# share affects only the cost, because the sum is proved.
 STEP_SHARE = 0.5
-# A stage of weight w is stable while 2 |w| H < 2 for the fastest mode; the share keeps a tenth
-# below.
+# A stage of weight w is stable while 2 |w| H < 2 for the fastest mode. The share stays a tenth
+# below this limit.
 _STABILITY_SHARE = 0.9
 # A bond that is compressed to a curvature k needs steps shorter by sqrt(k). These are the steps of
 # DEFAULT_TIMESTEPS and of schemes without a default, and the errors of eta with them for chains of
@@ -30,18 +30,19 @@ USUAL_STEPS: dict[str, float] = {
     "extrapolated14": 0.8,
 }
 _USUAL_ERROR: dict[str, float] = measured("usual_error")
-# Power of the step with which errors fall, if it is not the order, which then holds for shorter
-# steps only; and the error that nine scenes in ten stay below over the median, if it is not about
-# two.
+# The error falls with this power of the step if the order of the scheme holds for shorter steps
+# only. The second number is the error that nine scenes in ten stay below, over the median, if it is
+# not about two.
 _USUAL_ORDERS = {"srkn14": 9}
 _USUAL_SCATTER = {"srkn14": 20.0}
 # Error of eta with LAMMPS's granular styles, divided by the square of the step in units of
 # 1/frequency. It is 0.03 for columns of 10 beads and 0.06 for columns of 100.
 _GRANULAR_ERROR = 0.06
-# The same over the step with damping: 0.001 to 0.1. Refinement finds shorter steps.
+# With damping the error of eta is divided by the step instead: 0.001 to 0.1. Refinement finds
+# shorter steps.
 _DAMPED_ERROR = 0.01
-# Largest steps of schemes that are no compositions: up to their stability, and in LAMMPS as long as
-# their longest Verlet step does not need a much longer bond table.
+# Largest steps of schemes that are no compositions: up to their limit of stability, and in LAMMPS
+# while their longest Verlet step does not need a much longer bond table.
 _LARGEST = {"srkn14": 1.4, "extrapolated12": 0.7, "extrapolated14": 1.2}
 
 
@@ -91,8 +92,8 @@ def pair_energy(line: Line) -> float:
     return 2.0 * line.heaviest_pair * (v0 * v0)
 
 
-# Cache of the strain of bonds that hold an energy, and U'' there: a sweep needs the same speeds for
-# many lengths.
+# The cache holds the strain of bonds that hold an energy, and U'' there, because a sweep needs the
+# same speeds for many lengths.
 _compressed: dict[tuple[Potential, float], tuple[float, float]] = {}
 _MOST_KEPT = 100_000
 

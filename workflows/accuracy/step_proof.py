@@ -24,7 +24,7 @@ from chaincor.lammps_inputs.line import Line
 from chaincor.lammps_inputs.schemes import StepSchemeName
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
 
-# Factors on the step of the two runs that prove a run: the far run and the near run.
+# The two runs that prove a run have steps longer by these factors: the far run and the near run.
 COARSER = (2.0, 1.3)
 _LEAST_ORDER = math.log(2.0) / math.log(COARSER[1])
 _STEEPEST = 1.0 / (COARSER[0] ** _LEAST_ORDER - 1.0)
@@ -36,7 +36,7 @@ _SCATTER = 0.75
 # same at every step. Among 17,231 plain cold chains all five outside their error bars, by a factor
 # of up to 1.3, had two contacts.
 _OF_FEW = 2.0
-# Reserve, because the time to the last contact depends on the step.
+# The time to the last contact depends on the step, so it has this reserve.
 _ENOUGH = 0.9
 
 
@@ -55,7 +55,7 @@ def runs_differ(order: float, steps: Any) -> Any:
 def difference(line: Line, e: Any, other: Any, fine_speeds: Any, speeds: Any, velocity: Any) -> Any:
     """Return the difference of two runs in eta and in their contacts, of equal number."""
     squares = np.square(np.subtract(speeds, fine_speeds))
-    # A cumulative sum, so that zeros at the end change no digit.
+    # A cumulative sum is taken, so that zeros at the end change no digit.
     scatter = np.sqrt(np.cumsum(squares, axis=-1)[..., -1])
     changes = np.maximum(np.count_nonzero(fine_speeds, axis=-1) - 1, 1)
     share = _SCATTER * (1.0 + _OF_FEW / changes)

@@ -17,10 +17,10 @@ from chaincor.workflows.engines.reference import stepping
 if TYPE_CHECKING:
     from scipy.interpolate import CubicSpline
 
-# Share of the tolerance below which the error of the rows is only estimated.
+# Below this share of the tolerance, the error of the rows is only estimated.
 _NEGLIGIBLE = 0.1
-# Step for altered tables if the run has no fixed step. Otherwise they use twice the step of the
-# run, at which its error bar was proved.
+# Altered tables are run at this step if the run has no fixed step. Otherwise they use twice the
+# step of the run, at which its error bar was proved.
 _STEP = 0.05
 # Factor on the change of eta from the values between rows. Slow chains depend on the stiffness at
 # one length. With rows twice as far apart, the error of a spline's stiffness is eight times larger,
@@ -28,8 +28,8 @@ _STEP = 0.05
 # between two rows, up to twice more than both altered tables show, which leave out even and odd
 # rows. A reserve of a half is for faster chains.
 _BETWEEN = 3.0
-# Factor on the standard deviation of six random changes. A standard deviation from six samples is
-# uncertain by a third.
+# The standard deviation of six random changes is multiplied by this factor, because six samples
+# leave it uncertain by a third.
 _SHAKEN = 4.0
 
 

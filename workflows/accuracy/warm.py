@@ -31,25 +31,25 @@ from chaincor.workflows.errors import CostError, RunError
 
 # Smaller target errors need single runs, whose amplification of rounding is examined.
 SHARPEST_GOAL = 1e-8
-# Energy of the most compressed bond of a warm chain, in units of T; decides only the first step.
+# Energy of the most compressed bond of a warm chain, in units of T. It decides only the first step.
 _HOTTEST_BOND = 5.0
-# Ratio of a ladder of steps, so that steps depend on the speed in few places.
+# Steps belong to a ladder of this ratio, so that they change at few speeds.
 _STEP_LADDER = 0.8
-# Logarithmic ratio of a ladder of energies, for which the first steps are guessed.
+# The first steps are guessed for energies on a ladder of this logarithmic ratio.
 _ENERGY_LADDER = math.log(1.1)
-# Largest step, in units of 1/frequency: at twice this step, orders begin to hold. It affects only
-# the cost.
+# Largest step, in units of 1/frequency. Orders begin to hold at twice this step. The limit affects
+# only the cost.
 _LARGEST_STEP = 0.33
-# Largest number of refinements: collisions that need more mostly never converge.
+# Collisions that need more refinements than this mostly never converge.
 _MOST_REFINEMENTS = 7
-# Smallest useful error of a step, below the rounding.
+# A smaller error of a step is below the rounding and useless.
 _SMALLEST_ERROR = 1e-16
-# Largest share of rounding in a target error.
+# Rounding may use this share of a target error.
 _ROUNDING_SHARE = 0.1
 
-# Result of a collision: whether the tolerance is met (the other fields count only then); eta and
-# the parts of its error bar; the step; the number of contacts and the time of the last one after
-# the first; and whether the end is proved or else argued.
+# Result of a collision. The first field says whether the tolerance is met, and the other fields
+# count only then: eta and the parts of its error bar; the step; the number of contacts and the time
+# of the last one after the first; whether the end is proved or else argued.
 MET = np.dtype(
     [
         ("met", bool),
