@@ -11,8 +11,9 @@ from chaincor.workflows.versions import cores_allowed
 
 # Seconds from the command to the first collision: imports, processes, compiled code.
 _START_SECONDS = 2.5
-# Bytes of a row with its key in the index, and of the header of an array in NumPy's format.
-_ROW_BYTES = 2500
+# Bytes of a row with its key in the index, with and without its details, and of the header of an
+# array in NumPy's format.
+_ROW_BYTES = {True: 2500, False: 700}
 _ARRAY_BYTES = 5 * 230
 # Number of collisions that the forecast of a large sweep is made from.
 _SAMPLE = 2000
@@ -37,10 +38,15 @@ class Forecast:
 
     @classmethod
     def of(
-        cls, asked: Sequence[Asked], *, arrays: bool = False, weight: float | None = None
+        cls,
+        asked: Sequence[Asked],
+        *,
+        arrays: bool = False,
+        details: bool = True,
+        weight: float | None = None,
     ) -> "Forecast":
         """
-        Return the forecast of collisions, with or without their arrays.
+        Return the forecast of collisions, with or without their arrays and details.
 
         With `weight`, the collisions are a sample, and each stands for this number of collisions.
         """
@@ -48,7 +54,7 @@ class Forecast:
         costs = [each.cost for each in with_batches(asked, each_stands_for)]
         # Contacts hardly exceed particles; two arrays of contacts, three of particles.
         sizes = [_ARRAY_BYTES + 5 * 8 * each.particles for each in asked if arrays]
-        room = _ROW_BYTES * len(asked) + sum(sizes)
+        room = _ROW_BYTES[details] * len(asked) + sum(sizes)
         return cls(
             round(each_stands_for * len(asked)),
             each_stands_for * sum(costs),
@@ -70,6 +76,7 @@ def forecast_cells(
     missing: Callable[[Sequence[Asked]], list[Asked]] = tightest,
     *,
     arrays: bool = False,
+    details: bool = True,
 ) -> Forecast:
     """
     Return the forecast of the collisions of a sweep that are `missing` in a store.
@@ -79,8 +86,8 @@ def forecast_cells(
     """
     if len(cells) <= WINDOW:
         points = [cells.points.point(k) for k in cells.numbers(0, WINDOW)]
-        return Forecast.of(missing(describe(points)), arrays=arrays)
+        return Forecast.of(missing(describe(points)), arrays=arrays, details=details)
     chance, step = random.Random(0), len(cells) / _SAMPLE
     places = [min(int((k + chance.random()) * step), len(cells) - 1) for k in range(_SAMPLE)]
     points = [cells.points.point(number) for place in places for number in cells[place]]
-    return Forecast.of(missing(describe(points)), arrays=arrays, weight=step)
+    return Forecast.of(missing(describe(points)), arrays=arrays, details=details, weight=step)

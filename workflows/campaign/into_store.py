@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Executor, Future
 from contextlib import nullcontext
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from chaincor.lammps_inputs.scene import Scene
@@ -68,7 +69,8 @@ class IntoStore:
 
     The collisions are scenes, or the cells of a sweep, which are made a window at a time. If scenes
     of a window differ only in their tolerance, the tightest counts. With `arrays`, contacts, mode
-    energies and final states are stored too. Results without arrays, or to be recomputed, are
+    energies and final states are stored too. Without `details`, rows have only their columns.
+    Results without arrays, or to be recomputed, are
     requested at least as exactly as before. `recompute` repeats stored results, and `retry_failed`
     repeats failures. `keep_jobs` is a folder for the jobs of LAMMPS.
     """
@@ -79,11 +81,12 @@ class IntoStore:
         scenes: Iterable[Scene] | Cells,
         *,
         arrays: bool = False,
+        details: bool = True,
         recompute: bool = False,
         retry_failed: bool = False,
         keep_jobs: Path | None = None,
     ) -> None:
-        self._store, self._arrays = store, arrays
+        self._store, self._arrays, self._details = store, arrays, details
         self._recompute, self._retry_failed, self._keep_jobs = recompute, retry_failed, keep_jobs
         self.tally = Tally()  #: Counts so far.
         self._version, self._shared = store.version(), False
@@ -123,7 +126,7 @@ class IntoStore:
         with progress_bar(progress, points, seconds) as advance:
             carry_out(
                 self._tasks(executor, most(), seconds, advance),
-                collide_to_rows,
+                collide_to_rows if self._details else partial(collide_to_rows, details=False),
                 executor,
                 self._take,
                 in_flight=most,

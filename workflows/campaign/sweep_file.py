@@ -25,7 +25,7 @@ from chaincor.workflows.campaign.points import (
 )
 from chaincor.workflows.errors import SweepError
 
-_KEYS = ("scene", "axes", "zip", "store", "arrays")
+_KEYS = ("scene", "axes", "zip", "store", "arrays", "details")
 _RANGE_KEYS = {"from", "to", "points", "step", "spacing"}
 _SPACINGS = ("linear", "log")
 _WHOLE = ("particles", "target_particles", *WHOLE_KEYS, "table_points")
@@ -43,6 +43,7 @@ class Sweep:
     axes: dict[str, int]  #: Names of the axes and how many values each has.
     store: Path  #: File of the results.
     arrays: bool  #: Whether to keep contacts, mode energies and final states.
+    details: bool  #: Whether to keep the details of each result.
 
 
 def is_sweep(path: Path) -> bool:
@@ -58,8 +59,8 @@ def read_sweep(path: Path | str) -> Sweep:
     points | step, spacing = "linear" | "log"}`` of a scene's field (of ``masses``: a list of lists;
     of ``seed``: ``{from, to}``), or a list of tables that set several fields at once; an axis
     ``parameters.a`` is one parameter of a formula. ``zip = [["particles", "speed"]]`` makes axes
-    move together; ``store`` is the file of the results, and ``arrays`` keeps arrays. Relative paths
-    start at the file's folder.
+    move together; ``store`` is the file of the results, ``arrays`` keeps arrays, and ``details =
+    false`` drops the details of results. Relative paths start at the file's folder.
 
     Raises SweepError if an axis makes no sense, SceneError if the file cannot be read. A point that
     is no scene raises SceneError when it is made.
@@ -82,9 +83,10 @@ def read_sweep(path: Path | str) -> Sweep:
         axes[whole] = axis
     values = read_axes(base, axes, "use arrays = true beside [scene], or --keep-jobs DIR")
     base = from_folder(base, path.parent)
-    arrays = fields.get("arrays", False)
-    if not isinstance(arrays, bool):
-        raise SweepError(f"arrays is {arrays!r}. Give true or false")
+    kept = {"arrays": fields.get("arrays", False), "details": fields.get("details", True)}
+    for key, value in kept.items():
+        if not isinstance(value, bool):
+            raise SweepError(f"{key} is {value!r}. Give true or false")
     store = fields.get("store", f"{path.stem}.sqlite")
     if not isinstance(store, str):
         raise SweepError(f"store is {store!r}. Give the name of a file")
@@ -92,7 +94,7 @@ def read_sweep(path: Path | str) -> Sweep:
         scenes=SweepPoints(base, _groups(values, fields.get("zip", [])), path.parent),
         axes={name: len(axis) for name, axis in values.items()},
         store=path.parent / store,
-        arrays=arrays,
+        **kept,
     )
 
 

@@ -102,8 +102,9 @@ def _try_one(scene: Scene) -> Collision | Exception:
         return error
 
 
-def collide_to_rows(scenes: Sequence[Scene | Point]) -> list[Row | None]:
+def collide_to_rows(scenes: Sequence[Scene | Point], *, details: bool = True) -> list[Row | None]:
     """Carry out collisions as :func:`collide_scenes`, and make rows for a store in the worker."""
     made = [scene_of(each) for each in scenes]
     found = zip(collide_scenes(made), made, strict=True)
-    return [None if each is None else Row.of(each).of_scene(scene) for each, scene in found]
+    rows = [None if each is None else Row.of(each).of_scene(scene) for each, scene in found]
+    return rows if details else [None if row is None else row.without_details() for row in rows]

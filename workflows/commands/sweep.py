@@ -99,7 +99,7 @@ def sweep(
     asked = read_sweep(sweep_file)
     cells = Cells(asked.scenes, *(shard or (1, 1)))
     path = _shard_path(asked.store, shard) if store_path is None else store_path
-    wishes["arrays"] |= asked.arrays
+    wishes |= {"arrays": wishes["arrays"] or asked.arrays, "details": asked.details}
     cores = workers_given(workers)
     if dry_run:
         _print_forecast(cells, asked.axes, path, wishes, cores, as_json)
@@ -166,7 +166,7 @@ def _print_forecast(
         cells.points.check()
     with Store(path, read_only=True) if path.exists() else contextlib.nullcontext() as store:
         missing = tightest if store is None else IntoStore(store, [], **wishes).missing
-        cost = forecast_cells(cells, missing, arrays=wishes["arrays"])
+        cost = forecast_cells(cells, missing, arrays=wishes["arrays"], details=wishes["details"])
     forecast = asdict(cost) | {"workers": workers, "wall_seconds": cost.wall_seconds(workers)}
     count = cells.number_of_points
     told = {"number_of_points": count, "points": points, "store": str(path)}

@@ -99,6 +99,10 @@ class Row:
             columns |= {"failure_tolerance": asked, "tolerance": asked}
         return type(self)(columns, self.arrays)
 
+    def without_details(self) -> Self:
+        """Return the row without the details of its result, which take half of its room."""
+        return type(self)({**self.columns, "details": None}, self.arrays)
+
     @cached_property
     def scene(self) -> dict[str, Any]:
         """Canonical scene, with the tolerance of the run that gave the result."""
@@ -109,7 +113,8 @@ class Row:
         """
         Fields of a :class:`~chaincor.workflows.result.Collision` without the arrays.
 
-        The value is None if no run has succeeded. ``tolerance_met`` and ``reason`` refer to the
+        The value is None if no run has succeeded. Fields without a column are missing in a row
+        without details. ``tolerance_met`` and ``reason`` refer to the
         row's tolerance.
         """
         columns = self.columns
@@ -119,9 +124,8 @@ class Row:
         for name in FLAG_COLUMNS:
             if fields.get(name) is not None:
                 fields[name] = bool(fields[name])
-        return (
-            fields | {"versions": json.loads(columns["versions"])} | json.loads(columns["details"])
-        )
+        details = {} if columns["details"] is None else json.loads(columns["details"])
+        return fields | {"versions": json.loads(columns["versions"])} | details
 
     @property
     def failure(self) -> Failure | None:

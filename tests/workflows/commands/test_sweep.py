@@ -128,6 +128,7 @@ def test_an_axis_takes_the_place_of_what_contradicts_it(sweep_file):
         ('[scene]\ndump = "a.dump"', "one place"),
         ("scene = 3", "Give a table"),
         ("arrays = 3", "true or false"),
+        ("details = 3", "true or false"),
         ("store = 3", "Give the name of a file"),
     ],
 )
