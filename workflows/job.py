@@ -96,7 +96,9 @@ def _argument(option: re.Match[str]) -> str:
     return _OTHER_NAMES.get(option[0], f"{name}=True" if is_flag else name)
 
 
-def job_files(scene: Scene, wishes: JobWishes = NO_WISHES) -> dict[str, str]:
+def job_files(
+    scene: Scene, wishes: JobWishes = NO_WISHES, *, shared_table: bool = False
+) -> dict[str, str]:
     """
     Return the files of a job, by name.
 
@@ -104,7 +106,8 @@ def job_files(scene: Scene, wishes: JobWishes = NO_WISHES) -> dict[str, str]:
     error of eta unless the scene has ``error = false``, and dumps the motion if the scene has a
     dump. Raises InputError for wishes that contradict each other or the scene, SceneError if a
     script cannot do the scheme or the template cannot be used, and RunError if no numerics meet the
-    tolerance. Issues UnsureJobWarning if the collision amplifies errors beyond the tolerance.
+    tolerance. Issues UnsureJobWarning if the collision amplifies errors beyond the tolerance. With
+    `shared_table`, similar scenes get equal bond tables.
     """
     if not wishes.dump and scene.dump is None and "dump_frames" in scene.model_fields_set:
         raise InputError(
@@ -119,7 +122,7 @@ def job_files(scene: Scene, wishes: JobWishes = NO_WISHES) -> dict[str, str]:
     plain = is_plain(wishes)
     if plain:
         scene = plain_scene(scene)
-    plan = plan_script(scene, wishes.table_range)
+    plan = plan_script(scene, wishes.table_range, shared_table=shared_table)
     if plan.doubt is not None:
         warnings.warn(plan.doubt, UnsureJobWarning, stacklevel=2)
     named = isinstance(scene.potential, str)

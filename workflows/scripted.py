@@ -1,10 +1,19 @@
 """Choose numerics and error bars, before the run, for scripts that LAMMPS runs alone."""
 
+import math
 from dataclasses import replace
 
 import numpy as np
 
-from chaincor.lammps_inputs.bond_table import MARGIN_BINS, BondTable, tabulate
+from chaincor.lammps_inputs.bond_table import (
+    FEWEST_ROWS,
+    MARGIN_BINS,
+    MOST_ROWS,
+    BondTable,
+    choose_rows,
+    tabulate,
+    with_margin,
+)
 from chaincor.lammps_inputs.bonds.interpolation import interpolate
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.errors import SceneError
@@ -53,15 +62,20 @@ _LATER = 2.0
 # this number of bisections.
 _MOST_FASTER, _BISECTIONS = 100.0, 30
 _MOST_PROBES = 20_001
+# Ratio between the ranges, and between the rows, of neighbouring tables that scenes share.
+_SHARED_RATIO = 1.25
 
 
-def plan_script(scene: Scene, table_range: tuple[float, float] | None = None) -> ScriptPlan:
+def plan_script(
+    scene: Scene, table_range: tuple[float, float] | None = None, *, shared_table: bool = False
+) -> ScriptPlan:
     """
     Choose the numerics of a scene's script, without LAMMPS.
 
     Explicit numerics are used unchanged, with the same proof as in the engine. Otherwise the script
     gets numerics that usually keep the tolerance, with an error bar from its parts. `table_range`
-    are bond lengths that the table must cover besides the lengths of this collision. Raises
+    are bond lengths that the table must cover besides the lengths of this collision. With
+    `shared_table`, range and rows are rounded up, so that similar scenes get equal tables. Raises
     RunError if no numerics keep the tolerance, SceneError if a table cannot be so wide.
     """
     if table_range is not None:
@@ -81,7 +95,7 @@ def plan_script(scene: Scene, table_range: tuple[float, float] | None = None) ->
     doubt = None if pilot is None else _doubt(scene, pilot, sensitivity)
     if pilot is not None and doubt is not None:
         pilot = watched_on(pilot.reference, _flown_on_at_most(scene, pilot))
-    table = _tabulate(scene, numerics, pilot, table_range)
+    table = _tabulate(scene, numerics, pilot, table_range, shared=shared_table)
     bar = None
     if pilot is not None and (scene.error or asked is not None):
         known = PROOF_SHARE[numerics.wall]
@@ -188,6 +202,8 @@ def _tabulate(
     numerics: Numerics,
     pilot: PilotRun | None,
     table_range: tuple[float, float] | None,
+    *,
+    shared: bool,
 ) -> BondTable | None:
     if not scene.bond.is_tabulated:
         return None
@@ -201,13 +217,28 @@ def _tabulate(
         low, high = (1.0 + _OTHERWISE * (length - 1.0) for length in (low, high))
     if table_range is not None:
         low, high = min(low, table_range[0]), max(high, table_range[1])
-    return tabulate(
-        scene.bond,
-        (low, high),
-        numerics.table,
-        numerics.table_points,
-        force_error=numerics.force_error,
-    )
+    rows = numerics.table_points
+    if shared:
+        low, high = _rounded_range(scene.bond, low, high)
+        if rows is None:
+            span = with_margin(scene.bond, (low, high), FEWEST_ROWS)
+            needed = choose_rows(scene.bond, span, numerics.table, numerics.force_error)
+            rows = min(math.ceil(_rounded_up(needed)), MOST_ROWS)
+    return tabulate(scene.bond, (low, high), numerics.table, rows, force_error=numerics.force_error)
+
+
+def _rounded_range(bond: Potential, low: float, high: float) -> tuple[float, float]:
+    """Round both ends of a range of bond lengths outward, within the lengths of a bond."""
+    wider = 1.0 - _rounded_up(1.0 - low), 1.0 + _rounded_up(high - 1.0)
+    shortest, longest = max(1.0 + bond.strain_min, 0.0), 1.0 + bond.strain_max
+    return wider[0] if wider[0] > shortest else low, wider[1] if wider[1] < longest else high
+
+
+def _rounded_up(value: float) -> float:
+    """Return the next power of the ratio of shared tables."""
+    if value <= 0.0:
+        return value
+    return _SHARED_RATIO ** math.ceil(math.log(value, _SHARED_RATIO))
 
 
 def _table_part(table: BondTable | None, scene: Scene, outcome: Outcome, tolerance: float) -> float:

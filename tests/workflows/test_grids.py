@@ -2,6 +2,7 @@
 
 import csv
 import os
+import re
 import subprocess
 
 import pytest
@@ -10,7 +11,9 @@ from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.lammps.library import lmp_environment
 from chaincor.workflows.grids.collect import collect_grid
-from chaincor.workflows.grids.grid import folder_name, submit_script, write_grid
+from chaincor.workflows.grids.grid import folder_name, write_grid
+from chaincor.workflows.grids.submission import Submission
+from chaincor.workflows.scripted import plan_script
 from chaincor.workflows.store.export import to_pandas
 from chaincor.workflows.store.results_store import Store
 from tests.lmp import LMP
@@ -40,6 +43,11 @@ def submit(grid, *kill):
     environment = lmp_environment() | {"LMP": str(wrapper), "RESTART": "1", "KILL": " ".join(kill)}
     done = subprocess.run([grid / "submit.bash"], env=environment, timeout=600, check=False)
     return done.returncode
+
+
+def script_of(scheduler, folders, written=None, **options):
+    (script,) = Submission(scheduler, **options).scripts(folders, written).values()
+    return script
 
 
 def write_sweep(path, text):
@@ -93,7 +101,7 @@ def test_a_grid_is_collected_named_resubmitted_and_complete(chaincor, tmp_path):
     assert table.tolerance_met.all()
     # A job that was killed goes on to the number of one that was not.
     whole = tmp_path / "whole"
-    write_grid([Scene(**fields(rows[k - 1])) for k in killed], ["speed"], whole, "bash")
+    write_grid([Scene(**fields(rows[k - 1])) for k in killed], ["speed"], whole)
     submit(whole)
     for job in collect_grid(whole):
         with Store(store) as kept:
@@ -127,7 +135,7 @@ def test_a_point_without_a_job_is_named(chaincor, tmp_path):
 
 def test_a_grid_that_names_no_tolerance_was_asked_for_the_usual_one(chaincor, tmp_path):
     scene = Scene(particles=3, speed=0.3, masses=(1, 4))
-    write_grid([scene], [], tmp_path, "bash")
+    write_grid([scene], [], tmp_path)
     assert submit(tmp_path) == 0
     (job,) = collect_grid(tmp_path)
     assert [job.row.columns[name] for name in ("tolerance", "tolerance_met")] == [1e-6, True]
@@ -173,11 +181,11 @@ def test_bonds_of_an_axis_name_all_their_fields(chaincor, tmp_path):
 
 def test_a_grid_is_not_overwritten_unasked(tmp_path):
     scenes = [Scene(potential="harmonic", particles=3, velocity=0.1, scheme="verlet")]
-    write_grid(scenes, [], tmp_path, "bash")
+    write_grid(scenes, [], tmp_path)
     (tmp_path / "0001" / "log.lammps").write_text("restitution = 1\nrestitution_error = 1\n")
     with pytest.raises(InputError, match=r"has manifest\.csv, submit\.bash, 0001 already"):
-        write_grid(scenes, [], tmp_path, "bash")
-    write_grid(scenes, [], tmp_path, "bash", replace_existing=True)
+        write_grid(scenes, [], tmp_path)
+    write_grid(scenes, [], tmp_path, replace_existing=True)
     # The result of the older job is not taken for that of the new one.
     assert [job.state for job in collect_grid(tmp_path)] == ["missing"]
 
@@ -187,7 +195,7 @@ def test_a_log_whose_contacts_are_no_count_is_named(chaincor, tmp_path, contacts
     (tmp_path / "grid.toml").write_text("[axes]\nparticles = [2]\n")
     jobs = tmp_path / "jobs"
     assert chaincor("inputs", tmp_path / "grid.toml", "-o", jobs)[0] == 0
-    (folder,) = (path for path in jobs.iterdir() if path.is_dir())
+    (folder,) = jobs.glob("0001*")
     log = f"restitution = 1\nrestitution_error = 1e-9\ncontacts = {contacts}\n"
     (folder / "log.lammps").write_text(log)
     status, out, _ = chaincor("collect", jobs, "-o", tmp_path / "results.sqlite")
@@ -203,7 +211,7 @@ def test_files_of_a_users_own_are_no_grid_to_write_over(tmp_path, there):
     own.write_text("mine")
     scenes = [Scene(potential="harmonic", particles=3, velocity=0.1, scheme="verlet")]
     with pytest.raises(InputError, match=r"already\. Give another folder"):
-        write_grid(scenes, [], tmp_path, "bash")
+        write_grid(scenes, [], tmp_path)
     assert own.read_text() == "mine"
     assert [path for path in tmp_path.rglob("*") if path.is_file()] == [own]
 
@@ -251,13 +259,13 @@ def test_what_a_sweep_has_no_use_for_is_refused(options, line, chaincor, tmp_pat
 def test_submit_is_for_sweeps(chaincor, tmp_path):
     status, _, err = chaincor("inputs", "--submit", "pbs", "-o", str(tmp_path / "job"))
     assert status == 2
-    assert "--submit and --site work only with a sweep file" in err
+    assert "--submit, --site, --jobs-per-task and --at-once work only with a sweep file" in err
 
 
 @pytest.mark.parametrize("scheduler", ["slurm", "pbs", "bash"])
 def test_submit_scripts_are_bash_with_the_lines_of_the_site(scheduler, tmp_path):
     script = tmp_path / "submit"
-    script.write_text(submit_script(scheduler, ["a", "b"], "module load lammps"))
+    script.write_text(script_of(scheduler, ["a", "b"], site="module load lammps"))
     subprocess.run(["bash", "-n", script], check=True)
     lines = script.read_text().splitlines()
     first = next(k for k, line in enumerate(lines) if line and not line.startswith("#"))
@@ -275,7 +283,7 @@ def test_an_array_task_runs_its_own_folder(scheduler, variable, tmp_path):
         (tmp_path / name).mkdir()
     (tmp_path / "manifest.csv").write_text("number,folder,refusal\n")
     script = tmp_path / "submit"
-    script.write_text(submit_script(scheduler, ["a", "b"]))
+    script.write_text(script_of(scheduler, ["a", "b"]))
     environment = os.environ | {"LMP": "echo ran", variable: "2"}
     subprocess.run(["bash", script], check=True, env=environment, cwd=tmp_path)
     assert (tmp_path / "b" / "screen.txt").read_text() == "ran -in in.chain -var restart 20\n"
@@ -319,7 +327,7 @@ def test_array_jobs_find_their_folders_wherever_they_are_submitted(
 
 def test_array_jobs_without_their_folders_say_so(tmp_path):
     script = tmp_path / "submit"
-    script.write_text(submit_script("slurm", ["a"], written=tmp_path / "gone"))
+    script.write_text(script_of("slurm", ["a"], tmp_path / "gone"))
     done = subprocess.run(["bash", script], capture_output=True, text=True, check=False)
     assert done.returncode == 1
     assert done.stderr == (
@@ -336,7 +344,7 @@ def test_a_log_of_another_run_is_not_collected(chaincor, tmp_path):
     jobs, store = tmp_path / "jobs", tmp_path / "results.sqlite"
     assert chaincor("inputs", sweep, "-o", jobs)[0] == 0
     assert submit(jobs) == 0
-    first, second = sorted(path for path in jobs.iterdir() if path.is_dir())
+    first, second = sorted(jobs.glob("000*"))
     assert {job.state for job in collect_grid(jobs)} == {"done"}
 
     own = (second / "log.lammps").read_text()
@@ -361,3 +369,100 @@ def test_a_log_of_another_run_is_not_collected(chaincor, tmp_path):
 
 def unnamed(log):
     return "\n".join(line for line in log.splitlines() if "scene = " not in line)
+
+
+@pytest.mark.parametrize(
+    ("scheduler", "limit", "array"), [("slurm", 1000, "--array="), ("pbs", 10_000, "-J ")]
+)
+def test_arrays_are_split_at_the_limit_of_the_scheduler(scheduler, limit, array):
+    folders = [f"{k:05d}" for k in range(2 * limit + 1)]
+    single = Submission(scheduler, at_once=50).scripts(folders)
+    assert list(single) == [f"submit-{k}.{scheduler}" for k in (1, 2, 3)]
+    first, second, third = single.values()
+    assert f"{array}1-{limit}%50\n" in first
+    assert f"{array}1-{limit}%50\n" in second
+    assert array not in third or f"{array}1-1%50\n" in third
+    found = [line.strip() for text in single.values() for line in text.splitlines()]
+    assert [line for line in found if line in set(folders)] == folders
+    several = Submission(scheduler, jobs_per_task=3).scripts(folders)
+    assert list(several) == [f"submit.{scheduler}"]
+    assert f"{array}1-{-(-len(folders) // 3)}\n" in several[f"submit.{scheduler}"]
+
+
+@pytest.mark.parametrize("scheduler", FAKE_SCHEDULERS)
+def test_a_task_runs_its_jobs_even_if_one_fails(scheduler, tmp_path):
+    names = ["a", "b", "c", "d", "e"]
+    for name in names:
+        (tmp_path / name).mkdir()
+    (tmp_path / "manifest.csv").write_text("number,folder,refusal\n")
+    script = tmp_path / "submit"
+    script.write_text(script_of(scheduler, names, jobs_per_task=2))
+    lmp = tmp_path / "lmp.sh"
+    lmp.write_text('#!/bin/bash\necho ran\n[ "$(basename "$PWD")" != c ]\n')
+    lmp.chmod(0o755)
+    for number, status, ran in ((1, 0, "ab"), (2, 1, "abcd"), (3, 0, "abcde")):
+        environment = os.environ | {"LMP": str(lmp), FAKE_SCHEDULERS[scheduler][0]: str(number)}
+        done = subprocess.run(["bash", script], env=environment, cwd=tmp_path, check=False)
+        assert done.returncode == status
+        assert sorted(path.parent.name for path in tmp_path.glob("*/screen.txt")) == list(ran)
+
+
+@pytest.mark.slow_cases
+@pytest.mark.parametrize("scheduler", FAKE_SCHEDULERS)
+def test_a_submitted_grid_runs_task_by_task(chaincor, tmp_path, scheduler):
+    """A fake sbatch or qsub copies the script, reads its array and runs each task."""
+    sweep = write_sweep(
+        tmp_path / "grid.toml",
+        "[scene]\nparticles = 3\ntolerance = 1e-4\n[axes]\nspeed = [0.1, 0.2, 0.3, 0.4, 0.5]\n",
+    )
+    jobs = tmp_path / "jobs"
+    options = ["--submit", scheduler, "--jobs-per-task", "2", "--at-once", "2"]
+    status, out, _ = chaincor("inputs", sweep, "-o", jobs, *options)
+    script = jobs / f"submit.{scheduler}"
+    assert (status, out.splitlines()[1]) == (0, f"run them: {script}")
+    text = script.read_text()
+    first, last, at_once = re.search(r"(?:--array=|-J )(\d+)-(\d+)%(\d+)", text).groups()
+    assert (first, last, at_once) == ("1", "3", "2")
+    spool = tmp_path / "spool"
+    spool.mkdir()
+    (spool / "job_script").write_text(text)
+    task, folder = FAKE_SCHEDULERS[scheduler]
+    for number in range(int(first), int(last) + 1):
+        environment = lmp_environment() | {"LMP": str(LMP), task: str(number), folder: str(jobs)}
+        subprocess.run(["bash", spool / "job_script"], env=environment, cwd=spool, check=True)
+    status, out, _ = chaincor("collect", jobs, "-o", tmp_path / "results.sqlite")
+    assert (status, out.split(";")[0]) == (0, "5 jobs: 5 done")
+
+
+def test_similar_jobs_share_their_tables(tmp_path):
+    scenes = [Scene(particles=4, tolerance=1e-4, speed=0.3 + 0.001 * k) for k in range(40)]
+    write_grid(scenes, ["speed"], tmp_path)
+    tables = {path.name for path in (tmp_path / "tables").iterdir()}
+    # Over 13 % in speed, each end of the range and the number of rows pass one step of 25 % at
+    # most: three changes, and four tables.
+    assert len(tables) <= 4
+    jobs = list(tmp_path.glob("00*"))
+    assert {path.name for job in jobs for path in job.iterdir()} == {
+        *("asked.toml", "chain.data", "in.chain", "scene.toml")
+    }
+    read = [re.findall(r'"\.\./tables/(\S+)"', (job / "in.chain").read_text()) for job in jobs]
+    assert all(len(each) == 1 for each in read)
+    assert {name for each in read for name in each} == tables
+
+
+def test_a_shared_table_is_at_least_as_exact_as_a_job_needs():
+    for potential in ("lj", "toda", "log"):
+        for speed in (0.01, 0.3, 0.7):
+            scene = Scene(potential=potential, particles=4, tolerance=1e-6, speed=speed)
+            own, shared = (plan_script(scene, shared_table=wish) for wish in (False, True))
+            # Margins are some bins, and bins of more rows are smaller.
+            assert shared.table.lengths[0] <= own.table.lengths[0] + 6 * own.table.spacing
+            assert shared.table.longest >= own.table.longest - 6 * own.table.spacing
+            assert shared.bar.table <= 1e-6
+
+
+def test_jobs_per_task_is_for_arrays(chaincor, tmp_path):
+    sweep = write_sweep(tmp_path / "grid.toml", "[axes]\nparticles = [2, 3]\n")
+    status, out, err = chaincor("inputs", sweep, "-o", tmp_path / "jobs", "--jobs-per-task", "2")
+    assert (status, out, err.count("\n")) == (2, "", 1)
+    assert "--jobs-per-task is for slurm and pbs. Use --at-once for bash" in err

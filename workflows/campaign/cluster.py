@@ -1,5 +1,6 @@
 """Dask cluster as an executor, which runs tasks on other machines."""
 
+import contextlib
 import importlib.metadata
 import logging
 import math
@@ -58,8 +59,9 @@ class DaskCluster(Executor):
         self._lock = threading.Lock()
         self._stop = threading.Event()
         self._counted, self._cores = -math.inf, 0
+        self._address, self._reported = address, math.inf
         try:
-            self._wait_for_workers(address)
+            self._wait_for_workers()
             self._compare_versions()
         except BaseException:
             self.shutdown()
@@ -67,20 +69,28 @@ class DaskCluster(Executor):
         self._watch = threading.Thread(target=self._watch_scheduler, daemon=True)
         self._watch.start()
 
-    def _wait_for_workers(self, address: str) -> None:
+    def _wait_for_workers(self) -> None:
         """Wait until the scheduler has a worker."""
-        reported = time.monotonic() - _REPORT_SECONDS + _PATIENCE_SECONDS
         while not self._client.ncores():
             if self._client.status != "running":
                 raise SchedulerError(_LOST)
-            if time.monotonic() - reported >= _REPORT_SECONDS:
-                reported = time.monotonic()
-                print(
-                    f"chaincor: {address} has no workers; waiting. Start one with "
-                    f"`dask worker {address} --nthreads 1`",
-                    file=sys.stderr,
-                )
+            self._report_waiting()
             time.sleep(0.2)
+        self._reported = math.inf
+
+    def _report_waiting(self) -> None:
+        """Report each minute that the scheduler has no workers, the first time after a while."""
+        now = time.monotonic()
+        if self._reported == math.inf:
+            self._reported = now - _REPORT_SECONDS + _PATIENCE_SECONDS
+        if now - self._reported < _REPORT_SECONDS:
+            return
+        self._reported = now
+        print(
+            f"chaincor: {self._address} has no workers; waiting. Start one with "
+            f"`dask worker {self._address} --nthreads 1`",
+            file=sys.stderr,
+        )
 
     def _compare_versions(self) -> None:
         """Raise SchedulerError if a worker has no chaincor, or another version than this client."""
@@ -139,12 +149,16 @@ class DaskCluster(Executor):
 
     def _watch_scheduler(self) -> None:
         """
-        Fail pending tasks when the scheduler is lost.
+        Fail pending tasks when the scheduler is lost, and report that all workers have left.
 
-        Dask itself would wait for ever.
+        Dask itself would wait for ever, in silence.
         """
+        counted = time.monotonic()
         while not self._stop.wait(0.2):
             if self._client.status == "running":
+                if time.monotonic() - counted >= _COUNT_SECONDS:
+                    counted = time.monotonic()
+                    self._look_for_workers()
                 continue
             self._stop.wait(_PATIENCE_SECONDS)
             if self._client.status == "running" or self._stop.is_set():
@@ -154,6 +168,14 @@ class DaskCluster(Executor):
                     _settle(result, None, SchedulerError(_LOST))
                 self._pending.clear()
             return
+
+    def _look_for_workers(self) -> None:
+        """Report when all workers have left while tasks are pending."""
+        with contextlib.suppress(Exception):  # a lost scheduler is reported by the status
+            if self._pending and not self._client.ncores():
+                self._report_waiting()
+            else:
+                self._reported = math.inf
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
         """Leave the cluster, which drops unfinished tasks whatever the arguments are."""

@@ -11,7 +11,7 @@ import click
 
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.script_plan import JobWishes
-from chaincor.workflows.commands.options import option, say
+from chaincor.workflows.commands.options import ONE_OR_MORE, option, say
 from chaincor.workflows.commands.scene_options import SceneCommand, scene_from, scene_options
 
 
@@ -28,6 +28,8 @@ from chaincor.workflows.commands.scene_options import SceneCommand, scene_from, 
 @option(
     "--site FILE", "file of lines for the head of the script that submits the jobs of a sweep file"
 )
+@option("--jobs-per-task N", "jobs of a sweep file that a task of an array runs", ONE_OR_MORE)
+@option("--at-once N", "largest number of simultaneous tasks for a sweep file", ONE_OR_MORE)
 @option("--dry-run", "print the script and write nothing")
 @option("--frames", "also dump the motion; --dump-frames sets the number of frames", name="dump")
 @option("--contacts", "also write the list of contacts to contacts.txt")
@@ -53,6 +55,8 @@ def inputs(
     output: str | None,
     submit: str | None,
     site: str | None,
+    jobs_per_task: int | None,
+    at_once: int | None,
     dry_run: bool,
     force: bool,
     **options: Any,
@@ -81,10 +85,15 @@ def inputs(
             raise InputError(
                 f"{wrong} is for a scene, and {scene_file} is a sweep. Leave out {wrong}"
             )
-        _write_grid(Path(scene_file), Path(output), submit or "bash", site, force, wishes)
+        chosen = {"scheduler": submit, "jobs_per_task": jobs_per_task, "at_once": at_once}
+        chosen = {name: value for name, value in chosen.items() if value is not None}
+        _write_grid(Path(scene_file), Path(output), chosen, site, force, wishes)
         return
-    if submit is not None or site is not None:
-        raise InputError("--submit and --site work only with a sweep file. Give a file with [axes]")
+    if any(given is not None for given in (submit, site, jobs_per_task, at_once)):
+        raise InputError(
+            "--submit, --site, --jobs-per-task and --at-once work only with a sweep file. Give a "
+            "file with [axes]"
+        )
     scene = scene_from(scene_file, options, beside=("units",))
     if scene_file is not None:
         wishes = replace(wishes, units=UnitSystem.from_file(Path(scene_file)))
@@ -126,7 +135,7 @@ def _wishes_in(options: dict[str, Any]) -> JobWishes:
 def _write_grid(
     sweep_file: Path,
     folder: Path,
-    submit: Any,
+    chosen: dict[str, Any],
     site: str | None,
     force: bool,
     wishes: JobWishes,
@@ -134,6 +143,7 @@ def _write_grid(
     from chaincor.lammps_inputs.small_file import read_small_file
     from chaincor.workflows.campaign.sweep_file import read_sweep
     from chaincor.workflows.grids.grid import MANIFEST, write_grid
+    from chaincor.workflows.grids.submission import Submission
 
     try:
         lines = "" if site is None else read_small_file(Path(site))
@@ -141,16 +151,20 @@ def _write_grid(
         raise InputError(
             f"the site file {site!a} cannot be read ({error}). Give a readable file"
         ) from None
+    submission = Submission(**chosen, site=lines)
+    if submission.scheduler == "bash" and submission.jobs_per_task > 1:
+        raise InputError("--jobs-per-task is for slurm and pbs. Use --at-once for bash")
     sweep = read_sweep(sweep_file)
     groups = sweep.scenes.groups
     axes = list(dict.fromkeys(key for group in groups for entry in group for key in entry))
     with _doubts_as_notes():
         jobs = write_grid(
-            sweep.scenes, axes, folder, submit, site=lines, replace_existing=force, wishes=wishes
+            sweep.scenes, axes, folder, submission, replace_existing=force, wishes=wishes
         )
     refused = {name: refusal for name, refusal in jobs.items() if refusal}
     say(f"{len(jobs) - len(refused)} jobs in {folder}, listed in {folder / MANIFEST}")
-    say(f"run them: {folder / f'submit.{submit}'}")
+    scripts = sorted(folder.glob(f"submit*.{submission.scheduler}"), key=lambda p: (len(p.name), p))
+    say(f"run them: {', '.join(map(str, scripts))}")
     for name, refusal in refused.items():
         say(f"chaincor: no job for {name}: {refusal}", err=True)
     if refused:

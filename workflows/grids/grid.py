@@ -2,118 +2,60 @@
 
 import csv
 import io
-import shlex
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
-from typing import Literal
 
 from chaincor.analysis.atomic_write import made_folder, write_whole
 from chaincor.lammps_inputs.errors import ChaincorError, InputError, one_line
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.scene_parts.scene_file import read_from_anywhere
+from chaincor.lammps_inputs.script import SCRIPT_FILE, TABLE_FILE
 from chaincor.lammps_inputs.script_plan import NO_WISHES, JobWishes
+from chaincor.workflows.accuracy.step_guess import foresee_frequency_ratio
 from chaincor.workflows.campaign.points import value_of
-from chaincor.workflows.job import job_files, write_files
+from chaincor.workflows.grids.submission import BY_BASH, Submission
+from chaincor.workflows.job import job_files
 
 MANIFEST = "manifest.csv"
 # File of the requested scene, beside the scene with the chosen numerics.
 ASKED = "asked.toml"
 _SAFE = frozenset("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789.-")
 _LONGEST_NAME = 100
-
-
-Scheduler = Literal["slurm", "pbs", "bash"]
-
-_HEADS = {
-    "slurm": "#SBATCH --job-name=chaincor\n#SBATCH --array=1-{count}\n#SBATCH --ntasks=1\n",
-    "pbs": "#PBS -N chaincor\n#PBS -J 1-{count}\n#PBS -l select=1:ncpus=1\n",
-    "bash": "",
-}
-# PBS knows no array of one job.
-_HEAD_OF_ONE = {"pbs": "#PBS -N chaincor\n#PBS -l select=1:ncpus=1\n"}
-# Schedulers run a copy of the script from a spool folder, so its own place does not tell where the
-# jobs are. Each place that may hold them is tried.
-_PLACES = {
-    "slurm": (
-        '"${SLURM_SUBMIT_DIR:-.}"',
-        '"$(scontrol show job "${SLURM_JOB_ID:-0}" 2> /dev/null |\n'
-        "        sed -n 's/^ *Command=\\(.*\\)\\/.*/\\1/p')\"",
-    ),
-    "pbs": ('"${PBS_O_WORKDIR:-.}"',),
-    "bash": (),
-}
-_COMMON = """\
-# Jobs that have their result are left alone. Jobs that were stopped continue from their last
-# restart file. LMP is the command that runs LAMMPS, RESTART the number of contacts between two
-# restart files, JOBS the folder of the jobs if it was moved.
-set -u
-folders=(
-{folders}
-)
-found=
-for place in "${{JOBS:-}}" "$(dirname "$0")" {places} {written}; do
-    if [ -n "$place" ] && [ -f "$place/manifest.csv" ] && [ -d "$place/${{folders[0]}}" ]; then
-        found=$place
-        break
-    fi
-done
-if [ -z "$found" ] || ! cd "$found"; then
-    echo "the folder of the jobs is not found: set JOBS to the folder of manifest.csv" >&2
-    exit 1
-fi
-run_job() {{
-    local resume=()
-    cd "$1" || return 1
-    grep -qs '^restitution_error = ' log.lammps && return 0
-    # Of a run that was stopped, not of one that failed.
-    if [ -s chain.state ] && [ -s chain.restart ] && ! grep -qs '^ERROR' screen.txt; then
-        resume=(-var resume 1)
-    fi
-    ${{LMP:-lmp}} -in in.chain -var restart "${{RESTART:-20}}" \\
-        ${{resume[@]+"${{resume[@]}}"}} > screen.txt 2>&1
-}}
-"""
-_TAILS = {
-    "slurm": 'run_job "${folders[$((SLURM_ARRAY_TASK_ID - 1))]}"\n',
-    "pbs": 'run_job "${folders[$((${PBS_ARRAY_INDEX:-1} - 1))]}"\n',
-    "bash": """\
-# WORKERS jobs at a time; one that fails does not stop the others.
-export -f run_job
-printf '%s\\0' "${folders[@]}" |
-    xargs -0 -n 1 -P "${WORKERS:-1}" "$BASH" -c 'run_job "$1" || exit 1' run_job || exit 1
-""",
-}
+# Folder of the bond tables, which several jobs read.
+TABLES = "tables"
+# Files of a job that was run, and of a job with a table of its own.
+_OLD = ("log.lammps", "log.motion", "screen.txt", "chain.restart", "chain.state", TABLE_FILE)
 
 
 def write_grid(
     scenes: Sequence[Scene],
     axes: Sequence[str],
     folder: Path,
-    scheduler: Scheduler,
+    submission: Submission = BY_BASH,
     *,
-    site: str = "",
     replace_existing: bool = False,
     wishes: JobWishes = NO_WISHES,
 ) -> dict[str, str]:
     """
     Write a job for each scene, a manifest and a script that runs them.
 
-    `axes` are the fields that differ between points; `site` are the user's own lines for the
-    script. Points without a job are in the manifest with the reason. The manifest is written last,
-    so a folder without one is no grid. Jobs are restartable and have guards, whatever the `wishes`.
-    Returns for each folder the reason why it has no job, empty if it has one. Raises InputError if
-    there is a grid already or the folder cannot be written.
+    `axes` are the fields that differ between points. Points without a job are in the manifest with
+    the reason. The manifest is written last, so a folder without one is no grid. Jobs are
+    restartable and have guards, whatever the `wishes`. Bond tables are in one folder, and similar
+    jobs share them. Returns for each folder the reason why it has no job, empty if it has one.
+    Raises InputError if there is a grid already or the folder cannot be written.
     """
+    scenes = list(scenes)
     if any(scene.bond.only_pushes for scene in scenes):
         raise InputError(
             "the sweep has beads, whose jobs print nothing by which `chaincor collect` knows them. "
             "Write their jobs one by one, or run the sweep with `chaincor sweep`"
         )
     names = [folder_name(scene, axes, number) for number, scene in enumerate(scenes, 1)]
-    script_name = f"submit.{scheduler}"
-    present = [name for name in (MANIFEST, script_name, *names) if (folder / name).exists()]
+    scripts = [path.name for path in folder.glob(f"submit*.{submission.scheduler}")]
+    present = [name for name in (MANIFEST, *scripts, *names) if (folder / name).exists()]
     if present and not replace_existing:
         raise InputError(
             f"the folder {str(folder)!r} has {', '.join(present[:3])} already. Give another "
@@ -121,20 +63,25 @@ def write_grid(
         )
     refusals: dict[str, str] = {}
     rows = []
+    # For all scenes together in a fraction of the time.
+    foresee_frequency_ratio(each.problem for each in scenes)
     with _written_whole(folder):
-        (folder / MANIFEST).unlink(missing_ok=True)
+        for old in (MANIFEST, *scripts):
+            (folder / old).unlink(missing_ok=True)
+        tables = SharedTables(folder / TABLES)
         for number, (scene, name) in enumerate(zip(scenes, names, strict=True), 1):
-            refusals[name] = _write_point(scene, folder / name, wishes)
+            refusals[name] = _write_point(scene, folder / name, wishes, tables)
             values = [value_of(scene, axis) for axis in axes]
             rows.append([number, name, *values, refusals[name]])
         written = [name for name, refusal in refusals.items() if not refusal]
-        script = folder / script_name
-        script.write_text(submit_script(scheduler, written, site, folder), encoding="utf-8")
-        script.chmod(0o755)
-        text = io.StringIO()
-        writer = csv.writer(text, lineterminator="\n")
+        for script_name, text in submission.scripts(written, folder).items():
+            script = folder / script_name
+            script.write_text(text, encoding="utf-8")
+            script.chmod(0o755)
+        listed = io.StringIO()
+        writer = csv.writer(listed, lineterminator="\n")
         writer.writerows([["number", "folder", *axes, "refusal"], *rows])
-        write_whole(folder / MANIFEST, text.getvalue())
+        write_whole(folder / MANIFEST, listed.getvalue())
     return refusals
 
 
@@ -150,16 +97,48 @@ def _written_whole(folder: Path) -> Iterator[None]:
         ) from None
 
 
-def _write_point(scene: Scene, job: Path, wishes: JobWishes) -> str:
+class SharedTables:
+    """Folder of the bond tables of a grid; equal tables are written once."""
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        self._names: dict[str, str] = {}
+
+    def take_from(self, files: dict[str, str]) -> dict[str, str]:
+        """
+        Move the table of a job into the folder, and return the other files.
+
+        The script then reads the shared table. A table that a user's template reads by other words
+        stays in the job.
+        """
+        script, quoted = files[SCRIPT_FILE], f'"./{TABLE_FILE}"'
+        if TABLE_FILE not in files or script.count(TABLE_FILE) != script.count(quoted):
+            return files
+        kept = {name: text for name, text in files.items() if name != TABLE_FILE}
+        place = f'"../{TABLES}/{self._name_of(files[TABLE_FILE])}"'
+        return kept | {SCRIPT_FILE: script.replace(quoted, place)}
+
+    def _name_of(self, table: str) -> str:
+        if table not in self._names:
+            name = self._names[table] = f"{len(self._names) + 1}.table"
+            self._folder.mkdir(exist_ok=True)
+            (self._folder / name).write_text(table, encoding="utf-8")
+        return self._names[table]
+
+
+def _write_point(scene: Scene, job: Path, wishes: JobWishes, tables: SharedTables) -> str:
     """Write one job, and return the reason of a failure, empty after success."""
     try:
-        files = job_files(scene, replace(wishes, restartable=True, guards=True))
+        wishes = replace(wishes, restartable=True, guards=True)
+        files = job_files(scene, wishes, shared_table=True)
     except ChaincorError as error:
         return one_line(error)
-    for old in ("log.lammps", "log.motion", "screen.txt", "chain.restart", "chain.state"):
+    job.mkdir(parents=True, exist_ok=True)
+    for old in _OLD:
         (job / old).unlink(missing_ok=True)  # files of an older job would pass for results
-    asked = read_from_anywhere(scene).to_toml()
-    write_files(files | {ASKED: asked}, job, replace_existing=True)
+    files = tables.take_from(files) | {ASKED: read_from_anywhere(scene).to_toml()}
+    for name, text in files.items():
+        (job / name).write_text(text, encoding="utf-8")
     return ""
 
 
@@ -172,25 +151,3 @@ def folder_name(scene: Scene, axes: Sequence[str], number: int) -> str:
         parts.append(f"{axis}={text}" if axis != "potential" else text)
     safe = ["".join(c if c in _SAFE or c in "=_" else "-" for c in part) for part in parts]
     return "_".join(safe)[:_LONGEST_NAME]
-
-
-def submit_script(
-    scheduler: Scheduler, folders: Sequence[str], site: str = "", written: Path | None = None
-) -> str:
-    """
-    Return a script that runs the jobs in some folders beside it.
-
-    `site` are the user's own lines, such as ``#SBATCH --time=1:00:00`` or ``module load lammps``,
-    at the place where a scheduler reads its options. `written` is the folder of the jobs. The
-    script searches it last, after JOBS, its own folder and the folder of submission.
-    """
-    count = len(folders)
-    head = (_HEAD_OF_ONE if count == 1 else {}).get(scheduler, _HEADS[scheduler])
-    quoted = "\n".join(f"    {shlex.quote(folder)}" for folder in folders)
-    common = _COMMON.format(
-        folders=quoted,
-        places=" ".join(_PLACES[scheduler]),
-        written="" if written is None else shlex.quote(str(written.resolve())),
-    )
-    site = site if not site or site.endswith("\n") else f"{site}\n"
-    return f"#!/bin/bash\n{head.format(count=count)}{site}{common}{_TAILS[scheduler]}"
