@@ -58,7 +58,7 @@ def step_with_frames(scene: Scene) -> float:
 
 def step_to_the_end(scene: Scene) -> float:
     """Return eta, the chain followed with the steps of the run until the end is seen."""
-    with patch.object(LookAhead, "settle", lambda self: None):
+    with patch.object(LookAhead, "settle", lambda *_: None):
         return step(scene)
 
 

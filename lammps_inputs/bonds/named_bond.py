@@ -15,6 +15,7 @@ class NamedBond(Potential):
     """Bond with a name."""
 
     smooth = True
+    rounds_alike = True
     title: ClassVar[str]  #: Title of the bond in texts.
     #: Keys in scenes, and what its class calls these parameters; those without default must be
     #: given.

@@ -16,6 +16,8 @@ from chaincor.lammps_inputs.contacts.contact_law import ContactLaw
 
 # Strains of one scan, of which two narrow a range down to less than a thousandth.
 _GRID = 64
+# Halvings of a range of logarithms, down to rounding.
+_HALVINGS = 60
 
 
 class NoParameters(NamedTuple):
@@ -46,6 +48,8 @@ class Potential(ABC):
     dissociation: float = math.inf  #: U at infinite length; inf for a bond that cannot break.
     #: Whether the force is known to have derivatives of every order.
     smooth: ClassVar[bool] = False
+    #: Whether `energy` gives a number and an array of numbers the same digits.
+    rounds_alike: ClassVar[bool] = False
     is_harmonic: ClassVar[bool] = False  #: Whether U = s^2/2, so that a chain is a sum of modes.
     #: Whether U is known to grow faster than any power of the compression: such bonds act like hard
     #: spheres at high speeds.
@@ -213,14 +217,28 @@ class Potential(ABC):
         floor = max(self.strain_min, -1.0)
         # Distance to the floor, found by its logarithm: log bonds get as short as exp(-energy).
         low, high = np.full(len(energies), -700.0), np.zeros(len(energies))
-        for _ in range(60):
-            middle = 0.5 * (low + high)
-            strains = floor * -_expm1(middle)
-            with np.errstate(all="ignore"):
+        with np.errstate(all="ignore"):
+            if len(energies) == 1 and self.rounds_alike:
+                return floor * -_expm1(np.array([self._log_distance(float(energies[0]), floor)]))
+            for _ in range(_HALVINGS):
+                middle = 0.5 * (low + high)
+                strains = floor * -_expm1(middle)
                 held = np.broadcast_to(self.energy(strains), strains.shape)
-            beyond = (held > energies) | ~np.isfinite(held)
-            low, high = np.where(beyond, middle, low), np.where(beyond, high, middle)
+                beyond = (held > energies) | ~np.isfinite(held)
+                low, high = np.where(beyond, middle, low), np.where(beyond, high, middle)
         return floor * -_expm1(high)
+
+    def _log_distance(self, energy: float, floor: float) -> float:
+        """Return what `compressed_strains` finds for one energy, without arrays."""
+        low, high = -700.0, 0.0
+        for _ in range(_HALVINGS):
+            middle = 0.5 * (low + high)
+            held = float(self.energy(floor * -math.expm1(middle)))
+            if held > energy or not math.isfinite(held):
+                low = middle
+            else:
+                high = middle
+        return high
 
     def strain_range(self, energy: float) -> tuple[float, float]:
         """

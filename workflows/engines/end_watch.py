@@ -37,6 +37,10 @@ CERTAIN_CROSSINGS = 2000.0
 # may come and go.
 EVAPORATING = 400
 
+# Time after the last contact, in times of sound over a bond, for which nearly equal motions of a
+# hot chain agree.
+EARLY = 100.0
+
 # Least share of each of two bodies in the distance and in the speed between them.
 _LEAST_SHARE = 0.05
 
@@ -107,14 +111,24 @@ class EndWatch:
     Search for the end of a collision, with a memory of how long the end has been argued.
 
     `particles` is their number in the chain. `stiffness` is U''(1) over the mean mass, by default
-    the stiffness of the bond.
+    the stiffness of the bond. `risk_allowed` is the risk of a return below which an end is argued
+    after a sound round trip.
     """
 
-    def __init__(self, particles: int, bond: Potential, stiffness: float | None = None) -> None:
-        self._bond = bond
+    def __init__(
+        self,
+        particles: int,
+        bond: Potential,
+        stiffness: float | None = None,
+        risk_allowed: float = RISK_ALLOWED,
+    ) -> None:
+        self._bond, self._risk_allowed = bond, risk_allowed
         self._particles = particles
         self._stiffness = bond.stiffness if stiffness is None else stiffness
         self._quiet = sound_round_trip(particles, self._stiffness)
+        self._early = min(0.5 * self._quiet, EARLY / self._stiffness**0.5)
+        #: Risk of a return at the last look while nearly equal motions still agreed; 1 without one.
+        self.early_risk = 1.0
         self._last_contact = -math.inf
         self._calm_since = 0.0
         self._first_sizes: tuple[int, ...] = ()
@@ -131,6 +145,7 @@ class EndWatch:
         bond = self._bond
         if last_contact != self._last_contact:
             self._last_contact = self._calm_since = last_contact
+            self.early_risk = 1.0
             self._first_sizes, self._arrival = tuple(len(body.velocities) for body in bodies), 0.0
         late = now > self.followed_until(last_contact)
         coming = sum(_mean_velocity(body) for body in bodies) <= 0.0
@@ -143,12 +158,14 @@ class EndWatch:
         risk = min(1.0, sum(return_risk(pieces, bond) for pieces in parted))
         if risk == 0.0:
             return Ending("proved")
+        if now - last_contact <= self._early:
+            self.early_risk = risk
         sizes = tuple(int(pieces.sizes[0]) for pieces in parted)
         changes = zip(sizes, self._first_sizes, strict=True)
         changed = any(abs(size - first) > first // EVAPORATING for size, first in changes)
-        if risk > RISK_ALLOWED or changed:
+        if risk > self._risk_allowed or changed:
             self._calm_since, self._first_sizes = now, sizes
-        if risk <= RISK_ALLOWED and now - self._calm_since > self._quiet:
+        if risk <= self._risk_allowed and now - self._calm_since > self._quiet:
             return Ending("argued")
         if not late or self._is_awaited(now, parted):
             return None

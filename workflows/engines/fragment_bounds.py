@@ -61,6 +61,12 @@ class Lever(NamedTuple):
         return self.whole - self.mass
 
 
+@lru_cache(maxsize=1024)
+def equal_lever(particles: int) -> Lever:
+    """Return the lever of the first of some particles of mass 1."""
+    return Lever.of(np.ones(particles))
+
+
 def reach(bond: Potential, energy: float, lever: Lever) -> float:
     """
     Return the largest distance of an end particle from its place relative to the mean.

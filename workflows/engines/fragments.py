@@ -24,7 +24,14 @@ from numpy.typing import NDArray
 
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.potential import Potential
-from chaincor.workflows.engines.fragment_bounds import PAID, VIBRATIONS, Lever, escape_risk, reach
+from chaincor.workflows.engines.fragment_bounds import (
+    PAID,
+    VIBRATIONS,
+    Lever,
+    equal_lever,
+    escape_risk,
+    reach,
+)
 
 # Part of the present speed of separation that must remain after all pulls.
 _LEFT = 0.5
@@ -49,9 +56,6 @@ class Fragments:
     levers: list[tuple[Lever, Lever]]  #: Levers of both ends of each fragment.
     #: Whether it is proved that the fragments at a cut stay apart; of shape (pieces - 1,).
     apart: NDArray[np.bool_] = field(default_factory=lambda: np.empty(0, bool))
-    #: Energy of relative motion across each cut less the energy that breaks the bond; negative if
-    #: the fragments approach; of shape (pieces - 1,).
-    binding: Array = field(default_factory=lambda: np.empty(0))
     #: Probability that the other fragments disturb the first one so that it reaches the wall again;
     #: 0 if this is excluded.
     return_risk: float = 0.0
@@ -82,15 +86,14 @@ class Body(NamedTuple):
         cuts = np.empty(0, dtype=np.int64)
         if math.isfinite(bond.dissociation):
             cuts = np.flatnonzero(self.strains > bond.convex_strain)
-        while True:
-            pieces = chain.cut_at(cuts)
-            failing = np.flatnonzero(~pieces.apart & (pieces.binding <= 0.0))
-            if len(failing) == 0:
-                risk = chain.return_risk(pieces)
-                return replace(pieces, return_risk=risk) if risk > 0.0 else pieces
+        while len(bound := chain.bound_cuts(cuts)):
             # Join the most firmly bound fragments first: the others may then move apart.
-            bound = failing[np.argsort(pieces.binding[failing])]
-            cuts = np.delete(cuts, bound[: max(1, len(failing) // 3)])
+            apart = np.ones(len(cuts), bool)
+            apart[bound[: max(1, len(bound) // 3)]] = False
+            cuts = cuts[apart]
+        pieces = chain.cut_at(cuts)
+        risk = chain.return_risk(pieces)
+        return replace(pieces, return_risk=risk) if risk > 0.0 else pieces
 
 
 class _Chain:
@@ -98,20 +101,38 @@ class _Chain:
 
     def __init__(self, body: Body, bond: Potential) -> None:
         first, strains, velocities, masses = body
+        self.unit = masses is None
         self.masses = np.ones(len(velocities)) if masses is None else masses
         self.displacements = np.cumsum(np.concatenate(([first], strains)))
         self.strains, self.velocities, self.bond = strains, velocities, bond
+        self.momenta = self.masses * velocities
         self.patience = VIBRATIONS * len(velocities)
         with np.errstate(over="ignore"):  # an exploded motion, which its energy reveals
             self.bond_energies = np.append(bond.energy(strains), 0.0)
+
+    def bound_cuts(self, cuts: NDArray[np.int64]) -> NDArray[np.int64]:
+        """
+        Return the places in `cuts` whose fragments are bound, the most firmly bound first.
+
+        Fragments are bound if they approach, or if their relative motion has too little energy to
+        break the bond. The proof that fragments stay apart needs three times that energy.
+        """
+        if len(cuts) == 0:
+            return cuts
+        weights, speeds = self._divide(np.concatenate(([0], cuts + 1)))
+        opening, shares = speeds[1:] - speeds[:-1], 1.0 / weights
+        excess = 0.5 / (shares[:-1] + shares[1:]) * opening * np.abs(opening)
+        excess += self.bond_energies[cuts] - self.bond.dissociation
+        excess = np.where(opening > 0.0, excess, np.minimum(excess, -np.abs(opening)))
+        bound = np.flatnonzero(excess <= 0.0)
+        return bound[np.argsort(excess[bound])]
 
     def cut_at(self, cuts: NDArray[np.int64]) -> Fragments:
         """Return the fragments of the chain with the given cuts."""
         bond = self.bond
         starts = np.concatenate(([0], cuts + 1))
-        sizes = np.diff(np.append(starts, len(self.velocities)))
-        weights = np.add.reduceat(self.masses, starts)
-        speeds = np.add.reduceat(self.masses * self.velocities, starts) / weights
+        sizes = np.diff(starts, append=len(self.velocities))
+        weights, speeds = self._divide(starts)
         means = np.add.reduceat(self.masses * self.displacements, starts) / weights
         inner = self.bond_energies.copy()
         inner[cuts] = 0.0
@@ -123,10 +144,6 @@ class _Chain:
         if len(cuts) == 0:
             return pieces
         opening = np.diff(speeds)
-        reduced = 1.0 / (1.0 / weights[:-1] + 1.0 / weights[1:])
-        binding = 0.5 * reduced * opening * np.abs(opening)
-        binding += self.bond_energies[cuts] - bond.dissociation
-        binding = np.where(opening > 0.0, binding, np.minimum(binding, -np.abs(opening)))
         gaps, growths = self._gaps(cuts, levers, means, speeds[:-1], speeds[1:], energies)
         kept = _LEFT * growths
         apart = (gaps >= bond.convex_strain) & (kept > 0.0)
@@ -145,7 +162,12 @@ class _Chain:
         # At cuts without a proof, take the pull of the present motion.
         present = self._pull(self.strains[cuts], _LEFT * opening, opening > 0.0)
         worse = self._worsened(energies, np.where(apart, pulls, present), levers)
-        return replace(pieces, energies=worse, apart=apart, binding=binding)
+        return replace(pieces, energies=worse, apart=apart)
+
+    def _divide(self, starts: NDArray[np.int64]) -> tuple[Array, Array]:
+        """Return the masses and mean velocities of the fragments that begin at `starts`."""
+        weights = np.add.reduceat(self.masses, starts)
+        return weights, np.add.reduceat(self.momenta, starts) / weights
 
     def return_risk(self, pieces: Fragments) -> float:
         """Return the probability that an event at any cut has an effect at the wall."""
@@ -194,10 +216,11 @@ class _Chain:
     def _group_escape(self, start: int, speed: float) -> float:
         """Return the risk that all particles from `start` on together eject one at a speed."""
         velocities, masses = self.velocities[start:], self.masses[start:]
-        mean = float(np.sum(masses * velocities)) / float(np.sum(masses))
+        mean = float(np.sum(self.momenta[start:])) / float(np.sum(masses))
         energy = 0.5 * float(np.sum(masses * (velocities - mean) ** 2))
         energy += float(np.sum(self.bond_energies[start:]))
-        return self._escape(_ENERGY_RESERVE * energy, Lever.of(masses), mean - speed)
+        lever = equal_lever(len(masses)) if self.unit else Lever.of(masses)
+        return self._escape(_ENERGY_RESERVE * energy, lever, mean - speed)
 
     def _gaps(
         self,

@@ -327,7 +327,7 @@ def test_no_hit_follows_once_the_end_was_seen(fields, monkeypatch):
 
     monkeypatch.setattr(EndWatch, "look_at", patient)
     monkeypatch.setattr(LookAhead, "keeps_off", patiently_off)
-    monkeypatch.setattr(LookAhead, "settle", lambda self: None)
+    monkeypatch.setattr(LookAhead, "settle", lambda *_: None)
     step = 0.02 if scene.velocity is None and scene.speed > 2.0 else 0.05
     outcome = stepping.run(scene.problem, Numerics(scheme="order6", timestep=step))
     assert outcome.duration > outcome.contact_times[-1] + 5.0 * scene.particles

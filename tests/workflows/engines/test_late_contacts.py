@@ -76,6 +76,29 @@ def test_a_contact_that_only_the_run_itself_misses_is_in_the_bar(monkeypatch):
     assert found.ending.missed_momentum >= 0.1
 
 
+def test_other_motions_are_followed_only_if_a_return_is_not_unlikely(monkeypatch):
+    # Soon after the last contact the estimated risk of a return is 0.013 in the first scene; in the
+    # second it is 1.
+    numerics, follow_again = Numerics(scheme="order8", timestep=0.1), LookAhead._follow_again
+    for particles, speed, alone in ((100, 0.8, True), (48, 1.3505, False)):
+        scene = Scene(potential="lj", particles=particles, speed=speed)
+        again: list[float] = []
+
+        def follow(look, share, *times, again=again):
+            again.append(share)
+            return follow_again(look, share, *times)
+
+        with monkeypatch.context() as patch:
+            patch.setattr(LookAhead, "_follow_again", follow)
+            found = stepping.run(scene.problem, numerics)
+            assert (again == []) == alone
+            patch.setattr(look_ahead, "RISK_AT_STAKE", -1.0)
+            several = stepping.run(scene.problem, numerics)
+        assert len(again) >= 4
+        assert found.ending.kind == several.ending.kind
+        assert np.array_equal(found.velocities, several.velocities)
+
+
 def test_a_long_broken_chain_is_followed_again_from_its_last_contact(monkeypatch):
     # The same motion as above, as if it were long: from the first contact on it would be another.
     scene = Scene(potential="lj", particles=48, speed=1.3505)

@@ -128,15 +128,16 @@ def note_parting(ledger: Any, moment: float, low: float, high: float) -> None:
 
 
 def extremes(values: Array, count: int) -> tuple[float, float]:
-    """Return the smallest and the largest of the first numbers; a NaN stays."""
+    """Return the smallest and the largest of the first numbers; two NaN if one of them is NaN."""
+    # Both loops are vectorised, which a single loop that keeps a NaN is not.
+    unknown = 0
+    for i in range(count):
+        unknown += not (-np.inf <= values[i] <= np.inf)
     low, high = np.inf, -np.inf
     for i in range(count):
-        # The condition is also true for a NaN.
-        if not low <= values[i] and low == low:
-            low = values[i]
-        if not high >= values[i] and high == high:
-            high = values[i]
-    return low, high
+        low = min(low, values[i])
+        high = max(high, values[i])
+    return (np.nan, np.nan) if unknown > 0 else (low, high)
 
 
 def widen(ledger: Any, low: float, high: float) -> bool:

@@ -16,7 +16,7 @@ import numpy as np
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.problem import Problem
 from chaincor.workflows.engines.end_watch import EndWatch, look_interval
-from chaincor.workflows.engines.ending import Ending
+from chaincor.workflows.engines.ending import RISK_ALLOWED, Ending
 from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.engines.reference.moving import Motion, Stepper
 from chaincor.workflows.engines.time_limit import steps_at_once
@@ -112,23 +112,31 @@ def coarse_ceiling(bond: Potential) -> float:
     return bond.convex_strain if math.isfinite(bond.dissociation) else bond.barrier_strain
 
 
-def find_end(problem: Problem, ahead: CoarseRun, last_contact: float) -> Ending | None:
+def find_end(
+    problem: Problem,
+    ahead: CoarseRun,
+    last_contact: float,
+    risk_allowed: float = RISK_ALLOWED,
+    latest: float = math.inf,
+) -> Ending | None:
     """
     Advance a look-ahead run until the end of the collision is proved or argued.
 
-    `last_contact` is the time of the last contact so far. Return None if the motion came near the
-    wall or a bond came near to breaking.
+    `last_contact` is the time of the last contact so far, and `risk_allowed` the risk of a return
+    that an argued end may leave. Return None if the motion came near the wall, if a bond came near
+    to breaking, or if no end is found by the time `latest`.
     """
     particles, stiffness = problem.longest_body, problem.slow_stiffness
-    watch = EndWatch(particles, problem.bond, stiffness)
+    watch = EndWatch(particles, problem.bond, stiffness, risk_allowed)
     interval = look_interval(particles, stiffness)
-    while True:
+    while ahead.time <= latest:
         ending = watch.look_at(ahead.time, last_contact, ahead.moving.bodies())
         if ending is not None:
             return ending
         later = watch.next_look(ahead.time, last_contact) - ahead.time
         if not ahead.fly(max(later, interval)):
             return None
+    return None
 
 
 def bonds_in_flight(outcome: Outcome, duration: float) -> tuple[float, float]:

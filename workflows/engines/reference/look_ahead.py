@@ -8,7 +8,12 @@ from functools import partial
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.problem import Problem
 from chaincor.workflows.engines.end_watch import EndWatch
-from chaincor.workflows.engines.ending import Ending, evaporation, sound_round_trip
+from chaincor.workflows.engines.ending import (
+    RISK_AT_STAKE,
+    Ending,
+    evaporation,
+    sound_round_trip,
+)
 from chaincor.workflows.engines.fragments import Body
 from chaincor.workflows.engines.reference import bookkeeping
 from chaincor.workflows.engines.reference.blocks.running import LEAST_ACTIVE
@@ -35,6 +40,9 @@ STEP = 0.3
 _SAMPLES = (0.97, 0.91, 0.83, 0.77)
 _MORE_SAMPLES = (0.95, 0.88, 0.8, 0.74)
 _MOST_SAMPLED = 400
+# Time for which a run is followed on alone, in sound round trips. It lets fragments separate, and
+# leaves a round trip in which a return must be unlikely.
+_CALM = 3.0
 # A contact in one of a few motions may be harder by this factor in the true motion. Like the
 # numbers of motions, this is a choice; `tests.judge.plain` counts how often the error bars hold.
 _HARDER = 1.5
@@ -107,7 +115,7 @@ class LookAhead:
             return End(self._doubt_about(ending), now, int(moving.ledger["evaluations"]))
         if not follow and now - last > self._quiet:
             return End(Ending("argued"), now, int(moving.ledger["evaluations"]))
-        settled = self.settle()
+        settled = self.settle(watch.early_risk)
         if settled is None:
             return None
         ahead, ending = settled
@@ -120,10 +128,11 @@ class LookAhead:
         missed = contacts == self._moving.ledger["contacts"]
         return ending.doubted(max(self.doubt, momentum if missed else 0.0))
 
-    def settle(self) -> tuple[CoarseRun, Ending] | None:
+    def settle(self, early_risk: float = 1.0) -> tuple[CoarseRun, Ending] | None:
         """
         Look ahead from the current state.
 
+        `early_risk` is the risk of a return soon after the last contact, see `EndWatch`.
         Return the look-ahead run and the end of the collision; None if another contact may come or
         a bond may break.
         """
@@ -134,8 +143,10 @@ class LookAhead:
         # After a sound round trip the end of a broken chain hardly depends on how it is followed.
         if now - last > self._quiet:
             # A long chain takes exact steps on all cores, but coarse steps on one core.
-            longest = problem.longest_body > LEAST_ACTIVE
-            return None if longest else self._sample(now, last)
+            if problem.longest_body > LEAST_ACTIVE:
+                return None
+            single = self._follow_on(now, last) if early_risk <= RISK_AT_STAKE else None
+            return single or self._sample(now, last)
         clearance = required_clearance(problem, self._moving.gap)
         ceiling = coarse_ceiling(problem.bond)
         coarse = self._coarse_step()
@@ -169,6 +180,20 @@ class LookAhead:
         coarse, ceiling = self._coarse_step(), coarse_ceiling(problem.bond)
         ahead = CoarseRun(self._moving, now, coarse, clearance, ceiling)
         return ahead.fly(until - now), ahead.time, int(ahead.moving.ledger["evaluations"])
+
+    def _follow_on(self, now: float, last: float) -> tuple[CoarseRun, Ending] | None:
+        """
+        Follow the run itself until a return has been unlikely for a sound round trip.
+
+        A few motions cannot measure a probability below `RISK_AT_STAKE`, so one motion suffices if
+        the risk was as low while all motions still agreed. Return None if the other motions must
+        decide: if a contact comes, if the risk stays higher, or if an end is proved, because the
+        motion of a short chain that broke is only one of several.
+        """
+        latest = now + _CALM * self._quiet
+        ahead = CoarseRun(self._moving, now, self._coarse_step(), clearance=0.0)
+        ending = find_end(self._problem, ahead, last, RISK_AT_STAKE, latest)
+        return None if ending is None or ending.kind == "proved" else (ahead, ending)
 
     def _sample(self, now: float, last: float) -> tuple[CoarseRun, Ending] | None:
         """Follow several motions to their ends, first with steps like the run's, then coarsely."""
