@@ -8,7 +8,7 @@ from chaincor.analysis.caveats import collect_caveats, mode_caveats
 from chaincor.analysis.collision_frames import NOTHING_KNOWN, CollisionFrames, Known
 from chaincor.analysis.contacts import contact_statistics
 from chaincor.analysis.dumps.chain_state import ChainState
-from chaincor.analysis.dumps.frame import Frames
+from chaincor.analysis.dumps.frame import DumpFrames
 from chaincor.analysis.followed import Followed, follow, restitution_precision
 from chaincor.analysis.modes import anharmonic_remainder, mode_energies, mode_frequencies
 from chaincor.analysis.restitution import (
@@ -26,7 +26,7 @@ _ROUNDINGS = 1e-12
 
 
 def analyze_frames(
-    frames: Frames,
+    frames: DumpFrames,
     known: Known = NOTHING_KNOWN,
     notes: Iterable[str] = (),
     progress: Callable[[int], None] | None = None,

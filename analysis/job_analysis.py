@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from chaincor.analysis.collision_frames import EndArgument, Known
 from chaincor.analysis.dumps.chain_frames import BODY_COLUMN, ChainLayout
-from chaincor.analysis.dumps.frame import DumpFrame, Frames
+from chaincor.analysis.dumps.frame import DumpFrame, DumpFrames
 from chaincor.analysis.dumps.masses import masses_of_bodies
 from chaincor.analysis.dumps.run_commands import is_computed
 from chaincor.analysis.dumps.view import DumpView
@@ -187,7 +187,7 @@ def _with_scene(told: Known, job: Job, layout: ChainLayout) -> tuple[Known, list
     return known, notes
 
 
-def infer_timestep(dump: Frames, layout: ChainLayout) -> float | None:
+def infer_timestep(dump: DumpFrames, layout: ChainLayout) -> float | None:
     """
     Return the simulated time of a step as seen in the flight of the last particle.
 

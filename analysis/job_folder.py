@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from chaincor.analysis.dumps.frame import Frames
+from chaincor.analysis.dumps.frame import DumpFrames
 from chaincor.analysis.dumps.many_files import files_of, is_pattern, pattern_of
 from chaincor.analysis.dumps.masses import DeclaredMasses, declared_masses, read_sections
 from chaincor.analysis.dumps.other_trajectories import is_other_trajectory, open_trajectory
@@ -115,7 +115,7 @@ class Job:
         step = self.commands.first_timestep
         return None if step is None else step / self.view.units.time
 
-    def frames(self) -> Frames:
+    def frames(self) -> DumpFrames:
         """Open the dump in the chain's units; numbers in these units stay exact."""
         source = open_trajectory(self.dump)
         return source if self.view == DumpView() else ViewedDump(source, self.view)

@@ -13,7 +13,7 @@ from typing import Any, get_type_hints
 from chaincor.analysis.observed.bodies import Bodies
 from chaincor.analysis.observed.dumps import OF_DUMPS_ALONE
 from chaincor.analysis.observed.making import Making
-from chaincor.analysis.observed.observable import Observable, Row, dtype_of
+from chaincor.analysis.observed.observable import Observable, TextRow, dtype_of
 from chaincor.analysis.observed.outcome import MeasuredOutcome
 
 
@@ -59,7 +59,7 @@ def rows_of(result: Any, *, dump: bool = False, closing: bool = False) -> list[t
     ]
 
 
-def _definition(row: Row, of: Observable) -> str:
+def _definition(row: TextRow, of: Observable) -> str:
     """Return the meaning of a line: the meanings of all observables that it shows."""
     if row.definition is not None:
         return row.definition

@@ -15,7 +15,7 @@ from chaincor.analysis.job_folder import Job, find_jobs
 from chaincor.analysis.results import CollisionAnalysis
 from chaincor.lammps_inputs.errors import InputError
 
-Progress = Callable[[int], None] | None
+StepProgress = Callable[[int], None] | None
 # Error over what difference and drift say, largest of 79 pairs of random jobs with the
 # impact-located wall 1.9 and of 67 with the stock wall 3.6: about twice that. The study is
 # benchmarks/bars/analyzed.py, which also counts the truths inside the bars.
@@ -32,7 +32,7 @@ def analyze_folder(
     data: Path | str | None = None,
     dump: Path | str | None = None,
     scene: Path | str | None = None,
-    watch: Callable[[Path], AbstractContextManager[Progress]] | None = None,
+    watch: Callable[[Path], AbstractContextManager[StepProgress]] | None = None,
     see: Callable[[Job], DumpView] | None = None,
     **known: Any,
 ) -> CollisionAnalysis:

@@ -18,11 +18,11 @@ from chaincor.workflows.engines.lammps.library import find_lmp_command
 from chaincor.workflows.scripts.bottom_line import answer_of
 from chaincor.workflows.scripts.change import Change
 from chaincor.workflows.scripts.description import describe_script_study
-from chaincor.workflows.scripts.quantities import ALL, Asked, read_quantity
+from chaincor.workflows.scripts.quantities import ALL, RequestedNumbers, read_quantity
 from chaincor.workflows.scripts.script_run import Runner, ScriptRun, list_files
 from chaincor.workflows.scripts.study import ScriptStudy, timestep_study
 
-ASKED = Asked(None, tuple(read_quantity(text) for text in ALL))
+ASKED = RequestedNumbers(None, tuple(read_quantity(text) for text in ALL))
 # Seconds of the wall clock that one run may take.
 LONGEST_RUN = 400.0
 LEAST_STEPS = 200

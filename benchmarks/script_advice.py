@@ -10,7 +10,7 @@ import numpy as np
 
 from chaincor.workflows.engines.lammps.library import find_lmp_command
 from chaincor.workflows.scripts.change import Change
-from chaincor.workflows.scripts.quantities import Asked
+from chaincor.workflows.scripts.quantities import RequestedNumbers
 from chaincor.workflows.scripts.script_run import Runner, list_files
 from chaincor.workflows.scripts.study import timestep_study
 
@@ -53,7 +53,7 @@ def row(name: str) -> str:
         return f"{head} none on the ladder | - | - | - |"
     random = np.random.default_rng(99)
     with tempfile.TemporaryDirectory() as scratch:
-        asked, command = Asked(pattern, ()), find_lmp_command() or "lmp"
+        asked, command = RequestedNumbers(pattern, ()), find_lmp_command() or "lmp"
         runner = Runner(script, list_files(SCRIPTS), asked, command, Path(scratch), 3600.0)
 
         def run(step: float) -> float:

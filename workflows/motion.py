@@ -35,7 +35,7 @@ _HISTORY_BYTES = 64 * 2**20
 
 
 @dataclass(frozen=True, repr=False, kw_only=True)
-class Motion(Observed):
+class ResultMotion(Observed):
     """Observables and motion of a run."""
 
     #: Run that can be repeated; None in results made by hand.

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from chaincor.analysis.atomic_write import write_arrays, written_aside
 from chaincor.analysis.observables import OF_RUNS, attributes_section
 from chaincor.workflows.json_output import finite
-from chaincor.workflows.motion import Motion
+from chaincor.workflows.motion import ResultMotion
 from chaincor.workflows.showing.plots import Plots
 from chaincor.workflows.showing.table import html_table
 from chaincor.workflows.showing.text import describe_shortly
@@ -23,7 +23,7 @@ _RARE = tuple(each.name for each in OF_RUNS if not each.is_array and each.rare)
 
 
 @dataclass(frozen=True, repr=False, kw_only=True)
-class Collision(Motion):
+class Collision(ResultMotion):
     r"""
     Result of one collision.
 

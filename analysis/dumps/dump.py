@@ -10,7 +10,7 @@ from typing import IO, cast
 
 import numpy as np
 
-from chaincor.analysis.dumps.frame import DumpFrame, Frames, TruncatedFrameError
+from chaincor.analysis.dumps.frame import DumpFrame, DumpFrames, TruncatedFrameError
 from chaincor.analysis.dumps.text import TextFrames, order_by_id
 from chaincor.analysis.dumps.yaml_text import YAML_START, YamlFrames
 from chaincor.lammps_inputs.errors import InputError
@@ -21,7 +21,7 @@ _TEXT_START = b"ITEM:"
 _BINARY_MAGIC = b"DUMPCUSTOM"
 
 
-class Dump(Frames):
+class Dump(DumpFrames):
     """
     LAMMPS dump of style custom or yaml, read in constant memory.
 

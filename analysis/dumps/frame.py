@@ -99,7 +99,7 @@ class DumpFrame:
         return np.maximum(np.where(values > 0.0, half_unit, 0.0), self.absolute_resolution)
 
 
-class Frames(ABC):
+class DumpFrames(ABC):
     """
     Frames of a dump or of a trajectory in another format, for repeated iteration.
 

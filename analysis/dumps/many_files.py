@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
 from chaincor.analysis.dumps.dump import Dump
-from chaincor.analysis.dumps.frame import DumpFrame, Frames
+from chaincor.analysis.dumps.frame import DumpFrame, DumpFrames
 from chaincor.lammps_inputs.errors import InputError
 
 _DIGITS = re.compile(r"[0-9]+")
@@ -33,7 +33,7 @@ def files_of(path: Path) -> list[Path]:
     return [each for _, each in sorted(found, key=lambda pair: int(pair[0][1]))]
 
 
-class ManyFileDump(Frames):
+class ManyFileDump(DumpFrames):
     """Dump of many files, each with one frame or more."""
 
     def __init__(self, path: Path) -> None:

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from chaincor.analysis.dumps.chain_frames import ChainLayout
 from chaincor.analysis.dumps.frame import DumpFrame
-from chaincor.analysis.dumps.run_commands import Command, RunCommands, is_computed
+from chaincor.analysis.dumps.run_commands import CommandWords, RunCommands, is_computed
 from chaincor.analysis.modes import are_equal
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.errors import InputError
@@ -174,7 +174,7 @@ def declared_masses(data: Path | None, commands: RunCommands) -> DeclaredMasses:
 
 
 def _masses_after(
-    commands: Sequence[Command], in_data: dict[int, float], name: str, expanded: bool
+    commands: Sequence[CommandWords], in_data: dict[int, float], name: str, expanded: bool
 ) -> tuple[dict[int, float], str | None]:
     """Return masses by type after the commands of a file, and the reason if they are unreliable."""
     reads_data = any(words[0] == "read_data" for words in commands)

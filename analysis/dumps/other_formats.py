@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from chaincor.analysis.atomic_write import written_aside
 from chaincor.analysis.dumps.chain_frames import ChainLayout
 from chaincor.analysis.dumps.chain_state import ChainState
-from chaincor.analysis.dumps.frame import Frames
+from chaincor.analysis.dumps.frame import DumpFrames
 from chaincor.analysis.dumps.masses import masses_of_bodies
 from chaincor.analysis.dumps.other_trajectories import open_trajectory
 from chaincor.lammps_inputs.arrays import Array
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 SYMBOL = "Ar"
 
 
-def read_states(dump: Path | str | Frames, timestep: float = 1.0) -> Iterator[ChainState]:
+def read_states(dump: Path | str | DumpFrames, timestep: float = 1.0) -> Iterator[ChainState]:
     """
     Yield the state in each frame of a dump.
 
@@ -41,7 +41,7 @@ def read_states(dump: Path | str | Frames, timestep: float = 1.0) -> Iterator[Ch
 
 
 def to_ase(
-    dump: Path | str | Frames, timestep: float = 1.0, masses: ArrayLike | None = None
+    dump: Path | str | DumpFrames, timestep: float = 1.0, masses: ArrayLike | None = None
 ) -> "Iterator[Atoms]":
     """
     Yield the frames of a dump as ASE Atoms, as :func:`ase_atoms` makes them.
@@ -92,7 +92,7 @@ def ase_atoms(state: ChainState, masses: Array, bond: "Potential | None" = None)
 
 
 def write_extended_xyz(
-    dump: Path | str | Frames,
+    dump: Path | str | DumpFrames,
     path: Path | str,
     timestep: float = 1.0,
     masses: ArrayLike | None = None,
@@ -127,11 +127,11 @@ def write_extended_xyz(
     return count
 
 
-def _opened(dump: Path | str | Frames) -> Frames:
+def _opened(dump: Path | str | DumpFrames) -> DumpFrames:
     return open_trajectory(dump) if isinstance(dump, Path | str) else dump
 
 
-def _layout_and_masses(source: Frames, given: ArrayLike | None) -> tuple[ChainLayout, Array]:
+def _layout_and_masses(source: DumpFrames, given: ArrayLike | None) -> tuple[ChainLayout, Array]:
     first = source.first()
     layout = ChainLayout.from_frame(first)
     return layout, masses_of_bodies(first, layout, given=given)[0][0]

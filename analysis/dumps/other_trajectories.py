@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from chaincor.analysis.dumps.ase_copy import copy_frames
 from chaincor.analysis.dumps.dump import Dump
-from chaincor.analysis.dumps.frame import DumpFrame, Frames
+from chaincor.analysis.dumps.frame import DumpFrame, DumpFrames
 from chaincor.analysis.dumps.many_files import ManyFileDump, is_pattern
 from chaincor.analysis.dumps.mdanalysis_copy import copy_trajectory
 from chaincor.analysis.dumps.xyz_digits import printed_digits
@@ -42,7 +42,7 @@ def is_other_trajectory(path: Path) -> bool:
     return path.suffix in _ASE_FORMATS or path.suffix in _MDANALYSIS_FORMATS
 
 
-def open_trajectory(path: Path | str) -> Frames:
+def open_trajectory(path: Path | str) -> DumpFrames:
     """
     Open a dump of LAMMPS, or a trajectory of another format by its ending.
 
@@ -56,7 +56,7 @@ def open_trajectory(path: Path | str) -> Frames:
     return OtherTrajectory(path) if is_other_trajectory(path) else Dump(path)
 
 
-class OtherTrajectory(Frames):
+class OtherTrajectory(DumpFrames):
     """
     A trajectory read by ASE or MDAnalysis, frame by frame, with the numbers that these show.
 

@@ -21,10 +21,10 @@ _NUMBER = re.compile(r"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?")
 
 
 # The words of a command, of which the first is its name, without a comment.
-Command = list[str]
+CommandWords = list[str]
 
 
-def is_computed(command: Command) -> bool:
+def is_computed(command: CommandWords) -> bool:
     """Return whether a variable stands in a command."""
     return any("$" in word for word in command)
 
@@ -56,8 +56,8 @@ class RunCommands:
     """Commands of one run, from its logs and its scripts."""
 
     #: By file, in order. Logs repeat a command with what its variables stand for.
-    logs: dict[Path, list[Command]]
-    scripts: dict[Path, list[Command]]  #: See ``logs``.
+    logs: dict[Path, list[CommandWords]]
+    scripts: dict[Path, list[CommandWords]]  #: See ``logs``.
 
     @classmethod
     def read(cls, logs: Iterable[Path] = (), scripts: Iterable[Path] = ()) -> "RunCommands":
@@ -69,7 +69,7 @@ class RunCommands:
             {path: _commands([_text(path)]) for path in scripts},
         )
 
-    def named(self, *names: str) -> tuple[dict[Path, list[Command]], bool]:
+    def named(self, *names: str) -> tuple[dict[Path, list[CommandWords]], bool]:
         """
         Return the commands of some names by file, and whether variables stand for their values.
 
@@ -84,7 +84,7 @@ class RunCommands:
         return (echoed, True) if echoed else (of_scripts, False)
 
     @property
-    def files(self) -> dict[Path, list[Command]]:
+    def files(self) -> dict[Path, list[CommandWords]]:
         """Commands by file, scripts first."""
         return self.scripts | self.logs
 
@@ -140,7 +140,7 @@ def _text(path: Path) -> str:
         raise InputError(f"cannot read {str(path)!r}: {why_unreadable(error)}") from None
 
 
-def _commands(parts: Iterable[str]) -> list[Command]:
+def _commands(parts: Iterable[str]) -> list[CommandWords]:
     """Return the commands in the parts of a file, each of which ends with a whole command."""
     commands = (words.split() for part in parts for words in commands_of(part))
     return [command for command in commands if command[0] in _TOLD]
@@ -150,7 +150,7 @@ def _positive(step: float | None) -> float | None:
     return step if step is not None and step > 0.0 else None
 
 
-def _setup_of(commands: Sequence[Command]) -> DeclaredSetup:
+def _setup_of(commands: Sequence[CommandWords]) -> DeclaredSetup:
     last = {words[0]: words[1:] for words in commands}
     walls: dict[str, str] = {}
     for words in commands:

@@ -11,7 +11,7 @@ from chaincor.analysis.dumps.chain_frames import (
     SCALED_COLUMNS,
     TIME_COLUMN,
 )
-from chaincor.analysis.dumps.frame import DumpFrame, Frames
+from chaincor.analysis.dumps.frame import DumpFrame, DumpFrames
 from chaincor.analysis.dumps.masses import MASS_COLUMN
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.errors import InputError
@@ -97,10 +97,10 @@ class DumpView:
         return max(own, float(np.max(frame.resolution(name, digits))) / self.units.length)
 
 
-class ViewedDump(Frames):
+class ViewedDump(DumpFrames):
     """Dump in the chain's units."""
 
-    def __init__(self, source: Frames, view: DumpView) -> None:
+    def __init__(self, source: DumpFrames, view: DumpView) -> None:
         self._source, self._view = source, view
 
     def frames(self, progress: Callable[[int], None] | None = None) -> Iterator[DumpFrame]:

@@ -8,7 +8,7 @@ import numpy as np
 from chaincor.analysis.ladders.order_fit import SURE, OrderFit, fit_order, judge_means
 from chaincor.lammps_inputs.arrays import Array
 
-Kind = Literal["regular", "irregular", "noise", "bounded", "cannot tell"]
+VerdictKind = Literal["regular", "irregular", "noise", "bounded", "cannot tell"]
 
 LEAST_RUNGS, LEAST_COLUMNS = 4, 3
 # An order is known when 1 and 2 cannot be taken for each other.
@@ -34,7 +34,7 @@ class LadderVerdict:
     #: ``irregular``: it jumps about between nearby steps, and shrinks with the step. ``noise``: it
     #: jumps about and the step has no part in it. ``bounded``: none of these is sure, and means
     #: bound the error without an order. ``cannot tell``: the number is the same everywhere.
-    kind: Kind
+    kind: VerdictKind
     reason: str  #: Reason for the verdict, in one sentence.
     #: Power of the step of the smooth error, or of the scatter of an irregular error. It is None
     #: for noise, and if it is unknown.

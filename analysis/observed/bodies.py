@@ -3,7 +3,7 @@
 from dataclasses import dataclass, make_dataclass
 from typing import TYPE_CHECKING, Any
 
-from chaincor.analysis.observed.observable import Row, observable
+from chaincor.analysis.observed.observable import TextRow, observable
 from chaincor.analysis.observed.of_dumps import of_target
 from chaincor.lammps_inputs.contacts.contact_laws import CONTACT_KEYS, ContactKeys
 
@@ -42,7 +42,7 @@ class _BodiesAndContact:
     )
     speed: float | None = observable(
         "impact speed in units of v*; null for harmonic bonds",
-        Row("v*", also=("v_star",), words=("v_star", "speed", "u", "v0")),
+        TextRow("v*", also=("v_star",), words=("v_star", "speed", "u", "v0")),
         run=lambda r: _in_units(r.scene.impact_velocity, r.scene.bond.natural_speed),
         dump=lambda a: _in_units(a.velocity, None if a.bond is None else a.bond.natural_speed),
         axis=r"impact speed $v_0/v^*$",

@@ -3,32 +3,32 @@
 from dataclasses import asdict
 
 from chaincor.analysis.observed import of_dumps
-from chaincor.analysis.observed.observable import Observable, Row
+from chaincor.analysis.observed.observable import Observable, TextRow
 from chaincor.analysis.showing import lines
 
 OF_DUMPS_ALONE: dict[str, Observable] = {
     "data_error": Observable(
         "error of eta that the dump's limited digits and frames cause; the error of the run itself "
         "(steps, table, wall) is not in it",
-        rows=(Row("format and reading", words=("data error",)),),
+        rows=(TextRow("format and reading", words=("data error",)),),
         dump=lambda a: a.data_error,
     ),
     "contact_statistics": Observable(
         "number of contacts, mean and median interval, mean incoming speed",
         dump=lambda a: asdict(a.contact_statistics),
         rows=(
-            Row(
+            TextRow(
                 "f/n",
                 dump=lambda a: None if a.soft else f"{a.contact_statistics.per_particle:.4g}",
                 definition="contacts per particle of the chain; 1 for hard balls, about 0.87 for "
                 "long chains of springs",
             ),
-            Row(
+            TextRow(
                 "interval",
                 dump=of_dumps.interval,
                 definition="time from one contact to the next, in units of sqrt(mass/stiffness)",
             ),
-            Row(
+            TextRow(
                 "incoming speed",
                 dump=of_dumps.incoming_speed,
                 definition="speed of particle 1 just before a contact, in units of v0, the speed "
@@ -57,7 +57,7 @@ OF_DUMPS_ALONE: dict[str, Observable] = {
         unit="energy",
         dump=of_dumps.energy_of("", "vibration"),
         rows=(
-            Row(
+            TextRow(
                 "vibration",
                 dump=of_dumps.vibration,
                 definition="share of the energy in the last frame that is not translation of the "
@@ -70,7 +70,7 @@ OF_DUMPS_ALONE: dict[str, Observable] = {
         "alone",
         unit="energy",
         dump=lambda a: a.anharmonic_remainder,
-        rows=(Row("anharmonic remainder"),),
+        rows=(TextRow("anharmonic remainder"),),
     ),
     "finished": Observable(
         "whether, as far as can be known, no contact follows the last frame",
@@ -80,7 +80,7 @@ OF_DUMPS_ALONE: dict[str, Observable] = {
         "number of frames read; a frame is the state of all particles, and the motion between two "
         "frames is computed from both",
         dump=lambda a: a.frames,
-        rows=(Row("frames"),),
+        rows=(TextRow("frames"),),
     ),
     "time_start": Observable(
         "time of the first frame, from the first contact", unit="time", dump=lambda a: a.time_start
@@ -94,7 +94,7 @@ OF_DUMPS_ALONE: dict[str, Observable] = {
         shape="(n,)",
         dump=lambda a: a.mode_energies_start,
         rows=(
-            Row(
+            TextRow(
                 "strongest at first",
                 dump=lambda a: (
                     lines.strongest_modes(a.mode_energies_start)
@@ -103,7 +103,7 @@ OF_DUMPS_ALONE: dict[str, Observable] = {
                 ),
                 definition="the strongest modes in the first frame, if the chain vibrated then",
             ),
-            Row(
+            TextRow(
                 "strongest modes",
                 dump=lambda a: lines.strongest_modes(a.mode_energies) if a.particles > 1 else None,
                 definition="the three vibrations with most energy in the last frame, and their "
@@ -130,7 +130,7 @@ OF_DUMPS_ALONE: dict[str, Observable] = {
         shape="(k,)",
         dump=lambda a: a.caveats,
         rows=(
-            Row(
+            TextRow(
                 "note",
                 definition="what limits the numbers above; where a note calls something "
                 "impossible, trust none of the numbers: the exit status is then 1",

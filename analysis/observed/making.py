@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from chaincor.analysis.error_bar import ErrorBar
-from chaincor.analysis.observed.observable import Row, observable
+from chaincor.analysis.observed.observable import TextRow, observable
 from chaincor.analysis.showing import lines
 from chaincor.lammps_inputs.schemes import SCHEME_ORDERS
 
@@ -25,7 +25,7 @@ class Making:
     error_parts: ErrorBar = observable("error bar of eta, cause by cause", run=lambda r: r.bar)
     engine: str = observable(
         "engine that ran, lammps or reference (the one of this package)",
-        Row(
+        TextRow(
             "run by",
             lambda o: lines.run_text(
                 o.engine,
@@ -75,7 +75,7 @@ class Making:
     )
     seconds: float = observable(
         "wall-clock time of the run that gave the number",
-        Row(
+        TextRow(
             "time",
             "{0.seconds:.3g} s for this run, {0.seconds_total:.3g} s with set-up and checks",
             also=("seconds_total",),

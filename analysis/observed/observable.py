@@ -14,7 +14,7 @@ _OF_EVERY_DUMP = ("masses", "velocity_after")
 
 
 @dataclass(frozen=True)
-class Row:
+class TextRow:
     """A line that results print, by which ``chaincor explain`` knows its observables."""
 
     label: str  #: Name at the beginning of the line.
@@ -50,7 +50,7 @@ class Observable:
     #: Value from the analysis of a dump; None where dumps do not give it.
     dump: "Callable[[CollisionAnalysis], Any] | None" = None
     in_dumps: str | None = None  #: Meaning in the analysis of a dump, where it is another one.
-    rows: tuple[Row, ...] = ()  #: Lines of text that show it.
+    rows: tuple[TextRow, ...] = ()  #: Lines of text that show it.
     #: Whether it is left out of JSON and stores where it is None.
     rare: bool = False
     axis: str | None = None  #: Label of an axis of a figure; the name by default.
@@ -83,7 +83,7 @@ class Observable:
         return f"{self.symbol} = {self.definition}" if self.symbol else self.definition
 
 
-def observable(definition: str, *rows: Row, **facts: Any) -> Any:
+def observable(definition: str, *rows: TextRow, **facts: Any) -> Any:
     """Declare a field of results as an observable; for `facts` see :class:`Observable`."""
     described = Observable(definition, rows=rows, **facts)
     default = None if described.rare else MISSING

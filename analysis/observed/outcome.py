@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from chaincor.analysis.observed.observable import Row, observable
+from chaincor.analysis.observed.observable import TextRow, observable
 from chaincor.analysis.observed.of_dumps import body_line, contacts_line, energy_of, of_target
 from chaincor.analysis.run_record import impulse_residual
 from chaincor.analysis.showing import lines
@@ -33,7 +33,7 @@ class MeasuredOutcome:
     restitution: float = observable(
         "K_r/K_i, final over initial kinetic energy of the centre of mass; with a free target, of "
         "the relative motion",
-        Row(
+        TextRow(
             "restitution (energy)",
             lambda o: lines.restitution_text(
                 o.restitution,
@@ -60,7 +60,7 @@ class MeasuredOutcome:
     )
     kinematic_restitution: float = observable(
         "sqrt(eta), final over initial speed of the centre of mass; most other texts mean this one",
-        Row(
+        TextRow(
             "restitution (speed)",
             lambda o: lines.root_text(
                 o.kinematic_restitution,
@@ -79,7 +79,7 @@ class MeasuredOutcome:
     )
     contacts: int = observable(
         "how often particle 1 meets the wall or the target, the first time included",
-        Row(
+        TextRow(
             "contacts",
             lambda o: (
                 f"{lines.count_text(o.contacts, o.contacts_range)}, the last at "
@@ -123,7 +123,7 @@ class MeasuredOutcome:
         "how sure it is that no further contact comes: proved (energy and momentum rule it out), "
         "argued (it is very unlikely), or open (another contact may still come; the error bar "
         "allows for it)",
-        Row(
+        TextRow(
             "end",
             lambda o: lines.ending_text(o.ending, missed=o.tolerance_met is False),
             words=("proved", "argued", "open", "ending"),
@@ -134,7 +134,7 @@ class MeasuredOutcome:
     )
     velocity_after: float | None = observable(
         "velocity of the chain's centre of mass after the collision, or in a dump's last frame",
-        Row(
+        TextRow(
             "chain",
             lambda o: lines.body_text(
                 o.velocity_after, o.translational_energy, o.vibrational_energy
@@ -156,7 +156,7 @@ class MeasuredOutcome:
     )
     target_velocity_after: float | None = observable(
         "velocity of the free target's centre of mass after the collision",
-        Row(
+        TextRow(
             "target",
             lambda o: lines.body_text(
                 o.target_velocity_after,
@@ -179,7 +179,7 @@ class MeasuredOutcome:
     )
     bond_min: float = observable(
         "shortest bond from the first contact to the last, at the ends of steps, 1 at rest",
-        Row(
+        TextRow(
             "bond lengths",
             lambda o: lines.bond_lengths(o.bond_min, o.bond_max, o.bond_error),
             lambda a: f"{a.bond_min:.4g} to {a.bond_max:.4g}" if a.particles > 1 else None,
@@ -210,7 +210,7 @@ class MeasuredOutcome:
     energy_drift: float = observable(
         "(E_end - E_start)/E_start of the total energy E, with the energy that damping took; 0 for "
         "exact motion",
-        Row(
+        TextRow(
             "energy drift",
             "{0.energy_drift:.1e}",
             lambda a: None if a.energy_drift is None else f"{a.energy_drift:.1e}",
@@ -221,7 +221,7 @@ class MeasuredOutcome:
     dissipated_energy: float | None = observable(
         "energy that the damping of beads took until the last contact ended; by LAMMPS, the energy "
         "that is missing then",
-        Row("damping took", lambda o: f"{o.dissipated_energy:.6g}", words=("dissipated",)),
+        TextRow("damping took", lambda o: f"{o.dissipated_energy:.6g}", words=("dissipated",)),
         unit="energy",
         rare=True,
         run=lambda r: r.outcome.dissipated,
@@ -229,7 +229,7 @@ class MeasuredOutcome:
     momentum_residual: float = observable(
         "distance of the momentum at the end from what the contacts explain, as a share of the "
         "initial momentum, which is n v0 for unit masses; 0 for exact motion",
-        Row(
+        TextRow(
             "momentum residual",
             "{0.momentum_residual:.1e} of the initial momentum",
             "{0.momentum_residual:.1e} of the initial momentum",
@@ -241,7 +241,7 @@ class MeasuredOutcome:
     fragments: int = observable(
         "number of pieces of the chain; a bond is broken where the two sides move apart with more "
         "energy than the bond can hold",
-        Row(
+        TextRow(
             "fragments",
             lambda o: (
                 f"{o.fragments} at the last contact: bonds broke" if o.fragments > 1 else None
@@ -253,7 +253,7 @@ class MeasuredOutcome:
     crossed: bool = observable(
         "whether particles passed through each other, as the formula of their bonds allows; atoms "
         "cannot",
-        Row(
+        TextRow(
             "crossed",
             lambda o: (
                 "particles passed through each other, which atoms cannot" if o.crossed else None
@@ -263,7 +263,7 @@ class MeasuredOutcome:
     )
     reference_restitution: float | None = observable(
         "eta by the reference engine, for a run by LAMMPS with a tolerance",
-        Row(
+        TextRow(
             "reference engine",
             lambda o: lines.restitution_text(
                 o.reference_restitution,

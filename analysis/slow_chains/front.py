@@ -37,7 +37,7 @@ _STAGES = 40
 
 
 @dataclass(frozen=True)
-class Minimum:
+class FrontMinimum:
     """Local minimum of the impulse that the wall has not given."""
 
     place: float  #: X of the place in the front that arrives at the wall at this minimum.
@@ -53,7 +53,7 @@ class FrontLoss:
     variable: float  #: The variable y, negative if compression softens the bond.
     order: int  #: Lowest anharmonic order r.
     #: One minimum for each wave at the head of the train, the deepest first.
-    minima: tuple[Minimum, ...]
+    minima: tuple[FrontMinimum, ...]
 
     @property
     def loss(self) -> float:
@@ -105,14 +105,14 @@ def front_loss(variable: float, order: int = 3, refinement: float = 1.0) -> Fron
     return FrontLoss(variable, order, tuple(sorted(minima, key=lambda found: found.loss)))
 
 
-def _extrapolated(place: float, losses: list[float], ratios: list[float]) -> Minimum:
+def _extrapolated(place: float, losses: list[float], ratios: list[float]) -> FrontMinimum:
     """Extrapolate the finest of three losses by Richardson's rule."""
     near, far = (ratio**_SMOOTHING_ORDER for ratio in ratios)
     first = (losses[0] - losses[1]) / (near - 1.0)
     rough = (losses[1] - losses[2]) / (far / near - 1.0)
     loss = losses[0] + first
     error = max(abs(loss - (losses[1] + rough)), 0.25 * abs(first))
-    return Minimum(place, loss, error)
+    return FrontMinimum(place, loss, error)
 
 
 class Grid:

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.named_bond import NamedBond, Strain
-from chaincor.lammps_inputs.contacts.power import Power
+from chaincor.lammps_inputs.contacts.power import PowerContact
 from chaincor.lammps_inputs.errors import PotentialError
 
 # Overlaps of larger powers leave the range of floating point at speeds that scenes may have.
@@ -91,9 +91,9 @@ class Hertz(NamedBond):
         return self.exponent - 1.0 if self.damping_law == "viscoelastic" else 0.0
 
     @property
-    def contact(self) -> Power:
+    def contact(self) -> PowerContact:
         """The same law between the bodies."""
-        return Power(1.0, self.exponent)
+        return PowerContact(1.0, self.exponent)
 
     def compressed_strain(self, energy: float) -> float:
         """Return the strain of a contact that holds an energy, however large."""

@@ -5,23 +5,19 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.check import find_kinks
-from chaincor.lammps_inputs.contacts.contact_law import ContactLaw
+from chaincor.lammps_inputs.contacts.contact_law import ContactLaw, NoParameters
 
 # Strains of one scan, of which two narrow a range down to less than a thousandth.
 _GRID = 64
 # Halvings of a range of logarithms, down to rounding.
 _HALVINGS = 60
-
-
-class NoParameters(NamedTuple):
-    """Empty parameters, for the kernel of a potential without parameters."""
 
 
 @dataclass(frozen=True)

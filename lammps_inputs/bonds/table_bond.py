@@ -13,7 +13,7 @@ from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.named_bond import LARGEST, SMALLEST
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.bonds.table_checks import fault_of_energies, fault_of_slopes
-from chaincor.lammps_inputs.bonds.table_rows import LEAST_ROWS, Rows
+from chaincor.lammps_inputs.bonds.table_rows import LEAST_ROWS, BondRows
 from chaincor.lammps_inputs.bonds.table_text import Section, sections_of
 from chaincor.lammps_inputs.bonds.user_bond import UserBond
 from chaincor.lammps_inputs.errors import TableError
@@ -74,7 +74,7 @@ class SplineBond(UserBond):
 class TableBond(SplineBond):
     """Bond of a table; worker processes get the text of the table."""
 
-    def __init__(self, text: str, path: str, force: "CubicSpline", rows: Rows) -> None:
+    def __init__(self, text: str, path: str, force: "CubicSpline", rows: BondRows) -> None:
         self.text, self.path, self.rows = text, path, rows
         super().__init__(force, Path(path).stem)
 
@@ -144,7 +144,7 @@ def _bond_of(text: str, path: str) -> Potential:
             f"bond table {path!r} has forces up to {largest:.3g}. Choose units in which "
             f"forces are between {SMALLEST:g} and {LARGEST:g}"
         )
-    rows = Rows.of(force, forces, section.least_digits)
+    rows = BondRows.of(force, forces, section.least_digits)
     said = section.header.get("N", [len(lengths)])[0]
     fault = (
         f"table {path!r} says N {said:g} and has {len(lengths)} rows. Correct N, or the "
@@ -180,7 +180,7 @@ def _only_section(text: str, path: str) -> Section:
     return sections[0]
 
 
-def _natural_strain(force: "CubicSpline", rows: Rows, path: str) -> float:
+def _natural_strain(force: "CubicSpline", rows: BondRows, path: str) -> float:
     """Return the strain nearest to 0 without force, within the accuracy of digits and rows."""
     pushes = float(force(0.0))
     stiffness = -float(force(0.0, 1))

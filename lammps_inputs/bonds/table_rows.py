@@ -39,7 +39,7 @@ _SHAKES = 6
 
 
 @dataclass(frozen=True)
-class Rows:
+class BondRows:
     """Rows of a table."""
 
     #: Lengths less the natural one, and forces; of shape (rows,).
@@ -49,7 +49,7 @@ class Rows:
     digits: Array
 
     @classmethod
-    def of(cls, spline: "CubicSpline", forces: Array, digits: Array) -> "Rows":
+    def of(cls, spline: "CubicSpline", forces: Array, digits: Array) -> "BondRows":
         """Return the rows that a spline goes through, of so many digits (see ``Section``)."""
         steep = np.abs(spline(spline.x, 1))
         return cls(spline.x, forces, digits[:, 2] + steep * digits[:, 0])
@@ -155,7 +155,9 @@ class Rows:
             sticks_out = np.nan_to_num(missed / smooth)
         for row in np.argsort(sticks_out)[::-1][:_CANDIDATES].tolist():
             around = [k for k in range(row - 4, row + 5) if 0 <= k < count and k != row]
-            without = Rows(*(np.delete(a, row) for a in (self.strains, self.forces, self.digits)))
+            without = BondRows(
+                *(np.delete(a, row) for a in (self.strains, self.forces, self.digits))
+            )
             missed_without = np.insert(without.left_out(2), row, 0.0)
             spline = spline_through(without.strains, without.forces)
             off = abs(float(self.forces[row] - spline(self.strains[row])))

@@ -7,11 +7,11 @@ from pydantic import BaseModel, Field
 
 from chaincor.lammps_inputs.contacts.contact_law import ContactLaw
 from chaincor.lammps_inputs.contacts.hard import Hard
-from chaincor.lammps_inputs.contacts.power import Power
+from chaincor.lammps_inputs.contacts.power import PowerContact
 from chaincor.lammps_inputs.number_types import IsNumber, PositiveNumber
 
 ContactName = Literal["hard", "power"]
-CONTACT_LAWS: dict[str, type[ContactLaw]] = {law.name: law for law in (Hard, Power)}
+CONTACT_LAWS: dict[str, type[ContactLaw]] = {law.name: law for law in (Hard, PowerContact)}
 
 
 class ContactKeys(BaseModel):

@@ -6,25 +6,25 @@ from typing import NamedTuple
 from chaincor.lammps_inputs.contacts.contact_law import ContactLaw, is_whole, lammps_number
 
 
-class PowerParameters(NamedTuple):
+class PowerContactParameters(NamedTuple):
     """Parameters K and q of the force K d^q."""
 
     stiffness: float
     exponent: float
 
 
-def power_force(gap: float, law: PowerParameters) -> float:
+def power_force(gap: float, law: PowerContactParameters) -> float:
     """Return the force K d^q of the overlap d = -gap; 0 without overlap."""
     return law.stiffness * (-gap) ** law.exponent if gap < 0.0 else 0.0
 
 
-def power_curvature(gap: float, law: PowerParameters) -> float:
+def power_curvature(gap: float, law: PowerContactParameters) -> float:
     """Return the stiffness K q d^(q - 1) of the overlap d = -gap; 0 without overlap."""
     return law.stiffness * law.exponent * (-gap) ** (law.exponent - 1.0) if gap < 0.0 else 0.0
 
 
 @dataclass(frozen=True)
-class Power(ContactLaw):
+class PowerContact(ContactLaw):
     """Contact with the force K d^q of the overlap d; Hertz's law has q = 3/2."""
 
     stiffness: float = 1.0  #: K.
@@ -38,9 +38,9 @@ class Power(ContactLaw):
     curvature_kernel = staticmethod(power_curvature)
 
     @property
-    def parameters(self) -> PowerParameters:
+    def parameters(self) -> PowerContactParameters:
         """Parameters of the kernels."""
-        return PowerParameters(self.stiffness, self.exponent)
+        return PowerContactParameters(self.stiffness, self.exponent)
 
     @property
     def onset(self) -> float | None:  # type: ignore[override]

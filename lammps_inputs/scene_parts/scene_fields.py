@@ -31,7 +31,7 @@ def _without_null_characters(value: Path) -> Path:
     return value
 
 
-Tolerance = Annotated[float, Field(gt=0, le=1, allow_inf_nan=False), IsNumber]
+ToleranceNumber = Annotated[float, Field(gt=0, le=1, allow_inf_nan=False), IsNumber]
 # Roots and quotients of smaller temperatures underflow or overflow.
 Temperature = Annotated[PositiveNumber, at_least(1e-290)]
 Compression = Annotated[float, Field(gt=-1, lt=1), IsNumber]
@@ -43,8 +43,8 @@ Masses = Annotated[
     Field(min_length=1),
     BeforeValidator(read_masses),
 ]
-Parameters = Annotated[dict[str, float], BeforeValidator(check_parameters)]
-Frames = Annotated[PositiveNumber | Literal["contacts"], BeforeValidator(_frames)]
+GivenParameters = Annotated[dict[str, float], BeforeValidator(check_parameters)]
+FrameCount = Annotated[PositiveNumber | Literal["contacts"], BeforeValidator(_frames)]
 FilePath = Annotated[Path, AfterValidator(_without_null_characters)]
 
 
@@ -65,7 +65,7 @@ class ChainKeys(BondKeys):
         default=None,
         description="U as a formula of the strain s, or the length r, for potential formula",
     )
-    parameters: Parameters | None = Field(
+    parameters: GivenParameters | None = Field(
         default=None, description="numbers for the other names in the formula, such as D=0.0139,a=6"
     )
     particles: ParticleCount = Field(default=100, description="number of particles in the chain")
@@ -132,7 +132,7 @@ class EngineKeys(BaseModel):
 
     engine: Engine = Field(default="lammps", description="who integrates the motion")
     tolerance: Annotated[
-        Tolerance | None, Excludes(("wall", "scheme", "timestep", "table", "table_points"))
+        ToleranceNumber | None, Excludes(("wall", "scheme", "timestep", "table", "table_points"))
     ] = Field(default=None, description="absolute error asked of the restitution [default: 1e-6]")
 
 
@@ -171,7 +171,7 @@ class FileKeys(BaseModel):
     """Keys for the files that a run writes."""
 
     dump: FilePath | None = Field(default=None, description="write the motion to this LAMMPS dump")
-    dump_frames: Frames = Field(
+    dump_frames: FrameCount = Field(
         default=20.0,
         description="frames of the dump per sound crossing of the chain, or 'contacts' for one "
         "after each",

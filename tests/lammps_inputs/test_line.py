@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from chaincor.lammps_inputs.contacts.hard import Hard
-from chaincor.lammps_inputs.contacts.power import Power
+from chaincor.lammps_inputs.contacts.power import PowerContact
 from chaincor.lammps_inputs.line import Line
 
 
@@ -65,7 +65,7 @@ def test_separation_is_the_relative_velocity_of_the_centres_of_mass():
     ],
 )
 def test_the_fastest_particle_and_the_slowest_body(bodies, soft, lightest, mean):
-    made = line(*bodies, contact=Power() if soft else Hard())
+    made = line(*bodies, contact=PowerContact() if soft else Hard())
     assert made.soft is soft
     assert made.lightest == lightest
     assert made.mean_mass == pytest.approx(mean, rel=1e-15)

@@ -39,10 +39,10 @@ _MOST_TOGETHER, _SECONDS_TOGETHER = 256, 0.5
 
 # The collisions of a batch share the bond (objects of named bonds are shared), the number of
 # particles and the scheme.
-Kind = tuple[int, int, StepSchemeName]
+BatchKind = tuple[int, int, StepSchemeName]
 
 
-def kind_of(scene: Scene) -> Kind | None:
+def kind_of(scene: Scene) -> BatchKind | None:
     """
     Return the kind of batch for a collision; None if it is solved alone.
 
@@ -73,7 +73,7 @@ def batches(scenes: Sequence[Scene]) -> list[list[int]]:
 
     The result of a collision does not depend on this division.
     """
-    kinds: dict[Kind | int, list[int]] = {}
+    kinds: dict[BatchKind | int, list[int]] = {}
     for place, scene in enumerate(scenes):
         kind = kind_of(scene) if len(scenes) >= LEAST_TOGETHER else None
         kinds.setdefault(kind or place, []).append(place)

@@ -12,7 +12,7 @@ from chaincor.lammps_inputs.errors import one_line
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.campaign.points import Point
 from chaincor.workflows.campaign.pool import ProcessPool
-from chaincor.workflows.campaign.progress import Advance
+from chaincor.workflows.campaign.progress import PointProgress
 from chaincor.workflows.errors import SchedulerError, WorkerDiedError
 
 # A full disk or lack of memory is the failure of one collision, not of the others.
@@ -25,7 +25,7 @@ SOONER_HERE = 3.0
 _LOOK_SECONDS = 0.02
 
 
-class Asked(NamedTuple):
+class CollisionRequest(NamedTuple):
     """One requested collision."""
 
     place: int  #: Index among all requested collisions.
@@ -40,12 +40,12 @@ class Asked(NamedTuple):
 
 
 # Collisions that one worker computes as one task.
-Task = list[Asked]
+Task = list[CollisionRequest]
 # Function from scenes to one item per scene: a result, the error of a failure, or None if the scene
 # must be computed alone.
 Work = Callable[[list[Any]], Sequence[Any]]
 # Results of some collisions.
-Done = list[tuple[Asked, Any]]
+Done = list[tuple[CollisionRequest, Any]]
 
 
 def carry_out(
@@ -55,8 +55,8 @@ def carry_out(
     take: Callable[[Done], None],
     *,
     in_flight: int | Callable[[], int],
-    is_wanted: Callable[[Sequence[Asked]], Sequence[bool]] | None = None,
-    advance: Advance = lambda *_: None,
+    is_wanted: Callable[[Sequence[CollisionRequest]], Sequence[bool]] | None = None,
+    advance: PointProgress = lambda *_: None,
 ) -> None:
     """
     Carry out collisions in the order of their tasks, which are made as they are needed.
@@ -109,7 +109,9 @@ def carry_out(
 
 
 def _still_wanted(
-    task: Task, is_wanted: Callable[[Sequence[Asked]], Sequence[bool]], advance: Advance
+    task: Task,
+    is_wanted: Callable[[Sequence[CollisionRequest]], Sequence[bool]],
+    advance: PointProgress,
 ) -> Task:
     wanted = is_wanted(task)
     dropped = [*itertools.compress(task, [not each for each in wanted])]

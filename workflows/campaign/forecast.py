@@ -4,7 +4,7 @@ import random
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from chaincor.workflows.campaign.carry_out import Asked
+from chaincor.workflows.campaign.carry_out import CollisionRequest
 from chaincor.workflows.campaign.cells import WINDOW, Cells
 from chaincor.workflows.campaign.tasks import describe, tightest, with_batches
 from chaincor.workflows.versions import cores_allowed
@@ -39,7 +39,7 @@ class Forecast:
     @classmethod
     def of(
         cls,
-        asked: Sequence[Asked],
+        asked: Sequence[CollisionRequest],
         *,
         arrays: bool = False,
         details: bool = True,
@@ -73,7 +73,7 @@ class Forecast:
 
 def forecast_cells(
     cells: Cells,
-    missing: Callable[[Sequence[Asked]], list[Asked]] = tightest,
+    missing: Callable[[Sequence[CollisionRequest]], list[CollisionRequest]] = tightest,
     *,
     arrays: bool = False,
     details: bool = True,

@@ -14,7 +14,7 @@ from pathlib import Path
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.campaign.carry_out import (
     TASKS_PER_WORKER,
-    Asked,
+    CollisionRequest,
     Done,
     Task,
     carry_out,
@@ -24,7 +24,7 @@ from chaincor.workflows.campaign.forecast import forecast_cells
 from chaincor.workflows.campaign.given_executor import tasks_to
 from chaincor.workflows.campaign.points import Point, scene_of
 from chaincor.workflows.campaign.pool import ProcessPool
-from chaincor.workflows.campaign.progress import Advance, progress_bar
+from chaincor.workflows.campaign.progress import PointProgress, progress_bar
 from chaincor.workflows.campaign.tasks import (
     describe,
     facts_of,
@@ -150,7 +150,7 @@ class IntoStore:
         return forecast.points, forecast.seconds
 
     def _tasks(
-        self, executor: Executor, parts: int, seconds: float, advance: Advance
+        self, executor: Executor, parts: int, seconds: float, advance: PointProgress
     ) -> Iterator[Task | None]:
         """Yield tasks, and None while workers describe the points of later windows."""
         yield from _in_turn(self._first, parts, seconds)
@@ -173,7 +173,7 @@ class IntoStore:
                 advance(0.0, found)
             yield from _in_turn(missing, parts, seconds)
 
-    def missing(self, described: Sequence[Asked]) -> list[Asked]:
+    def missing(self, described: Sequence[CollisionRequest]) -> list[CollisionRequest]:
         """Return the collisions that must be computed, and count the others."""
         wanted = tightest(described)
         standings = self._store.standings_of([asked.collision_sha256 for asked in wanted])
@@ -189,7 +189,7 @@ class IntoStore:
             missing.append(asked if standing is None else _as_exactly(asked, standing))
         return missing if self._keep_jobs is None else _keeping_jobs(missing, self._keep_jobs)
 
-    def _is_wanted(self, asked: Sequence[Asked]) -> Sequence[bool]:
+    def _is_wanted(self, asked: Sequence[CollisionRequest]) -> Sequence[bool]:
         """Return whether no other sweep has computed a collision meanwhile."""
         # Once another program has written the store, each collision is looked up again.
         self._shared = self._shared or self._store.version() != self._version
@@ -247,7 +247,7 @@ def collide_into_store(
     return [row for row in rows if row is not None]
 
 
-def _in_turn(asked: Sequence[Asked], parts: int, seconds: float) -> list[Task]:
+def _in_turn(asked: Sequence[CollisionRequest], parts: int, seconds: float) -> list[Task]:
     """Return tasks in the order of their work: batches, then the longest."""
     tasks = tasks_of(random.sample(asked, len(asked)), parts, seconds)
     # Two sweeps that share a store begin with different collisions.
@@ -257,7 +257,7 @@ def _in_turn(asked: Sequence[Asked], parts: int, seconds: float) -> list[Task]:
     return sorted(tasks, key=lambda task: (firsts.get(task[0].kind) is not task, *turn(task)))
 
 
-def _as_exactly(asked: Asked, standing: Row) -> Asked:
+def _as_exactly(asked: CollisionRequest, standing: Row) -> CollisionRequest:
     """
     Return a collision with a tolerance at least as tight as the stored result.
 
@@ -273,7 +273,7 @@ def _as_exactly(asked: Asked, standing: Row) -> Asked:
     return asked._replace(scene=scene, asked_tolerance=known)
 
 
-def _keeping_jobs(asked: Sequence[Asked], folder: Path) -> list[Asked]:
+def _keeping_jobs(asked: Sequence[CollisionRequest], folder: Path) -> list[CollisionRequest]:
     """
     Return collisions whose LAMMPS jobs are kept, each in its folder.
 

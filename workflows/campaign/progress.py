@@ -13,7 +13,7 @@ from chaincor.workflows.durations import format_duration
 from chaincor.workflows.engines.reference.loops.processes import COMPILING
 
 # Function that is called after every few collisions, with their expected cost and number.
-Advance = Callable[[float, int], None]
+PointProgress = Callable[[float, int], None]
 # Shorter work shows no progress.
 _QUIET_SECONDS = 2.0
 _REFRESH_SECONDS = 0.25
@@ -107,7 +107,7 @@ def reading_progress(file: Path) -> Iterator[Callable[[int], None] | None]:
 
 
 @contextlib.contextmanager
-def progress_bar(wanted: bool, points: int, seconds: float) -> Iterator[Advance]:
+def progress_bar(wanted: bool, points: int, seconds: float) -> Iterator[PointProgress]:
     """
     Show the progress of many collisions; yields a function of the expected cost of each one.
 

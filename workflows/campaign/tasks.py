@@ -8,7 +8,7 @@ from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.batching import LEAST_TOGETHER, TOGETHER_SHARE, kind_of
 from chaincor.workflows.accuracy.plan import plan
 from chaincor.workflows.accuracy.step_guess import foresee_frequency_ratio
-from chaincor.workflows.campaign.carry_out import Asked, Task
+from chaincor.workflows.campaign.carry_out import CollisionRequest, Task
 from chaincor.workflows.campaign.points import Point, scene_of
 from chaincor.workflows.store.row import row_key
 
@@ -25,7 +25,7 @@ _PARTS_EACH = 4
 _MOST_TOGETHER = 4096
 
 
-def describe(scenes: Iterable[Scene | Point], *, stored: bool = True) -> list[Asked]:
+def describe(scenes: Iterable[Scene | Point], *, stored: bool = True) -> list[CollisionRequest]:
     """
     Return collisions with their expected seconds and, to be stored, their keys.
 
@@ -51,10 +51,10 @@ def facts_of(scenes: Sequence[Scene | Point], *, stored: bool = True) -> list[Fa
     ]
 
 
-def with_facts(scenes: Sequence[Scene | Point], facts: Iterable[Facts]) -> list[Asked]:
+def with_facts(scenes: Sequence[Scene | Point], facts: Iterable[Facts]) -> list[CollisionRequest]:
     """Return collisions of scenes and their facts."""
     both = enumerate(zip(scenes, facts, strict=True))
-    return [Asked(place, scene, *known) for place, (scene, known) in both]
+    return [CollisionRequest(place, scene, *known) for place, (scene, known) in both]
 
 
 def _shared_kind(scene: Scene) -> Hashable:
@@ -66,7 +66,7 @@ def _shared_kind(scene: Scene) -> Hashable:
     return bond, repr(sorted(scene.bond_fields.items())), *kind[1:]
 
 
-def with_batches(asked: Sequence[Asked], weight: float = 1.0) -> list[Asked]:
+def with_batches(asked: Sequence[CollisionRequest], weight: float = 1.0) -> list[CollisionRequest]:
     """
     Return collisions with the expected seconds that they take in batches, if there are enough.
 
@@ -82,7 +82,9 @@ def with_batches(asked: Sequence[Asked], weight: float = 1.0) -> list[Asked]:
     ]
 
 
-def tasks_of(asked: Sequence[Asked], parts: int, whole: float | None = None) -> list[Task]:
+def tasks_of(
+    asked: Sequence[CollisionRequest], parts: int, whole: float | None = None
+) -> list[Task]:
     """
     Divide collisions into tasks of about a second, batches first, then the longest.
 
@@ -112,7 +114,7 @@ def turn(task: Task) -> tuple[bool, int]:
     return alone, -round(math.log2(max(task[0].cost, 1e-9))) if alone else 0
 
 
-def _similar(asked: Sequence[Asked], seconds: float) -> list[Task]:
+def _similar(asked: Sequence[CollisionRequest], seconds: float) -> list[Task]:
     """Divide single collisions into tasks that take at most some seconds, or hold one collision."""
     tasks: list[Task] = []
     room = 0.0
@@ -125,9 +127,9 @@ def _similar(asked: Sequence[Asked], seconds: float) -> list[Task]:
     return tasks
 
 
-def tightest(asked: Iterable[Asked]) -> list[Asked]:
+def tightest(asked: Iterable[CollisionRequest]) -> list[CollisionRequest]:
     """Return each collision once, with its tightest tolerance."""
-    chosen: dict[str, Asked] = {}
+    chosen: dict[str, CollisionRequest] = {}
     for each in asked:
         other = chosen.get(each.collision_sha256)
         if other is None or (each.asked_tolerance or 0.0) < (other.asked_tolerance or 0.0):

@@ -10,7 +10,7 @@ import numpy as np
 
 from chaincor.lammps_inputs.errors import InputError, one_line
 from chaincor.lammps_inputs.given_numbers import shown
-from chaincor.workflows.lessons.judging import Answers, Comparison, Verdict, numbers_in
+from chaincor.workflows.lessons.judging import AnswerComparison, Answers, AnswerVerdict, numbers_in
 
 LESSONS = range(1, 9)
 RIGHT = "right"
@@ -38,7 +38,7 @@ def exercise(asks: str, **fields: Any) -> Callable[[Callable[..., Answers]], Exe
     return lambda answers: Exercise(asks, answers, **fields)
 
 
-def check(exercise: str, answer: Any) -> Verdict:
+def check(exercise: str, answer: Any) -> AnswerVerdict:
     """
     Return the verdict on an answer, which says what is right or wrong about it.
 
@@ -87,7 +87,7 @@ def exercises_of(lesson: int) -> dict[str, Exercise]:
     }
 
 
-def judge(exercise: Exercise, answer: Any) -> Verdict:
+def judge(exercise: Exercise, answer: Any) -> AnswerVerdict:
     """
     Return the verdict on an answer, which names the mistake of a wrong answer.
 
@@ -95,11 +95,13 @@ def judge(exercise: Exercise, answer: Any) -> Verdict:
     of another length, a function that fails) is wrong, and the verdict says what is expected.
     """
     if answer is ...:
-        return Verdict(False, f"no answer yet: put yours in place of the dots. {exercise.asks}")
+        return AnswerVerdict(
+            False, f"no answer yet: put yours in place of the dots. {exercise.asks}"
+        )
     arguments = () if exercise.arguments is None else exercise.arguments()
     if callable(answer) != (exercise.arguments is not None):
         kind = "a function" if callable(answer) else f"no function but {shown(answer)}"
-        return Verdict(False, f"this is {kind}; expected: {exercise.asks}")
+        return AnswerVerdict(False, f"this is {kind}; expected: {exercise.asks}")
     answers = exercise.answers(*arguments)
     value, right = next(answers)
     truth = np.ravel(np.asarray(value, dtype=float))
@@ -110,15 +112,17 @@ def judge(exercise: Exercise, answer: Any) -> Verdict:
             # Each call gets its own arguments, because the function may change them.
             answer = _results(exercise, answer)
         except (Exception, SystemExit) as error:
-            return Verdict(False, f"{_failure(error, len(arguments))}; expected: {exercise.asks}")
+            return AnswerVerdict(
+                False, f"{_failure(error, len(arguments))}; expected: {exercise.asks}"
+            )
     given = numbers_in(answer)
     if isinstance(given, str):
-        return Verdict(False, f"{what} {given}; expected: {exercise.asks}")
+        return AnswerVerdict(False, f"{what} {given}; expected: {exercise.asks}")
     if given.shape != truth.shape:
         found = f"{given.size} number{'s' if given.size != 1 else ''}"
-        return Verdict(False, f"{found} where {truth.size} are expected: {exercise.asks}")
+        return AnswerVerdict(False, f"{found} where {truth.size} are expected: {exercise.asks}")
     typed = exercise.arguments is None
-    comparison = Comparison(given, exercise.tolerance, exercise.either_sign, rounded=typed)
+    comparison = AnswerComparison(given, exercise.tolerance, exercise.either_sign, rounded=typed)
     return comparison.verdict(truth, right, answers)
 
 

@@ -32,7 +32,7 @@ _TEXT = re.compile(
 
 
 @dataclass(frozen=True)
-class Verdict:
+class AnswerVerdict:
     """Verdict on an answer; true if the answer is right."""
 
     right: bool  #: Whether the answer is right.
@@ -50,7 +50,7 @@ class Verdict:
 
 
 @dataclass(frozen=True)
-class Comparison:
+class AnswerComparison:
     """Answer in numbers, with the rules of its comparison."""
 
     given: Array  #: Numbers of the answer.
@@ -60,14 +60,14 @@ class Comparison:
 
     def verdict(
         self, truth: Array, right: str, mistakes: Iterable[tuple[ArrayLike, str]]
-    ) -> Verdict:
+    ) -> AnswerVerdict:
         """
         Return the verdict on the answer.
 
         `right` is the text for a right answer. Each mistake has its own text.
         """
         if self._near(truth, self.tolerance) or self._digits(truth) >= _ENOUGH_DIGITS:
-            return Verdict(True, right)
+            return AnswerVerdict(True, right)
         near = min(self.tolerance, _NAMED_WITHIN)
         with np.errstate(all="ignore"):
             arrays = [(np.ravel(np.asarray(other, dtype=float)), says) for other, says in mistakes]
@@ -75,19 +75,19 @@ class Comparison:
             general = list(_general_mistakes(truth)) if self.tolerance <= _SHARP else []
         for other, says in known:
             if self._near(other, near) or self._digits(other) >= _ENOUGH_DIGITS:
-                return Verdict(False, f"not yet: {says}")
+                return AnswerVerdict(False, f"not yet: {says}")
         for other, says in general:
             if self._near(other, 1e-9) or self._shares_digits(other):
-                return Verdict(False, f"not yet: {says}")
+                return AnswerVerdict(False, f"not yet: {says}")
         if factor := self._common_factor(truth):
             times = f"each number is {factor:.4g} times the right one"
-            return Verdict(False, f"not yet: {times}: a constant factor is wrong")
+            return AnswerVerdict(False, f"not yet: {times}: a constant factor is wrong")
         if self._digits(truth) == 2:
-            return Verdict(False, f"right to 2 digits: {self._asked_precision()}")
+            return AnswerVerdict(False, f"right to 2 digits: {self._asked_precision()}")
         for other, says in (*known, *general[:_CERTAIN]):
             if self._digits(other) == 2:
-                return Verdict(False, f"not yet: {says}")
-        return Verdict(False, f"not yet: {self._side(truth)}")
+                return AnswerVerdict(False, f"not yet: {says}")
+        return AnswerVerdict(False, f"not yet: {self._side(truth)}")
 
     def _aligned(self, other: Array) -> Array:
         """Return the answer, with reversed signs if they are allowed and fit better."""

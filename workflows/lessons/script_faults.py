@@ -21,14 +21,14 @@ _SOFT_WALLS = ("harmonic", "lj93", "lj126", "lj1043", "colloid", "morse", "table
 # Least similarity of a misspelt command to the command that is meant, from 0 to 1.
 _SIMILAR = 0.8
 
-Command = list[str]
+StudentCommand = list[str]
 
 
 @dataclass(frozen=True)
 class StudentScript:
     """Commands of a script, with the values of its variables."""
 
-    commands: list[Command]  #: Words of each command, in order.
+    commands: list[StudentCommand]  #: Words of each command, in order.
     folder: Path  #: Folder in which LAMMPS runs the script.
 
     @classmethod
@@ -48,20 +48,20 @@ class StudentScript:
             commands.append(words)
         return cls(commands, folder)
 
-    def named(self, name: str) -> list[Command]:
+    def named(self, name: str) -> list[StudentCommand]:
         """Return all commands with a name."""
         return [command for command in self.commands if command[0] == name]
 
-    def last(self, name: str) -> Command | None:
+    def last(self, name: str) -> StudentCommand | None:
         """Return the last command with a name, which overrides earlier commands."""
         found = self.named(name)
         return found[-1] if found else None
 
-    def fixes(self, style: str) -> list[Command]:
+    def fixes(self, style: str) -> list[StudentCommand]:
         """Return the fixes whose style begins with `style`."""
         return [c for c in self.named("fix") if len(c) > 3 and c[3].startswith(style)]
 
-    def fixes_without_group(self, style: str) -> list[Command]:
+    def fixes_without_group(self, style: str) -> list[StudentCommand]:
         """Return the fixes with a style that lack their name or their group, as `fix all nve`."""
         return [
             c
@@ -214,7 +214,7 @@ def _motion(script: StudentScript) -> Iterator[str]:
         yield f"there is no group {movers[0][2]}: write `all`"
 
 
-def _wall(script: StudentScript, wall: Command) -> Iterator[str]:
+def _wall(script: StudentScript, wall: StudentCommand) -> Iterator[str]:
     if wall[3] != "wall/reflect":
         soft = wall[3].removeprefix("wall/") in _SOFT_WALLS
         kind = "is a soft wall" if soft else "is another fix"
@@ -254,7 +254,7 @@ def _output_and_run(script: StudentScript) -> Iterator[str]:
         )
 
 
-def _prints_restitution(command: Command) -> bool:
+def _prints_restitution(command: StudentCommand) -> bool:
     return command[0] == "print" and any("restitution" in word for word in command)
 
 

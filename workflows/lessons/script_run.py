@@ -45,7 +45,7 @@ _MEANINGS = {
 
 
 @dataclass(frozen=True)
-class ScriptRun:
+class StudentRun:
     """First and last state of a run, with the output of LAMMPS."""
 
     printed: str  #: All output of LAMMPS.
@@ -58,7 +58,7 @@ class ScriptRun:
     sets_timestep: bool = True  #: Whether the script has the command `timestep`.
 
 
-def run_script(path: Path) -> ScriptRun:
+def run_script(path: Path) -> StudentRun:
     """
     Run a script in its folder, with additional commands that write its first and last state.
 
@@ -88,7 +88,7 @@ def run_script(path: Path) -> ScriptRun:
                 check=False,
             )
         except subprocess.TimeoutExpired:
-            return ScriptRun("", f"no end within {_PATIENCE:g} s", "", None, 0.0, 0.0)
+            return StudentRun("", f"no end within {_PATIENCE:g} s", "", None, 0.0, 0.0)
         found = _ERROR.search(done.stdout)
         status = f"exit status {done.returncode}" if done.returncode else None
         error = found[1] if found else status
@@ -100,7 +100,7 @@ def run_script(path: Path) -> ScriptRun:
         time, timestep = map(float, end.groups()) if end else (0.0, 0.0)
         at = line[1] if line else ""
         sets = any(command.split()[:1] == ["timestep"] for command in commands_of(text))
-        return ScriptRun(done.stdout, error, at, states, time, timestep, sets)
+        return StudentRun(done.stdout, error, at, states, time, timestep, sets)
 
 
 def _watched(text: str, folder: Path) -> str:
@@ -122,7 +122,7 @@ def _state(path: Path) -> Array:
     return np.atleast_2d(np.loadtxt(path, skiprows=9))
 
 
-def faults_of_run(run: ScriptRun) -> Iterator[str]:
+def faults_of_run(run: StudentRun) -> Iterator[str]:
     """Yield the faults of a run of the chain, from LAMMPS's error or from the motion."""
     if run.error is not None:
         meaning = next((f": {m}" for words, m in _MEANINGS.items() if words in run.error), "")
@@ -135,7 +135,7 @@ def faults_of_run(run: ScriptRun) -> Iterator[str]:
     yield from _faults_of_motion(run, *run.states)
 
 
-def _faults_of_motion(run: ScriptRun, first: Array, last: Array) -> Iterator[str]:
+def _faults_of_motion(run: StudentRun, first: Array, last: Array) -> Iterator[str]:
     from chaincor.workflows.lessons.exercises import in_house
 
     before, after = float(first[:, 2].mean()), float(last[:, 2].mean())

@@ -18,7 +18,7 @@ from enum import StrEnum
 from types import ModuleType
 from typing import Any, NamedTuple
 
-from chaincor.workflows.reproduce.measurements import Measurements, NoNumber, Point
+from chaincor.workflows.reproduce.measurements import MeasuredPoint, Measurements, NoNumber
 
 # Largest share of the points of a finding on which the two engines may disagree.
 _DISAGREEMENTS_ALLOWED = 0.05
@@ -76,7 +76,7 @@ def _percent(share: float) -> str:
 
 
 @dataclass(frozen=True)
-class Finding:
+class ClaimFinding:
     """Number by which a claim of the paper is judged."""
 
     value: float  #: Measured number; nan if the points do not give one.
@@ -85,7 +85,7 @@ class Finding:
     text: str  #: Derivation of the number: range, points and dependences.
     #: Points that give the number. If LAMMPS and the reference engine disagree on more than one in
     #: twenty of them, the verdict is "not reproduced".
-    points: Sequence[Point] = field(default=(), repr=False)
+    points: Sequence[MeasuredPoint] = field(default=(), repr=False)
     #: Smallest and largest value over other ranges, or of the values in a mean. The spread does not
     #: widen a margin.
     spread: tuple[float, float] | None = None
@@ -109,20 +109,20 @@ class Claim:
     margin: Margin  #: Number in the paper and margins.
     brief: str  #: Claim in a few words, for the summary.
     #: Function that finds our number. It raises NoNumber if the points do not give one.
-    find: Callable[[Measurements], Finding]
+    find: Callable[[Measurements], ClaimFinding]
     #: Correction for a claim that is not reproduced as it stands; ``{value}`` is our number.
     correction: str = ""
     unsaid: str = ""  #: Dependence of the number that the paper does not state; empty if it does.
     figure: str = ""  #: Key of the figure that shows the points; empty if there is none.
 
-    def found(self, measured: Measurements) -> Finding:
+    def found(self, measured: Measurements) -> ClaimFinding:
         """Return the finding of the claim: nan, with the reason, if the points give no number."""
         try:
             return self.find(measured)
         except NoNumber as reason:
-            return Finding(math.nan, math.nan, str(reason))
+            return ClaimFinding(math.nan, math.nan, str(reason))
 
-    def judge(self, finding: Finding) -> Judgement:
+    def judge(self, finding: ClaimFinding) -> Judgement:
         """
         Judge a finding.
 
@@ -162,7 +162,7 @@ class Claim:
         reason += f"; {correction}" if correction else ""
         return Judgement(Verdict.NOT_REPRODUCED, reason)
 
-    def _unusable(self, finding: Finding) -> str:
+    def _unusable(self, finding: ClaimFinding) -> str:
         """Return the reason why a finding cannot be judged; empty if it can."""
         margin, points = self.margin, finding.points
         if not math.isfinite(finding.value):
@@ -174,7 +174,7 @@ class Claim:
             return f"LAMMPS and the reference engine disagree on {apart} of {len(points)} points"
         return ""
 
-    def errors_away(self, finding: Finding) -> float:
+    def errors_away(self, finding: ClaimFinding) -> float:
         """Return the distance from the paper's number, in units of our error bar, or nan."""
         if self.margin.is_trend or not finding.error > 0.0:
             return math.nan
@@ -183,14 +183,14 @@ class Claim:
 
 def claim(
     where: str, margin: Margin, brief: str, *, text: str = "", key: str = "", **more: Any
-) -> Callable[[Callable[[Measurements], Finding]], Claim]:
+) -> Callable[[Callable[[Measurements], ClaimFinding]], Claim]:
     """
     Return a decorator that makes a claim of the function that finds its number.
 
     By default, the text is the brief, and the key is the function's name.
     """
 
-    def made(find: Callable[[Measurements], Finding]) -> Claim:
+    def made(find: Callable[[Measurements], ClaimFinding]) -> Claim:
         name = key or find.__name__.strip("_").replace("_", " ")
         return Claim(name, where, text or brief, margin, brief, find, **more)
 

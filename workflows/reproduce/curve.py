@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from chaincor.lammps_inputs.arrays import Array
-from chaincor.workflows.reproduce.measurements import Point, column
+from chaincor.workflows.reproduce.measurements import MeasuredPoint, column
 
 
 @dataclass(frozen=True)
@@ -34,13 +34,13 @@ class PowerLaw:
 class Curve:
     """Quantity y of points against x, in the order of x."""
 
-    points: Sequence[Point]
+    points: Sequence[MeasuredPoint]
     x: Array  #: Abscissae, such as v0/v* or n.
     y: Array  #: Values of the quantity.
     errors: Array  #: Error bars of y.
 
     @classmethod
-    def of(cls, points: Sequence[Point], x: str, y: str) -> Self:
+    def of(cls, points: Sequence[MeasuredPoint], x: str, y: str) -> Self:
         """Return the curve of one attribute of points against another, with the bars of eta."""
         return cls(points, *(column(points, name) for name in (x, y, "error")))
 

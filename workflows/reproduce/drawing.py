@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from chaincor.analysis.figures.style import CYCLE, MARKERS, SETTINGS, new_figure
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.workflows.reproduce.curve import Curve
-from chaincor.workflows.reproduce.measurements import Point
+from chaincor.workflows.reproduce.measurements import MeasuredPoint
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -68,7 +68,7 @@ class Figure:
         return rendered
 
 
-def point_record(point: Point) -> dict[str, Any]:
+def point_record(point: MeasuredPoint) -> dict[str, Any]:
     """Return a point as a row: scene, plotted value, error bar, both values and failures."""
     record: dict[str, Any] = {
         "potential": point.scene.label,

@@ -15,7 +15,7 @@ from chaincor.workflows.engines.reference import bookkeeping
 from chaincor.workflows.engines.reference.coarse_run import highest_frequency
 from chaincor.workflows.engines.reference.look_ahead import STEP
 from chaincor.workflows.engines.reference.moving import Motion, Stepper
-from chaincor.workflows.reproduce.measurements import Answer, Measurements, Point
+from chaincor.workflows.reproduce.measurements import Answer, MeasuredPoint, Measurements
 
 # Times since the last contact, in sound crossings of n - 1. Kinetic energies are means over the
 # first crossings.
@@ -30,7 +30,7 @@ SAMPLED = tuple(sorted({*MOMENTS, *(float(f"{t:.3g}") for t in np.geomspace(0.1,
 class FreeFlight:
     """Flight of one chain after its last contact."""
 
-    point: Point  #: Collision of the chain.
+    point: MeasuredPoint  #: Collision of the chain.
     #: Number of fragments at the times `SAMPLED`, of shape (motions, times), and -1 after another
     #: contact with the wall. Each motion starts from the state of one engine. Both states are right
     #: within the error bar, so that a difference between the motions is undecided.
@@ -77,7 +77,7 @@ def free_flights(measured: Measurements) -> tuple[FreeFlight, ...]:
     return tuple(map(fly, measured.select("curves", "lj")))
 
 
-def fly(point: Point) -> FreeFlight:
+def fly(point: MeasuredPoint) -> FreeFlight:
     """Follow a chain of at least two particles for `LAST` crossings after its collision."""
     crossing, energy, bond = point.particles - 1.0, point.energy, point.scene.bond
     kinetic, bonds = [], []
@@ -105,7 +105,7 @@ def fly(point: Point) -> FreeFlight:
     )
 
 
-def _break(point: Point, answer: Answer) -> tuple[list[int], Fragments]:
+def _break(point: MeasuredPoint, answer: Answer) -> tuple[list[int], Fragments]:
     """Return fragment counts at all times, -1 after another contact, and the last fragments."""
     crossing, counts = point.particles - 1.0, []
     for chain in _flight(point, answer, [time * crossing for time in SAMPLED]):
@@ -117,7 +117,7 @@ def _pieces(chain: Motion) -> Fragments:
     return chain.bodies()[0].pieces(chain.stepper.bond)
 
 
-def _flight(point: Point, answer: Answer, times: Iterable[float]) -> Iterator[Motion]:
+def _flight(point: MeasuredPoint, answer: Answer, times: Iterable[float]) -> Iterator[Motion]:
     """
     Integrate a chain from the state after its last contact, by the reference scheme of order 8.
 

@@ -11,7 +11,7 @@ from chaincor.analysis.error_bar import error_alone
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.reference.hard_sphere import SCHEME
-from chaincor.workflows.reproduce.plan import Plan, Study
+from chaincor.workflows.reproduce.plan import ReproductionPlan, Study
 
 
 class NoNumber(Exception):
@@ -33,7 +33,7 @@ def _number(value: float | None, missing: float = math.nan) -> float:
 
 
 @dataclass(frozen=True)
-class Point:
+class MeasuredPoint:
     """Scene as planned for LAMMPS, with the answers of both engines; None if one did not run."""
 
     scene: Scene
@@ -169,7 +169,7 @@ class Point:
         return None if math.isnan(allowed) else abs(self.difference) <= allowed
 
 
-def column(points: Iterable[Point], name: str) -> Array:
+def column(points: Iterable[MeasuredPoint], name: str) -> Array:
     """Return an attribute of all points as an array."""
     return np.array([getattr(point, name) for point in points], dtype=float)
 
@@ -178,13 +178,13 @@ def column(points: Iterable[Point], name: str) -> Array:
 class Measurements:
     """Plan with its studies, and all points by the key of their study."""
 
-    plan: Plan
+    plan: ReproductionPlan
     studies: tuple[Study, ...]
-    points: dict[str, tuple[Point, ...]]
+    points: dict[str, tuple[MeasuredPoint, ...]]
 
     def select(
         self, study: str, potential: str, least: int = 0, missing: str = "no points", **wanted: Any
-    ) -> list[Point]:
+    ) -> list[MeasuredPoint]:
         """
         Return the points of a study with a result and the wanted fields, by speed and length.
 
@@ -201,7 +201,7 @@ class Measurements:
             raise NoNumber(missing)
         return sorted(chosen, key=lambda point: (point.scene.impact_velocity, point.particles))
 
-    def all_points(self) -> Iterable[Point]:
+    def all_points(self) -> Iterable[MeasuredPoint]:
         """Return all different points once, in the order of the studies."""
         unique = {point.scene: point for points in self.points.values() for point in points}
         return unique.values()

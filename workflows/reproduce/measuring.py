@@ -9,15 +9,17 @@ from chaincor.lammps_inputs.scene import DEFAULT_TOLERANCE, Scene
 from chaincor.workflows.accuracy.solvers import LAMMPS
 from chaincor.workflows.accuracy.step_guess import frequency_ratio
 from chaincor.workflows.campaign.into_store import collide_into_store
-from chaincor.workflows.reproduce.measurements import Answer, Measurements, Point
-from chaincor.workflows.reproduce.plan import Plan, Study
+from chaincor.workflows.reproduce.measurements import Answer, MeasuredPoint, Measurements
+from chaincor.workflows.reproduce.plan import ReproductionPlan, Study
 from chaincor.workflows.validation.comparison import SHARPER, judging_scene
 
 # Function from scenes to answers, in the same order.
-Runner = Callable[[Sequence[Scene]], Sequence[Answer]]
+MeasurementRunner = Callable[[Sequence[Scene]], Sequence[Answer]]
 
 
-def measure(plan: Plan, planned: tuple[Study, ...], run: Runner) -> Measurements:
+def measure(
+    plan: ReproductionPlan, planned: tuple[Study, ...], run: MeasurementRunner
+) -> Measurements:
     """Compute the points of all studies in one call of `run`; a failed scene has no result."""
     for_lammps = dict.fromkeys(scene for study in planned for scene in study.scenes)
     in_house = {scene: _reference_twin(scene) for scene in for_lammps}
@@ -27,11 +29,11 @@ def measure(plan: Plan, planned: tuple[Study, ...], run: Runner) -> Measurements
     answers = dict(zip(wanted, run(wanted), strict=True))
     echoed = by_echo([scene for study in planned for scene in study.echoed])
 
-    def point(scene: Scene) -> Point:
+    def point(scene: Scene) -> MeasuredPoint:
         if scene not in in_house:
-            return Point(scene, None, echoed[scene])
+            return MeasuredPoint(scene, None, echoed[scene])
         by_lammps = answers[scene] if scene in for_lammps else None
-        return Point(scene, by_lammps, answers[in_house[scene]])
+        return MeasuredPoint(scene, by_lammps, answers[in_house[scene]])
 
     points = {study.key: tuple(map(point, study.all_scenes)) for study in planned}
     return Measurements(plan, planned, points)
@@ -71,7 +73,7 @@ def by_echo(scenes: Sequence[Scene]) -> dict[Scene, Answer]:
     }
 
 
-def run_into_store(path: Path, workers: int, progress: bool = True) -> Runner:
+def run_into_store(path: Path, workers: int, progress: bool = True) -> MeasurementRunner:
     """Return a runner that stores every result, so that no finished scene is computed twice."""
 
     def run(scenes: Sequence[Scene]) -> list[Answer]:

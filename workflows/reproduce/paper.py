@@ -22,7 +22,7 @@ from chaincor.workflows.reproduce.figures import (
 )
 from chaincor.workflows.reproduce.free_flight import FreeFlight
 from chaincor.workflows.reproduce.measurements import Measurements, NoNumber
-from chaincor.workflows.reproduce.plan import Plan, Study
+from chaincor.workflows.reproduce.plan import ReproductionPlan, Study
 
 # Claims in the order of the paper's text.
 CLAIMS: tuple[Claim, ...] = (
@@ -38,7 +38,7 @@ CLAIMS: tuple[Claim, ...] = (
 )
 
 
-def studies(plan: Plan) -> tuple[Study, ...]:
+def studies(plan: ReproductionPlan) -> tuple[Study, ...]:
     """Return all studies of a plan; a scene in several studies is computed once."""
     figures = (
         *(restitution_curves, harmonic_lengths, harmonic_contacts, lj_lengths, increase, slope),

@@ -17,7 +17,7 @@ PAPER_ORDERS = {3: -1.0, 4: 1.0, 5: -1.0}
 
 
 @dataclass(frozen=True)
-class Plan:
+class ReproductionPlan:
     """
     All numbers that decide the scenes of `chaincor reproduce`.
 
@@ -109,7 +109,7 @@ def _sizes(first: int, last: int, count: int, *more: int) -> tuple[int, ...]:
 # Additional speeds: near the minimum, the reference speeds, and where f/n reaches 1.
 _NOTEWORTHY = (0.4, 0.55, 0.65, 0.7, 0.78, 0.82, 0.86, 0.9, 1.1, 1.5, 2.0)
 
-QUICK = Plan(
+QUICK = ReproductionPlan(
     name="quick",
     tolerance=1e-5,
     curve_particles=100,
@@ -140,7 +140,7 @@ QUICK = Plan(
     pair_speeds=_speeds(1e-3, 0.3, 9),
 )
 
-FULL = Plan(
+FULL = ReproductionPlan(
     name="full",
     tolerance=1e-7,
     curve_particles=100,

@@ -15,12 +15,12 @@ from chaincor.workflows.json_output import finite, stamped
 from chaincor.workflows.pages.page import data_uri, page_environment
 from chaincor.workflows.pages.typesetting import format_value
 from chaincor.workflows.reproduce import paper
-from chaincor.workflows.reproduce.claims import ABOUT, ROUGHLY, Claim, Finding, Verdict
+from chaincor.workflows.reproduce.claims import ABOUT, ROUGHLY, Claim, ClaimFinding, Verdict
 from chaincor.workflows.reproduce.drawing import Figure, point_record
 from chaincor.workflows.reproduce.figures.agreement import examine_points
 from chaincor.workflows.reproduce.figures.slow_chains import slopes_by_bond
 from chaincor.workflows.reproduce.free_flight import FreeFlight
-from chaincor.workflows.reproduce.measurements import Measurements, Point
+from chaincor.workflows.reproduce.measurements import MeasuredPoint, Measurements
 from chaincor.workflows.reproduce.plan import Study
 
 # Folder of the figures and their data.
@@ -94,7 +94,7 @@ def gather(
     }
 
 
-def verdict_row(claim: Claim, finding: Finding) -> dict[str, Any]:
+def verdict_row(claim: Claim, finding: ClaimFinding) -> dict[str, Any]:
     """Judge the finding on a claim, and return its row in the report."""
     verdict, reason = claim.judge(finding)
     return {
@@ -137,7 +137,7 @@ def _number(is_trend: bool, value: float, error: float) -> str:
     return format_value(value, error)
 
 
-def _in_brief(claim: Claim, finding: Finding) -> str:
+def _in_brief(claim: Claim, finding: ClaimFinding) -> str:
     """Return the summary of a claim: our number and its distance from the paper's number."""
     margin, value = claim.margin, finding.value
     if finding.brief:
@@ -148,7 +148,7 @@ def _in_brief(claim: Claim, finding: Finding) -> str:
     return f"{number}, {100.0 * (value / margin.paper - 1.0):+.2g} %".replace("-", "−")
 
 
-def _runs(points: Iterable[Point]) -> list[dict[str, Any]]:
+def _runs(points: Iterable[MeasuredPoint]) -> list[dict[str, Any]]:
     """Return the runs of points with a result, with their computing time in seconds."""
     return [
         {

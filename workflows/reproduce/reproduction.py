@@ -7,8 +7,8 @@ from typing import Any
 from chaincor.workflows.outputs import make_folder
 from chaincor.workflows.reproduce import paper
 from chaincor.workflows.reproduce.free_flight import free_flights
-from chaincor.workflows.reproduce.measuring import Runner, measure, run_into_store
-from chaincor.workflows.reproduce.plan import FULL, QUICK, Plan
+from chaincor.workflows.reproduce.measuring import MeasurementRunner, measure, run_into_store
+from chaincor.workflows.reproduce.plan import FULL, QUICK, ReproductionPlan
 from chaincor.workflows.reproduce.report import DRAWINGS, gather, write_figures, write_report
 from chaincor.workflows.research_object import describe_folder, require_rocrate
 
@@ -88,7 +88,7 @@ def describe_reproduction(folder: Path, contents: dict[str, Any]) -> None:
     describe_folder(folder, _TITLE, _REPORT | files, contents["versions"].items())
 
 
-def reproduce_paper(plan: Plan, folder: Path, run: Runner) -> dict[str, Any]:
+def reproduce_paper(plan: ReproductionPlan, folder: Path, run: MeasurementRunner) -> dict[str, Any]:
     """Compute a plan, judge it, write the report and return the contents of ``report.json``."""
     started = time.perf_counter()
     measured = measure(plan, paper.studies(plan), run)

@@ -16,7 +16,7 @@ from chaincor.workflows.scripts.ladder_runs import NumberLadder, ScriptLadder
 # State of a number at the script's own value: within its tolerance; within it as a mean of several
 # runs; not within it; within it at no value of the ladder, with an error that is seen; without an
 # error that is seen, since the runs scatter; the same in all runs.
-State = Literal["small enough", "too noisy", "too large", "beyond", "not judged", "constant"]
+AnswerState = Literal["small enough", "too noisy", "too large", "beyond", "not judged", "constant"]
 # Smallest ratio at which a coarser value is mentioned.
 _COARSER = 1.1
 # Scatter that shrinks by more along the ladder comes from the step, and so does an error above this
@@ -40,7 +40,7 @@ class NumberAnswer:
     """Answer for one number of a ladder."""
 
     number: NumberLadder
-    state: State  #: At the script's own value; without one, at the finest.
+    state: AnswerState  #: At the script's own value; without one, at the finest.
     error: float  #: Largest error of one run there; inf if it is unknown.
     runs: int | None  #: Number of runs whose mean keeps the tolerance there; None if too many.
     largest: float | None  #: Coarsest value at which one run keeps the tolerance.
@@ -81,7 +81,7 @@ class LadderAnswer:
         """Answers for which some value of the ladder keeps the tolerance."""
         return [a for a in self.numbers if a.reached]
 
-    def in_state(self, *states: State) -> list[NumberAnswer]:
+    def in_state(self, *states: AnswerState) -> list[NumberAnswer]:
         """Return the answers of some states."""
         return [each for each in self.numbers if each.state in states]
 
@@ -143,7 +143,7 @@ def _answer(each: ScriptLadder, number: NumberLadder, at: float, outside: bool) 
     tolerance = number.tolerance
     if tolerance is None:
         known = number.verdict.kind == "cannot tell"
-        state: State = "constant" if known else "not judged"
+        state: AnswerState = "constant" if known else "not judged"
         return NumberAnswer(number, state, math.inf, None, None, False)
     steps = np.array([each.ladder.step(x) for x in each.values])
     error = math.inf if outside else promised_at(each, number, at)

@@ -14,7 +14,7 @@ from chaincor.workflows.scripts.number_text import (
     one_number,
     run_longer,
 )
-from chaincor.workflows.scripts.parting import PARTED, Comparison
+from chaincor.workflows.scripts.parting import PARTED, PartingComparison
 from chaincor.workflows.scripts.remedies import times_longer
 
 if TYPE_CHECKING:
@@ -84,7 +84,7 @@ def _describe_ladder(study: "ScriptStudy", each: ScriptLadder) -> list[str]:
     return [*lines, *one_number(study, each, each.numbers[0])]
 
 
-def _describe_comparison(each: Comparison) -> list[str]:
+def _describe_comparison(each: PartingComparison) -> list[str]:
     lines = [each.what, f"{'verdict':<12} {each.kind}: {KINDS[each.kind]}"]
     if each.renumbered:
         lines.append(
@@ -107,13 +107,13 @@ def _describe_comparison(each: Comparison) -> list[str]:
     return lines
 
 
-def _difference(each: Comparison, name: str) -> str:
+def _difference(each: PartingComparison, name: str) -> str:
     number = each.numbers[name]
     bar = f" +- {number.error:.1e}" if math.isfinite(number.error) else ""
     return f"{number.difference:.2g}{bar}"
 
 
-def _agreement(each: Comparison, name: str) -> str:
+def _agreement(each: PartingComparison, name: str) -> str:
     number = each.numbers[name]
     if number.is_rounding:
         return "agrees up to roundings"

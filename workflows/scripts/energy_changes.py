@@ -28,7 +28,7 @@ _UNSHIFTED = ("lj/cut", "lj96/cut", "morse", "buck", "yukawa", "born", "mie/cut"
 _FEW_ROWS = 2000
 
 
-class Cause(NamedTuple):
+class DriftCause(NamedTuple):
     """A likely cause of a drift."""
 
     text: str
@@ -43,8 +43,8 @@ class EnergyChange:
     name: str  #: The quantity.
     drift: float  #: Drift over the run in the limit of small steps.
     error: float  #: Its error.
-    causes: tuple[Cause, ...]  #: The likeliest first.
-    tested: Cause | None = None  #: The cause that was removed in one more run.
+    causes: tuple[DriftCause, ...]  #: The likeliest first.
+    tested: DriftCause | None = None  #: The cause that was removed in one more run.
     before: float = 0.0  #: Drift at the finest step, with that cause.
     after: float = 0.0  #: And without.
 
@@ -143,9 +143,9 @@ def _rungs(varied: Varied) -> list[float]:
     return [varied.value(rung, 0) for rung in range(varied.ladder.rungs)]
 
 
-def _find_causes(script: ScriptText, what: str) -> Iterator[Cause]:
+def _find_causes(script: ScriptText, what: str) -> Iterator[DriftCause]:
     """Return the causes that the script shows, the likeliest first."""
-    searches: tuple[Callable[[Command], Cause | None], ...] = (
+    searches: tuple[Callable[[Command], DriftCause | None], ...] = (
         *([] if what == _KEPT_IN_BATH else [_bath]),
         lambda command: _cutoff(command, script),
         _neighbours,
@@ -156,18 +156,18 @@ def _find_causes(script: ScriptText, what: str) -> Iterator[Cause]:
         yield from filter(None, map(search, script.commands))
     for count in find_step_counts(script, None):
         if count.moves and count.command.words[0] == "fix":
-            yield Cause(f"'{count.what}' ({count.command}), which {count.says}")
+            yield DriftCause(f"'{count.what}' ({count.command}), which {count.says}")
 
 
-def _bath(command: Command) -> Cause | None:
+def _bath(command: Command) -> DriftCause | None:
     words = command.words
     if words[0] == "fix" and len(words) > 3 and plain_style(words[3]).startswith(_BATHS):
         fix = f"'fix {words[1]} {words[2]} {words[3]}' ({command})"
-        return Cause(f"the exchange of energy by {fix}", exchanges=fix)
+        return DriftCause(f"the exchange of energy by {fix}", exchanges=fix)
     return None
 
 
-def _cutoff(command: Command, script: ScriptText) -> Cause | None:
+def _cutoff(command: Command, script: ScriptText) -> DriftCause | None:
     words = command.words
     shifted = any(
         each.words[0] == "pair_modify" and "shift yes" in " ".join(each.words)
@@ -178,10 +178,10 @@ def _cutoff(command: Command, script: ScriptText) -> Cause | None:
     if not any(word.startswith(_UNSHIFTED) for word in words[1:]):
         return None
     text = f"the energy jump at the cutoff of '{' '.join(words)}' ({command})"
-    return Cause(text, "pair_modify shift yes")
+    return DriftCause(text, "pair_modify shift yes")
 
 
-def _neighbours(command: Command) -> Cause | None:
+def _neighbours(command: Command) -> DriftCause | None:
     words = command.words
     if words[0] != "neigh_modify":
         return None
@@ -191,10 +191,10 @@ def _neighbours(command: Command) -> Cause | None:
     if not late:
         return None
     text = f"neighbour lists that are rebuilt too late ({command}, '{' '.join(words)}')"
-    return Cause(text, "neigh_modify delay 0 every 1 check no once no")
+    return DriftCause(text, "neigh_modify delay 0 every 1 check no once no")
 
 
-def _table(command: Command) -> Cause | None:
+def _table(command: Command) -> DriftCause | None:
     words = command.words
     if not words[0].endswith("_style") or "table" not in words[1:-1]:
         return None
@@ -202,12 +202,12 @@ def _table(command: Command) -> Cause | None:
     rows = words[at + 2] if len(words) > at + 2 else ""
     if rows.isdigit() and int(rows) >= _FEW_ROWS and words[at + 1] == "spline":
         return None
-    return Cause(f"a table whose forces are not the slope of its energy ({command}; see "
+    return DriftCause(f"a table whose forces are not the slope of its energy ({command}; see "
                  "`chaincor table`)")  # fmt: skip
 
 
-def _long_range(command: Command) -> Cause | None:
+def _long_range(command: Command) -> DriftCause | None:
     words = command.words
     if words[0] == "kspace_style" and len(words) > 2:
-        return Cause(f"the accuracy {words[2]} of '{words[1]}' ({command})")
+        return DriftCause(f"the accuracy {words[2]} of '{words[1]}' ({command})")
     return None

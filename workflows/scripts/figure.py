@@ -7,7 +7,7 @@ import numpy as np
 from chaincor.analysis.figures.style import BLACK, CYCLE, GREY, MARKERS, new_figure
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.workflows.scripts.ladder_runs import NumberLadder, ScriptLadder
-from chaincor.workflows.scripts.parting import PARTED, Comparison
+from chaincor.workflows.scripts.parting import PARTED, PartingComparison
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -157,7 +157,7 @@ def _plot_costs(panel: "Axes", study: "ScriptStudy", name: str) -> None:
     )  # fmt: skip
 
 
-def _plot_distances(comparisons: tuple[Comparison, ...]) -> "Axes":
+def _plot_distances(comparisons: tuple[PartingComparison, ...]) -> "Axes":
     """Draw the distance between the particles of two runs against time."""
     figure, panel = new_figure(figsize=(6.0, 3.9))
     for each in comparisons:

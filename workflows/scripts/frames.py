@@ -10,7 +10,7 @@ from chaincor.lammps_inputs.errors import InputError
 
 
 @dataclass(frozen=True)
-class Frames:
+class ScriptFrames:
     """Positions of a run, and its initial velocities, in the order of particle ids."""
 
     times: Array  #: Times of the frames, of shape (S,).
@@ -23,7 +23,7 @@ class Frames:
     edges: Array
 
 
-def read_frames(path: Path) -> Frames:
+def read_frames(path: Path) -> ScriptFrames:
     """Read the frames of a run; raises InputError if there are none."""
     lines = path.read_text("utf-8").splitlines() if path.is_file() else []
     if not lines:
@@ -52,4 +52,4 @@ def read_frames(path: Path) -> Frames:
         at = first + count
     most = max(len(frame) for frame in frames)
     padded = [np.pad(f, ((0, most - len(f)), (0, 0)), constant_values=np.nan) for f in frames]
-    return Frames(np.array(times), np.array(padded), velocities, spacing, edges)
+    return ScriptFrames(np.array(times), np.array(padded), velocities, spacing, edges)

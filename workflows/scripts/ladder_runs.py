@@ -10,7 +10,7 @@ from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.workflows.scripts.advice import ScriptAdvice, give_advice
 from chaincor.workflows.scripts.ladder import Ladder
-from chaincor.workflows.scripts.quantities import Asked
+from chaincor.workflows.scripts.quantities import RequestedNumbers
 from chaincor.workflows.scripts.script_run import Runner, ScriptRun, ScriptRunError
 from chaincor.workflows.scripts.tolerances import Tolerance, default_tolerance
 from chaincor.workflows.scripts.varied import Varied
@@ -231,7 +231,7 @@ def measure_ladder(
 
 def _judge(
     varied: Varied,
-    asked: Asked,
+    asked: RequestedNumbers,
     name: str,
     rows: list[list[ScriptRun]],
     inputs: Array,

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chaincor.lammps_inputs.arrays import Array
-from chaincor.workflows.scripts.frames import Frames
+from chaincor.workflows.scripts.frames import ScriptFrames
 
 IndexArray = NDArray[np.intp]
 # Rounding of positions over the distance of neighbours, and of velocities over their root mean
@@ -24,7 +24,7 @@ class Match:
     same_speeds: bool  #: Whether velocities do.
 
 
-def match_particles(first: Frames, second: Frames, at: tuple[int, int]) -> Match:
+def match_particles(first: ScriptFrames, second: ScriptFrames, at: tuple[int, int]) -> Match:
     """
     Match the particles of two runs in the frames `at` (one each) that show the same time.
 

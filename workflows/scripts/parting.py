@@ -15,11 +15,11 @@ import numpy as np
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.workflows.scripts.change import Change
-from chaincor.workflows.scripts.frames import Frames
+from chaincor.workflows.scripts.frames import ScriptFrames
 from chaincor.workflows.scripts.halving import find_halfway
 from chaincor.workflows.scripts.matching import IndexArray, match_particles
 from chaincor.workflows.scripts.parting_causes import find_causes
-from chaincor.workflows.scripts.quantities import Asked
+from chaincor.workflows.scripts.quantities import RequestedNumbers
 from chaincor.workflows.scripts.restarting import Halfway
 from chaincor.workflows.scripts.script_run import Runner, ScriptRun
 from chaincor.workflows.scripts.varied import LAST_DIGIT, RANKS, RESTART, Varied
@@ -63,7 +63,7 @@ class Difference:
 
 
 @dataclass(frozen=True)
-class Comparison:
+class PartingComparison:
     """Comparison of a run with the first one."""
 
     what: str  #: The difference between their set-ups.
@@ -85,7 +85,7 @@ class Comparison:
         return self.numbers[name].agrees
 
 
-def compare_runs(runner: Runner, varied: Varied) -> tuple[Comparison, ...]:
+def compare_runs(runner: Runner, varied: Varied) -> tuple[PartingComparison, ...]:
     """Compare runs with the first one for the varied kind: processes, digit, restart or switch."""
     what, values = varied.switch
     start: Halfway | None = None
@@ -137,7 +137,7 @@ def _run(runner: Runner, name: str, **change: object) -> ScriptRun:
     return run
 
 
-def _common_times(first: Frames, second: Frames) -> tuple[IndexArray, IndexArray]:
+def _common_times(first: ScriptFrames, second: ScriptFrames) -> tuple[IndexArray, IndexArray]:
     """Return the indices of frames at which two runs show the same times."""
     span = max(float(first.times[-1]), 1e-300)
     places = np.searchsorted(first.times, second.times - _SAME_TIME * span)
@@ -147,8 +147,8 @@ def _common_times(first: Frames, second: Frames) -> tuple[IndexArray, IndexArray
 
 
 def _compare(
-    varied: Varied, asked: Asked, what: str, first: ScriptRun, second: ScriptRun
-) -> Comparison:
+    varied: Varied, asked: RequestedNumbers, what: str, first: ScriptRun, second: ScriptRun
+) -> PartingComparison:
     """Return the comparison of two runs: the growth of their distance, and their numbers."""
     assert first.frames is not None
     assert second.frames is not None
@@ -178,13 +178,15 @@ def _compare(
     causes: tuple[str, ...] = ()
     if kind == "at once":
         causes = find_causes(varied, match)
-    return Comparison(
+    return PartingComparison(
         what, kind, parted, growth, times, distances, _differences(asked, first, second),
         renumbered=match.renumbered, causes=causes,
     )  # fmt: skip
 
 
-def _differences(asked: Asked, first: ScriptRun, second: ScriptRun) -> dict[str, Difference]:
+def _differences(
+    asked: RequestedNumbers, first: ScriptRun, second: ScriptRun
+) -> dict[str, Difference]:
     """Return the differences of numbers, over the common time if they are sampled."""
     found = {}
     sampled = {str(each): each for each in asked.quantities}

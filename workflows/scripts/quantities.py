@@ -50,7 +50,7 @@ print(json.dumps({"groups": pattern.groups, "found": None if last is None else l
 
 
 @dataclass(frozen=True)
-class Observed:
+class ObservedNumber:
     """One number of a run."""
 
     value: float  #: Value of the number.
@@ -81,7 +81,7 @@ class Quantity:
 
 
 @dataclass(frozen=True)
-class Asked:
+class RequestedNumbers:
     """Numbers that a study reads from each run."""
 
     pattern: str | None  #: Regular expression of a number that the script prints.
@@ -111,12 +111,12 @@ def read_quantity(text: str) -> Quantity:
     return Quantity(found["what"], kind)
 
 
-def read_asked(quantities: Sequence[str], observable: str | None) -> Asked:
+def read_asked(quantities: Sequence[str], observable: str | None) -> RequestedNumbers:
     """Read the requested numbers; raises InputError if one is invalid or given twice."""
     if observable is not None:
         check_pattern(observable)
     texts = tuple(quantities) if quantities or observable is not None else ALL
-    asked = Asked(observable, tuple(read_quantity(text) for text in texts))
+    asked = RequestedNumbers(observable, tuple(read_quantity(text) for text in texts))
     if len(set(asked.names)) < len(asked.names):
         raise InputError(f"a quantity is given twice in {' '.join(texts)}. Give each once")
     return asked
@@ -146,7 +146,7 @@ def check_pattern(pattern: str) -> None:
         )
 
 
-def find_observable(pattern: str, output: Path) -> Observed:
+def find_observable(pattern: str, output: Path) -> ObservedNumber:
     """
     Return the last number in a script's output that a pattern matches.
 
@@ -164,7 +164,7 @@ def find_observable(pattern: str, output: Path) -> Observed:
     return read_observed(pattern, answer["found"][0])
 
 
-def read_observed(pattern: str, text: str | None) -> Observed:
+def read_observed(pattern: str, text: str | None) -> ObservedNumber:
     """Turn matched text into a number and the unit of its last digit."""
     shown = (text or "").strip(" \t,;()[]\"'")
     value = number_in(shown)
@@ -175,7 +175,7 @@ def read_observed(pattern: str, text: str | None) -> Observed:
         )
     if not math.isfinite(value):
         raise RunError(f"the script prints {text!r} for {pattern!r}. Print a finite number")
-    return Observed(value, last_digit(shown))
+    return ObservedNumber(value, last_digit(shown))
 
 
 def _search(pattern: str, text: str) -> dict[str, Any] | None:

@@ -8,7 +8,7 @@ import numpy as np
 from chaincor.analysis.ladders.series import standard_error
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.workflows.errors import RunError
-from chaincor.workflows.scripts.quantities import Observed, Quantity
+from chaincor.workflows.scripts.quantities import ObservedNumber, Quantity
 
 # Share of the run, at its end, over which a mean is taken.
 SHARE = 0.5
@@ -35,7 +35,7 @@ class Samples:
             return last, last
         return (last - SHARE * (last - first) if kind == "mean" else first), last
 
-    def number(self, quantity: Quantity, start: float | None = None) -> Observed:
+    def number(self, quantity: Quantity, start: float | None = None) -> ObservedNumber:
         """
         Return a number of the run; means get the standard error of a correlated series.
 
@@ -43,7 +43,7 @@ class Samples:
         """
         all_values = self.values[quantity.what]
         if quantity.kind == "last":
-            return Observed(float(all_values[-1]))
+            return ObservedNumber(float(all_values[-1]))
         times, values = self._inside(quantity, start)
         # The trapezoidal rule makes means independent of the sample times, which depend on the
         # step.
@@ -53,12 +53,12 @@ class Samples:
         mean = float(weights @ values)
         if quantity.kind == "mean":
             error, independent = standard_error(values)
-            return Observed(mean, error=error, independent=independent)
+            return ObservedNumber(mean, error=error, independent=independent)
         from_middle = times - weights @ times
         slope = float((weights * from_middle) @ values / (weights @ from_middle**2))
         if quantity.kind == "drift":
-            return Observed(slope * float(np.ptp(times)))
-        return Observed(float(np.sqrt(weights @ (values - mean - slope * from_middle) ** 2)))
+            return ObservedNumber(slope * float(np.ptp(times)))
+        return ObservedNumber(float(np.sqrt(weights @ (values - mean - slope * from_middle) ** 2)))
 
     def spread(self, quantity: Quantity, what: str = "") -> float:
         """Return the standard deviation of the samples behind a number, or of `what` instead."""

@@ -16,10 +16,10 @@ from chaincor.workflows.engines.lammps.library import lmp_environment
 from chaincor.workflows.errors import RunError
 from chaincor.workflows.scripts.change import Change
 from chaincor.workflows.scripts.crashes import Crash, find_crash
-from chaincor.workflows.scripts.frames import Frames, read_frames
+from chaincor.workflows.scripts.frames import ScriptFrames, read_frames
 from chaincor.workflows.scripts.quantities import (
-    Asked,
-    Observed,
+    ObservedNumber,
+    RequestedNumbers,
     find_observable,
 )
 from chaincor.workflows.scripts.rewriting import (
@@ -53,10 +53,10 @@ class ScriptRun:
     seconds: float
     failure: str | None = None  #: Reason of a failure, in LAMMPS's words if any.
     #: Numbers by name; empty after a failure.
-    numbers: dict[str, Observed] = field(default_factory=dict)
+    numbers: dict[str, ObservedNumber] = field(default_factory=dict)
     samples: Samples | None = None  #: Sampled series; None without samples.
     step: float | None = None  #: Script's own step in its last run, if any.
-    frames: Frames | None = None  #: Positions, if requested.
+    frames: ScriptFrames | None = None  #: Positions, if requested.
     #: First step and number of steps of every `run`, as the script asks for them.
     lengths: tuple[tuple[int, int], ...] = ()
     crash: Crash | None = None  #: Step and reason of a crash; None after a full run.
@@ -93,7 +93,7 @@ class Runner:
 
     script: Path  #: The script.
     files: list[Path]  #: Files of its folder that are copied.
-    asked: Asked  #: Requested numbers.
+    asked: RequestedNumbers  #: Requested numbers.
     lmp: str  #: Command of LAMMPS, with a launcher before it if needed.
     scratch: Path  #: An absolute folder, for the copies.
     timeout: float  #: Seconds of the wall clock that a run may take.
@@ -174,7 +174,9 @@ def _lengths(folder: Path) -> tuple[tuple[int, int], ...]:
     return tuple((int(row[1]), int(float(row[2]))) for row in rows)
 
 
-def _read(folder: Path, asked: Asked) -> tuple[dict[str, Observed], Samples | None]:
+def _read(
+    folder: Path, asked: RequestedNumbers
+) -> tuple[dict[str, ObservedNumber], Samples | None]:
     """Return the numbers and samples of a run; raises RunError if a number is missing."""
     numbers, samples = {}, None
     if asked.pattern is not None:

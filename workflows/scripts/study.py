@@ -19,8 +19,8 @@ from chaincor.workflows.scripts.crashes import CrashedRun, crashed_runs
 from chaincor.workflows.scripts.energy_changes import EnergyChange, find_energy_changes
 from chaincor.workflows.scripts.ladder import STEP, Ladder, ladder_around
 from chaincor.workflows.scripts.ladder_runs import Progress, ScriptLadder, measure_ladder
-from chaincor.workflows.scripts.parting import Comparison, compare_runs
-from chaincor.workflows.scripts.quantities import Asked, read_asked
+from chaincor.workflows.scripts.parting import PartingComparison, compare_runs
+from chaincor.workflows.scripts.quantities import RequestedNumbers, read_asked
 from chaincor.workflows.scripts.script_run import Runner, ScriptRun, ScriptRunError, list_files
 from chaincor.workflows.scripts.script_text import ScriptText
 from chaincor.workflows.scripts.step_counts import StepCount, find_step_counts
@@ -72,11 +72,11 @@ class ScriptStudy:
     """
 
     script: Path
-    asked: Asked
+    asked: RequestedNumbers
     varied: Varied
     tolerance: float | None
     ladders: tuple[ScriptLadder, ...]
-    comparisons: tuple[Comparison, ...]
+    comparisons: tuple[PartingComparison, ...]
     crashes: tuple[CrashedRun, ...]
     changes: tuple[EnergyChange, ...]
     counts: tuple[StepCount, ...]
@@ -228,7 +228,7 @@ def timestep_study(
     words = _words(script, quantities, observable, fix, tolerance, scale_periods, lmp)
     runner = Runner(text.path, files, asked, command, scratch, timeout, words)
     keep = False
-    comparisons: tuple[Comparison, ...] = ()
+    comparisons: tuple[PartingComparison, ...] = ()
     changes: tuple[EnergyChange, ...] = ()
     found: list[ScriptLadder] = []
     failed: list[tuple[float, ScriptRun]] = []

@@ -11,7 +11,7 @@ from chaincor.workflows.scripts.description import KINDS, notes
 from chaincor.workflows.scripts.energy_changes import EnergyChange
 from chaincor.workflows.scripts.ladder_runs import ScriptLadder
 from chaincor.workflows.scripts.number_text import advise, told
-from chaincor.workflows.scripts.parting import Comparison
+from chaincor.workflows.scripts.parting import PartingComparison
 from chaincor.workflows.scripts.study import ScriptStudy
 from chaincor.workflows.scripts.varied import SEED
 from chaincor.workflows.showing.terms import OF_SCRIPTS
@@ -136,7 +136,7 @@ def _number_dict(study: ScriptStudy, each: ScriptLadder, answer: NumberAnswer) -
     }
 
 
-def _compared(comparisons: tuple[Comparison, ...]) -> list[dict[str, Any]]:
+def _compared(comparisons: tuple[PartingComparison, ...]) -> list[dict[str, Any]]:
     """Return the numbers of compared runs, with the same keys as on a ladder."""
     words = {True: "agrees", False: "differs", None: "cannot tell"}
     return [
@@ -169,7 +169,7 @@ def _energy_change(each: EnergyChange) -> dict[str, Any]:
     }
 
 
-def _parting(each: Comparison) -> dict[str, Any]:
+def _parting(each: PartingComparison) -> dict[str, Any]:
     return {
         "what": each.what,
         "verdict": each.kind,

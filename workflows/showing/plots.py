@@ -12,7 +12,7 @@ import numpy as np
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.potentials import is_harmonic
 from chaincor.lammps_inputs.errors import InputError
-from chaincor.workflows.motion import Motion
+from chaincor.workflows.motion import ResultMotion
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -49,7 +49,7 @@ class Plots:
     pyplot was imported before. Pictures of the motion repeat the collision.
     """
 
-    def __init__(self, result: Motion) -> None:
+    def __init__(self, result: ResultMotion) -> None:
         self._result = result
 
     def __repr__(self) -> str:

@@ -35,7 +35,7 @@ _ENDS = 8
 _NOISY = 0.3
 
 
-class Cause(NamedTuple):
+class TableFaultCause(NamedTuple):
     """Cause of an error and its remedy."""
 
     name: str  #: Short name of the cause.
@@ -47,11 +47,11 @@ class Cause(NamedTuple):
 class _Test:
     """Possible cause and the table without it."""
 
-    cause: Cause
+    cause: TableFaultCause
     undone: TableData
 
 
-def cause_of_contradiction(judge: Judge, wrong: Mask) -> Cause:
+def cause_of_contradiction(judge: Judge, wrong: Mask) -> TableFaultCause:
     """
     Return why forces are not -dE/dr.
 
@@ -69,7 +69,7 @@ def cause_of_contradiction(judge: Judge, wrong: Mask) -> Cause:
     return (
         best
         or _differences_of_energies(judge, wrong)
-        or Cause(
+        or TableFaultCause(
             "other forces",
             "the forces belong to other energies",
             "recompute the force column as -dE/dr",
@@ -100,7 +100,7 @@ def _sign_and_factor(judge: Judge, wrong: Mask) -> list[_Test]:
     undone = replace(judge.table, forces=judge.table.forces * factor)
     if abs(factor + 1.0) < _CONSTANT:
         text = "the forces have the wrong sign"
-        return [_Test(Cause("sign", text, "multiply the force column by -1"), undone)]
+        return [_Test(TableFaultCause("sign", text, "multiply the force column by -1"), undone)]
     size, name = abs(factor), ""
     for units, known in _FACTORS.items():
         if min(abs(size / known - 1.0), abs(size * known - 1.0)) < _CONSTANT:
@@ -109,7 +109,7 @@ def _sign_and_factor(judge: Judge, wrong: Mask) -> list[_Test]:
     if factor < 0.0:
         said += ", with the wrong sign"
     help_ = "write both columns, and r, in the same units"
-    return [_Test(Cause("unit", said, help_), undone)]
+    return [_Test(TableFaultCause("unit", said, help_), undone)]
 
 
 def _others(judge: Judge) -> list[_Test]:
@@ -117,7 +117,7 @@ def _others(judge: Judge) -> list[_Test]:
     r, energies, forces = t.lengths, t.energies, t.forces
     tests = [
         _Test(
-            Cause(
+            TableFaultCause(
                 "exchanged columns",
                 "the energy column holds the forces, and the force column the energies",
                 "exchange the third and the fourth column",
@@ -128,7 +128,9 @@ def _others(judge: Judge) -> list[_Test]:
     if np.all(r >= 0.0) and t.kind in ("bond", "pair"):
         tests.append(
             _Test(
-                Cause("r squared", "the r column holds r squared", "take the root of the r column"),
+                TableFaultCause(
+                    "r squared", "the r column holds r squared", "take the root of the r column"
+                ),
                 replace(t, lengths=np.sqrt(r)),
             )
         )
@@ -137,7 +139,9 @@ def _others(judge: Judge) -> list[_Test]:
             ("divided by r", forces * positive),
             ("multiplied by r", forces / positive),
         ):
-            cause = Cause("force and r", f"the forces are {name}", "write the plain force -dE/dr")
+            cause = TableFaultCause(
+                "force and r", f"the forces are {name}", "write the plain force -dE/dr"
+            )
             tests.append(_Test(cause, replace(t, forces=undone)))
     for rows in (1, -1, 2, -2, 3, -3):
         shifted = np.roll(forces, -rows)
@@ -148,7 +152,7 @@ def _others(judge: Judge) -> list[_Test]:
             shifted[:-rows] = shifted[-rows]
         side = "down" if rows > 0 else "up"
         many = f"{abs(rows)} row{'s' * (abs(rows) > 1)}"
-        cause = Cause(
+        cause = TableFaultCause(
             "shifted column",
             f"the force column is shifted {side} by {many}",
             "move the forces back to their energies",
@@ -159,7 +163,7 @@ def _others(judge: Judge) -> list[_Test]:
     return tests
 
 
-def _differences_of_energies(judge: Judge, wrong: Mask) -> Cause | None:
+def _differences_of_energies(judge: Judge, wrong: Mask) -> TableFaultCause | None:
     """Return a cause if the forces are differences of energies to one neighbour, else None."""
     x, energies, forces, _digits = judge.rows.padded
     slopes = -np.diff(energies) / np.diff(x)
@@ -167,7 +171,7 @@ def _differences_of_energies(judge: Judge, wrong: Mask) -> Cause | None:
     off = np.median(np.abs(by_energies - by_forces)[wrong])
     for name, mine in (("next", forces[:-1]), ("last", forces[1:])):
         if np.median(np.abs(slopes - mine)[wrong]) < _EXPLAINS * off:
-            return Cause(
+            return TableFaultCause(
                 "one-sided difference",
                 f"the forces are differences of the energy to the {name} row",
                 "take differences over both neighbours, or -dE/dr itself",
@@ -175,7 +179,7 @@ def _differences_of_energies(judge: Judge, wrong: Mask) -> Cause | None:
     return None
 
 
-def cause_of_error(judge: Judge, errors: Errors, style: Style, rows: int) -> Cause:
+def cause_of_error(judge: Judge, errors: Errors, style: Style, rows: int) -> TableFaultCause:
     """Return why LAMMPS's force is wrong at the worst place, apart from contradictions."""
     k = int(np.argmax(np.maximum(errors.interpolation + errors.unsure, errors.scatter)))
     place, size = float(errors.at[k]), float(errors.size[k])
@@ -188,7 +192,7 @@ def cause_of_error(judge: Judge, errors: Errors, style: Style, rows: int) -> Cau
     t = judge.table
     if not t.has_forces:
         text = f"{len(t.lengths)} rows of energies leave the force open {near}"
-        return Cause("rows", text, "Give more rows, or forces.")
+        return TableFaultCause("rows", text, "Give more rows, or forces.")
     error = errors.largest
     for slopes in (_slopes_of_rows(judge),):
         if slopes is not None and not t.is_bitmap:
@@ -199,18 +203,18 @@ def cause_of_error(judge: Judge, errors: Errors, style: Style, rows: int) -> Cau
                 word = "FPRIME" if t.kind == "pair" else "FP"
                 blame = f"{word} is wrong" if t.slopes else "LAMMPS guesses the end slopes"
                 said = f"{blame}, which shows {near}"
-                return Cause(
+                return TableFaultCause(
                     "end slopes", said, f"write {word} {slopes[0]:.6g} {slopes[1]:.6g} after N"
                 )
     many = 10 * max(rows, len(t.lengths))
     finer = judge.errors(style, many, judge.low, judge.high) if not t.is_bitmap else errors
     if finer.largest < 0.5 * error:
         said = f"style {style} in {rows} rows is coarse {near}"
-        return Cause("interpolation", said, f"use more rows in {t.kind}_style table")
+        return TableFaultCause("interpolation", said, f"use more rows in {t.kind}_style table")
     if style == "spline" and not t.is_bitmap:
         lines = judge.errors("linear", 10 * many, judge.low, judge.high)
         if lines.largest < 0.1 * error:
-            return Cause(
+            return TableFaultCause(
                 "core",
                 f"LAMMPS's spline in {rows} rows carries the steep core outwards, {near}",
                 f"use {t.kind}_style table linear {10 * many}, or begin the table nearer to its "
@@ -218,9 +222,11 @@ def cause_of_error(judge: Judge, errors: Errors, style: Style, rows: int) -> Cau
             )
     side = "below" if place < 0.5 * (judge.low + judge.high) else "above"
     if t.is_bitmap:
-        return Cause("bits", f"{len(t.lengths)} rows leave an error {near}", "write more bits")
+        return TableFaultCause(
+            "bits", f"{len(t.lengths)} rows leave an error {near}", "write more bits"
+        )
     text = f"{len(t.lengths)} rows leave an error {near}"
-    return Cause("rows", text, f"more rows {side} {_round(place, side):.3g}")
+    return TableFaultCause("rows", text, f"more rows {side} {_round(place, side):.3g}")
 
 
 def _round(place: float, side: str) -> float:
@@ -228,24 +234,28 @@ def _round(place: float, side: str) -> float:
     return float((np.ceil if side == "below" else np.floor)(place / step + 1e-9) * step)
 
 
-def _of_scatter(judge: Judge, place: float, scatter: float, near: str) -> Cause:
+def _of_scatter(judge: Judge, place: float, scatter: float, near: str) -> TableFaultCause:
     x, _, _, digits = judge.rows.padded
     row = int(np.argmin(np.abs(x - place)))
     around = slice(max(row - _ENDS, 0), row + _ENDS)
     if float(np.max(digits[around, 1])) > 0.3 * scatter:
         said = f"the numbers have few digits {near}"
-        return Cause("digits", said, "write forces with more digits")
+        return TableFaultCause("digits", said, "write forces with more digits")
     rounded = _rounded_lengths(x)
     if rounded:
-        return Cause("digits of r", f"the r column is rounded {near}", "write r with all digits")
+        return TableFaultCause(
+            "digits of r", f"the r column is rounded {near}", "write r with all digits"
+        )
     six, share = judge.rows.left_out(6)
     four, share_of_four = judge.rows.left_out(4)
     forces = judge.rows.padded[2]
     fine = np.median((np.abs(forces - six) / share)[around])
     coarse = np.median((np.abs(forces - four) / share_of_four)[around])
     if coarse > 3.0 * fine:
-        return Cause("rows", f"{len(x)} rows leave an error {near}", f"more rows {near}")
-    return Cause("noise", f"the forces are noisy {near}", "smooth the forces, or fit a function")
+        return TableFaultCause("rows", f"{len(x)} rows leave an error {near}", f"more rows {near}")
+    return TableFaultCause(
+        "noise", f"the forces are noisy {near}", "smooth the forces, or fit a function"
+    )
 
 
 def _rounded_lengths(x: Array) -> bool:
@@ -255,7 +265,7 @@ def _rounded_lengths(x: Array) -> bool:
     return bool(1e-6 * even < np.max(np.abs(steps - even)) < 1.01 * even and len(x) > _ENDS)
 
 
-def _gap(judge: Judge, place: float) -> Cause | None:
+def _gap(judge: Judge, place: float) -> TableFaultCause | None:
     """
     Return a cause if rows are missing near a place, else None.
 
@@ -267,7 +277,7 @@ def _gap(judge: Judge, place: float) -> Cause | None:
     gap = int(np.argmax(wider))
     if wider[gap] <= 1.9 or abs(gap - int(np.searchsorted(x, place))) > 10:
         return None
-    return Cause(
+    return TableFaultCause(
         "gap",
         f"between rows {gap + 1} and {gap + 2}, at {x[gap]:.9g} and {x[gap + 1]:.9g}, rows are "
         "missing",

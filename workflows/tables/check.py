@@ -13,7 +13,7 @@ from chaincor.lammps_inputs.errors import InputError, TableError
 from chaincor.workflows.tables.causes import cause_of_error
 from chaincor.workflows.tables.faults import TOLERANCE, contradictions, other_faults
 from chaincor.workflows.tables.judge import Errors, Judge, judged_range, last_row
-from chaincor.workflows.tables.lammps_curve import Kind, Style, TableData
+from chaincor.workflows.tables.lammps_curve import Style, TableData, TableKind
 from chaincor.workflows.tables.reading import (
     KINDS,
     count_of_warnings,
@@ -43,7 +43,7 @@ def check_table(
     keyword: str | None = None,
     *,
     style: Style = "spline",
-    kind: Kind | None = None,
+    kind: TableKind | None = None,
     tolerance: float | None = None,
     range: tuple[float, float] | None = None,
     rows: int | None = None,

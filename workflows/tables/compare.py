@@ -20,7 +20,7 @@ _ANGLES = 0.06
 
 
 @dataclass(frozen=True)
-class Comparison:
+class TableComparison:
     """Forces of LAMMPS, of the model of LAMMPS, and of the neighbouring rows, within a range."""
 
     lammps: LammpsTable
@@ -61,7 +61,7 @@ class Comparison:
         return found
 
 
-def compare_with_lammps(report: TableReport, points: int = _POINTS) -> Comparison:
+def compare_with_lammps(report: TableReport, points: int = _POINTS) -> TableComparison:
     """
     Run LAMMPS on a table, in the style and range of its report.
 
@@ -87,12 +87,12 @@ def compare_with_lammps(report: TableReport, points: int = _POINTS) -> Compariso
     )
     if lammps.error:
         nothing = np.zeros(0)
-        return Comparison(lammps, nothing, nothing, nothing, 0.0, 0.0)
+        return TableComparison(lammps, nothing, nothing, nothing, 0.0, 0.0)
     at = lammps.lengths
     modelled = judge.curve(report.style, report.style_rows).force(at)
     expected, _ = judge.rows.forces_at(at, np.zeros(len(at), dtype=bool))
     size = judge.size_at(at)
-    return Comparison(
+    return TableComparison(
         lammps,
         modelled,
         expected,

@@ -3,9 +3,9 @@
 import numpy as np
 
 from chaincor.lammps_inputs.bonds.table_checks import fault_of_slopes
-from chaincor.lammps_inputs.bonds.table_rows import Rows, spline_through
+from chaincor.lammps_inputs.bonds.table_rows import BondRows, spline_through
 from chaincor.lammps_inputs.bonds.table_text import Section
-from chaincor.workflows.tables.causes import Cause, cause_of_contradiction
+from chaincor.workflows.tables.causes import TableFaultCause, cause_of_contradiction
 from chaincor.workflows.tables.judge import Errors, Judge, last_row
 from chaincor.workflows.tables.reading import with_lengths_of_header
 from chaincor.workflows.tables.report import TableReport, sentence
@@ -17,7 +17,9 @@ TOLERANCE = 1e-3
 _CORE_ROWS, _CORE_PART = 5, 0.1
 
 
-def contradictions(judge: Judge, errors: Errors, allowed: float) -> tuple[Cause, str] | None:
+def contradictions(
+    judge: Judge, errors: Errors, allowed: float
+) -> tuple[TableFaultCause, str] | None:
     """Return the cause of a contradiction of energies and forces, and a sentence; None without."""
     if not judge.table.has_forces:
         return None
@@ -56,7 +58,7 @@ def other_faults(report: TableReport, judge: Judge, section: Section) -> list[st
         lengths, forces = table.lengths[kept], table.forces[kept]
         spline = spline_through(lengths, forces)
         digits = section.least_digits[kept]
-        outlier = Rows.of(spline, forces, digits * [0.0, 1.0, 1.0]).outlier(report.path)
+        outlier = BondRows.of(spline, forces, digits * [0.0, 1.0, 1.0]).outlier(report.path)
         if outlier and np.max(judge.errors(report.style, report.style_rows).scatter) > TOLERANCE:
             found.append(outlier)
         held = with_lengths_of_header(section, report.kind)

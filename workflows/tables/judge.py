@@ -7,7 +7,7 @@ import numpy as np
 
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.table_rows import LEAST_ROWS
-from chaincor.workflows.tables.lammps_curve import Curve, Style, TableData, lammps_curve
+from chaincor.workflows.tables.lammps_curve import LammpsCurve, Style, TableData, lammps_curve
 from chaincor.workflows.tables.neighbours import Neighbours
 
 # Particles rarely climb higher than so many kT above the minimum.
@@ -198,7 +198,7 @@ class Judge:
         between = (edges[:-1, None] + np.diff(edges)[:, None] * parts).ravel()
         return np.sort(np.concatenate([edges, between]))
 
-    def curve(self, style: Style, rows: int) -> Curve:
+    def curve(self, style: Style, rows: int) -> LammpsCurve:
         """Return energy and force as LAMMPS interpolates them."""
         return lammps_curve(self.table, style, rows)
 

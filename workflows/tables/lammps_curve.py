@@ -15,7 +15,7 @@ import numpy as np
 
 from chaincor.lammps_inputs.arrays import Array
 
-Kind = Literal["bond", "angle", "dihedral", "pair"]
+TableKind = Literal["bond", "angle", "dihedral", "pair"]
 Style = Literal["linear", "spline", "lookup", "bitmap"]
 Function = Callable[[Array], Array]
 
@@ -29,7 +29,7 @@ _SECANT = 0.1
 class TableData:
     """Rows of a table as LAMMPS stores them, in rising order."""
 
-    kind: Kind
+    kind: TableKind
     lengths: Array  #: Lengths or angles; for pairs recomputed from R, RSQ or BITMAP.
     energies: Array
     forces: Array  #: Minus the slope of the energy; NaN in a dihedral table without forces.
@@ -44,14 +44,14 @@ class TableData:
 
 
 @dataclass(frozen=True)
-class Curve:
+class LammpsCurve:
     """Energy and force as functions of the length or angle."""
 
     energy: Function
     force: Function
 
 
-def lammps_curve(table: TableData, style: Style, rows: int) -> Curve:
+def lammps_curve(table: TableData, style: Style, rows: int) -> LammpsCurve:
     """
     Return energy and force of a table in LAMMPS, interpolated by `style` in `rows` rows.
 
@@ -71,11 +71,15 @@ def lammps_curve(table: TableData, style: Style, rows: int) -> Curve:
     nodes = np.linspace(r[0], r[-1], rows)
     energies, forces = energy(nodes), force(nodes)
     if style == "linear":
-        return Curve(_lines(nodes, energies), _lines(nodes, forces))
-    return Curve(_spline(nodes, energies, -forces[0], -forces[-1]), _spline(nodes, forces, *slopes))
+        return LammpsCurve(_lines(nodes, energies), _lines(nodes, forces))
+    return LammpsCurve(
+        _spline(nodes, energies, -forces[0], -forces[-1]), _spline(nodes, forces, *slopes)
+    )
 
 
-def _pair(table: TableData, style: Style, rows: int, energy: Function, force: Function) -> Curve:
+def _pair(
+    table: TableData, style: Style, rows: int, energy: Function, force: Function
+) -> LammpsCurve:
     r = table.lengths
     low, high = r[0] ** 2, r[-1] ** 2
     bin_width = (high - low) / (rows - 1)
@@ -86,7 +90,7 @@ def _pair(table: TableData, style: Style, rows: int, energy: Function, force: Fu
         def bin_of(at: Array) -> Array:
             return np.clip(((at * at - low) / bin_width).astype(int), 0, rows - 2)
 
-        return Curve(lambda at: energies[bin_of(at)], lambda at: over_r[bin_of(at)] * at)
+        return LammpsCurve(lambda at: energies[bin_of(at)], lambda at: over_r[bin_of(at)] * at)
     nodes = low + np.arange(rows) * bin_width
     inside = np.clip(np.sqrt(nodes), r[0], r[-1])
     energies, forces = energy(inside), force(inside)
@@ -109,10 +113,10 @@ def _pair(table: TableData, style: Style, rows: int, energy: Function, force: Fu
             ends = [(beside[0] - over_r[0]) / step, (over_r[-1] - beside[1]) / step]
         energy_of = _spline(nodes, energies, -forces[0] / (2 * inner), -forces[-1] / (2 * outer))
         force_of = _spline(nodes, over_r, *ends)
-    return Curve(lambda at: energy_of(at * at), lambda at: force_of(at * at) * at)
+    return LammpsCurve(lambda at: energy_of(at * at), lambda at: force_of(at * at) * at)
 
 
-def _bitmap(table: TableData) -> Curve:
+def _bitmap(table: TableData) -> LammpsCurve:
     """Interpolate F/r linearly in r^2; the last bin continues the slope of the bin before."""
     nodes, over_r = table.lengths**2, table.forces / table.lengths
 
@@ -129,10 +133,10 @@ def _bitmap(table: TableData) -> Curve:
         return value
 
     energy_of, force_of = between(table.energies), between(over_r)
-    return Curve(energy_of, lambda at: force_of(at) * at)
+    return LammpsCurve(energy_of, lambda at: force_of(at) * at)
 
 
-def _dihedral(table: TableData, style: Style, rows: int) -> Curve:
+def _dihedral(table: TableData, style: Style, rows: int) -> LammpsCurve:
     period = table.period
     phi = table.lengths - period * np.floor(table.lengths / period)
     order = np.argsort(phi, kind="stable")
@@ -141,12 +145,12 @@ def _dihedral(table: TableData, style: Style, rows: int) -> Curve:
     nodes: Array = np.arange(float(rows)) * (period / rows)
     energy_of = cyclic(nodes, sampled := cyclic(phi, energies, period)(nodes), period)
     if table.has_forces:
-        return Curve(energy_of, cyclic(nodes, cyclic(phi, forces, period)(nodes), period))
+        return LammpsCurve(energy_of, cyclic(nodes, cyclic(phi, forces, period)(nodes), period))
     if style == "linear":
         slopes = (np.roll(sampled, -1) - np.roll(sampled, 1)) / (2.0 * period / rows)
-        return Curve(energy_of, cyclic(nodes, -slopes, period))
+        return LammpsCurve(energy_of, cyclic(nodes, -slopes, period))
     spline = _periodic_spline(nodes, sampled, period)
-    return Curve(energy_of, lambda at: -spline(at, 1))
+    return LammpsCurve(energy_of, lambda at: -spline(at, 1))
 
 
 def bitmap_lengths(low: float, high: float, bits: int) -> Array:

@@ -11,7 +11,7 @@ import numpy as np
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.workflows.engines.lammps.library import find_lmp_command, lmp_environment
 from chaincor.workflows.errors import RunError
-from chaincor.workflows.tables.lammps_curve import Kind, Style
+from chaincor.workflows.tables.lammps_curve import Style, TableKind
 
 _COUNT = re.compile(r"(\d+) of \d+ (force|distance) values")
 _SECONDS = 600.0
@@ -54,7 +54,7 @@ class LammpsTable:
 def run_lammps(
     path: Path,
     keyword: str,
-    kind: Kind,
+    kind: TableKind,
     style: Style,
     rows: int,
     span: tuple[float, float],
@@ -138,7 +138,7 @@ def _written(path: Path) -> Array:
     return np.array(rows, dtype=float).T
 
 
-def _atoms_at(kind: Kind, angles: Array) -> str:
+def _atoms_at(kind: TableKind, angles: Array) -> str:
     """Return a data file of three atoms for each angle, or four for each dihedral angle."""
     here = np.zeros(len(angles))
     cos, sin = np.cos(angles), np.sin(angles)
@@ -165,7 +165,7 @@ def _atoms_at(kind: Kind, angles: Array) -> str:
     return "\n".join(text) + "\n"
 
 
-def _felt(folder: Path, kind: Kind, angles: Array, unit: float) -> tuple[Array, Array]:
+def _felt(folder: Path, kind: TableKind, angles: Array, unit: float) -> tuple[Array, Array]:
     """Return energies, and the forces along the angle on the atom that was rotated."""
     many = 3 if kind == "angle" else 4
     atoms = np.loadtxt(folder / "out.force", skiprows=9, ndmin=2)[:, 1:].reshape(-1, many, 4)

@@ -12,12 +12,12 @@ from chaincor.lammps_inputs.bonds.table_rows import LEAST_ROWS
 from chaincor.lammps_inputs.bonds.table_text import SETTINGS, Section, sections_of
 from chaincor.lammps_inputs.errors import InputError, TableError
 from chaincor.lammps_inputs.small_file import refuse_endless, why_unreadable
-from chaincor.workflows.tables.lammps_curve import Kind, TableData, bitmap_lengths
+from chaincor.workflows.tables.lammps_curve import TableData, TableKind, bitmap_lengths
 
-KINDS: tuple[Kind, ...] = ("bond", "angle", "dihedral", "pair")
+KINDS: tuple[TableKind, ...] = ("bond", "angle", "dihedral", "pair")
 MOST_LINES = 10_000_000
 # Header words that LAMMPS knows, by kind.
-_KNOWN: dict[Kind, set[str]] = {
+_KNOWN: dict[TableKind, set[str]] = {
     "bond": {"N", "FP", "EQ"},
     "angle": {"N", "FP", "EQ"},
     "dihedral": {"N", "NOF", "DEGREES", "RADIANS", "CHECKU", "CHECKF"},
@@ -86,7 +86,7 @@ def thermal_energy(text: str) -> tuple[float, str]:
     return 1.0, "kT = 1 assumed; the file names no units"
 
 
-def kind_of(section: Section) -> Kind:
+def kind_of(section: Section) -> TableKind:
     """Guess the kind of a table from its header, range and energies."""
     words = set(section.header)
     if words & {"R", "RSQ", "BITMAP", "FPRIME"}:
@@ -117,7 +117,7 @@ def kind_of(section: Section) -> Kind:
     return "bond"
 
 
-def table_data(section: Section, kind: Kind) -> TableData:
+def table_data(section: Section, kind: TableKind) -> TableData:
     """
     Return the rows of an ordered section as LAMMPS stores them.
 
@@ -156,7 +156,7 @@ def in_order(section: Section) -> Section:
     return replace(section, data=data, digits=digits)
 
 
-def with_lengths_of_header(section: Section, kind: Kind) -> Section:
+def with_lengths_of_header(section: Section, kind: TableKind) -> Section:
     """Return an ordered section with the distances that LAMMPS recomputes for a pair table."""
     if kind != "pair" or not set(section.header) & {"R", "RSQ", "BITMAP"}:
         return section
@@ -200,7 +200,7 @@ def faults_of_text(text: str) -> list[str]:
     return []
 
 
-def faults_of_header(section: Section, kind: Kind) -> list[str]:
+def faults_of_header(section: Section, kind: TableKind) -> list[str]:
     """Return the faults of a header: against its rows, and against LAMMPS's words for this kind."""
     header, data = section.header, section.data
     if len(section.odd_lines) > len(data):
@@ -240,7 +240,7 @@ def faults_of_header(section: Section, kind: Kind) -> list[str]:
     return faults
 
 
-def _faults_of_range(section: Section, kind: Kind) -> list[str]:
+def _faults_of_range(section: Section, kind: TableKind) -> list[str]:
     header, lengths = section.header, section.data[:, 0]
     low, high = float(lengths[0]), float(lengths[-1])
     faults = []
@@ -309,7 +309,7 @@ def fault_of_values(header: dict[str, list[float]]) -> str | None:
     return None
 
 
-def fault_of_numbers(section: Section, kind: Kind) -> str | None:
+def fault_of_numbers(section: Section, kind: TableKind) -> str | None:
     """
     Return why the rows of an ordered section cannot be a table; None if they can.
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, fields
 from html import escape
 from typing import TYPE_CHECKING, Any
 
-from chaincor.workflows.tables.lammps_curve import Kind, Style
+from chaincor.workflows.tables.lammps_curve import Style, TableKind
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -63,7 +63,7 @@ class TableReport:
 
     path: str
     keyword: str
-    kind: Kind
+    kind: TableKind
     style: Style
     rows: int
     tolerance: float | None

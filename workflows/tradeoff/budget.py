@@ -34,7 +34,7 @@ _WIDE = (0.8, 1.8)
 CAUSES = ("wall", "integrator", "table", "rounding", "output")
 
 # Called with the finished fraction of a part.
-Advance = Callable[[float], None]
+ReportPart = Callable[[float], None]
 
 
 @dataclass(frozen=True)
@@ -78,7 +78,7 @@ def measure_budget(
     *,
     phases: int,
     oracle_seconds: float,
-    advance: Advance = lambda _done: None,
+    advance: ReportPart = lambda _done: None,
 ) -> ErrorBudget:
     """
     Measure the error budget by removing the causes of error one after the other.
@@ -153,7 +153,7 @@ def measure_tables(
     exact: float,
     *,
     quick: bool,
-    advance: Advance = lambda _done: None,
+    advance: ReportPart = lambda _done: None,
 ) -> list[TablePoint]:
     """
     Run the same steps with each style, range and number of rows that covers the bonds.

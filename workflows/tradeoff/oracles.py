@@ -15,7 +15,7 @@ from chaincor.workflows.engines.lammps.instance import LammpsChain
 from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.engines.reference.finish import KNOWN_MARGIN
 
-State = tuple[NDArray, NDArray, NDArray]
+OracleState = tuple[NDArray, NDArray, NDArray]
 
 
 def lepton_formula(scene: Scene) -> str | None:
@@ -117,10 +117,10 @@ class WideChain:
         for weight in self.weights:
             self.verlet(weight * length)
 
-    def snapshot(self) -> State:
+    def snapshot(self) -> OracleState:
         """Copy x, v and f."""
         return self.x.copy(), self.v.copy(), self.f.copy()
 
-    def restore(self, state: State) -> None:
+    def restore(self, state: OracleState) -> None:
         """Put a copied state back."""
         self.x[:], self.v[:], self.f[:] = state

@@ -94,11 +94,11 @@ class Tradeoff:
 
 
 # Called with the name of a part and the finished fraction of the study.
-Progress = Callable[[str, float], None]
+StudyProgress = Callable[[str, float], None]
 
 
 def tradeoff(
-    scene: Scene, *, quick: bool = False, progress: Progress = lambda _part, _done: None
+    scene: Scene, *, quick: bool = False, progress: StudyProgress = lambda _part, _done: None
 ) -> Tradeoff:
     """
     Measure error against time for a scene, on this machine, as ``chaincor tradeoff`` does.
@@ -196,7 +196,11 @@ def _setting_of(
 
 
 def _find_causes(
-    truth: Truth, setting: Setting | None, oracle_seconds: float, quick: bool, progress: Progress
+    truth: Truth,
+    setting: Setting | None,
+    oracle_seconds: float,
+    quick: bool,
+    progress: StudyProgress,
 ) -> tuple[tuple[ErrorBudget, ...], tuple[TablePoint, ...]]:
     if setting is None:
         return (), ()
@@ -224,6 +228,8 @@ def _find_causes(
     return budgets, tuple(tables)
 
 
-def _share_of(progress: Progress, part: str, first: float, last: float) -> Callable[[float], None]:
+def _share_of(
+    progress: StudyProgress, part: str, first: float, last: float
+) -> Callable[[float], None]:
     """Return a function of the finished fraction of one part."""
     return lambda done: progress(part, first + (last - first) * done)

@@ -10,7 +10,7 @@ from scipy.interpolate import CubicSpline
 from chaincor.lammps_inputs.bond_table import tabulate
 from chaincor.lammps_inputs.bonds.potentials import LennardJones
 from chaincor.lammps_inputs.bonds.table_bond import SplineBond, read_bond_table, spline_force
-from chaincor.lammps_inputs.bonds.table_rows import Rows
+from chaincor.lammps_inputs.bonds.table_rows import BondRows
 from chaincor.lammps_inputs.errors import TableError
 from chaincor.lammps_inputs.scene import Scene
 
@@ -213,9 +213,9 @@ def test_noise_is_told_from_what_rows_do_not_resolve(tmp_path):
     for noise in (1e-6, 1e-4):
         noisy = forces + noise * rng.standard_normal(200)
         # A standard deviation over some ten rows is itself uncertain by a quarter.
-        found = np.median(Rows(lengths - 1.0, noisy, np.zeros(200)).noise())
+        found = np.median(BondRows(lengths - 1.0, noisy, np.zeros(200)).noise())
         assert 0.5 * noise < found < 1.5 * noise
-    assert np.median(Rows(lengths - 1.0, forces, np.zeros(200)).noise()) < 1e-10
+    assert np.median(BondRows(lengths - 1.0, forces, np.zeros(200)).noise()) < 1e-10
 
 
 def bond_through(rows, reach=0.0):

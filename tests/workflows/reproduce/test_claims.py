@@ -12,13 +12,13 @@ from chaincor.workflows.reproduce.claims import (
     ROUGHLY,
     TREND,
     Claim,
-    Finding,
+    ClaimFinding,
     Verdict,
     digits,
     exact,
     words,
 )
-from chaincor.workflows.reproduce.measurements import Answer, NoNumber, Point
+from chaincor.workflows.reproduce.measurements import Answer, MeasuredPoint, NoNumber
 from chaincor.workflows.reproduce.paper import CLAIMS
 from chaincor.workflows.reproduce.report import describe_found, verdict_row
 
@@ -31,11 +31,11 @@ def made(margin, **more):
 CLAIM = made(words(2.0), correction="x is {value:.1f}")
 
 
-def point(lammps: float, in_house: float, bar: float = 1e-6) -> Point:
+def point(lammps: float, in_house: float, bar: float = 1e-6) -> MeasuredPoint:
     def answer(eta):
         return Answer({"restitution": eta, "restitution_error": bar})
 
-    return Point(Scene(), answer(lammps), answer(in_house))
+    return MeasuredPoint(Scene(), answer(lammps), answer(in_house))
 
 
 @pytest.mark.parametrize(
@@ -51,19 +51,23 @@ def point(lammps: float, in_house: float, bar: float = 1e-6) -> Point:
     ],
 )
 def test_margins_decide(value, error, verdict):
-    assert CLAIM.judge(Finding(value, error, "")).verdict is verdict
+    assert CLAIM.judge(ClaimFinding(value, error, "")).verdict is verdict
 
 
 def test_reasons_are_those_of_the_number_found():
-    assert CLAIM.judge(Finding(2.3, 0.0, "")).reason == "x is 2.3"
-    assert CLAIM.judge(Finding(3.0, 0.0, "")).reason == "1 away, where 0.5 is allowed; x is 3.0"
+    assert CLAIM.judge(ClaimFinding(2.3, 0.0, "")).reason == "x is 2.3"
+    assert (
+        CLAIM.judge(ClaimFinding(3.0, 0.0, "")).reason == "1 away, where 0.5 is allowed; x is 3.0"
+    )
 
 
 def test_engines_that_disagree_spoil_a_number_that_is_right():
     good, bad = point(0.9, 0.9 + 1e-6), point(0.9, 0.9 + 3e-6)
-    assert CLAIM.judge(Finding(2.0, 0.0, "", [good] * 20)).verdict is Verdict.REPRODUCED
-    assert CLAIM.judge(Finding(2.0, 0.0, "", [good] * 19 + [bad])).verdict is Verdict.REPRODUCED
-    spoilt = CLAIM.judge(Finding(2.0, 0.0, "", [good] * 9 + [bad]))
+    assert CLAIM.judge(ClaimFinding(2.0, 0.0, "", [good] * 20)).verdict is Verdict.REPRODUCED
+    assert (
+        CLAIM.judge(ClaimFinding(2.0, 0.0, "", [good] * 19 + [bad])).verdict is Verdict.REPRODUCED
+    )
+    spoilt = CLAIM.judge(ClaimFinding(2.0, 0.0, "", [good] * 9 + [bad]))
     assert spoilt.verdict is Verdict.NOT_REPRODUCED
     assert "disagree on 1 of 10" in spoilt.reason
 
@@ -84,21 +88,21 @@ def test_margins_go_by_how_a_claim_is_put(margin, widths):
 
 def test_exact_claims_allow_our_own_error_alone():
     claim = made(exact(0.0, 0.03))
-    assert claim.judge(Finding(1e-9, 1e-8, "")).verdict is Verdict.REPRODUCED
-    assert claim.judge(Finding(1e-7, 1e-8, "")).verdict is Verdict.NOT_REPRODUCED
+    assert claim.judge(ClaimFinding(1e-9, 1e-8, "")).verdict is Verdict.REPRODUCED
+    assert claim.judge(ClaimFinding(1e-7, 1e-8, "")).verdict is Verdict.NOT_REPRODUCED
     # An error that covers everything says nothing.
-    assert claim.judge(Finding(0.004, 0.005, "")).verdict is Verdict.NOT_REPRODUCED
+    assert claim.judge(ClaimFinding(0.004, 0.005, "")).verdict is Verdict.NOT_REPRODUCED
 
 
 def test_a_trend_is_there_or_not():
     claim = made(TREND)
-    assert claim.judge(Finding(1.0, 0.0, "")).verdict is Verdict.REPRODUCED
-    judgement = claim.judge(Finding(0.0, 0.0, ""))
+    assert claim.judge(ClaimFinding(1.0, 0.0, "")).verdict is Verdict.REPRODUCED
+    judgement = claim.judge(ClaimFinding(0.0, 0.0, ""))
     assert (judgement.verdict, judgement.reason) == (Verdict.NOT_REPRODUCED, "it is not so")
 
 
 def test_how_far_a_number_depends_on_its_range_widens_no_margin():
-    found = Finding(2.25, 0.0, "", spread=(1.0, 3.0))
+    found = ClaimFinding(2.25, 0.0, "", spread=(1.0, 3.0))
     assert CLAIM.judge(found).verdict is Verdict.CORRECTED
 
 
@@ -120,7 +124,7 @@ def test_how_far_a_number_depends_on_its_range_widens_no_margin():
 )
 def test_what_the_paper_does_not_say_leaves_a_claim_undecided(value, spread, unsaid, verdict):
     """Only where its number is within what ours give, and these could have missed it."""
-    found = replace(CLAIM, unsaid=unsaid).judge(Finding(value, 0.0, "", spread=spread))
+    found = replace(CLAIM, unsaid=unsaid).judge(ClaimFinding(value, 0.0, "", spread=spread))
     assert found.verdict is verdict
     if verdict is Verdict.UNDECIDED:
         assert unsaid in found.reason
@@ -158,7 +162,7 @@ def test_value_shown_is_that_of_lammps_unless_it_misses_what_was_asked(lammps, i
         met, bar = said
         return Answer({"restitution": 0.9, "restitution_error": bar, "tolerance_met": met})
 
-    assert Point(Scene(), answer(lammps), answer(in_house)).source == source
+    assert MeasuredPoint(Scene(), answer(lammps), answer(in_house)).source == source
 
 
 def test_claims_are_consistent():
@@ -189,11 +193,11 @@ def test_numbers_as_far_away_have_the_same_verdict():
     claims = {claim.key: claim for claim in CLAIMS}
     for away in (0.05, 0.18, 0.235, 0.3):
         kinds = {
-            claims[key].judge(Finding(1.0 + away, 0.0, "")).verdict
+            claims[key].judge(ClaimFinding(1.0 + away, 0.0, "")).verdict
             for key in ("place of the minimum", "power r = 3", "contact time r = 3")
         }
         assert len(kinds) == 1
-    slope = claims["theoretical slope"].judge(Finding(3.239, 0.0, ""))
+    slope = claims["theoretical slope"].judge(ClaimFinding(3.239, 0.0, ""))
     assert slope.verdict is Verdict.NOT_REPRODUCED
     assert "3.24" in slope.reason
     assert (ABOUT, ROUGHLY) == (0.1, 0.25)
@@ -210,7 +214,7 @@ def test_what_cannot_be_found_is_not_reproduced_and_says_why():
 
 
 def test_summary_says_no_yes_of_a_trend_without_points():
-    row = verdict_row(made(TREND), Finding(math.nan, math.nan, "no points"))
+    row = verdict_row(made(TREND), ClaimFinding(math.nan, math.nan, "no points"))
     assert row["in_brief"] == describe_found(row) == "–"
-    assert verdict_row(made(TREND), Finding(1.0, 0.0, ""))["in_brief"] == "yes"
-    assert verdict_row(CLAIM, Finding(1.5, 0.1, ""))["in_brief"] == "1.50, −25 %"
+    assert verdict_row(made(TREND), ClaimFinding(1.0, 0.0, ""))["in_brief"] == "yes"
+    assert verdict_row(CLAIM, ClaimFinding(1.5, 0.1, ""))["in_brief"] == "1.50, −25 %"

@@ -8,7 +8,7 @@ import pytest
 
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.reproduce.curve import Curve, PowerLaw, find_minimum
-from chaincor.workflows.reproduce.measurements import Answer, Point
+from chaincor.workflows.reproduce.measurements import Answer, MeasuredPoint
 
 
 def fit_power_law(x, y, exponent: float | None = None, errors=0.0) -> PowerLaw:
@@ -51,7 +51,7 @@ def chains(lengths: list[int], power: float) -> Curve:
     """Return 1 - eta of harmonic chains, 0.5 n^power."""
     scenes = (Scene(potential="harmonic", particles=n, velocity=0.1) for n in lengths)
     found = (Answer({"restitution": 1.0 - 0.5 * n**power}) for n in lengths)
-    points = [Point(s, None, answer) for s, answer in zip(scenes, found, strict=True)]
+    points = [MeasuredPoint(s, None, answer) for s, answer in zip(scenes, found, strict=True)]
     return replace(Curve.of(points, "particles", "dissipation"), errors=np.zeros(len(points)))
 
 

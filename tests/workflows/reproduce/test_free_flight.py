@@ -14,15 +14,15 @@ from chaincor.workflows.reproduce import free_flight
 from chaincor.workflows.reproduce.figures import mode_spectra
 from chaincor.workflows.reproduce.figures.breaking_and_two_restitutions import breaking
 from chaincor.workflows.reproduce.free_flight import AVERAGED_OVER, SAMPLED, fly
-from chaincor.workflows.reproduce.measurements import Answer, Point
+from chaincor.workflows.reproduce.measurements import Answer, MeasuredPoint
 
 N = 20
 
 
-def point(potential: str, **speed: float) -> Point:
+def point(potential: str, **speed: float) -> MeasuredPoint:
     scene = Scene(potential=potential, particles=N, engine="reference", tolerance=1e-8, **speed)
     result = collide(scene)
-    return Point(scene, None, Answer(result.to_dict(), result.arrays()))
+    return MeasuredPoint(scene, None, Answer(result.to_dict(), result.arrays()))
 
 
 @pytest.fixture(scope="module")

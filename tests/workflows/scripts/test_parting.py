@@ -10,8 +10,13 @@ from chaincor.lammps_inputs.errors import InputError
 from chaincor.workflows.engines.lammps.library import find_lmp_command
 from chaincor.workflows.scripts.change import Change
 from chaincor.workflows.scripts.description import _describe_comparison, describe_script_study
-from chaincor.workflows.scripts.parting import PARTED, Comparison, Difference, judge_distances
-from chaincor.workflows.scripts.quantities import Asked
+from chaincor.workflows.scripts.parting import (
+    PARTED,
+    Difference,
+    PartingComparison,
+    judge_distances,
+)
+from chaincor.workflows.scripts.quantities import RequestedNumbers
 from chaincor.workflows.scripts.script_run import Runner
 from chaincor.workflows.scripts.vary_options import read_ranks, read_switch
 
@@ -44,7 +49,7 @@ def frames_of(path, tmp_path, shaken):
     scratch = tmp_path / "scratch"
     scratch.mkdir(exist_ok=True)
     files = list(path.parent.glob("*.*"))
-    done = Runner(path, files, Asked(None, ()), find_lmp_command(), scratch, 600.0).run(
+    done = Runner(path, files, RequestedNumbers(None, ()), find_lmp_command(), scratch, 600.0).run(
         f"{shaken}", Change(shaken=shaken, frames=True)
     )
     assert done.failure is None
@@ -134,7 +139,9 @@ def test_a_mean_whose_error_is_not_known_is_called_one():
         "pe:drift": Difference(0.2, 1e-3, math.nan, math.nan),
         "pe:last": Difference(0.2, 1e-16, math.nan, math.nan),
     }
-    parted = Comparison("last digit", "together", None, None, np.zeros(1), np.zeros(1), numbers)
+    parted = PartingComparison(
+        "last digit", "together", None, None, np.zeros(1), np.zeros(1), numbers
+    )
     mean, drift, last = _describe_comparison(parted)[-3:]
     said = "too few samples for a bar (3 correlation times: run 10 times longer)"
     assert mean.endswith(f"difference 0.001: {said}")

@@ -21,7 +21,7 @@ from chaincor.workflows.errors import MissingLibraryError
 from chaincor.workflows.scripts import ladder_runs
 from chaincor.workflows.scripts import study as study_module
 from chaincor.workflows.scripts.change import Change
-from chaincor.workflows.scripts.quantities import Asked
+from chaincor.workflows.scripts.quantities import RequestedNumbers
 from chaincor.workflows.scripts.script_run import Runner, ScriptRunError, list_files
 from chaincor.workflows.scripts.study_files import script_study_to_dict
 from tests.page_checks import check_file_list, read_page, words_of
@@ -53,7 +53,7 @@ def run(script, vary="timestep=0.1:0.01:5", observable=OBSERVABLE, **options):
 
 def one_run(script, variables, pattern):
     with tempfile.TemporaryDirectory() as scratch:
-        files, asked = list_files(script.resolve().parent), Asked(pattern, ())
+        files, asked = list_files(script.resolve().parent), RequestedNumbers(pattern, ())
         runner = Runner(script, files, asked, find_lmp_command(), Path(scratch), 600.0)
         return runner.run("one", Change(variables=variables)).numbers[pattern].value
 

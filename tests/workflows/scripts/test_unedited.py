@@ -10,7 +10,7 @@ from chaincor.lammps_inputs.errors import InputError
 from chaincor.workflows.engines.lammps.library import find_lmp_command
 from chaincor.workflows.scripts.change import Change
 from chaincor.workflows.scripts.description import describe_script_study, notes
-from chaincor.workflows.scripts.quantities import Asked, Quantity, read_quantity
+from chaincor.workflows.scripts.quantities import Quantity, RequestedNumbers, read_quantity
 from chaincor.workflows.scripts.rewriting import rewrite
 from chaincor.workflows.scripts.samples import Samples
 from chaincor.workflows.scripts.script_run import Runner, ScriptRunError, list_files
@@ -72,7 +72,7 @@ def runner(script, asked, scratch, files=None):
 
 
 def one_run(script, tmp_path, names=("v_x:last",), **change):
-    asked = Asked(None, tuple(map(read_quantity, names)))
+    asked = RequestedNumbers(None, tuple(map(read_quantity, names)))
     scratch = tmp_path / "scratch"
     scratch.mkdir(exist_ok=True)
     files = [path for path in list_files(script.parent) if scratch not in path.parents]
@@ -94,7 +94,7 @@ def test_every_kind_of_run_keeps_its_time(spring, tmp_path, finer):
 def test_frames_and_restarts_are_left_out(spring, tmp_path):
     # The copy of a run that fails stays.
     spring.write_text(spring.read_text() + "no_such_command\n")
-    asked = Asked(None, (read_quantity("v_x"),))
+    asked = RequestedNumbers(None, (read_quantity("v_x"),))
     files = [spring, spring.parent / "more.in"]
     run = runner(spring, asked, tmp_path / "scratch", files).run("a run", Change(finer=2.0))
     assert "no_such_command" in run.failure
@@ -148,7 +148,7 @@ def test_quotes_comments_and_continued_lines_are_read_as_lammps_reads_them(tmp_p
 def test_between_runs_the_script_sees_its_own_step(tmp_path):
     path = tmp_path / "in.x"
     path.write_text(SPRING + 'timestep 0.03\nrun 50\nprint "dt is $(dt)"\nrun 0\n')
-    asked = Asked(r"dt is (\S+)", ())
+    asked = RequestedNumbers(r"dt is (\S+)", ())
     run = runner(path, asked, tmp_path).run("x", Change(finer=4.0))
     assert run.numbers[asked.pattern].value == 0.03
 
@@ -185,7 +185,7 @@ def test_thermo_output_of_fixes_with_a_period_stops_no_run(tmp_path):
     assert run.failure is None
     assert run.samples.end == pytest.approx(20 * 0.005, abs=1e-12)
     # A number that the script prints may be one of these: there they stay.
-    asked = Asked(r"Step.*\n.* (\S+)$", ())
+    asked = RequestedNumbers(r"Step.*\n.* (\S+)$", ())
     run = runner(path, asked, tmp_path).run("x", Change(finer=1.65))
     assert "compatible time" in run.failure
 
@@ -317,7 +317,7 @@ def test_periods_are_held_in_time(tmp_path):
     program += "print 'f = $(v_chaincor_c6x)'\n"
     path.write_text(program.replace("'", '"'))
     for pattern, count in ((r"n = (\d+)", 20.0), (r"f = (\d+)", 80.0)):
-        run = runner(path, Asked(pattern, ()), tmp_path).run("p", Change())
+        run = runner(path, RequestedNumbers(pattern, ()), tmp_path).run("p", Change())
         assert run.numbers[pattern].value == count
 
 
@@ -351,7 +351,7 @@ def test_random_forces_have_seeds_of_their_own_and_starts_keep_theirs(tmp_path):
     path = tmp_path / "in.x"
     path.write_text(f"{SPRING}variable s equal 899999999\nfix 1 all langevin 1 1 0.1 $s\nrun 10\n")
     path.write_text(path.read_text() + 'print "s = ${chaincor_seed}"\n')
-    run = runner(path, Asked(r"s = (\S+)", ()), tmp_path).run("seed", change)
+    run = runner(path, RequestedNumbers(r"s = (\S+)", ()), tmp_path).run("seed", change)
     assert run.numbers[r"s = (\S+)"].value == 5.0
 
 

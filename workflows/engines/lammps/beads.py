@@ -16,7 +16,7 @@ from chaincor.lammps_inputs.problem import Problem
 from chaincor.workflows.engines.bead_end import bodies_part
 from chaincor.workflows.engines.ending import Ending
 from chaincor.workflows.engines.fragments import count_fragments
-from chaincor.workflows.engines.lammps.contact import Contact, Meeting
+from chaincor.workflows.engines.lammps.contact import ContactRecord, Meeting
 from chaincor.workflows.engines.lammps.flight import VerletFlight
 from chaincor.workflows.engines.lammps.instance import LammpsChain
 from chaincor.workflows.engines.outcome import Frames, Outcome
@@ -71,7 +71,7 @@ class _Column:
         ]
         self._order = np.append(np.arange(n + targets)[: n - 1 : -1], np.arange(n))
         self._flight = VerletFlight(chain, Meeting(chain, problem.line), False, None)
-        self._contacts: list[Contact] = []
+        self._contacts: list[ContactRecord] = []
         self._touched: tuple[float, float, float] | None = None
         self._seen = self._range = (0.0, 0.0)
         self._last = self._state()
@@ -139,7 +139,7 @@ class _Column:
     def _momentum(self) -> float:
         return float(self._line.chain_masses @ self._chain.v[: self._problem.particles])
 
-    def _overlap(self, until: float) -> Contact | None:
+    def _overlap(self, until: float) -> ContactRecord | None:
         """Take steps of soft bodies; return the contact if one ends before a time."""
         flight, chain = self._flight, self._chain
         gap, opening = self._gap()
@@ -159,7 +159,7 @@ class _Column:
                 elif gap > 0.0:
                     touched, speed, momentum = self._touched
                     self._touched = None
-                    return Contact(touched, speed, self._momentum() - momentum, moment)
+                    return ContactRecord(touched, speed, self._momentum() - momentum, moment)
         return None
 
     def outcome(self, numerics: Numerics, seconds: float) -> Outcome:

@@ -19,7 +19,7 @@ _ZONE = 1.0
 
 
 @dataclass(frozen=True)
-class Contact:
+class ContactRecord:
     """Contact of particle 1 with the target."""
 
     time: float  #: Time since the first contact; for soft bodies, when they touched.
@@ -56,7 +56,7 @@ class Meeting:
             acceleration -= float(f[self._place]) / self._target_mass
         return gap, opening, acceleration
 
-    def arrive(self, time: float) -> Contact | None:
+    def arrive(self, time: float) -> ContactRecord | None:
         """
         Apply the event, to which the bodies have come within rounding.
 
@@ -72,7 +72,7 @@ class Meeting:
         else:
             v[0] += impulse / self._mass
             v[self._place] -= impulse / self._target_mass
-        return Contact(time, speed, impulse, time)
+        return ContactRecord(time, speed, impulse, time)
 
     def step(self, time: float, state: PathPoint) -> float:
         """Return the length of the next composed step from a state at a time."""
@@ -139,7 +139,7 @@ class SoftMeeting(Meeting):
             return float(self.line.chain_masses @ v)
         return -float(self.line.target_masses @ v[n:])
 
-    def arrive(self, time: float) -> Contact | None:
+    def arrive(self, time: float) -> ContactRecord | None:
         """Switch the force on when the bodies touch, and off when they part."""
         speed = self._close()
         if speed <= 0.0:
@@ -150,7 +150,7 @@ class SoftMeeting(Meeting):
             return None
         self._switch(False)
         touched, speed, before = self._began
-        return Contact(touched, speed, self._momentum() - before, time)
+        return ContactRecord(touched, speed, self._momentum() - before, time)
 
     def reset(self) -> None:
         """Switch off the force if the bodies touch."""

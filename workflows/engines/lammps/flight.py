@@ -11,7 +11,12 @@ from chaincor.workflows.engines.contact_search import (
     first_root,
     fit_path,
 )
-from chaincor.workflows.engines.lammps.contact import Contact, Meeting, SoftMeeting, time_to_zero
+from chaincor.workflows.engines.lammps.contact import (
+    ContactRecord,
+    Meeting,
+    SoftMeeting,
+    time_to_zero,
+)
 from chaincor.workflows.engines.lammps.guard import WallGuard
 from chaincor.workflows.engines.lammps.instance import LammpsChain
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
@@ -52,7 +57,7 @@ def foretold_crossing(start: PathPoint, end: PathPoint, step: float) -> float | 
     return float((part - 1.0) * step) if part > 1.0 else None
 
 
-class Flight(ABC):
+class LammpsFlight(ABC):
     """Motion of a chain from contact to contact."""
 
     def __init__(self, chain: LammpsChain, meeting: Meeting) -> None:
@@ -60,7 +65,7 @@ class Flight(ABC):
         self.time = 0.0  #: Time since the first contact.
 
     @abstractmethod
-    def advance(self, limit: float) -> Contact | None:
+    def advance(self, limit: float) -> ContactRecord | None:
         """
         Move to the next contact and apply it.
 
@@ -69,7 +74,7 @@ class Flight(ABC):
         """
 
 
-class VerletFlight(Flight):
+class VerletFlight(LammpsFlight):
     """
     Flight by single Verlet steps, with either wall.
 
@@ -95,7 +100,7 @@ class VerletFlight(Flight):
         x, v, a = now
         return v < 0.0 < v + self.chain.timestep * a and v * v > 2.0 * x * a
 
-    def advance(self, limit: float) -> Contact | None:
+    def advance(self, limit: float) -> ContactRecord | None:
         """Take steps without checks while the wall is far, and check each step near the wall."""
         chain, h = self.chain, self.chain.timestep
         start, taken = self.time, 0
@@ -119,7 +124,7 @@ class VerletFlight(Flight):
             self.time = start + taken * h
         return None
 
-    def _hit(self, now: PathPoint) -> Contact | None:
+    def _hit(self, now: PathPoint) -> ContactRecord | None:
         """Cut the step at the wall; return None if its last kick already turned particle 1."""
         s = time_to_zero(*now)
         if s > 0.0:
@@ -127,7 +132,7 @@ class VerletFlight(Flight):
         self.time += s
         return self.meeting.arrive(self.time)
 
-    def _reflect(self, now: PathPoint) -> Contact:
+    def _reflect(self, now: PathPoint) -> ContactRecord:
         chain, h = self.chain, self.chain.timestep
         x, v, a = now
         # The fix reverses the velocity of the half step.
@@ -135,10 +140,10 @@ class VerletFlight(Flight):
         time = self.time + x / speed
         chain.run(1)
         self.time += h
-        return Contact(time, speed, 2.0 * self.meeting.reduced_mass * speed, time)
+        return ContactRecord(time, speed, 2.0 * self.meeting.reduced_mass * speed, time)
 
 
-class ComposedFlight(Flight):
+class ComposedFlight(LammpsFlight):
     """
     Flight by composed, split or extrapolated steps, with the event wall.
 
@@ -153,7 +158,7 @@ class ComposedFlight(Flight):
     # H)^3/12, less than the error of the composition; below the second it is exact to rounding.
     _SHORT, _EXACT = 1e-3, 1e-5
 
-    def advance(self, limit: float) -> Contact | None:
+    def advance(self, limit: float) -> ContactRecord | None:
         """Take steps, with a search for a contact in each."""
         chain = self.chain
         earlier: PathPoint | None = None
@@ -231,7 +236,7 @@ class ComposedFlight(Flight):
 
 def flight_of(
     chain: LammpsChain, problem: Problem, numerics: Numerics, guarded: bool = True
-) -> Flight:
+) -> LammpsFlight:
     """Return the flight of the bodies of a scene for some numerics."""
     meeting = Meeting(chain, problem.line)
     if problem.line.soft:

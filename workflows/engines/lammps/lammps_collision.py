@@ -12,8 +12,8 @@ from chaincor.lammps_inputs.run_files import NO_FILES, RunFiles
 from chaincor.workflows.engines.end_watch import longest_collision, look_interval
 from chaincor.workflows.engines.ending import Ending, sound_round_trip
 from chaincor.workflows.engines.fragments import count_fragments
-from chaincor.workflows.engines.lammps.contact import Contact, approach_time
-from chaincor.workflows.engines.lammps.flight import Flight
+from chaincor.workflows.engines.lammps.contact import ContactRecord, approach_time
+from chaincor.workflows.engines.lammps.flight import LammpsFlight
 from chaincor.workflows.engines.outcome import Frames, Outcome
 from chaincor.workflows.engines.reference.finish import unfinished_error
 from chaincor.workflows.engines.reference.look_ahead import follow
@@ -43,7 +43,7 @@ class ChainCollision:
     def __init__(
         self,
         problem: Problem,
-        flight: Flight,
+        flight: LammpsFlight,
         frame_interval: float | None,
         files: RunFiles = NO_FILES,
     ) -> None:
@@ -54,7 +54,7 @@ class ChainCollision:
         n, targets = problem.particles, problem.line.targets
         self._rest = np.append(np.arange(n, dtype=float), -np.arange(targets, dtype=float))
         self._order = np.append(np.arange(n + targets)[: n - 1 : -1], np.arange(n))
-        self.contacts: list[Contact] = []
+        self.contacts: list[ContactRecord] = []
         self.after_contact = self._state()
         # Shortest and longest bond since the first contact, including the flight after the
         # last contact; then the values up to the last contact.
@@ -113,7 +113,7 @@ class ChainCollision:
         if self.frames and self.frames[-1][0] < self.flight.time:
             self._take_frame()
 
-    def _advance(self, limit: float) -> Contact | None:
+    def _advance(self, limit: float) -> ContactRecord | None:
         try:
             return self.flight.advance(limit)
         except BondRangeError as error:
@@ -153,7 +153,7 @@ class ChainCollision:
             self._take_frame()
         self.ending = Ending("proved")
 
-    def _take_contact(self, contact: Contact) -> None:
+    def _take_contact(self, contact: ContactRecord) -> None:
         if not self.contacts:  # time counts from the first contact
             self.flight.time -= contact.time
             contact = replace(contact, time=0.0, end=contact.end - contact.time)

@@ -159,7 +159,7 @@ class _Flight(AdaptiveFlight):
         scale = np.full(2 * particles, local * _strain_scale(problem))
         scale[particles:] = local * speed
         slopes = np.zeros((STAGES + 1, 2 * particles))
-        arrays = adaptive.Arrays(
+        arrays = adaptive.AdaptiveArrays(
             state=state,
             last=state.copy(),
             contacts=contacts,

@@ -61,7 +61,7 @@ class Tableau(NamedTuple):
     fifth: Array
 
 
-class Arrays(NamedTuple):
+class AdaptiveArrays(NamedTuple):
     """Arrays that the loops change in place."""
 
     #: Current state of the chain; of shape (2n,).
@@ -82,10 +82,10 @@ class Arrays(NamedTuple):
     errors: Array  #: Scratch: errors of both embedded orders; of shape (2, 2n).
 
 
-class Path(NamedTuple):
+class AdaptivePath(NamedTuple):
     """Path on which a contact is searched: one step of any size from the state before the step."""
 
-    arrays: Arrays
+    arrays: AdaptiveArrays
     method: Tableau
     parameters: Parameters
 
@@ -141,7 +141,7 @@ def build_step(rates: Callable, register: Callable) -> tuple[Callable, Callable]
     """
     Return ``take``, one step of any size, and ``estimate``, its error over the allowed error.
 
-    Both work on a path of `Arrays` or of arrays with the same names.
+    Both work on a path of `AdaptiveArrays` or of arrays with the same names.
     """
     extremes = register(bookkeeping.extremes)
 
@@ -151,7 +151,7 @@ def build_step(rates: Callable, register: Callable) -> tuple[Callable, Callable]
         result: Array,
         slopes: Array,
         step: float,
-        path: Path,
+        path: AdaptivePath,
     ) -> None:
         # Take one step; slopes[0] must hold the rates at its start.
         a, b, part, parameters = path.method.a, path.method.b, path.arrays.part, path.parameters
@@ -171,7 +171,7 @@ def build_step(rates: Callable, register: Callable) -> tuple[Callable, Callable]
         rates(result, slopes[stages], parameters)
 
     @register
-    def largest(weights: Array, error: Array, path: Path) -> float:
+    def largest(weights: Array, error: Array, path: AdaptivePath) -> float:
         arrays = path.arrays
         np.multiply(arrays.slopes[0], weights[0], error)
         for j in range(1, weights.shape[0]):
@@ -182,7 +182,7 @@ def build_step(rates: Callable, register: Callable) -> tuple[Callable, Callable]
         return extremes(error, error.shape[0])[1]
 
     @register
-    def estimate(step: float, path: Path) -> float:
+    def estimate(step: float, path: AdaptivePath) -> float:
         # This is Hairer's combination of the embedded orders 5 and 3, largest over the components.
         low = largest(path.method.third, path.arrays.errors[0], path)
         high = largest(path.method.fifth, path.arrays.errors[1], path)
@@ -198,7 +198,7 @@ def build_flight(rates: Callable, register: Callable) -> Callable:
     Return the loop of the adaptive engine.
 
     ``advance(ledger, arrays, method, parameters)`` moves the chain until an event needs the caller,
-    and returns the reason. `arrays` are `Arrays`, `method` is a `Tableau`.
+    and returns the reason. `arrays` are `AdaptiveArrays`, `method` is a `Tableau`.
     """
     record_contact, note_parting = map(
         register, (bookkeeping.record_contact, bookkeeping.note_parting)
@@ -208,7 +208,7 @@ def build_flight(rates: Callable, register: Callable) -> Callable:
     take, estimate = build_step(rates, register)
 
     @register
-    def state_after(time: float, path: Path) -> PathPoint:
+    def state_after(time: float, path: AdaptivePath) -> PathPoint:
         trial, slopes = path.arrays.trial, path.arrays.trial_slopes
         take(path.arrays.kept, trial, slopes, time, path)
         particles = trial.shape[0] // 2
@@ -216,11 +216,13 @@ def build_flight(rates: Callable, register: Callable) -> Callable:
 
     find_contact = build_contact_search(state_after=state_after, register=register)
 
-    def advance(ledger: np.record, arrays: Arrays, method: Tableau, parameters: Parameters) -> int:
+    def advance(
+        ledger: np.record, arrays: AdaptiveArrays, method: Tableau, parameters: Parameters
+    ) -> int:
         state, contacts, frames = arrays.state, arrays.contacts, arrays.frames
         kept, slopes = arrays.kept, arrays.slopes
         trial, trial_slopes = arrays.trial, arrays.trial_slopes
-        path = Path(arrays, method, parameters)
+        path = AdaptivePath(arrays, method, parameters)
         particles = state.shape[0] // 2
         final = method.b.shape[0]
         refusals = 0

@@ -32,7 +32,7 @@ SHORTEST_SHARE = 2.0**-8
 GRADING = 1.0
 
 
-class Contact(NamedTuple):
+class ContactFunctions(NamedTuple):
     """
     Functions of a contact, all known to the compiler.
 
@@ -45,12 +45,12 @@ class Contact(NamedTuple):
     bounce: Callable  #: Exchanges a momentum, the second argument, between hard bodies in contact.
 
 
-def build_contact(source: KernelSpec) -> Contact:
+def build_contact(source: KernelSpec) -> ContactFunctions:
     """Return the contact of a kind of line."""
     return _at_wall(source) if source.kind.at_wall else _of_two(source)
 
 
-def _at_wall(source: KernelSpec) -> Contact:
+def _at_wall(source: KernelSpec) -> ContactFunctions:
     register, read = source.register, read_parameters(source)
     force, over_mass = read.force, read.over_mass
 
@@ -68,10 +68,10 @@ def _at_wall(source: KernelSpec) -> Contact:
     def bounce(state: State, _given: float, _parameters: Parameters) -> None:
         state[1][0] = abs(state[1][0])
 
-    return Contact(gap_derivatives, close, bounce)
+    return ContactFunctions(gap_derivatives, close, bounce)
 
 
-def _of_two(source: KernelSpec) -> Contact:
+def _of_two(source: KernelSpec) -> ContactFunctions:
     register, force = source.register, read_parameters(source).force
     law = source.kind.law
     push, damped = register(law.force_kernel), law.drag_kernel is not None
@@ -109,7 +109,7 @@ def _of_two(source: KernelSpec) -> Contact:
         velocity[place] = velocity[place] - given * inverse[place]
         velocity[place + 1] = velocity[place + 1] + given * inverse[place + 1]
 
-    return Contact(gap_derivatives, close, bounce)
+    return ContactFunctions(gap_derivatives, close, bounce)
 
 
 class Event(NamedTuple):
@@ -125,7 +125,7 @@ class Event(NamedTuple):
     #: ``reach(ledger, contacts, now, left, step)``: length of the next substep, out of the time
     #: `left` in the step, and the time ahead in which the event is searched.
     reach: Callable
-    #: ``state_after(time, path)``: the condition after a substep of any size along a `Path`.
+    #: ``state_after(time, path)``: the condition after a substep of any size along a `SubstepPath`.
     state_after: Callable
     #: ``find(far, start, end, ledger, path)``: time of the first zero of the condition, or -1 if
     #: there is none, see ``contact_search``.
@@ -138,7 +138,7 @@ class Event(NamedTuple):
     apply_event: Callable
 
 
-class Path(NamedTuple):
+class SubstepPath(NamedTuple):
     """Path on which an event is searched: particles near the contact in one substep."""
 
     position: float  #: Position of the first particle before the substep.
@@ -173,7 +173,7 @@ def build_event(source: KernelSpec, stages: VerletKernels, take_step: Callable) 
         return sign * gap, sign * rate, sign * gap_acceleration
 
     @register
-    def state_after(time: float, path: Path) -> PathPoint:
+    def state_after(time: float, path: SubstepPath) -> PathPoint:
         # Only the bonds next to the gap matter.
         position, sign, bonds, wanted, kept, near, trial, rule = path
         position = take_step(position, kept, near, trial, bonds, wanted, time, rule)

@@ -16,7 +16,7 @@ from chaincor.workflows.engines.reference.bookkeeping import (
     OUTSIDE,
     SPARE_CONTACTS,
 )
-from chaincor.workflows.engines.reference.events import Path, build_event
+from chaincor.workflows.engines.reference.events import SubstepPath, build_event
 from chaincor.workflows.engines.reference.line_traits import KernelSpec, read_parameters
 from chaincor.workflows.engines.reference.stages import Parameters, State, VerletKernels
 from chaincor.workflows.engines.reference.tracked import Overlapping, build_track
@@ -36,7 +36,7 @@ FRONT_THRESHOLD = 1e-24
 FRONT_BLOCK = 8
 
 
-class Arrays(NamedTuple):
+class LineArrays(NamedTuple):
     """Arrays that the loops change in place."""
 
     now: State  #: Current state; the ledger holds the position of the first particle.
@@ -80,7 +80,9 @@ def build_motion(source: KernelSpec, stages: VerletKernels, build_step: Callable
             bonds = min(strain.shape[0], bonds + FRONT_BLOCK)
         return bonds
 
-    def advance(ledger: Any, arrays: Arrays, goal: int, step: float, rule: StepCoefficients) -> int:
+    def advance(
+        ledger: Any, arrays: LineArrays, goal: int, step: float, rule: StepCoefficients
+    ) -> int:
         now, last, kept, near, trial, contacts, masses, tracked, window, log = arrays
         begin, end = window[0], window[1]
         parameters = rule.parameters
@@ -110,7 +112,9 @@ def build_motion(source: KernelSpec, stages: VerletKernels, build_step: Callable
                 begun, sign = ledger.position, direction(ledger)
                 copy(now.strain, now.velocity, kept, bonds)
                 start = condition(begun, now, sign, parameters)
-                path = Path(begun, sign, near_bonds, wanted, kept_near, near, trial, near_rule)
+                path = SubstepPath(
+                    begun, sign, near_bonds, wanted, kept_near, near, trial, near_rule
+                )
                 # If a contact is likely, the few particles that act on the gap are moved first.
                 # This costs less than to move all particles and to undo it.
                 likely = is_likely(ledger, start, far)

@@ -56,7 +56,7 @@ class Stepper:
         """Return a stepper of the same scheme with steps of another size."""
         return replace(self, step=step)
 
-    def advance(self, ledger: np.record, arrays: motion.Arrays, goal: int) -> int:
+    def advance(self, ledger: np.record, arrays: motion.LineArrays, goal: int) -> int:
         """Take steps with the loop over the whole line, see ``motion``."""
         return int(self.kernels.advance(ledger, arrays, goal, self.step, self.rule))
 
@@ -68,7 +68,7 @@ class Motion:
     stepper: Stepper  #: Steps that move the bodies.
     ledger: np.record  #: Scalar variables of the run, see ``bookkeeping``.
     #: Current state, state right after the last contact, contacts, and scratch.
-    arrays: motion.Arrays
+    arrays: motion.LineArrays
 
     @property
     def line(self) -> Line:
@@ -173,7 +173,7 @@ class Motion:
         ledger["active"] = len(strains)
         last, kept, trial = (now.copied() for _ in range(3))
         contacts = np.zeros((3, 2 * len(velocities) + 2 * bookkeeping.SPARE_CONTACTS))
-        arrays = motion.Arrays(
+        arrays = motion.LineArrays(
             now=now,
             last=last,
             kept=kept,

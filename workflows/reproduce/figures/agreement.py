@@ -9,14 +9,14 @@ from chaincor.analysis.figures.style import BLACK, BLUE, VERMILION
 from chaincor.workflows.accuracy.solvers import LAMMPS
 from chaincor.workflows.reproduce.drawing import Axes, Figure, point_record
 from chaincor.workflows.reproduce.figures.increase import increases
-from chaincor.workflows.reproduce.measurements import Measurements, Point, column
+from chaincor.workflows.reproduce.measurements import MeasuredPoint, Measurements, column
 
 # Largest sum of two error bars at which a comparison is meaningful, in units of the target error.
 _SHARP = 10.0
 _FLOOR = 1e-14
 
 
-def _name(point: Point) -> str:
+def _name(point: MeasuredPoint) -> str:
     absolute = f"{point.scene.impact_velocity:.4g} speeds of sound"
     speed = absolute if np.isnan(point.speed) else f"{point.speed:.3g} v*"
     return f"{point.scene.label}, n = {point.particles}, {speed}"

@@ -5,7 +5,7 @@ from fractions import Fraction
 import numpy as np
 
 from chaincor.analysis.figures.style import BLACK, BLUE, VERMILION
-from chaincor.workflows.reproduce.claims import TREND, Finding, claim, exact, words
+from chaincor.workflows.reproduce.claims import TREND, ClaimFinding, claim, exact, words
 from chaincor.workflows.reproduce.curve import Curve
 from chaincor.workflows.reproduce.drawing import (
     IMPACT_SPEED,
@@ -20,7 +20,7 @@ from chaincor.workflows.reproduce.figures.restitution_curves import (
     describe_bars,
     describe_open,
 )
-from chaincor.workflows.reproduce.measurements import Measurements, NoNumber, Point, column
+from chaincor.workflows.reproduce.measurements import MeasuredPoint, Measurements, NoNumber, column
 
 _KEY = "contacts_and_restitution"
 _RISE = (0.16, "0.16, by which f(n)/n of lj chains rises (here)")
@@ -67,7 +67,7 @@ def run_hard_spheres(
                 exchanges += 1
 
 
-def _both_of_hard_spheres(measured: Measurements) -> tuple[Finding, Finding]:
+def _both_of_hard_spheres(measured: Measurements) -> tuple[ClaimFinding, ClaimFinding]:
     """Return eta and f/n of hard spheres."""
     n = measured.plan.curve_particles
     velocities, contacts, exchanges = run_hard_spheres(n)
@@ -77,11 +77,11 @@ def _both_of_hard_spheres(measured: Measurements) -> tuple[Finding, Finding]:
         f"exact event-driven run in rational numbers, n = {n}: {contacts} contacts, {exchanges} "
         f"exchanges, energy of vibration {vibration}"
     )
-    return Finding(float(mean * mean), 0.0, text), Finding(contacts / n, 0.0, text)
+    return ClaimFinding(float(mean * mean), 0.0, text), ClaimFinding(contacts / n, 0.0, text)
 
 
 @claim("section III", exact(1.0), "hard spheres lose nothing", text="hard spheres: η = 1 exactly")
-def _hard_spheres(measured: Measurements) -> Finding:
+def _hard_spheres(measured: Measurements) -> ClaimFinding:
     return _both_of_hard_spheres(measured)[0]
 
 
@@ -92,7 +92,7 @@ def _hard_spheres(measured: Measurements) -> Finding:
     text="hard spheres: n contacts (as f/n)",
     key="hard-sphere contacts",
 )
-def _hard_sphere_contacts(measured: Measurements) -> Finding:
+def _hard_sphere_contacts(measured: Measurements) -> ClaimFinding:
     return _both_of_hard_spheres(measured)[1]
 
 
@@ -103,7 +103,7 @@ def _hard_sphere_contacts(measured: Measurements) -> Finding:
     text="both f(n)/n and η increase at v₀/v* ≈ 1",
     figure=_KEY,
 )
-def _rise_of_both(measured: Measurements) -> Finding:
+def _rise_of_both(measured: Measurements) -> ClaimFinding:
     points = measured.select("curves", "lj")
     below = [p for p in points if p.speed <= _AROUND_SCALE[0]]
     above = [p for p in points if p.speed >= _AROUND_SCALE[1]]
@@ -118,7 +118,7 @@ def _rise_of_both(measured: Measurements) -> Finding:
     lowest, low = float(min(share)), int(np.argmin(column(points, "restitution")))
     onset = next(p.speed for p in points[::-1] if p.contacts_per_particle == lowest)
     full = [p.speed for p in points if p.contacts == p.particles]
-    return Finding(
+    return ClaimFinding(
         float(all(rising)),
         0.0,
         f"lj, {slow.speed:g} to {fast.speed:g} v*: f/n from {slow.contacts_per_particle:g} "
@@ -132,9 +132,9 @@ def _rise_of_both(measured: Measurements) -> Finding:
 
 
 @claim("section III, figure 7", words(1.0, *_RISE), "f(n)/n → 1 at high speed", figure=_KEY)
-def _contacts_at_high_speed(measured: Measurements) -> Finding:
+def _contacts_at_high_speed(measured: Measurements) -> ClaimFinding:
     fastest, text = _fastest(measured)
-    return Finding(min(p.contacts_per_particle for p in fastest), 0.0, text, fastest)
+    return ClaimFinding(min(p.contacts_per_particle for p in fastest), 0.0, text, fastest)
 
 
 @claim(
@@ -144,13 +144,13 @@ def _contacts_at_high_speed(measured: Measurements) -> Finding:
     key="high-speed limit",
     figure="restitution_curves",
 )
-def _high_speed_limit(measured: Measurements) -> Finding:
+def _high_speed_limit(measured: Measurements) -> ClaimFinding:
     fastest, text = _fastest(measured)
     error = max(p.error for p in fastest)
-    return Finding(min(p.restitution for p in fastest), error, text, fastest)
+    return ClaimFinding(min(p.restitution for p in fastest), error, text, fastest)
 
 
-def _fastest(measured: Measurements) -> tuple[list[Point], str]:
+def _fastest(measured: Measurements) -> tuple[list[MeasuredPoint], str]:
     """Return the fastest integrated chain of each bond, and a description of these chains."""
     # A value that was set equal to hard spheres is no evidence that chains approach them.
     integrated = [[p for p in points if not p.is_limit] for points in curves(measured).values()]

@@ -8,22 +8,28 @@ from numpy.typing import ArrayLike
 
 from chaincor.analysis.theory import basile_dumont_energies
 from chaincor.lammps_inputs.arrays import Array
-from chaincor.workflows.reproduce.claims import Finding, claim, digits, exact, words
-from chaincor.workflows.reproduce.measurements import Answer, Measurements, NoNumber, Point, column
-from chaincor.workflows.reproduce.plan import Plan, Study, harmonic_chains
+from chaincor.workflows.reproduce.claims import ClaimFinding, claim, digits, exact, words
+from chaincor.workflows.reproduce.measurements import (
+    Answer,
+    MeasuredPoint,
+    Measurements,
+    NoNumber,
+    column,
+)
+from chaincor.workflows.reproduce.plan import ReproductionPlan, Study, harmonic_chains
 
 # Length of the chain that the paper's numbers in brackets are from.
 PAPER_CHAIN = 500
 
 
-def study(plan: Plan) -> Study:
+def study(plan: ReproductionPlan) -> Study:
     """Return one harmonic chain at many velocities."""
     tolerance = 0.1 * plan.tolerance
     scenes = harmonic_chains((plan.curve_particles,), tolerance, plan.harmonic_velocities)
     return Study("harmonic_velocities", "harmonic chain at many velocities", scenes)
 
 
-def _by_lammps(measured: Measurements) -> tuple[list[Point], str]:
+def _by_lammps(measured: Measurements) -> tuple[list[MeasuredPoint], str]:
     """Return LAMMPS's chains at many velocities, and a description of them."""
     points = measured.select("harmonic_velocities", "harmonic")
     ours = [p for p in points if p.source == "lammps"]
@@ -43,9 +49,9 @@ def _by_lammps(measured: Measurements) -> tuple[list[Point], str]:
     "harmonic η does not depend on v₀",
     text="η of a harmonic chain does not depend on v₀: differences are 0",
 )
-def _independence_of_v0(measured: Measurements) -> Finding:
+def _independence_of_v0(measured: Measurements) -> ClaimFinding:
     ours, where = _by_lammps(measured)
-    return Finding(
+    return ClaimFinding(
         float(np.ptp(column(ours, "restitution"))),
         2.0 * max(p.error for p in ours),
         f"largest difference of η {where}",
@@ -54,8 +60,8 @@ def _independence_of_v0(measured: Measurements) -> Finding:
 
 
 def difference_over_velocities(
-    measured: Measurements, name: str, quantity: Callable[[Point, Answer], ArrayLike]
-) -> Finding:
+    measured: Measurements, name: str, quantity: Callable[[MeasuredPoint, Answer], ArrayLike]
+) -> ClaimFinding:
     """
     Find the variation of a quantity that should be equal at all velocities of one chain.
 
@@ -66,7 +72,7 @@ def difference_over_velocities(
     if len(both) < 2:
         raise NoNumber("no reference result to compare with")
     by_lammps, in_house = (np.array(values) for values in zip(*both, strict=True))
-    return Finding(
+    return ClaimFinding(
         float(np.max(np.ptp(by_lammps, axis=0))),
         2.0 * float(np.max(np.abs(by_lammps - in_house))),
         f"largest difference of {name} {where}; ± twice the largest difference between the engines",
@@ -81,7 +87,7 @@ def difference_over_velocities(
     "its contact time does not either",
     text="nor does t_c: differences of t_c/τ are 0",
 )
-def _independence_of_contact_time(measured: Measurements) -> Finding:
+def _independence_of_contact_time(measured: Measurements) -> ClaimFinding:
     return difference_over_velocities(
         measured, "t_c/τ", lambda p, a: a.result["last_contact_time"] / (p.particles - 1.0)
     )
@@ -94,21 +100,21 @@ def _independence_of_contact_time(measured: Measurements) -> Finding:
     "nor its shares of the modes",
     text="nor does E_j/E of any mode: differences are 0",
 )
-def _independence_of_modes(measured: Measurements) -> Finding:
+def _independence_of_modes(measured: Measurements) -> ClaimFinding:
     return difference_over_velocities(
         measured, "E_j/E of any mode", lambda p, a: a.arrays["mode_energies"][1:] / p.energy
     )
 
 
-def paper_chain(measured: Measurements) -> Point:
+def paper_chain(measured: Measurements) -> MeasuredPoint:
     """Return the chain of the paper's numbers in brackets; raise NoNumber without a result."""
     missing = f"no result at n = {PAPER_CHAIN}"
     return measured.select("harmonic_sizes", "harmonic", 1, missing, particles=PAPER_CHAIN)[0]
 
 
 def number_of_paper_chain(
-    quantity: Callable[[Point, Array, Array], tuple[float, str]],
-) -> Callable[[Measurements], Finding]:
+    quantity: Callable[[MeasuredPoint, Array, Array], tuple[float, str]],
+) -> Callable[[Measurements], ClaimFinding]:
     """
     Find a number of the chain that the paper's numbers in brackets are from.
 
@@ -118,7 +124,7 @@ def number_of_paper_chain(
     """
 
     @wraps(quantity)
-    def find(measured: Measurements) -> Finding:
+    def find(measured: Measurements) -> ClaimFinding:
         point = paper_chain(measured)
 
         def found(answer: Answer) -> tuple[float, str]:
@@ -128,7 +134,7 @@ def number_of_paper_chain(
         value, text = found(point.answer)
         both = [found(answer)[0] for answer in point.answers]
         error = abs(both[0] - both[1]) if len(both) == 2 else np.nan
-        return Finding(value, error, text, [point])
+        return ClaimFinding(value, error, text, [point])
 
     return find
 
@@ -143,7 +149,9 @@ _CONSTANT = words(0.0, 1.0, "their mean")
     text="Δt constant in good approximation: deviation 0",
 )
 @number_of_paper_chain
-def _constant_intervals(point: Point, intervals: Array, _speeds: Array) -> tuple[float, str]:
+def _constant_intervals(
+    point: MeasuredPoint, intervals: Array, _speeds: Array
+) -> tuple[float, str]:
     return float(np.std(intervals) / np.mean(intervals)), (
         f"standard deviation over mean of {intervals.size} intervals, {point.origin}; ± what the "
         f"engines differ by; the last is {intervals[-1]:.2f}"
@@ -157,14 +165,14 @@ def _constant_intervals(point: Point, intervals: Array, _speeds: Array) -> tuple
     text="v constant in good approximation: deviation 0",
 )
 @number_of_paper_chain
-def _constant_speeds(point: Point, _intervals: Array, speeds: Array) -> tuple[float, str]:
+def _constant_speeds(point: MeasuredPoint, _intervals: Array, speeds: Array) -> tuple[float, str]:
     return float(np.std(speeds) / np.mean(speeds)), (
         f"standard deviation over mean of {speeds.size} incoming speeds, {point.origin}; ± what "
         f"the engines differ by; the last is {speeds[-1]:.2f} v₀"
     )
 
 
-def _chain_of_two(measured: Measurements) -> tuple[Point, float, float]:
+def _chain_of_two(measured: Measurements) -> tuple[MeasuredPoint, float, float]:
     """Return the chain, the interval of its two contacts, and the difference of the engines."""
     missing = "no result at n = 2"
     chain = measured.select("harmonic_sizes", "harmonic", 1, missing, particles=2)[0]
@@ -182,9 +190,9 @@ def _chain_of_two(measured: Measurements) -> tuple[Point, float, float]:
     "Δt = 2.22/ω of the chain of two",
     text="estimate from n = 2: Δt = π/(√2 ω) = 2.22/ω",
 )
-def _interval_of_two(measured: Measurements) -> Finding:
+def _interval_of_two(measured: Measurements) -> ClaimFinding:
     chain, interval, error = _chain_of_two(measured)
-    return Finding(
+    return ClaimFinding(
         interval,
         error,
         f"interval between the two contacts, {chain.origin}; ± what the engines differ by",
@@ -200,7 +208,7 @@ def _interval_of_two(measured: Measurements) -> Finding:
     correction="the mean interval is {value:.3f}",
 )
 @number_of_paper_chain
-def _interval(point: Point, intervals: Array, _speeds: Array) -> tuple[float, str]:
+def _interval(point: MeasuredPoint, intervals: Array, _speeds: Array) -> tuple[float, str]:
     return float(np.mean(intervals)), (
         f"mean over {intervals.size} intervals, {point.origin}; ± what the engines differ by; "
         f"median {np.median(intervals):.4f}"
@@ -208,10 +216,10 @@ def _interval(point: Point, intervals: Array, _speeds: Array) -> tuple[float, st
 
 
 @claim("eq. (9)", digits("0.90"), "(2√2/π) n is 0.90 n", text="formula (2√2/π) n = 0.90 n for f(n)")
-def _contacts_of_two(measured: Measurements) -> Finding:
+def _contacts_of_two(measured: Measurements) -> ClaimFinding:
     chain, interval, error = _chain_of_two(measured)
     share = 2.0 / interval
-    return Finding(
+    return ClaimFinding(
         share,
         share * error / interval,
         "f Δt = 2n, contacts for as long as sound goes there and back, with Δt of "
@@ -228,7 +236,9 @@ def _contacts_of_two(measured: Measurements) -> Finding:
     correction="there are a few more contacts: {value:.3f}",
 )
 @number_of_paper_chain
-def _contacts_per_particle(point: Point, _intervals: Array, speeds: Array) -> tuple[float, str]:
+def _contacts_per_particle(
+    point: MeasuredPoint, _intervals: Array, speeds: Array
+) -> tuple[float, str]:
     return speeds.size / PAPER_CHAIN, (
         f"{speeds.size} contacts, {point.origin}; the paper's 0.867 would be "
         f"{0.867 * PAPER_CHAIN:.1f} contacts, which is no whole number"
@@ -238,9 +248,9 @@ def _contacts_per_particle(point: Point, _intervals: Array, speeds: Array) -> tu
 @claim(
     "eq. (10)", digits("1.11"), "(π/2√2) v₀ is 1.11 v₀", text="formula (π/2√2) v₀ = 1.11 v₀ for v"
 )
-def _speed_of_two(measured: Measurements) -> Finding:
+def _speed_of_two(measured: Measurements) -> ClaimFinding:
     chain, interval, error = _chain_of_two(measured)
-    return Finding(
+    return ClaimFinding(
         1.0 / (2.0 / interval),
         error / 2.0,
         "2 f v = 2 n v₀, the momentum of a collision without loss, with that f; "
@@ -252,7 +262,7 @@ def _speed_of_two(measured: Measurements) -> Finding:
 
 @claim("eq. (10)", digits("1.15"), "v = 1.15 v₀", text="v = 1.15 v₀ at n = 500")
 @number_of_paper_chain
-def _incoming_speed(point: Point, _intervals: Array, speeds: Array) -> tuple[float, str]:
+def _incoming_speed(point: MeasuredPoint, _intervals: Array, speeds: Array) -> tuple[float, str]:
     # Momentum alone gives the number: the change is n v0 (1 + e), and a contact gives 2 v.
     momentum = (1.0 + point.restitution**0.5) / (2.0 * speeds.size / PAPER_CHAIN)
     return float(np.mean(speeds)), (
@@ -267,13 +277,13 @@ def _incoming_speed(point: Point, _intervals: Array, speeds: Array) -> tuple[flo
     "η = 1 at leading order",
     text="leading order of eq. (11) in eq. (7): η = 1",
 )
-def _leading_order(measured: Measurements) -> Finding:
+def _leading_order(measured: Measurements) -> ClaimFinding:
     # With omega_j = pi j/n in eq. (7), f dt = 2n turns each mode by whole periods.
     n = PAPER_CHAIN
     linear = np.pi * np.arange(n) / n
     left = 2.0 / n * np.sum(basile_dumont_energies(n, frequencies=linear))
     chains_own = 2.0 / n * np.sum(basile_dumont_energies(n))
-    return Finding(
+    return ClaimFinding(
         float(1.0 - left),
         1e-12,
         f"eq. (7) summed over j with ω_j = πj/n, n = {n}, and eqs. (8)–(10), ± rounding; "

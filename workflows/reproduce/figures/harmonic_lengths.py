@@ -12,11 +12,11 @@ from chaincor.analysis.theory import (
     harmonic_dissipation_law,
     harmonic_dissipation_limit,
 )
-from chaincor.workflows.reproduce.claims import Finding, claim, digits, words
+from chaincor.workflows.reproduce.claims import ClaimFinding, claim, digits, words
 from chaincor.workflows.reproduce.curve import Curve, PowerLaw, fit_rows
 from chaincor.workflows.reproduce.drawing import Axes, Figure, draw_points, point_record
 from chaincor.workflows.reproduce.measurements import Measurements, column
-from chaincor.workflows.reproduce.plan import Plan, Study, harmonic_chains
+from chaincor.workflows.reproduce.plan import ReproductionPlan, Study, harmonic_chains
 
 _KEY = "harmonic_lengths"
 # Factor that the paper prints in eq. (12).
@@ -32,7 +32,7 @@ _PHASES = 7
 _PARTS = np.linspace(0.94, 1.06, _PHASES)
 
 
-def study(plan: Plan) -> Study:
+def study(plan: ReproductionPlan) -> Study:
     """Return harmonic chains of all lengths, by LAMMPS and from the echo of their free end."""
     near, tolerance = plan.harmonic_sizes, plan.tolerance
     far = harmonic_chains([n for n in plan.harmonic_far_sizes if n not in near], tolerance)
@@ -40,7 +40,7 @@ def study(plan: Plan) -> Study:
     return Study("harmonic_sizes", title, harmonic_chains(near, tolerance), echoed=far)
 
 
-def study_of_longest(plan: Plan) -> Study:
+def study_of_longest(plan: ReproductionPlan) -> Study:
     """Return harmonic chains around the lengths that give the limit."""
     lengths = [round(n * part) for n in plan.harmonic_longest for part in _PARTS]
     scenes = harmonic_chains(lengths, plan.tolerance)
@@ -96,10 +96,10 @@ def _laws(measured: Measurements, power: float | None = None) -> list[PowerLaw]:
     text="1 − η ∝ n^(−2/3) agrees very well",
     figure=_KEY,
 )
-def _harmonic_exponent(measured: Measurements) -> Finding:
+def _harmonic_exponent(measured: Measurements) -> ClaimFinding:
     fit, *others = _laws(measured)
     exponents = [other.exponent for other in others]
-    return Finding(
+    return ClaimFinding(
         fit.exponent,
         fit.exponent_error,
         f"fit to {fit.points} points, n = {fit.first:.0f} to {fit.last:.0f}; over other ranges "
@@ -117,7 +117,7 @@ def _harmonic_exponent(measured: Measurements) -> Finding:
     correction="the limit is {value:.3f}; chains near n = 6000 have 0.652, longer ones less",
     figure=_KEY,
 )
-def _harmonic_prefactor(measured: Measurements) -> Finding:
+def _harmonic_prefactor(measured: Measurements) -> ClaimFinding:
     groups, limit, error = _longest_chains(measured)
     by_range = ", ".join(
         f"{fit.prefactor:.3f} ± {fit.prefactor_error:.3f} (n = {fit.first:.0f} to {fit.last:.0f})"
@@ -126,7 +126,7 @@ def _harmonic_prefactor(measured: Measurements) -> Finding:
     means = ", ".join(
         f"{mean:.4f} ± {bar:.4f} (n = {particles})" for particles, mean, bar in groups
     )
-    return Finding(
+    return ClaimFinding(
         limit,
         error,
         f"limit of exact collisions around n = {means} (each {_PHASES} lengths within 6 %), less "
@@ -139,8 +139,8 @@ def _harmonic_prefactor(measured: Measurements) -> Finding:
 
 
 @claim("eq. (12)", digits("0.652"), "how 0.652 is derived", text="0.652 follows from eqs. (7)–(11)")
-def _formula_prefactor(measured: Measurements) -> Finding:
-    return Finding(
+def _formula_prefactor(measured: Measurements) -> ClaimFinding:
+    return ClaimFinding(
         HARMONIC_DISSIPATION_COEFFICIENT,
         0.0,
         "the closed form of the integral that the printed approximation leads to, with "

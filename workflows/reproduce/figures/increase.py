@@ -6,11 +6,17 @@ import numpy as np
 
 from chaincor.analysis.figures.style import CYCLE, MARKERS
 from chaincor.lammps_inputs.arrays import Array
-from chaincor.workflows.reproduce.claims import Claim, Finding, claim, digits, words
+from chaincor.workflows.reproduce.claims import Claim, ClaimFinding, claim, digits, words
 from chaincor.workflows.reproduce.curve import Curve, fit_rows, limit_at_zero
 from chaincor.workflows.reproduce.drawing import IMPACT_SPEED, Axes, Figure, draw_points
-from chaincor.workflows.reproduce.measurements import Measurements, NoNumber, Point, column
-from chaincor.workflows.reproduce.plan import PAPER_ORDERS, Plan, Study, chains, harmonic_chains
+from chaincor.workflows.reproduce.measurements import MeasuredPoint, Measurements, NoNumber, column
+from chaincor.workflows.reproduce.plan import (
+    PAPER_ORDERS,
+    ReproductionPlan,
+    Study,
+    chains,
+    harmonic_chains,
+)
 
 _KEY = "increase"
 # One range for C and the slopes of figure 6, which the paper fits at low speed without a stated
@@ -24,7 +30,7 @@ _SLOWEST = 4
 _PAPER_SLOPES = {3: "1.34", 4: "2.09", 5: "3.14"}
 
 
-def study(plan: Plan) -> Study:
+def study(plan: ReproductionPlan) -> Study:
     """Return power chains of the three orders, and the harmonic chain."""
     lengths, tolerances = (plan.curve_particles,), plan.increase_tolerances
     scenes = harmonic_chains(lengths, min(tolerances.values()))
@@ -34,7 +40,7 @@ def study(plan: Plan) -> Study:
     return Study(_KEY, "increase of dissipation, r = 3, 4, 5", scenes)
 
 
-def increase_of(points: list[Point], harmonic: Point) -> Curve:
+def increase_of(points: list[MeasuredPoint], harmonic: MeasuredPoint) -> Curve:
     """
     Return 1 - eta against v0/v*, less 1 - eta of the harmonic chain of equal length.
 
@@ -48,7 +54,7 @@ def increase_of(points: list[Point], harmonic: Point) -> Curve:
     return Curve(points, column(points, "speed"), values, exact[1] + column(points, "error"))
 
 
-def shortening_of(points: list[Point], harmonic: Point) -> Curve:
+def shortening_of(points: list[MeasuredPoint], harmonic: MeasuredPoint) -> Curve:
     """
     Return the difference of the harmonic chain's t_c and the chain's t_c, against v0/v*.
 
@@ -75,7 +81,7 @@ def local_powers(curve: Curve) -> tuple[Array, Array]:
     return np.sqrt(curve.x[1:] * curve.x[:-1]), powers
 
 
-def limit_power(curve: Curve, order: int, quantity: str = "the increase") -> Finding:
+def limit_power(curve: Curve, order: int, quantity: str = "the increase") -> ClaimFinding:
     """
     Find the power of an increase in the limit v0 -> 0.
 
@@ -93,7 +99,7 @@ def limit_power(curve: Curve, order: int, quantity: str = "the increase") -> Fin
         limit, change = limit_at_zero(x, y, 1)
         relative = np.abs(curve.errors / curve.y)[:2]
         error = float(change + float(np.sum(relative)) / np.log(curve.x[1] / curve.x[0]))
-    return Finding(
+    return ClaimFinding(
         limit,
         error,
         f"limit v₀ → 0 of the power of {quantity} between neighbouring speeds, by the "
@@ -103,7 +109,7 @@ def limit_power(curve: Curve, order: int, quantity: str = "the increase") -> Fin
     )
 
 
-def _both(measured: Measurements, order: int) -> tuple[list[Point], Point]:
+def _both(measured: Measurements, order: int) -> tuple[list[MeasuredPoint], MeasuredPoint]:
     """Return the chains of an order and the harmonic chain."""
     power = measured.select(_KEY, "power", 1, power_order=order)
     return power, measured.select(_KEY, "harmonic", 1)[0]
@@ -129,7 +135,7 @@ def _contact_time(order: int) -> Claim:
         f"contact time shortens as v₀^(r−2), r = {order}",
         key=f"contact time r = {order}",
     )
-    def power(measured: Measurements) -> Finding:
+    def power(measured: Measurements) -> ClaimFinding:
         shortening = shortening_of(*_both(measured, order))
         return limit_power(
             shortening,
@@ -150,7 +156,7 @@ def _power(order: int) -> Claim:
         key=f"power r = {order}",
         figure=_KEY,
     )
-    def power(measured: Measurements) -> Finding:
+    def power(measured: Measurements) -> ClaimFinding:
         return limit_power(increase_of(*_both(measured, order)), order)
 
     return power
@@ -167,7 +173,7 @@ def _printed_power(order: int) -> Claim:
         unsaid="over which range of speeds",
         figure=_KEY,
     )
-    def slope(measured: Measurements) -> Finding:
+    def slope(measured: Measurements) -> ClaimFinding:
         increase = increase_of(*_both(measured, order))
         part = increase.between(*FIT_RANGE)
         fit, *others = fits = increase.over(RANGES, Curve.power_law) or [part.power_law()]
@@ -178,7 +184,7 @@ def _printed_power(order: int) -> Claim:
             if len(contacts) > 1
             else ""
         )
-        return Finding(
+        return ClaimFinding(
             fit.exponent,
             fit.exponent_error,
             f"fit to {fit.points} points, {fit.first:.3g} to {fit.last:.3g} v*, the range of all "

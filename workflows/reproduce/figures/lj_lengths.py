@@ -9,11 +9,11 @@ from chaincor.analysis.theory import harmonic_dissipation_law
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.pages.typesetting import format_fitted, format_value
-from chaincor.workflows.reproduce.claims import Finding, claim, words
+from chaincor.workflows.reproduce.claims import ClaimFinding, claim, words
 from chaincor.workflows.reproduce.curve import Curve, fit_rows
 from chaincor.workflows.reproduce.drawing import Axes, Figure, draw_curves, point_record
 from chaincor.workflows.reproduce.measurements import Measurements, NoNumber, column
-from chaincor.workflows.reproduce.plan import PAPER_SIZE_SPEEDS, Plan, Study, chains
+from chaincor.workflows.reproduce.plan import PAPER_SIZE_SPEEDS, ReproductionPlan, Study, chains
 
 _KEY = "lj_lengths"
 _SLOW = PAPER_SIZE_SPEEDS[-1]
@@ -25,7 +25,7 @@ _DEAREST = 3e5
 _BEFORE = (100, 1000)
 
 
-def study(plan: Plan) -> Study:
+def study(plan: ReproductionPlan) -> Study:
     """Return lj chains of many lengths at the paper's speeds."""
     near: tuple[Scene, ...] = ()
     dear: tuple[Scene, ...] = ()
@@ -64,7 +64,7 @@ def _last_parts(measured: Measurements) -> dict[float, Curve]:
     "too, 1 − η does vanish",
     figure=_KEY,
 )
-def _long_chains_slow(measured: Measurements) -> Finding:
+def _long_chains_slow(measured: Measurements) -> ClaimFinding:
     found = _exponent(measured, _SLOW)
     alone = [p.particles for p in found.points if p.agrees is None]
     before = [
@@ -93,18 +93,18 @@ def _long_chains_slow(measured: Measurements) -> Finding:
     key="long chains, fast",
     figure=_KEY,
 )
-def _long_chains_fast(measured: Measurements) -> Finding:
+def _long_chains_fast(measured: Measurements) -> ClaimFinding:
     return _exponent(measured, PAPER_SIZE_SPEEDS[0])
 
 
-def _exponent(measured: Measurements, speed: float) -> Finding:
+def _exponent(measured: Measurements, speed: float) -> ClaimFinding:
     parts = _last_parts(measured)
     if speed not in parts:
         raise NoNumber("no points")
     part, law = parts[speed], parts[speed].power_law()
     first, last = (format_value(part.y[end], part.errors[end]) for end in (0, -1))
     harmonic = float(harmonic_dissipation_law(part.x[-1]))
-    return Finding(
+    return ClaimFinding(
         law.exponent,
         law.exponent_error,
         f"exponent of 1 − η against n, {law.points} points, n = {law.first:.0f} to {law.last:.0f}, "

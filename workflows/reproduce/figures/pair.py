@@ -8,12 +8,12 @@ from chaincor.analysis.theory import PAIR_INTERVAL
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.potentials import LennardJones
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.reproduce.claims import Finding, claim, digits, words
+from chaincor.workflows.reproduce.claims import ClaimFinding, claim, digits, words
 from chaincor.workflows.reproduce.curve import Curve, limit_at_zero
 from chaincor.workflows.reproduce.drawing import IMPACT_SPEED, Axes, Figure, draw_points
 from chaincor.workflows.reproduce.figures.harmonic_contacts import number_of_paper_chain
-from chaincor.workflows.reproduce.measurements import Measurements, NoNumber, Point, column
-from chaincor.workflows.reproduce.plan import Plan, Study, chains
+from chaincor.workflows.reproduce.measurements import MeasuredPoint, Measurements, NoNumber, column
+from chaincor.workflows.reproduce.plan import ReproductionPlan, Study, chains
 
 # The chain of two is judged by the interval of its contacts, because its eta is always nearly 1.
 _TOLERANCE = 1e-10
@@ -27,7 +27,9 @@ _BOND = LennardJones()
     text="wall's frequency 2π/Δt ≃ 2√2 ω, above all modes",
 )
 @number_of_paper_chain
-def _external_frequency(point: Point, intervals: Array, _speeds: Array) -> tuple[float, str]:
+def _external_frequency(
+    point: MeasuredPoint, intervals: Array, _speeds: Array
+) -> tuple[float, str]:
     highest = 2.0 * np.sin(0.5 * np.pi * (point.particles - 1) / point.particles)
     return float(2.0 * np.pi / np.mean(intervals)), (
         f"2π over the mean interval, {point.origin}; ± what the engines differ by; the highest "
@@ -37,13 +39,13 @@ def _external_frequency(point: Point, intervals: Array, _speeds: Array) -> tuple
     )
 
 
-def study(plan: Plan) -> Study:
+def study(plan: ReproductionPlan) -> Study:
     """Return lj chains of two particles."""
     scenes = chains("lj", (2,), plan.pair_speeds, _TOLERANCE)
     return Study("pair", "chain of two, for α", scenes)
 
 
-def _alphas(points: list[Point]) -> Array:
+def _alphas(points: list[MeasuredPoint]) -> Array:
     """
     Return (1 - sqrt(2) dt/pi)/(v0/v*) of chains of two, which tends to alpha at low speed.
 
@@ -67,7 +69,7 @@ def _exact(velocity: float, speed: float) -> float:
     correction="α = {value:.4f}",
     figure="pair",
 )
-def _alpha(measured: Measurements) -> Finding:
+def _alpha(measured: Measurements) -> ClaimFinding:
     slow = [p for p in measured.select("pair", "lj") if p.speed <= 0.1]
     if len(slow) < 4:
         raise NoNumber("fewer than four speeds")
@@ -78,7 +80,7 @@ def _alpha(measured: Measurements) -> Finding:
         abs(pair_interval(_BOND, p.scene.impact_velocity) / PAIR_INTERVAL - 1.0 + a * p.speed)
         for p, a in zip(slow, values, strict=True)
     )
-    return Finding(
+    return ClaimFinding(
         limit,
         change + 1e-5,
         f"limit v₀ → 0 of a parabola through {len(slow)} speeds up to 0.1 v*, {ours} by LAMMPS and "

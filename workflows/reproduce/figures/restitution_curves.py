@@ -8,7 +8,7 @@ import numpy as np
 from chaincor.analysis.figures.style import GREY
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.pages.typesetting import format_value
-from chaincor.workflows.reproduce.claims import Finding, claim, words
+from chaincor.workflows.reproduce.claims import ClaimFinding, claim, words
 from chaincor.workflows.reproduce.curve import Curve, Minimum, find_minimum, limit_at_zero
 from chaincor.workflows.reproduce.drawing import (
     IMPACT_SPEED,
@@ -17,8 +17,8 @@ from chaincor.workflows.reproduce.drawing import (
     draw_curves,
     point_record,
 )
-from chaincor.workflows.reproduce.measurements import Measurements, NoNumber, Point, column
-from chaincor.workflows.reproduce.plan import PAPER_SIZE_SPEEDS, Plan, Study, chains
+from chaincor.workflows.reproduce.measurements import MeasuredPoint, Measurements, NoNumber, column
+from chaincor.workflows.reproduce.plan import PAPER_SIZE_SPEEDS, ReproductionPlan, Study, chains
 
 # Scale of differences and limits: the range of eta along our curve of lj chains.
 FALL = (0.26, "0.26, by which η of lj chains falls (here)")
@@ -29,14 +29,14 @@ _BONDS = {"lj": "Lennard-Jones", "toda": r"Toda ($b=10$)", "log": "logarithmic"}
 _SLOWEST = 4
 
 
-def study(plan: Plan) -> Study:
+def study(plan: ReproductionPlan) -> Study:
     """Return chains of all three bonds at all speeds."""
     lengths, speeds = (plan.curve_particles,), plan.curve_speeds
     scenes = (chains(name, lengths, speeds, plan.tolerance) for name in _BONDS)
     return Study("curves", "η against speed, lj, toda, log", sum(scenes, ()))
 
 
-def curves(measured: Measurements) -> dict[str, list[Point]]:
+def curves(measured: Measurements) -> dict[str, list[MeasuredPoint]]:
     """Return the points of each bond."""
     return {name: measured.select("curves", name) for name in _BONDS}
 
@@ -57,7 +57,7 @@ def minima(measured: Measurements) -> dict[str, Minimum]:
     key="low-speed limit",
     figure=_KEY,
 )
-def _low_speed_limit(measured: Measurements) -> Finding:
+def _low_speed_limit(measured: Measurements) -> ClaimFinding:
     harmonic = measured.select("harmonic_velocities", "harmonic", 1)[0]
     used = [
         measured.select("curves", name, _SLOWEST, f"fewer than {_SLOWEST} speeds")[:_SLOWEST]
@@ -66,7 +66,7 @@ def _low_speed_limit(measured: Measurements) -> Finding:
     gaps = [harmonic.restitution - points[0].restitution for points in used]
     limits = [_limit(harmonic, points) for points in used]
     value, error = max(limits, key=lambda limit: abs(limit[0]))
-    return Finding(
+    return ClaimFinding(
         value,
         error,
         f"η of the harmonic chain less η, limit v₀ → 0 of a parabola through the {_SLOWEST} "
@@ -76,7 +76,7 @@ def _low_speed_limit(measured: Measurements) -> Finding:
     )
 
 
-def _limit(harmonic: Point, points: list[Point]) -> tuple[float, float]:
+def _limit(harmonic: MeasuredPoint, points: list[MeasuredPoint]) -> tuple[float, float]:
     """Return the harmonic chain's eta less the limit of eta at v0 -> 0, with its error."""
     speeds, gaps = column(points, "speed"), harmonic.restitution - column(points, "restitution")
     limit, change = limit_at_zero(speeds, gaps, 2)
@@ -92,7 +92,7 @@ def _limit(harmonic: Point, points: list[Point]) -> tuple[float, float]:
     correction="it is at {value:.2f} v* on average",
     figure=_KEY,
 )
-def _place_of_the_minimum(measured: Measurements) -> Finding:
+def _place_of_the_minimum(measured: Measurements) -> ClaimFinding:
     every, lows = curves(measured), minima(measured)
     places = [low.place for low in lows.values()]
     described = []
@@ -100,7 +100,7 @@ def _place_of_the_minimum(measured: Measurements) -> Finding:
         at_scale = [p.restitution for p in every[name] if p.speed == 1.0]
         higher = f" ({at_scale[0] - low.value:.3f} higher at v* itself)" if at_scale else ""
         described.append(f"{name}: η = {low.value:.4f} at {low.place:.2f} v*{higher}")
-    return Finding(
+    return ClaimFinding(
         float(np.mean(places)),
         float(max(low.place_error for low in lows.values())),
         f"mean of three potentials, each by a parabola through the three lowest points; ± what "
@@ -118,7 +118,7 @@ def _place_of_the_minimum(measured: Measurements) -> Finding:
     correction="they are up to {value:.3f} apart: log leaves the curve of the others",
     figure=_KEY,
 )
-def _one_curve(measured: Measurements) -> Finding:
+def _one_curve(measured: Measurements) -> ClaimFinding:
     every = curves(measured)
     gaps, slow = [], {}
     for first, second in combinations(every, 2):
@@ -131,7 +131,7 @@ def _one_curve(measured: Measurements) -> Finding:
         slow[first, second] = max(below, default=np.nan)
     p, q = widest = max(gaps, key=_gap)
     largest, like = max(slow.values()), slow["lj", "toda"]
-    return Finding(
+    return ClaimFinding(
         _gap(widest),
         p.error + q.error,
         "largest difference at one speed: "
@@ -148,7 +148,7 @@ def _one_curve(measured: Measurements) -> Finding:
     )
 
 
-def _gap(pair: tuple[Point, Point]) -> float:
+def _gap(pair: tuple[MeasuredPoint, MeasuredPoint]) -> float:
     return abs(pair[0].restitution - pair[1].restitution)
 
 
@@ -221,7 +221,7 @@ def figure(measured: Measurements) -> Figure:
     )
 
 
-def describe_open(points: Sequence[Point]) -> str:
+def describe_open(points: Sequence[MeasuredPoint]) -> str:
     """Name the points of a curve that show the reference engine's number instead of LAMMPS's."""
     missed = [p for p in points if p.source == "in-house" and len(p.answers) == 2]
     if not missed:
@@ -232,7 +232,7 @@ def describe_open(points: Sequence[Point]) -> str:
     )
 
 
-def _not_given(points: Sequence[Point]) -> str:
+def _not_given(points: Sequence[MeasuredPoint]) -> str:
     """Describe the fast chains that LAMMPS does not run, and the values shown instead."""
     ours = [p for p in points if p.lammps is not None and not p.lammps.result]
     integrated = [p.speed for p in points if p.source is not None and not p.is_limit]
@@ -250,7 +250,7 @@ def _not_given(points: Sequence[Point]) -> str:
     return text + "."
 
 
-def describe_bars(points: Sequence[Point]) -> str:
+def describe_bars(points: Sequence[MeasuredPoint]) -> str:
     """Name the points with visible bars: a symbol covers about 0.005 of the axis."""
     seen = [p for p in points if p.error > 0.0025]
     if not seen:
@@ -263,7 +263,7 @@ def describe_bars(points: Sequence[Point]) -> str:
     )
 
 
-def _left_open(point: Point) -> str:
+def _left_open(point: MeasuredPoint) -> str:
     """Describe eta at the last contact of an open end, and the effect of a later contact."""
     if not point.is_open:
         return ""

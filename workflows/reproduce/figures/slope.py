@@ -9,7 +9,7 @@ from chaincor.analysis.pair_theory import pair_interval_slope
 from chaincor.analysis.slow_chains.curve import long_chain_slope
 from chaincor.analysis.theory import low_speed_dissipation_slope
 from chaincor.lammps_inputs.bonds.potentials import LennardJones
-from chaincor.workflows.reproduce.claims import TREND, Finding, claim, digits, words
+from chaincor.workflows.reproduce.claims import TREND, ClaimFinding, claim, digits, words
 from chaincor.workflows.reproduce.curve import Curve, fit_rows
 from chaincor.workflows.reproduce.drawing import IMPACT_SPEED, Axes, Figure, draw_curves
 from chaincor.workflows.reproduce.figures.increase import (
@@ -21,7 +21,7 @@ from chaincor.workflows.reproduce.figures.increase import (
     limit_power,
 )
 from chaincor.workflows.reproduce.measurements import Measurements, NoNumber
-from chaincor.workflows.reproduce.plan import Plan, Study, chains, harmonic_chains
+from chaincor.workflows.reproduce.plan import ReproductionPlan, Study, chains, harmonic_chains
 
 _KEY = "slope"
 # Numbers that the paper prints for the shortening of the interval of two lj particles, and for C.
@@ -29,7 +29,7 @@ _PAPER_ALPHA = 0.808
 _PAPER_SLOPE = 2.61
 
 
-def study(plan: Plan) -> Study:
+def study(plan: ReproductionPlan) -> Study:
     """Return lj and harmonic chains of several lengths at low speed."""
     near, far = (
         chains("lj", lengths, plan.slope_speeds, plan.tolerance)
@@ -55,8 +55,8 @@ def _theory() -> float:
     "C = 32α/π² = 2.61",
     correction="it is {value:.2f} with the paper's own α",
 )
-def _printed_constant(measured: Measurements) -> Finding:
-    return Finding(32.0 * _PAPER_ALPHA / np.pi**2, 0.0, f"32α/π² with α = {_PAPER_ALPHA}")
+def _printed_constant(measured: Measurements) -> ClaimFinding:
+    return ClaimFinding(32.0 * _PAPER_ALPHA / np.pi**2, 0.0, f"32α/π² with α = {_PAPER_ALPHA}")
 
 
 @claim(
@@ -66,8 +66,8 @@ def _printed_constant(measured: Measurements) -> Finding:
     text="C = 2.61 follows from eqs. (7)–(10) and (15)",
     correction="with the factor v²/v₀² = π²/8 that was dropped, C = 4α = {value:.2f}",
 )
-def _theoretical_slope(measured: Measurements) -> Finding:
-    return Finding(
+def _theoretical_slope(measured: Measurements) -> ClaimFinding:
+    return ClaimFinding(
         _theory(),
         0.0,
         "4α: eq. (7) with v² = (π²/8) v₀² kept, as the 0.652 of the harmonic law has it; see "
@@ -99,14 +99,14 @@ def _all_slopes(found: dict[int, Curve]) -> list[float]:
     unsaid="over which range of speeds, nor for which length",
     figure=_KEY,
 )
-def _simulated_slope(measured: Measurements) -> Finding:
+def _simulated_slope(measured: Measurements) -> ClaimFinding:
     found = _increases(measured)
     known = _all_slopes(found)
     parts = {n: increase.between(*FIT_RANGE) for n, increase in found.items()}
     fit, used = parts[min(parts)].line(), parts[min(parts)].points
     lengths = ", ".join(f"{part.line().prefactor:.2f} (n = {n})" for n, part in parts.items())
     ends = f"{used[0].speed:.3g} to {used[-1].speed:.3g} v*" if used else "no points"
-    return Finding(
+    return ClaimFinding(
         fit.prefactor,
         fit.prefactor_error,
         f"line through the origin, {len(used)} points, {ends}; by length: {lengths}; over other "
@@ -123,10 +123,10 @@ def _simulated_slope(measured: Measurements) -> Finding:
     figure=_KEY,
     text='"the constant C is not in accord": theory and simulation disagree',
 )
-def _not_in_accord(measured: Measurements) -> Finding:
+def _not_in_accord(measured: Measurements) -> ClaimFinding:
     slopes = _all_slopes(_increases(measured))
     theory = _theory()
-    return Finding(
+    return ClaimFinding(
         float(min(_PAPER_SLOPE, theory) > max(slopes)),
         0.0,
         f"theory: {_PAPER_SLOPE} as printed, {theory:.2f} with the dropped factor put back, which "
@@ -142,7 +142,7 @@ def _not_in_accord(measured: Measurements) -> Finding:
     text="1 − η ∝ v^p, p = 1, agrees with simulation at low speed (lj)",
     figure=_KEY,
 )
-def _power_lj(measured: Measurements) -> Finding:
+def _power_lj(measured: Measurements) -> ClaimFinding:
     found = _increases(measured)
     if not found:
         raise NoNumber("no points")
@@ -157,7 +157,7 @@ def _power_lj(measured: Measurements) -> Finding:
     figure="restitution_curves",
     text='"the exponent is the same for other types of chains": p = 1 for toda and log',
 )
-def _power_of_other_types(measured: Measurements) -> Finding:
+def _power_of_other_types(measured: Measurements) -> ClaimFinding:
     harmonic = measured.select("harmonic_velocities", "harmonic", 1)[0]
     powers = {
         name: limit_power(increase_of(measured.select("curves", name, 1), harmonic), 3)

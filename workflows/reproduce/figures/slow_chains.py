@@ -20,8 +20,8 @@ from chaincor.analysis.slow_chains.curve import (
 from chaincor.analysis.theory import low_speed_dissipation_slope
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.reproduce.drawing import Axes, Figure
-from chaincor.workflows.reproduce.measurements import Measurements, NoNumber, Point, column
-from chaincor.workflows.reproduce.plan import Plan, Study
+from chaincor.workflows.reproduce.measurements import MeasuredPoint, Measurements, NoNumber, column
+from chaincor.workflows.reproduce.plan import ReproductionPlan, Study
 
 _KEY = "slow_chains"
 _BONDS: dict[str, dict[str, Any]] = {
@@ -44,7 +44,7 @@ _FASTEST = 0.6
 _PAPER_SLOPES = {"lj": (0.66, 2.61)}
 
 
-def study(plan: Plan) -> Study:
+def study(plan: ReproductionPlan) -> Study:
     """Return chains of five bonds at equal kappa v0 n^(2/3), for the reference engine."""
     scenes = []
     for name, size, variable in product(_BONDS, plan.slow_sizes, plan.slow_variables):
@@ -59,13 +59,13 @@ def study(plan: Plan) -> Study:
     return Study(_KEY, "slow chains of five bonds", (), tuple(scenes))
 
 
-def variable_of(point: Point) -> float:
+def variable_of(point: MeasuredPoint) -> float:
     """Return kappa v0 n^(2/3) of a point."""
     scene = point.scene
     return slow_chain_variable(scene.bond, scene.particles, scene.impact_velocity)
 
 
-def slow_long_chains(measured: Measurements) -> dict[str, list[Point]]:
+def slow_long_chains(measured: Measurements) -> dict[str, list[MeasuredPoint]]:
     """Return all slow chains within the range of the curve, by bond."""
     points = {
         point.scene: point
@@ -73,7 +73,7 @@ def slow_long_chains(measured: Measurements) -> dict[str, list[Point]]:
         for name in ("lj", "toda", "log")
         for point in measured.select(key, name)
     }
-    found: dict[str, list[Point]] = {name: [] for name in _BONDS}
+    found: dict[str, list[MeasuredPoint]] = {name: [] for name in _BONDS}
     for scene, point in points.items():
         variable, n = variable_of(point), point.particles
         if n >= _SHORTEST and variable <= min(_LAST, _FASTEST * n ** (2.0 / 3.0)):

@@ -11,14 +11,14 @@ from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.lammps import engine as lammps
 from chaincor.workflows.engines.outcome import Frames, Outcome
-from chaincor.workflows.reproduce.claims import TREND, Finding, claim, exact, words
+from chaincor.workflows.reproduce.claims import TREND, ClaimFinding, claim, exact, words
 from chaincor.workflows.reproduce.drawing import Axes, Figure
 from chaincor.workflows.reproduce.figures.harmonic_contacts import (
     difference_over_velocities,
     paper_chain,
 )
 from chaincor.workflows.reproduce.measurements import Answer, Measurements, NoNumber
-from chaincor.workflows.reproduce.plan import Plan, Study, harmonic_chains
+from chaincor.workflows.reproduce.plan import ReproductionPlan, Study, harmonic_chains
 
 _KEY = "trajectories"
 # Impact speed at which the compression is visible in the figure. Eta does not depend on it.
@@ -31,7 +31,7 @@ _SHOWN = 2.25
 _FAST = (0.6, 0.7, 0.8, 1.0)
 
 
-def study(plan: Plan) -> Study:
+def study(plan: ReproductionPlan) -> Study:
     """
     Return fast harmonic chains for the reference engine.
 
@@ -48,14 +48,14 @@ def study(plan: Plan) -> Study:
     text="contact time t_c is almost 2τ for large n",
     figure=_KEY,
 )
-def _contact_time(measured: Measurements) -> Finding:
+def _contact_time(measured: Measurements) -> ClaimFinding:
     points = measured.select("harmonic_sizes", "harmonic")
     long = [p for p in points if p.particles >= 100]
     if not long:
         raise NoNumber("no chain of 100 or more")
     ratios = [p.answer.result["last_contact_time"] / (p.particles - 1.0) for p in long]
     last = max(long, key=lambda p: p.particles)
-    return Finding(
+    return ClaimFinding(
         float(np.mean(ratios)),
         float(np.ptp(ratios)) / 2.0,
         f"mean of t_c/τ over {len(long)} chains, n = {min(p.particles for p in long)} to "
@@ -79,12 +79,12 @@ def _followed(particles: int) -> tuple[Outcome, Frames]:
     "harmonic chains keep the order of their particles",
     text="the order of the particles is always kept",
 )
-def _order_of_particles(measured: Measurements) -> Finding:
+def _order_of_particles(measured: Measurements) -> ClaimFinding:
     points = measured.select("order", "harmonic", 1)
     crossed = {p.scene.impact_velocity: bool(p.answer.result["crossed"]) for p in points}
     kept = [v for v, is_crossed in crossed.items() if not is_crossed]
     passed = [v for v, is_crossed in crossed.items() if is_crossed]
-    return Finding(
+    return ClaimFinding(
         float(not passed),
         0.0,
         f"harmonic, n = {points[0].particles}: particles pass through each other at v₀ = "
@@ -103,7 +103,7 @@ def _order_of_particles(measured: Measurements) -> Finding:
     "orbits at all speeds are similar",
     text='"similar orbits" at all v₀: differences of u_j/v₀ of any particle are 0',
 )
-def _similar_orbits(measured: Measurements) -> Finding:
+def _similar_orbits(measured: Measurements) -> ClaimFinding:
     return difference_over_velocities(
         measured,
         "u_j/v₀ at the last contact",
@@ -118,14 +118,14 @@ def _similar_orbits(measured: Measurements) -> Finding:
     text="of the vibration under pressure, particle 1 has the largest amplitude",
     figure=_KEY,
 )
-def _largest_amplitude(measured: Measurements) -> Finding:
+def _largest_amplitude(measured: Measurements) -> ClaimFinding:
     n = 20
     _, frames = _followed(n)
     # The front passes particle n/4 before the time n/2, and has not returned to it at 3n/2.
     pressed = (frames.times > 0.75 * n) & (frames.times < 1.25 * n)
     near = frames.displacements[pressed][:, : n // 4]
     amplitudes = np.std(near, axis=0) / _VELOCITY
-    return Finding(
+    return ClaimFinding(
         float(np.argmax(amplitudes) == 0),
         0.0,
         "standard deviations of the positions of particles 1, 2, … between 0.75 n and 1.25 n, "
@@ -141,7 +141,7 @@ def _largest_amplitude(measured: Measurements) -> Finding:
     text="the energies E_j of the modes are eq. (7) with Δt, f and v of eqs. (8)–(10): "
     "difference 0",
 )
-def _spectrum(measured: Measurements) -> Finding:
+def _spectrum(measured: Measurements) -> ClaimFinding:
     point = paper_chain(measured)
 
     def energies(answer: Answer) -> Array:
@@ -155,7 +155,7 @@ def _spectrum(measured: Measurements) -> Finding:
     low_apart = float(np.sum(np.abs(formula - found)[low]) / np.sum(found[low]))
     both = [energies(answer) for answer in point.answers]
     error = float(np.sum(np.abs(both[0] - both[-1])) / np.sum(found))
-    return Finding(
+    return ClaimFinding(
         apart,
         error,
         f"sum over j of |E_j of the formula − E_j of the chain| over the sum of the latter, "

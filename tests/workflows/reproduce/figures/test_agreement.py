@@ -4,7 +4,7 @@ import pytest
 
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.reproduce.figures.agreement import examine_points
-from chaincor.workflows.reproduce.measurements import Answer, Measurements, Point
+from chaincor.workflows.reproduce.measurements import Answer, MeasuredPoint, Measurements
 from chaincor.workflows.reproduce.plan import QUICK
 
 
@@ -21,12 +21,12 @@ def scene(speed: float) -> Scene:
 def health():
     refused = Answer({}, failure="RunError: too sharp")
     points = (
-        Point(scene(0.1), answer(0.9, 1e-6), answer(0.9, 1e-7)),
-        Point(scene(1.5), answer(0.795, 9e-3), answer(0.807, 1e-1)),
-        Point(scene(2.0), answer(0.9, 5e-3), answer(0.9, 1e-7)),
-        Point(scene(4.0), refused, answer(0.99, 1e-6)),
-        Point(scene(5.0), refused, refused),
-        Point(scene(0.2).replace(particles=2000), None, answer(0.9, 1e-6)),
+        MeasuredPoint(scene(0.1), answer(0.9, 1e-6), answer(0.9, 1e-7)),
+        MeasuredPoint(scene(1.5), answer(0.795, 9e-3), answer(0.807, 1e-1)),
+        MeasuredPoint(scene(2.0), answer(0.9, 5e-3), answer(0.9, 1e-7)),
+        MeasuredPoint(scene(4.0), refused, answer(0.99, 1e-6)),
+        MeasuredPoint(scene(5.0), refused, refused),
+        MeasuredPoint(scene(0.2).replace(particles=2000), None, answer(0.9, 1e-6)),
     )
     return examine_points(Measurements(QUICK, (), {"curves": points, "increase": (), "slopes": ()}))
 

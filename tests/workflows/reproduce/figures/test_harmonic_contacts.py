@@ -16,7 +16,7 @@ from chaincor.workflows.reproduce.figures import (
     pair,
     trajectories,
 )
-from chaincor.workflows.reproduce.measurements import Answer, Measurements, Point
+from chaincor.workflows.reproduce.measurements import Answer, MeasuredPoint, Measurements
 from chaincor.workflows.reproduce.measuring import by_echo
 from chaincor.workflows.reproduce.plan import QUICK
 
@@ -29,14 +29,16 @@ def found():
             potential="harmonic", particles=n, velocity=0.1, engine="reference", tolerance=1e-9
         )
         result = collide(scene)
-        points.append(Point(scene, None, Answer(result.to_dict(), result.arrays())))
+        points.append(MeasuredPoint(scene, None, Answer(result.to_dict(), result.arrays())))
     longest = by_echo(harmonic_lengths.study_of_longest(QUICK).echoed)
     measured = Measurements(
         QUICK,
         (),
         {
             "harmonic_sizes": tuple(points),
-            "harmonic_longest": tuple(Point(s, None, answer) for s, answer in longest.items()),
+            "harmonic_longest": tuple(
+                MeasuredPoint(s, None, answer) for s, answer in longest.items()
+            ),
             "harmonic_velocities": (),
         },
     )
@@ -104,12 +106,12 @@ def test_orbits_are_similar_and_fast_chains_lose_their_order():
         for v in (0.3, 1.0)
     ]
     answers = [Answer(r.to_dict(), r.arrays()) for r in map(collide, scenes)]
-    points = tuple(map(Point, scenes, (None, None), answers))
+    points = tuple(map(MeasuredPoint, scenes, (None, None), answers))
     measured = Measurements(QUICK, (), {"order": points})
     found = claims_of(trajectories)[1].found(measured)
     assert found.value == 0.0
     assert "pass through each other at v₀ = 1 speeds of sound, and not at 0.3" in found.text
-    both = tuple(map(Point, scenes, answers, answers))
+    both = tuple(map(MeasuredPoint, scenes, answers, answers))
     velocities = Measurements(QUICK, (), {"harmonic_velocities": both})
     # u/v0 is of the order of 1 and known to some 1e-13 of the length of the chain.
     assert claims_of(trajectories)[2].found(velocities).value < 1e-10
@@ -133,7 +135,7 @@ def test_what_does_not_depend_on_velocity_is_judged_by_what_the_engines_differ_b
         return Answer(result, {"mode_energies": np.array([0.9, *shares]) * energy})
 
     points = tuple(
-        Point(
+        MeasuredPoint(
             Scene(potential="harmonic", particles=3, velocity=v),
             answer(v, 4.0 + drift, (0.06 + drift, 0.04)),
             answer(v, 4.0, (0.06, 0.04)),

@@ -15,13 +15,13 @@ from chaincor.workflows.reproduce.figures.increase import (
     local_powers,
     shortening_of,
 )
-from chaincor.workflows.reproduce.measurements import Answer, Measurements, Point
+from chaincor.workflows.reproduce.measurements import Answer, MeasuredPoint, Measurements
 from chaincor.workflows.reproduce.plan import QUICK
 
 SPEEDS = np.geomspace(0.002, 0.2, 21)
 
 
-def point(scene: Scene, eta: float) -> Point:
+def point(scene: Scene, eta: float) -> MeasuredPoint:
     result = {
         "restitution": eta,
         "restitution_error": 1e-12,
@@ -29,7 +29,7 @@ def point(scene: Scene, eta: float) -> Point:
         "contacts": 87,
         "last_contact_time": 200.0,
     }
-    return Point(scene, None, Answer(result))
+    return MeasuredPoint(scene, None, Answer(result))
 
 
 def increase(order: int, curve) -> Curve:
@@ -94,7 +94,7 @@ def test_shortening_of_contact_times_is_bounded_by_what_the_engines_differ_by():
         return Answer({"restitution": 0.9, "restitution_error": 1e-12, "last_contact_time": time})
 
     def both(scene, time):
-        return Point(scene, answer(time + 1e-7), answer(time))
+        return MeasuredPoint(scene, answer(time + 1e-7), answer(time))
 
     scenes = [
         point(Scene(potential="power", power_order=4, power_c=1.0, speed=u), 0.9) for u in SPEEDS

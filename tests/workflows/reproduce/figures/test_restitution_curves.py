@@ -8,7 +8,7 @@ import pytest
 
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.reproduce.claims import Verdict
-from chaincor.workflows.reproduce.measurements import Answer, Measurements, Point
+from chaincor.workflows.reproduce.measurements import Answer, MeasuredPoint, Measurements
 from chaincor.workflows.reproduce.paper import CLAIMS
 from chaincor.workflows.reproduce.plan import QUICK
 
@@ -25,7 +25,7 @@ def valley(speed: float) -> float:
 def measurements(curve=lambda name, u: valley(u), contacts=lambda u: 84 + int(16 * (u > 1.0))):
     """Curves of three bonds; log above 3 v* is set equal to hard spheres."""
 
-    def point(name: str, speed: float) -> Point:
+    def point(name: str, speed: float) -> MeasuredPoint:
         is_limit = name == "log" and speed > 3.0
         result = {
             "restitution": 1.0 if is_limit else curve(name, speed),
@@ -33,7 +33,9 @@ def measurements(curve=lambda name, u: valley(u), contacts=lambda u: 84 + int(16
             "contacts": 100 if is_limit else contacts(speed),
             "scheme": "hard-sphere" if is_limit else "order8",
         }
-        return Point(Scene(potential=name, particles=100, speed=speed), None, Answer(result))
+        return MeasuredPoint(
+            Scene(potential=name, particles=100, speed=speed), None, Answer(result)
+        )
 
     points = tuple(point(name, u) for name, u in product(("lj", "toda", "log"), SPEEDS))
     return Measurements(QUICK, (), {"curves": points, "harmonic_velocities": ()})
@@ -64,13 +66,13 @@ def test_one_curve_is_judged_by_the_two_bonds_that_differ_most():
 def with_harmonic(curve):
     """Add a harmonic chain of eta = 0.97 to curves at low speed."""
     measured = measurements(curve)
-    chain = Point(
+    chain = MeasuredPoint(
         Scene(potential="harmonic", particles=100, velocity=0.1),
         None,
         Answer({"restitution": 0.97, "restitution_error": 1e-9, "contacts": 87}),
     )
     slow = tuple(
-        Point(
+        MeasuredPoint(
             Scene(potential=name, particles=100, speed=u),
             None,
             Answer({"restitution": curve(name, u), "restitution_error": 1e-9, "contacts": 87}),

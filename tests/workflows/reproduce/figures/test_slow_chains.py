@@ -16,7 +16,7 @@ from chaincor.workflows.reproduce.figures.slow_chains import (
     study,
     variable_of,
 )
-from chaincor.workflows.reproduce.measurements import Answer, Measurements, Point
+from chaincor.workflows.reproduce.measurements import Answer, MeasuredPoint, Measurements
 from chaincor.workflows.reproduce.plan import QUICK
 
 
@@ -24,12 +24,14 @@ def measurements():
     """Chains that lose what theory says."""
 
     def point(scene):
-        if variable_of(Point(scene, None, None)) < 30.0:
+        if variable_of(MeasuredPoint(scene, None, None)) < 30.0:
             n, velocity = scene.particles, scene.impact_velocity
             loss = slow_chain_dissipation(scene.bond, n, velocity)
         else:
             loss = 0.9
-        return Point(scene, None, Answer({"restitution": 1.0 - loss, "restitution_error": 1e-8}))
+        return MeasuredPoint(
+            scene, None, Answer({"restitution": 1.0 - loss, "restitution_error": 1e-8})
+        )
 
     others = [
         Scene(potential="lj", particles=n, speed=u) for n in (10, 1000) for u in (0.01, 0.1, 0.5)

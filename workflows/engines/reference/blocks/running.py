@@ -64,7 +64,7 @@ def load(stepper: "Stepper") -> Callable:
 
 def advance(
     ledger: np.record,
-    arrays: motion.Arrays,
+    arrays: motion.LineArrays,
     stepper: "Stepper",
     move: Callable,
     goal: int,
@@ -114,7 +114,7 @@ _OF_HEAD = (
 class _Head:
     """Particles near the wall, which move ahead of the rest."""
 
-    def __init__(self, ledger: np.record, arrays: motion.Arrays, stepper: "Stepper") -> None:
+    def __init__(self, ledger: np.record, arrays: motion.LineArrays, stepper: "Stepper") -> None:
         self._stepper, self._of_chain = stepper, ledger
         self._log = np.empty((2, SUBSTEPS + motion.SPARE_SUBSTEPS))
         # Even the last substep covers all bonds that the search for its contact needs.
