@@ -265,7 +265,7 @@ def test_a_users_state_is_found_from_the_job_from_a_grid_and_from_a_kept_run(tmp
     monkeypatch.chdir(tmp_path)
     scene = Scene(potential="toda", particles=3, initial="state.csv")
     write_job(scene, Path("job"))
-    write_grid([scene], ["particles"], Path("grid"), "bash")
+    write_grid([scene], ["particles"], Path("grid"))
     lammps.run(scene.problem, Numerics(), files=scene.replace(save=Path("kept")).run_files)
     written = [path for name in ("job", "grid", "kept") for path in Path(name).rglob("*.toml")]
     assert len(written) == 4
@@ -470,7 +470,7 @@ def test_a_full_disk_leaves_no_half_of_a_job_or_grid(small_disk):
     with pytest.raises(InputError, match=r"cannot write the job into .*No space left"):
         write_job(scene, small_disk / "jobs" / "one")
     with pytest.raises(InputError, match=r"cannot write the job.*No space left"):
-        write_grid([Scene(particles=2), scene], ["particles"], small_disk / "grid", "bash")
+        write_grid([Scene(particles=2), scene], ["particles"], small_disk / "grid")
     assert list(small_disk.iterdir()) == []
 
 
