@@ -23,19 +23,19 @@ from chaincor.lammps_inputs.arrays import Array
 PathPoint = tuple[float, float, float]
 Quintic = tuple[float, float, float, float, float, float]
 
-# Relative resolution of times, left by rounding.
+# Rounding limits the relative resolution of times to this.
 RESOLUTION = 4e-16
-# Newton-like steps double their digits, or halve the distance to a double zero. If a search takes
-# more steps than this, the motion has exploded and its bounds on the curvature are out of
-# proportion.
+# Newton's steps double their digits, or halve the distance to a double zero. If a search takes more
+# steps than this, the motion has exploded and its bounds on the curvature are out of proportion.
 MOST_MOVES = 1000
-# Smallest part of a step that is not divided further. A visit to the wall as short as this changes
-# the velocity of particle 1 by 1e-6 of the change that its acceleration causes in a step.
+# A part of a step that is shorter than this is not divided further. So short a visit to the wall
+# changes the velocity of particle 1 by 1e-6 of the change that its acceleration causes in a step.
 NARROWEST = 2.0**-20
-# Newton's method needs about three evaluations; bisection to rounding would need 53.
+# A search takes at most this many evaluations. Newton's method needs about three; bisection to
+# rounding would need 53.
 MOST_ITERATIONS = 80
-# The slope of the map and the velocity differ by 1e-3 (Verlet) or less, so a Newton step as small
-# as this is the last one.
+# A Newton step as small as this is the last one, because the slope of the map and the velocity
+# differ by 1e-3 (Verlet) or less.
 SETTLED = 1e-13
 
 
@@ -143,7 +143,8 @@ def narrow(
     return low, high, better, moved <= SETTLED * better and near
 
 
-# Purpose of the next point of a path: the end of the step, a part of the step, the zero.
+# A point of a path is needed for one of these purposes: the end of the step, a part of the step,
+# the zero.
 LOOK, CUT, REFINE = range(3)
 
 # State of a search: fields of the ledger of a run.

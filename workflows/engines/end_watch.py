@@ -37,11 +37,11 @@ CERTAIN_CROSSINGS = 2000.0
 # may come and go.
 EVAPORATING = 400
 
-# Time after the last contact, in times of sound over a bond, for which nearly equal motions of a
-# hot chain agree.
+# Nearly equal motions of a hot chain agree for this time after the last contact, in times of sound
+# over a bond.
 EARLY = 100.0
 
-# Least share of each of two bodies in the distance and in the speed between them.
+# Each of two bodies has at least this share in the distance and in the speed between them.
 _LEAST_SHARE = 0.05
 
 LOOKS_PER_CROSSING = 10.0

@@ -51,7 +51,7 @@ RISK_ALLOWED = 1e-3
 # If motions come to different ends, a return that none of them had and that is less likely than
 # this is neglected.
 RISK_AT_STAKE = 0.02
-# Probability with which the energy of an ejected part exceeds its bound.
+# The energy of an ejected part exceeds its bound with this probability.
 UNLIKELY = 0.01
 
 EndingKind = Literal["proved", "argued", "open"]

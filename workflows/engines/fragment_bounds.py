@@ -19,11 +19,11 @@ from numpy.typing import NDArray
 
 from chaincor.lammps_inputs.bonds.potential import Potential
 
-# Part of the energy of a broken bond that counts as spent once an end particle is far out.
+# This part of the energy of a broken bond counts as spent once an end particle is far out.
 PAID = 0.9
-# Number of vibrations for each particle in estimates of risk.
+# Estimates of risk assume this number of vibrations for each particle.
 VIBRATIONS = 100.0
-# Least risk of an escape for which there is energy.
+# An escape for which there is energy has at least this risk.
 _LEAST_RISK = 1e-300
 # Bounds are computed and cached for energies on a ladder of this ratio.
 ENERGY_LADDER = math.log(1.03)

@@ -33,11 +33,12 @@ from chaincor.workflows.engines.fragment_bounds import (
     reach,
 )
 
-# Part of the present speed of separation that must remain after all pulls.
+# All pulls must leave this part of the present speed of separation.
 _LEFT = 0.5
-# Reserve in the pull, because the pull itself makes the gaps smaller.
+# The pull has this reserve, because the pull itself makes the gaps smaller.
 _RESERVE = 1.5
-# Reserve in energies: the Verlet steps of look-ahead runs keep energies to some parts in 1e3.
+# Energies have this reserve, because the Verlet steps of look-ahead runs keep energies to some
+# parts in 1e3.
 _ENERGY_RESERVE = 1.01
 
 

@@ -23,8 +23,8 @@ from chaincor.workflows.engines.outcome import Frames, Outcome
 from chaincor.workflows.engines.reference.finish import unfinished_error
 from chaincor.workflows.errors import CrossingError, LostAtomsError
 
-# Time between looks for the end, and time for n beads over (n + 10), in units of the time in which
-# two colliding beads stop each other.
+# The end is looked for at the first interval. The motion of n beads is followed for the second
+# time, times n + 10. Both are in units of the time in which two colliding beads stop each other.
 _LOOK, _FOLLOWED = 0.3, 1000.0
 
 

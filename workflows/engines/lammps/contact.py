@@ -12,9 +12,9 @@ from chaincor.lammps_inputs.problem import Problem
 from chaincor.workflows.engines.contact_search import PathPoint
 from chaincor.workflows.engines.lammps.instance import LammpsChain
 
-# Reserve in the time that bodies need to reach each other.
+# The time that bodies need to reach each other has this reserve.
 _LATEST = 1.1
-# Time over which steps are graded, in units of 1/frequency of the fastest bond.
+# Steps are graded over this time, in units of 1/frequency of the fastest bond.
 _ZONE = 1.0
 
 

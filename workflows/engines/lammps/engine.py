@@ -36,18 +36,20 @@ from chaincor.workflows.errors import (
 from chaincor.workflows.measured import measured
 from chaincor.workflows.outputs import sign_job
 
-# First guess of the range of bonds. Two particles that collide at 2 v0 compress their bond with the
-# energy v0^2, and somewhat more if others push; bonds stretch about as fast as they came. A guess
-# that is too narrow is noticed and widened, so these constants affect only the cost.
+# These constants give the first guess of the range of bonds. Two particles that collide at 2 v0
+# compress their bond with the energy v0^2, and somewhat more if others push; bonds stretch about as
+# fast as they came. The engine notices and widens too narrow a guess, so these constants affect
+# only the cost.
 _GUESS_ENERGY = 1.6
 _GUESS_STRETCH = 3.0
 _WIDENING = 1.5
 _MOST_WIDENINGS = 12
-# Folder of files for a kept job that the engine itself does not use.
+# A kept job has this folder for files that the engine itself does not use.
 _KEPT = "kept"
-# Bonds are examined only at intervals; this share of the stretch of the longest one may be missed.
+# Bonds are examined only at intervals, so this share of the stretch of the longest one may be
+# missed.
 _UNSEEN: float = measured("unseen_stretch")
-# Rounding error of eta above which a run is useless.
+# A run with a larger rounding error of eta is useless.
 _LARGEST_FLOOR = 0.1
 
 

@@ -10,10 +10,10 @@ from chaincor.workflows.engines.lammps.instance import LammpsChain
 from chaincor.workflows.engines.outcome import MOST_ENERGY_GROWTH
 from chaincor.workflows.errors import RunError
 
-# The time to the wall is predicted from the acceleration of particle 1. Verlet steps run without
-# checks for this fraction of it. It affects only the cost.
+# Verlet steps run without checks for this fraction of the time to the wall, which is predicted from
+# the acceleration of particle 1. The fraction affects only the cost.
 _BLIND_SHARE = 0.9
-# Strains at which the tension is evaluated, in units of the strain that holds all energy in a bond
+# The tension is evaluated at these strains, in units of the strain that holds all energy in a bond
 # of stiffness 1. The tension differs little between neighbouring strains, and twice the largest
 # value is used.
 _STRAINS = np.geomspace(1e-3, 1e3, 601)

@@ -32,7 +32,8 @@ from chaincor.workflows.engines.schemes import STEP_SCHEMES
 from chaincor.workflows.engines.time_limit import check_time, steps_at_once
 
 _RUN_ONE = run_command(1)
-# Work of a particle and its bond in one LAMMPS step, in bond forces of the reference loops.
+# The work of a particle and its bond in one LAMMPS step equals this many bond forces of the
+# reference loops.
 _PARTICLE_WORK = 10
 
 

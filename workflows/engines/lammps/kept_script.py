@@ -32,10 +32,10 @@ from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.engines.reference.coarse_run import bonds_in_flight
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
 
-# Margin on the strains of the flight after the last contact, which are known to some parts in 1e3
-# for whole chains.
+# The strains of the flight after the last contact, which are known to some parts in 1e3 for whole
+# chains, have this margin.
 _MARGIN = 1.2
-# Scheme of a script if the engine's scheme needs Python.
+# A script uses this scheme if the engine's scheme needs Python.
 _INSTEAD: Scheme = "order8"
 
 

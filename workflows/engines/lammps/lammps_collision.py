@@ -25,7 +25,7 @@ from chaincor.workflows.errors import (
     RunError,
 )
 
-# Time after a contact at which the reference engine looks for the end, in units of 1/sqrt(U'').
+# The reference engine looks for the end this long after a contact, in units of 1/sqrt(U'').
 # Contacts are 1.4 to 2.3 apart and seldom more than this, so an earlier look would be cheap but
 # useless.
 PATIENCE = 3.5

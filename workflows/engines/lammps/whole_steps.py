@@ -19,7 +19,7 @@ from chaincor.workflows.engines.reference.loops.cached_kernels import CachedKern
 from chaincor.workflows.engines.schemes import StepScheme
 
 _COMMAND = "lammps_command"
-# Rows of the scratch array of an extrapolated step: the state before it, and the sums of the
+# The scratch array of an extrapolated step has these rows: the state before it, and the sums of the
 # changes in its parts.
 _X, _V, _F, _SUM_X, _SUM_V, _SUM_F = range(6)
 

@@ -39,8 +39,8 @@ from chaincor.workflows.errors import RunError, TimestepError
 
 SCHEME = "adaptive8"
 
-# Allowed error of a single step, relative to the accuracy of the restitution. Over the 1e3 to 1e6
-# steps of a collision these errors mostly cancel.
+# A single step may have this error, relative to the accuracy of the restitution. Over the 1e3 to
+# 1e6 steps of a collision these errors mostly cancel.
 LOCAL_SHARE = 0.03
 # Below this error, rounding decides and would only mislead the step-size control.
 FINEST_LOCAL = 1e-15

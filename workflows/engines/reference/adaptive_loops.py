@@ -22,14 +22,16 @@ from chaincor.workflows.engines.contact_search import PathPoint, build_contact_s
 from chaincor.workflows.engines.reference import bookkeeping
 from chaincor.workflows.engines.reference.stages import Parameters
 
-# Reasons why `advance` returned.
+# `advance` returns for one of these reasons.
 ARGUE, FULL, STUCK, OUTSIDE, LATE, PAUSE, OVER = range(7)
 
-# Step-size control: aim below the allowed error, and change the step by no more than these factors.
+# The step-size control aims below the allowed error by the first factor, and changes the step by no
+# more than the other two.
 SAFETY = 0.9
 SHRINK, GROW = 0.2, 8.0
 ORDER = 8
-# Number of rejected steps in a row after which the method is stuck: 0.2^60 spans 42 orders.
+# The method is stuck after this many rejected steps in a row. Sixty of them already shorten the
+# step by 42 orders.
 MOST_REFUSALS = 80
 
 # The fields for strains hold coordinates y here.

@@ -7,8 +7,8 @@ import numpy as np
 
 from chaincor.lammps_inputs.arrays import Array
 
-# Largest number of steps in the search for a moment, which rounding ends earlier, and relative
-# resolution left by rounding.
+# The search for a moment takes at most this many steps, and rounding ends it earlier. Rounding
+# limits its relative resolution to the second number.
 _MOST_EVALUATIONS = 100
 _RESOLUTION = 4e-16
 

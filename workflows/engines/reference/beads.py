@@ -26,13 +26,14 @@ from chaincor.workflows.engines.reference.finish import (
 from chaincor.workflows.engines.reference.tracked import TRACKED, tracked_values
 from chaincor.workflows.errors import TimestepError, UnfinishedCollisionError
 
-# Allowed error of a single step, relative to the accuracy of the restitution, and its floor.
+# A single step may have this error, relative to the accuracy of the restitution. The error is never
+# set below the second number.
 _LOCAL_SHARE = 0.03
 _FINEST_LOCAL = 1e-15
-# First step, and time for n beads over (n + 10), in units of the time in which two colliding beads
-# stop each other.
+# The first step, and the time divided by n + 10 for which n beads are followed, are in units of the
+# time in which two colliding beads stop each other.
 _FIRST_STEP, _FOLLOWED = 0.01, 1000.0
-# Time in these units by which snapshots continue after the end.
+# Snapshots continue for this time after the end, in these units.
 _SHOWN = 5.0
 
 

@@ -8,13 +8,13 @@ import numpy as np
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.workflows.engines.contact_search import SEARCH_FIELDS
 
-# Reasons why a loop returned: all steps done, the end may be near, no room for more contacts, too
-# many contacts in one step, a strain that is not allowed.
+# A loop returns for one of these reasons: all steps are done, the end may be near, there is no room
+# for more contacts, one step has too many contacts, or a strain is not allowed.
 DONE, ARGUE, FULL, CROWDED, OUTSIDE = range(5)
 
-# Time after a contact, in mean intervals between contacts, after which the end is sought.
+# The end is sought this long after a contact, in mean intervals between contacts.
 PATIENCE = 2.0
-# Room for the contacts of one step.
+# One step has room for this many contacts.
 SPARE_CONTACTS = 64
 # A contact within a step is likely if the initial parabola of the gap ends below this part of the
 # distance that the impact velocity covers in the step.

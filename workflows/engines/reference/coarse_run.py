@@ -21,13 +21,13 @@ from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.engines.reference.moving import Motion, Stepper
 from chaincor.workflows.engines.time_limit import steps_at_once
 
-# Verlet step in units of 1/frequency of the stiffest bond. While particle 1 is near the wall, the
-# error of its position is below v0/1e3. Later the phase errors are larger, but the particle is far
-# away.
+# The Verlet step has this length in units of 1/frequency of the stiffest bond. While particle 1 is
+# near the wall, the error of its position is below v0/1e3. Later the phase errors are larger, but
+# the particle is far away.
 COARSE_STEP = 0.1
 # Particle 1 must also keep clear of a wall that is closer by half its distance.
 CLEARANCE = 0.5
-# Least clearance in units of v0/sqrt(U''), the amplitude of the bonds.
+# The clearance is at least this, in units of v0/sqrt(U''), the amplitude of the bonds.
 LEAST_CLEARANCE = 0.1
 
 

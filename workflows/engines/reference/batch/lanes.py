@@ -21,13 +21,14 @@ from chaincor.workflows.engines.schemes import StepCoefficients
 # remainder loop.
 LANES = 16
 
-# Status of a chain that moves. Other statuses are reasons why it stopped, see ``bookkeeping``, or:
-# the loop proved its end, no end was found, an end was found.
+# A chain that moves has this status. Other statuses are reasons why it stopped, see
+# ``bookkeeping``, or: the loop proved its end, no end was found, an end was found.
 MOVING = -1
 PROVED, ENDLESS, ENDED = 5, 6, 7
 
-# Knowledge of the next move of a chain: none; a contact ends the move; no contact ends it; no
-# contact ends it, and the move itself had to be repeated to show this.
+# A lane knows about the next move of its chain: nothing; that a contact ends the move; that no
+# contact ends it; or that no contact ends it, and that the move itself had to be repeated to show
+# this.
 OPEN, MEETS, FREE, REPEATED = range(4)
 
 Counts = NDArray[np.int64]

@@ -37,7 +37,7 @@ from chaincor.workflows.engines.reference.stages import Parameters, VerletKernel
 from chaincor.workflows.engines.schemes import StepCoefficients
 from chaincor.workflows.engines.whole_end import EndBounds, is_over
 
-# Interval between checks of the end, in units of the time of sound over a bond and of the time
+# The end is checked at this interval, in units of the time of sound over a bond and of the time
 # since the last contact. A check costs less than a step.
 _FIRST_LOOK, _LATER_LOOKS = 2.0, 0.1
 

@@ -34,7 +34,7 @@ from chaincor.workflows.errors import RunError
 
 # Longer chains fill the vector units by themselves. This affects only the cost.
 LONGEST_IN_LANES = 128
-# Usual duration of a collision of n particles, in sound crossings.
+# A collision of n particles usually lasts this many sound crossings.
 _USUAL_CROSSINGS = 5.0
 
 

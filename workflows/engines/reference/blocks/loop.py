@@ -8,7 +8,7 @@ from chaincor.workflows.engines.reference.motion import FRONT_BLOCK, FRONT_MARGI
 from chaincor.workflows.engines.reference.stages import State, VerletKernels
 from chaincor.workflows.engines.schemes import StepCoefficients
 
-# Results of `move`: smallest and largest strain, the same up to the last contact, the bonds in
+# `move` returns the smallest and the largest strain, both up to the last contact, the bonds in
 # motion at the end, and whether a strain was not allowed.
 LOW, HIGH, CONTACT_LOW, CONTACT_HIGH, ACTIVE, OUTSIDE = range(6)
 

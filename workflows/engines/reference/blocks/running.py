@@ -27,15 +27,15 @@ from chaincor.workflows.engines.time_limit import steps_at_once
 if TYPE_CHECKING:
     from chaincor.workflows.engines.reference.moving import Stepper
 
-# Number of substeps between synchronisations of the cores.
+# The cores synchronise after this many substeps.
 SUBSTEPS = 16
 # Blocks begin at multiples of this number of bonds. It is a multiple of the width of a vector loop,
 # so the scalar remainder contains the same bonds as in the whole chain.
 ALIGNED = 64
-# Least size of a block in units of its margin; in a smaller block too many bonds are computed
-# twice.
+# A block is at least this many times as large as its margin. In a smaller block too many bonds are
+# computed twice.
 LEAST_MARGINS = 8
-# Least number of moving bonds for which a second core pays.
+# A second core pays from this number of moving bonds on.
 LEAST_ACTIVE = 6000
 
 
