@@ -16,7 +16,7 @@ from chaincor.workflows.measured import measured
 COORDINATE_ROUNDING: float = measured("coordinate_rounding", 6.0)
 SHORT_DRIFT_ROUNDING: float = measured("short_drift_rounding", 15.0)
 SHORT_DRIFT = 1e3
-# Rounding of an extrapolated step, in units of the worst amplification of its combination.
+# An extrapolated step has this rounding, in units of the worst amplification of its combination.
 EXTRAPOLATED_ROUNDING: float = measured("extrapolated_rounding")
 # Long chains that break amplify rounding. The reference engine, whose strains are rounded to eps,
 # measures the amplification by two nudges of the speed. Coordinates are rounded n/v0 times more
@@ -27,11 +27,11 @@ NUDGE_RESERVE: float = measured("nudge_reserve", 6.0)
 # This limit is chosen, not measured. Amplifications up to 1e7 occur, but above about 1e5 results
 # at different steps no longer agree, and the error of the step shows it.
 _AMPLIFICATION_MATTERS = 1e5
-# Rounding of the arithmetic for each particle: the squared mean of n velocities over hundreds of
-# contacts.
+# The arithmetic of each particle has this rounding: the squared mean of n velocities over hundreds
+# of contacts.
 ARITHMETIC_FLOOR: float = measured("arithmetic_floor")
-# Rounding of a run in units of eps times the root of the number of kicks. A run of 1e8 Verlet steps
-# has an error of 0.7 of eps 1e4; the choice adds a reserve of four.
+# A run has this rounding in units of eps times the root of the number of kicks. A run of 1e8 Verlet
+# steps has an error of 0.7 of eps 1e4; the choice adds a reserve of four.
 _ROUNDINGS = 3.0
 
 

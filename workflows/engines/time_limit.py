@@ -13,11 +13,12 @@ from dataclasses import dataclass
 from chaincor.workflows.durations import format_duration
 from chaincor.workflows.errors import CostError
 
-# Largest work of a loop, in bond forces, before Python runs again and can react to Ctrl-C and
-# signals. It takes 0.02 to 0.2 s, depending on the force; collisions of short chains need one call.
-# No result depends on this number: loops continue where they stopped, to the last bit.
+# A loop does this much work at most, in bond forces, before Python runs again and can react to
+# Ctrl-C and signals. The work takes 0.02 to 0.2 s, depending on the force; collisions of short
+# chains need one call. No result depends on this number: loops continue where they stopped, to the
+# last bit.
 WORK_AT_ONCE = 20_000_000
-# Factor by which collisions may take longer than estimated, and seconds to compile loops.
+# Collisions may take longer than estimated by this factor, and loops have these seconds to compile.
 _LONGER, _COMPILING = 1.2, 5.0
 
 

@@ -21,7 +21,7 @@ from chaincor.lammps_inputs.line import Line
 from chaincor.workflows.engines.end_watch import LOOK_GROWTH, longest_collision
 from chaincor.workflows.engines.fragment_bounds import ENERGY_LADDER, Lever, breaking_energy, reach
 
-# Energy error of a run, with a large margin.
+# A run has this energy error, with a large margin.
 ENERGY_MARGIN = 0.01
 # Bounds are computed down to this part of the largest energy.
 _LEAST_ENERGY = 1e-4

@@ -65,7 +65,7 @@ class _Column:
         n, targets = problem.particles, problem.line.targets
         self._rest = bead_rests(problem.line)
         beads = problem.line.diameters
-        # Sum of neighbouring gaps at which beads reach the next but one, or the wall.
+        # At this sum of neighbouring gaps beads reach the next bead but one, or the wall.
         self._reach = -(np.ones(n + targets) if beads is None else beads)[
             : n + targets - 1 - bool(targets)
         ]

@@ -21,7 +21,7 @@ FUSED = frozenset({"contract"})
 _OPTIONS: dict[str, Any] = {"error_model": "numpy", "_nrt": False}
 _OPTIONS |= {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 
-# Number of bonds whose forces and loops stay in memory; loops of named bonds are also on disk.
+# Forces and loops of this many bonds stay in memory; loops of named bonds are also on disk.
 KEPT = 64
 
 

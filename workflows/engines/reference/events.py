@@ -24,9 +24,9 @@ from chaincor.workflows.engines.reference.line_traits import (
 from chaincor.workflows.engines.reference.stages import Parameters, State, VerletKernels
 from chaincor.workflows.engines.schemes import StepCoefficients
 
-# Shortest substep next to a moment of touching or parting, in parts of the step. The momentum near
-# this moment is the integral of a power q of the time. The error of one such substep falls as its
-# power q + 1, and substeps as long as their distance from the moment have errors of about this
+# Substeps next to a moment of touching or parting are at least this part of the step. The momentum
+# near this moment is the integral of a power q of the time. The error of one such substep falls as
+# its power q + 1, and substeps as long as their distance from the moment have errors of about this
 # size.
 SHORTEST_SHARE = 2.0**-8
 GRADING = 1.0

@@ -21,9 +21,9 @@ from chaincor.workflows.errors import (
     UnfinishedCollisionError,
 )
 
-# Time that a compared run continues after the last contact of the other run, in units of the time
-# of sound over a bond. It is longer than the time between contacts and than the difference of
-# contact times between the runs.
+# A compared run continues for this time after the last contact of the other run, in units of the
+# time of sound over a bond. The time is longer than the time between contacts and than the
+# difference of contact times between the runs.
 KNOWN_MARGIN = 5.0
 
 # A bond that fails at this share of its data range has left the data within one step.

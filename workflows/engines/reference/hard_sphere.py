@@ -36,11 +36,12 @@ from chaincor.workflows.measured import measured
 
 SCHEME = "hard-sphere"
 
-# Accuracy of the velocities of a triple, and the resulting floor of its vibration energy.
+# The velocities of a triple have this accuracy, and its vibration energy has the resulting floor.
 _TRIPLE_ACCURACY = 1e-12
 _LEAST_LOSS = 1e-22
-# Highest speed of a triple in units of v*. Beyond it the loss is below the floor, and the slow
-# vibration of a triple that has flown apart consists of rounding errors, which no step can follow.
+# A triple is run at speeds up to this, in units of v*. Beyond it the loss is below the floor, and
+# the slow vibration of a triple that has flown apart consists of rounding errors, which no step can
+# follow.
 _FASTEST_TRIPLE = 1e6
 # Twenty halvings from the highest speed reach v*, where a triple of any bond with a v* is soft.
 _MOST_HALVINGS = 40

@@ -30,18 +30,19 @@ from chaincor.workflows.engines.reference.finish import End, strain_error, unfin
 from chaincor.workflows.engines.reference.moving import Motion, Stepper
 from chaincor.workflows.errors import RunError
 
-# Step of order 8 in units of 1/frequency of the stiffest bond: accurate to some parts in 1e7.
+# Steps of order 8 have this length in units of 1/frequency of the stiffest bond. They are accurate
+# to some parts in 1e7.
 STEP = 0.3
 
-# Factors on the step of the run for repeated motions of a chain that broke. More motions follow if
-# these come to different ends. A chain longer than `_MOST_SAMPLED` costs the square of its length.
-# It is followed once and only from its last contact on, because two motions of a chain that forgets
-# its roundings differ in their earlier contacts.
+# Motions of a chain that broke are repeated at the step of the run times these factors. More
+# motions follow if these come to different ends. A chain longer than `_MOST_SAMPLED` costs the
+# square of its length. It is followed once and only from its last contact on, because two motions
+# of a chain that forgets its roundings differ in their earlier contacts.
 _SAMPLES = (0.97, 0.91, 0.83, 0.77)
 _MORE_SAMPLES = (0.95, 0.88, 0.8, 0.74)
 _MOST_SAMPLED = 400
-# Time for which a run is followed on alone, in sound round trips. It lets fragments separate, and
-# leaves a round trip in which a return must be unlikely.
+# A run is followed on alone for this time, in sound round trips. The time lets fragments separate,
+# and leaves a round trip in which a return must be unlikely.
 _CALM = 3.0
 # A contact in one of a few motions may be harder by this factor in the true motion. Like the
 # numbers of motions, this is a choice; `tests.judge.plain` counts how often the error bars hold.

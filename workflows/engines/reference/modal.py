@@ -38,7 +38,7 @@ from chaincor.workflows.engines.time_limit import WORK_AT_ONCE, check_time
 from chaincor.workflows.errors import UnfinishedCollisionError
 
 SCHEME = "modal"
-# Intervals between samples of the bonds: the first in units of 1/frequency of the mean mode by
+# Bonds are sampled at these intervals: the first in units of 1/frequency of the mean mode by
 # energy, the second in units of sqrt(mean mass/U''(1)). A bond of a chain of equal masses (omega <=
 # 2) is then seen within 3 % of its extreme strain. The next two constants are the number of samples
 # computed at once and the largest number for one flight.
@@ -46,17 +46,18 @@ _SAMPLING = 0.5
 SAMPLE_INTERVAL = 0.25
 _SAMPLES_AT_ONCE = 32
 _MOST_SAMPLES = 40_000
-# Part of the Taylor window that a particle at rest on the target moves before contacts are
-# searched.
+# Contacts are searched after a particle at rest on the target has moved for this part of the Taylor
+# window.
 _FIRST_MOVE = 1e-3
 # A sum below this part of its terms counts as zero.
 _ROUNDINGS = 1e-14
 # A flight without contact stops after this much work, in windows times modes: it takes minutes.
 _MOST_WORK = 2e9
 _WORK_AT_ONCE = WORK_AT_ONCE / 60  # in bond forces
-# Factors on all masses: not powers of 4, whose roots would cause no rounding.
+# All masses are multiplied by these factors. Powers of 4 are left out, because their roots would
+# cause no rounding.
 _FACTORS = (0.61, 1.7, 2.3)
-# Largest count of mode amplitudes that one call of the loop records.
+# One call of the loop records at most this many mode amplitudes.
 _RECORDED = 200_000
 
 

@@ -13,15 +13,15 @@ from chaincor.workflows.engines.reference.compile import LoopCompiler
 
 # Number of terms of the Taylor series, see ``mode_flight``.
 TERMS = 26
-# Reasons why `bounce` returned: no contact can come, or its share of work is done.
+# `bounce` returned for one of these reasons: no contact can come, or its share of work is done.
 PROVED, MORE = range(2)
 
-# Remainder of the Taylor series of the gap, relative to the sum of the speeds of all modes.
+# The Taylor series of the gap has this remainder, relative to the sum of the speeds of all modes.
 _REST = 1e-19
 _FACTORIAL = float(math.factorial(TERMS))
-# Margin above the rounding of the sum over all modes.
+# This margin lies above the rounding of the sum over all modes.
 _PROOF_MARGIN = 1.0 + 1e-9
-# Work of a contact in units of the work of a window.
+# A contact costs this much, in units of the work of a window.
 _CONTACT_WORK = 2.0
 
 # Allowed changes of rounding: none, or sums in any order, which can be vectorised.

@@ -22,7 +22,8 @@ from chaincor.workflows.engines.reference.stages import Parameters, State, Verle
 from chaincor.workflows.engines.reference.tracked import Overlapping, build_track
 from chaincor.workflows.engines.schemes import StepCoefficients
 
-# Room in a log for the substeps of one step; soft contacts need many graded substeps.
+# A log has room for this many substeps of one step, because soft contacts need many graded
+# substeps.
 SPARE_SUBSTEPS, SPARE_GRADED_SUBSTEPS = 8, 256
 
 # A bond this far ahead of the front cannot be reached within one step. Over k bonds a disturbance

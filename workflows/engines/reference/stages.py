@@ -29,8 +29,8 @@ from chaincor.workflows.engines.reference.line_traits import (
     read_parameters,
 )
 
-# Parameters of a line: `LineParameters`, or for unit masses the parameters of the force kernel, a
-# NamedTuple type for each potential.
+# Parameters of a line are `LineParameters`, or for unit masses the parameters of the force kernel,
+# a NamedTuple type for each potential.
 Parameters = Any
 
 # Bytes in a cache line.

@@ -25,7 +25,7 @@ from chaincor.workflows.engines.reference.recorder import Recorder
 from chaincor.workflows.engines.reference.tracked import tracked_values
 from chaincor.workflows.engines.whole_end import certain_at, next_look
 
-# Longest overlap of soft bodies, in units of the contact duration of two free particles.
+# Soft bodies overlap for this time at most, in units of the contact duration of two free particles.
 LONGEST_TOUCHES = 100.0
 
 

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 from chaincor.lammps_inputs.arrays import Array
 
-# Halvings of a substep in the search for a turning point, which rounding ends.
+# The search for a turning point halves a substep this often, until rounding ends it.
 _HALVINGS = 52
 
 

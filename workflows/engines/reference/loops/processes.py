@@ -30,8 +30,8 @@ sys.path[:] = pickle.load(sys.stdin.buffer)
 function, arguments = pickle.load(sys.stdin.buffer)
 function(*arguments)
 """
-# Seconds to wait for the helper. It started first and has less to do, so if it is later than this,
-# something delays it.
+# The parent process waits this many seconds for the helper. The helper started first and has less
+# to do, so if it is later than this, something delays it.
 _HELPER_TIMEOUT = 10.0
 
 # Set while a loop is compiled; displays of the running time then say so.
@@ -39,7 +39,7 @@ COMPILING = threading.Event()
 
 _START: ContextVar[Callable[[], None] | None] = ContextVar("_START", default=None)
 
-# Seconds after which the process that holds the lock is taken to be stopped: three times the
+# After this many seconds the process that holds the lock is taken to be stopped: three times the
 # slowest loop on a machine with four processes on a core.
 _LOCK_TIMEOUT = 120.0
 _LOCK_INTERVAL = 0.05
