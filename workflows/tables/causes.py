@@ -1,34 +1,14 @@
-"""Find the cause of an error in a table: undo each candidate, and see if the error vanishes."""
+"""Find why LAMMPS's force is wrong although energies and forces of a table agree."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
-from chaincor.lammps_inputs.arrays import Array, Mask
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.workflows.tables.judge import Errors, Judge
-from chaincor.workflows.tables.lammps_curve import Style, TableData
+from chaincor.workflows.tables.lammps_curve import Style
 
-# Common factors by which forces or energies can be wrong, most of them between units.
-_FACTORS = {
-    "kcal and kJ": 4.184,
-    "nm and Angstrom": 10.0,
-    "eV and kcal/mol": 23.060548,
-    "eV and kJ/mol": 96.485332,
-    "Hartree and eV": 27.211386,
-    "Hartree and kcal/mol": 627.50947,
-    "Hartree and kJ/mol": 2625.4996,
-    "radians and degrees": 180.0 / np.pi,
-    "Bohr and Angstrom": 1.8897261,
-    "a factor of 2": 2.0,
-    "a factor of 3": 3.0,
-    "a factor of 100": 100.0,
-    "a factor of 1000": 1000.0,
-}
-# A cause is accepted if undoing it leaves less than this part of the difference.
-_EXPLAINS = 0.1
-# Forces are a constant times the slopes if the ratio of both varies by less than this part.
-_CONSTANT = 0.03
 # Rows on both sides of the worst place that are searched for rounding and noise.
 _ENDS = 8
 # Noise is the cause from this part of an error on, because noise moves the polynomials as well.
@@ -41,142 +21,6 @@ class TableFaultCause(NamedTuple):
     name: str  #: Short name of the cause.
     said: str  #: The problem, as a clause.
     help: str  #: The remedy, as an imperative.
-
-
-@dataclass(frozen=True)
-class _Test:
-    """Possible cause and the table without it."""
-
-    cause: TableFaultCause
-    undone: TableData
-
-
-def cause_of_contradiction(judge: Judge, wrong: Mask) -> TableFaultCause:
-    """
-    Return why forces are not -dE/dr.
-
-    `wrong` has the shape (rows - 1,) and marks the intervals between rows where forces and
-    energies contradict each other. Each cause is undone on trial. The result is the cause without
-    which energies and forces agree best.
-    """
-    before = _difference(judge, wrong)
-    kinds = [*_sign_and_factor(judge, wrong), *_others(judge)]
-    best, least = None, _EXPLAINS * before
-    for test in kinds:
-        after = _difference(replace(judge, table=test.undone), wrong)
-        if after < least:
-            best, least = test.cause, after
-    return (
-        best
-        or _differences_of_energies(judge, wrong)
-        or TableFaultCause(
-            "other forces",
-            "the forces belong to other energies",
-            "recompute the force column as -dE/dr",
-        )
-    )
-
-
-def _difference(judge: Judge, wrong: Mask) -> float:
-    """Return how far forces differ from -dE/dr: median where wrong, plus a tenth of the mean."""
-    with np.errstate(all="ignore"):
-        by_energies, by_forces, _ = judge.rows.mean_forces()
-        if len(by_energies) != len(wrong):
-            return np.inf
-        size = np.maximum(np.abs(by_energies), np.abs(by_forces)) + 1e-300
-        off = np.nan_to_num(np.abs(by_energies - by_forces) / size, nan=1.0)
-    return float(np.median(off[wrong]) + 0.1 * np.mean(off))
-
-
-def _sign_and_factor(judge: Judge, wrong: Mask) -> list[_Test]:
-    by_energies, by_forces, _ = judge.rows.mean_forces()
-    good = wrong & (np.abs(by_forces) > 0.0) & np.isfinite(by_forces) & np.isfinite(by_energies)
-    if not np.any(good):
-        return []
-    ratios = by_energies[good] / by_forces[good]
-    factor = float(np.median(ratios))
-    if factor == 0.0 or np.median(np.abs(ratios / factor - 1.0)) > _CONSTANT:
-        return []
-    undone = replace(judge.table, forces=judge.table.forces * factor)
-    if abs(factor + 1.0) < _CONSTANT:
-        text = "the forces have the wrong sign"
-        return [_Test(TableFaultCause("sign", text, "multiply the force column by -1"), undone)]
-    size, name = abs(factor), ""
-    for units, known in _FACTORS.items():
-        if min(abs(size / known - 1.0), abs(size * known - 1.0)) < _CONSTANT:
-            name = units if units.startswith("a factor") else f"the factor between {units}"
-    said = f"energies and forces differ by {f'{name}, ' if name else 'the factor '}{factor:.5g}"
-    if factor < 0.0:
-        said += ", with the wrong sign"
-    help_ = "write both columns, and r, in the same units"
-    return [_Test(TableFaultCause("unit", said, help_), undone)]
-
-
-def _others(judge: Judge) -> list[_Test]:
-    t = judge.table
-    r, energies, forces = t.lengths, t.energies, t.forces
-    tests = [
-        _Test(
-            TableFaultCause(
-                "exchanged columns",
-                "the energy column holds the forces, and the force column the energies",
-                "exchange the third and the fourth column",
-            ),
-            replace(t, energies=forces, forces=energies),
-        )
-    ]
-    if np.all(r >= 0.0) and t.kind in ("bond", "pair"):
-        tests.append(
-            _Test(
-                TableFaultCause(
-                    "r squared", "the r column holds r squared", "take the root of the r column"
-                ),
-                replace(t, lengths=np.sqrt(r)),
-            )
-        )
-        positive = np.maximum(r, 1e-300)
-        for name, undone in (
-            ("divided by r", forces * positive),
-            ("multiplied by r", forces / positive),
-        ):
-            cause = TableFaultCause(
-                "force and r", f"the forces are {name}", "write the plain force -dE/dr"
-            )
-            tests.append(_Test(cause, replace(t, forces=undone)))
-    for rows in (1, -1, 2, -2, 3, -3):
-        shifted = np.roll(forces, -rows)
-        # np.roll moves rows from one end to the other. They repeat the nearest moved force.
-        if rows > 0:
-            shifted[-rows:] = shifted[-rows - 1]
-        else:
-            shifted[:-rows] = shifted[-rows]
-        side = "down" if rows > 0 else "up"
-        many = f"{abs(rows)} row{'s' * (abs(rows) > 1)}"
-        cause = TableFaultCause(
-            "shifted column",
-            f"the force column is shifted {side} by {many}",
-            "move the forces back to their energies",
-        )
-        tests.append(_Test(cause, replace(t, forces=shifted)))
-    if not np.all(np.diff(judge.rows.padded[0]) > 0.0):
-        return []
-    return tests
-
-
-def _differences_of_energies(judge: Judge, wrong: Mask) -> TableFaultCause | None:
-    """Return a cause if the forces are differences of energies to one neighbour, else None."""
-    x, energies, forces, _digits = judge.rows.padded
-    slopes = -np.diff(energies) / np.diff(x)
-    by_energies, by_forces, _ = judge.rows.mean_forces()
-    off = np.median(np.abs(by_energies - by_forces)[wrong])
-    for name, mine in (("next", forces[:-1]), ("last", forces[1:])):
-        if np.median(np.abs(slopes - mine)[wrong]) < _EXPLAINS * off:
-            return TableFaultCause(
-                "one-sided difference",
-                f"the forces are differences of the energy to the {name} row",
-                "take differences over both neighbours, or -dE/dr itself",
-            )
-    return None
 
 
 def cause_of_error(judge: Judge, errors: Errors, style: Style, rows: int) -> TableFaultCause:
@@ -241,7 +85,7 @@ def _of_scatter(judge: Judge, place: float, scatter: float, near: str) -> TableF
     if float(np.max(digits[around, 1])) > 0.3 * scatter:
         said = f"the numbers have few digits {near}"
         return TableFaultCause("digits", said, "write forces with more digits")
-    rounded = _rounded_lengths(x)
+    rounded = rounded_lengths(x)
     if rounded:
         return TableFaultCause(
             "digits of r", f"the r column is rounded {near}", "write r with all digits"
@@ -258,7 +102,7 @@ def _of_scatter(judge: Judge, place: float, scatter: float, near: str) -> TableF
     )
 
 
-def _rounded_lengths(x: Array) -> bool:
+def rounded_lengths(x: Array) -> bool:
     """Return whether lengths are a uniform grid that was rounded."""
     steps = np.diff(x)
     even = float(np.mean(steps))

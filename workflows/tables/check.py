@@ -20,6 +20,7 @@ from chaincor.workflows.tables.reading import (
     fault_of_numbers,
     fault_of_values,
     faults_of_header,
+    faults_of_spacing,
     faults_of_text,
     in_order,
     kind_of,
@@ -177,6 +178,10 @@ def _judged(
         )
     if asked is None:
         bounds = judged_range(table, thermal)
+        if table.is_bitmap:
+            # The last rows lie beyond LAMMPS's cutoff.
+            cutoff = section.header["BITMAP"][1]
+            bounds = (bounds[0], min(bounds[1], cutoff) if cutoff > bounds[0] else bounds[1])
         how = f"energy below 10 kT above its minimum; {how}"
     else:
         bounds, how = (max(asked[0], low), min(asked[1], high)), "as asked"
@@ -209,7 +214,9 @@ def _with_errors(
     errors = judge.errors(style, report.style_rows)
     limit = tolerance or TOLERANCE
     faults = list(report.faults)
-    found = contradictions(judge, errors, tolerance or CONTRADICTION)
+    # Forces belong to the distances of the file. Other distances explain every contradiction.
+    is_moved = table.kind == "pair" and bool(faults_of_spacing(section))
+    found = None if is_moved else contradictions(judge, errors, tolerance or CONTRADICTION)
     cause, contradiction = found or (None, None)
     short = f"{cause.said}. {sentence(cause.help)}" if cause else ""
     faults += [contradiction] if contradiction else []
@@ -218,7 +225,7 @@ def _with_errors(
         ideal = errors
     else:
         ideal = replace(errors, interpolation=np.zeros(len(errors.at)))
-    if len(faults) == len(report.faults) and errors.largest > limit:
+    if not is_moved and len(faults) == len(report.faults) and errors.largest > limit:
         cause = cause_of_error(judge, errors, style, report.style_rows)
         said = f"{cause.said}: an error of {errors.largest:.2g} of the local force"
         if tolerance is None:

@@ -5,7 +5,8 @@ import numpy as np
 from chaincor.lammps_inputs.bonds.table_checks import fault_of_slopes
 from chaincor.lammps_inputs.bonds.table_rows import BondRows, spline_through
 from chaincor.lammps_inputs.bonds.table_text import Section
-from chaincor.workflows.tables.causes import TableFaultCause, cause_of_contradiction
+from chaincor.workflows.tables.causes import TableFaultCause
+from chaincor.workflows.tables.contradictions import cause_of_contradiction
 from chaincor.workflows.tables.judge import Errors, Judge, last_row
 from chaincor.workflows.tables.reading import with_lengths_of_header
 from chaincor.workflows.tables.report import TableReport, sentence
@@ -40,8 +41,7 @@ def contradictions(
     places = np.flatnonzero(wrong)
     worst = int(places[np.argmax((systematic / size)[wrong])])
     where = f"between {x[places[0]]:.4g} and {x[places[-1] + 1]:.4g}"
-    cause = cause_of_contradiction(judge, wrong)
-    cause = cause._replace(said=f"{cause.said} {where}")
+    cause = cause_of_contradiction(judge, wrong, where)
     return cause, (
         f"{cause.said}: near {middle[worst]:.6g} the energies give a force of "
         f"{by_energies[worst]:.6g}, but the table has {by_forces[worst]:.6g}. "
@@ -79,9 +79,9 @@ def _fault_of_natural_length(natural: float, judge: Judge) -> list[str]:
     crossing = np.flatnonzero(forces[:-1] * forces[1:] <= 0.0)
     room = max(2.0 * float(np.max(np.diff(x))), 0.02 * float(x[-1] - x[0]))
     zeros = [*x[crossing], *x[crossing + 1]]
-    if judge.table.kind == "angle":
-        zeros += [x[0], x[-1]]
-    if not len(zeros) or np.min(np.abs(np.array(zeros) - natural)) <= room:
+    # The sine of an angle vanishes at both ends, and so may the natural angle.
+    ends = [x[0], x[-1]] if judge.table.kind == "angle" else []
+    if not zeros or np.min(np.abs(np.array([*zeros, *ends]) - natural)) <= room:
         return []
     force = float(np.interp(natural, x, forces))
     nearest = zeros[int(np.argmin(np.abs(np.array(zeros) - natural)))]

@@ -24,12 +24,29 @@ _KNOWN: dict[TableKind, set[str]] = {
     "pair": {"N", "R", "RSQ", "BITMAP", "FPRIME"},
 }
 _WHOLE = 180.0
+# Part of the range at its end, whose slope tells pairs from bonds.
+_TAIL = 0.1
 # LAMMPS refuses an angle table whose ends differ from 0 and 180 degrees by more than this.
 _ANGLE_ENDS = 1e-10
 # LAMMPS recomputes distances from R, RSQ and BITMAP, and warns of larger relative differences.
 _SAME_LENGTH = 1e-6
 # Cubics between closer rows overflow.
 _NEAREST = 1e-30
+# Lines that LAMMPS cannot read, and what to do.
+_UNREADABLE = (
+    (
+        re.compile(r"^[ \t]*\d+[ \t]*[,;][ \t]*[-+.\d].*$", re.MULTILINE),
+        "its columns are separated by commas or semicolons: {}. Separate them by spaces",
+    ),
+    (
+        re.compile(r"^[ \t]*\d+[ \t]+[-+]?\d+,\d+.*$", re.MULTILINE),
+        "its numbers have decimal commas: {}. Write decimal points",
+    ),
+    (
+        re.compile(r"^[ \t]*\d+[ \t].*\d\.?[dD][-+]?\d+.*$", re.MULTILINE),
+        "its numbers have exponents with D, which LAMMPS cannot read: {}. Write E instead",
+    ),
+)
 _UNITS = re.compile(r"UNITS:\s*(\w+)")
 # kT at 300 K by units; 1 for lj. LAMMPS's own writers name the units in the first line.
 _THERMAL = {"lj": 1.0, "real": 0.59616, "metal": 0.025852, "electron": 9.5004e-4, "si": 4.1419e-21}
@@ -93,7 +110,7 @@ def kind_of(section: Section) -> TableKind:
         return "pair"
     if words & {"NOF", "DEGREES", "RADIANS"}:
         return "dihedral"
-    x, energies, forces = section.data.T
+    x, energies, _ = section.data.T
     if len(x) < 2 or not np.all(np.isfinite(x)):
         return "bond"
     low, high = float(x[0]), float(x[-1])
@@ -109,10 +126,10 @@ def kind_of(section: Section) -> TableKind:
         return "angle"
     if "EQ" in words or "FP" in words:
         return "bond"
-    depth = float(np.max(energies) - np.min(energies[np.argmin(energies) :]))
     outside = energies[np.argmin(energies) :]
-    tail = abs(energies[-1]) + abs(forces[-1] * (high - low))
-    if len(outside) > 2 and depth > 0.0 and tail < 0.05 * float(np.ptp(outside)):
+    # Energies of pairs vanish at the cutoff, nearly without a slope.
+    change = abs(energies[-1] - np.interp(high - _TAIL * (high - low), x, energies)) / _TAIL
+    if len(outside) > 2 and abs(energies[-1]) + change < 0.35 * float(np.ptp(outside)):
         return "pair"
     return "bond"
 
@@ -191,19 +208,28 @@ def _lengths_of_bitmap(section: Section) -> Array | None:
 
 
 def faults_of_text(text: str) -> list[str]:
-    """Return a fault if lines end in a way that LAMMPS cannot read."""
+    """Return the faults of line ends, separators and numbers that LAMMPS cannot read."""
+    faults = []
     if re.search(r"\r(?!\n)", text):
-        return [
+        faults.append(
             "its lines end with a carriage return alone, as on old Macs; LAMMPS reads them as one "
             "line: convert them, for example with tr '\\r' '\\n'"
-        ]
-    return []
+        )
+    for pattern, said in _UNREADABLE:
+        if match := pattern.search(text):
+            faults.append(said.format(repr(match.group().strip()[:60])))
+    return faults
 
 
 def faults_of_header(section: Section, kind: TableKind) -> list[str]:
     """Return the faults of a header: against its rows, and against LAMMPS's words for this kind."""
     header, data = section.header, section.data
     if len(section.odd_lines) > len(data):
+        if [line.split()[0] for line in section.odd_lines[:3]] == ["1", "2", "3"]:
+            return [
+                f"its rows have no force: {section.odd_lines[0][:60]!r}. Add -dE/dr as the fourth "
+                "column, or the word NOF after N in a dihedral table"
+            ]
         return [
             f"its rows have no index: {section.odd_lines[0][:60]!r}. Begin each row with a "
             "whole number: 'index length energy force'"
@@ -245,25 +271,21 @@ def _faults_of_range(section: Section, kind: TableKind) -> list[str]:
     low, high = float(lengths[0]), float(lengths[-1])
     faults = []
     if kind == "angle" and (abs(low) > _ANGLE_ENDS or abs(high - _WHOLE) > _ANGLE_ENDS):
+        is_radians = abs(low) < 0.1 and abs(high - np.pi) < 0.1
+        help_ = ". Convert radians to degrees, and forces as well" if is_radians else ""
         faults.append(
             f"its angles go from {low:g} to {high:g}; LAMMPS refuses an angle table that does not "
-            "go from 0 to 180 degrees"
+            f"go from 0 to 180 degrees{help_}"
         )
     if kind == "dihedral":
-        whole = 2.0 * np.pi if "RADIANS" in header else 360.0
-        if high - low >= whole:
-            faults.append(
-                f"its angles go from {low:g} to {high:g}; LAMMPS refuses a dihedral table of a "
-                f"whole turn of {whole:.6g} or more: leave out the last row, which repeats the "
-                "first"
-            )
+        faults += _faults_of_turn(header, lengths)
     bounds = header.get("R") or header.get("RSQ") or header.get("BITMAP") or [low, high]
     if kind == "pair" and bounds[0] <= 0.0:
         faults.append(f"its distances begin at {bounds[0]:g}; LAMMPS refuses 0 and less")
     if kind == "pair" and bounds[1] <= bounds[0]:
         faults.append(f"its range {bounds[0]:g} to {bounds[1]:g} is empty, which LAMMPS refuses")
     elif kind == "pair":
-        faults += _faults_of_spacing(section)
+        faults += faults_of_spacing(section)
     if "EQ" in header and not low <= header["EQ"][0] <= high:
         faults.append(
             f"it says EQ {header['EQ'][0]:g}, but its rows go from {low:g} to {high:g}. "
@@ -272,7 +294,26 @@ def _faults_of_range(section: Section, kind: TableKind) -> list[str]:
     return faults
 
 
-def _faults_of_spacing(section: Section) -> list[str]:
+def _faults_of_turn(header: dict[str, list[float]], angles: Array) -> list[str]:
+    """Return a fault if the angles of a dihedral cover more than a turn, or are in other units."""
+    low, high = float(angles[0]), float(angles[-1])
+    in_radians = "RADIANS" in header
+    whole = 2.0 * np.pi if in_radians else 360.0
+    step = (high - low) / (len(angles) - 1)
+    said = f"its angles go from {low:g} to {high:g}"
+    if in_radians and high - low > 2.0 * whole:
+        return [f"{said}, which LAMMPS refuses as radians. Replace RADIANS by DEGREES"]
+    if not in_radians and abs(high + step - low - 2.0 * np.pi) < 1.5 * step + 0.01:
+        return [f"{said}: a turn in radians. Write RADIANS after N"]
+    if high - low >= whole:
+        return [
+            f"{said}; LAMMPS refuses a dihedral table of a whole turn of {whole:.6g} or more: "
+            "leave out the last row, which repeats the first"
+        ]
+    return []
+
+
+def faults_of_spacing(section: Section) -> list[str]:
     """Return a fault if distances differ from the recomputed ones by more than rounding."""
     name = next((name for name in ("R", "RSQ", "BITMAP") if name in section.header), None)
     if name is None:
@@ -296,8 +337,31 @@ def _faults_of_spacing(section: Section) -> list[str]:
     return [
         f"{np.count_nonzero(off)} of {len(lengths)} distance values differ from those of its line "
         f"'{name} {low:g} {high:g}', which LAMMPS takes instead: row {in_file + 1} is at "
-        f"{lengths[row]:.9g}, not {made[row]:.9g}"
+        f"{lengths[row]:.9g}, not {made[row]:.9g}. {_right_distances(section, name, made)}"
     ]
+
+
+def _right_distances(section: Section, name: str, made: Array) -> str:
+    """Return the remedy for distances that differ from those of the header."""
+    lengths, room = section.data[:, 0], section.digits[:, 0]
+
+    def are_same(others: Array) -> bool:
+        return bool(np.all(np.abs(lengths - others) <= _SAME_LENGTH * np.abs(others) + room))
+
+    low, high = float(np.min(lengths)), float(np.max(lengths))
+    if are_same(made**2):
+        return "The r column holds r squared: take its root"
+    for word, power in (("R", 1), ("RSQ", 2)):
+        if low > 0.0 and are_same(
+            np.roll(
+                np.linspace(low**power, high**power, len(lengths)) ** (1.0 / power),
+                -int(np.argmin(lengths)),
+            )
+        ):
+            return f"Write '{word} {low:.9g} {high:.9g}' after N"
+    if name == "BITMAP" and np.allclose(np.sort(lengths), made, rtol=_SAME_LENGTH):
+        return "Write the rows in the order of pair_write, not in rising order"
+    return f"Recompute r, or leave out {name}"
 
 
 def fault_of_values(header: dict[str, list[float]]) -> str | None:
@@ -307,6 +371,21 @@ def fault_of_values(header: dict[str, list[float]]) -> str | None:
             said = " ".join(f"{value:g}" for value in values)
             return f"its header says {name} {said}. Give finite numbers of at most {LARGEST:g}"
     return None
+
+
+def _right_order(data: Array) -> str:
+    """Return the remedy for rows whose lengths do not rise."""
+    steps = np.diff(data, axis=0)
+    if np.all(steps[:, 0] < 0.0):
+        return "Reverse the order of the rows"
+    for column, name in ((1, "third"), (2, "fourth")):
+        if np.all(steps[:, column] > 0.0) and np.ptp(steps[:, column]) < 1e-3 * np.ptp(
+            data[:, column]
+        ):
+            return f"The {name} column rises evenly: exchange it with the second"
+    if np.all(steps[:, 0] >= 0.0):
+        return "Keep one of the rows, or write more digits"
+    return "Sort the rows by length"
 
 
 def fault_of_numbers(section: Section, kind: TableKind) -> str | None:
@@ -331,7 +410,8 @@ def fault_of_numbers(section: Section, kind: TableKind) -> str | None:
         row = int(falling[0]) + 2
         return (
             f"{kind} table values are not increasing: row {row} is at {lengths[row - 1]:.9g} "
-            f"behind {lengths[row - 2]:.9g}; LAMMPS refuses that or reads past its table"
+            f"behind {lengths[row - 2]:.9g}; LAMMPS refuses that or reads past its table. "
+            f"{_right_order(data)}"
         )
     nearest = int(np.argmin(steps))
     if steps[nearest] < _NEAREST:

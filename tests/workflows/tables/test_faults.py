@@ -1,6 +1,7 @@
 """Faults of real files: what is named, what LAMMPS itself says, and how reports show themselves."""
 
 import json
+import re
 import subprocess
 
 import numpy as np
@@ -87,7 +88,136 @@ def test_causes_are_found_by_undoing_them(tmp_path, said):
     assert said.lower() in report.faults[0].lower()
 
 
+def _reversed_between(data, low, high):
+    r, energies, forces = data.T
+    return np.stack([r, energies, np.where((r > low) & (r < high), -forces, forces)], axis=1)
+
+
+# The remedy must hold for the rows that are wrong, and for no others.
+PARTS = {
+    (0.9, 1.6): lambda d: _reversed_between(d, 0.9, 1.6),
+    (1.4, 2.0): lambda d: _reversed_between(d, 1.4, 3.0),
+    (0.6, 0.8): lambda d: _reversed_between(d, 0.0, 0.8),
+}
+
+
+@pytest.mark.parametrize("part", PARTS)
+def test_a_part_of_reversed_forces_is_located(tmp_path, part):
+    path = write(tmp_path / "t", spoil=lambda d, h: h.pop("FP") and PARTS[part](d))
+    report = check_table(path)
+    found = re.search(r"wrong sign between (\S+) and (\S+)\. Multiply these forces", report.summary)
+    # Two rows, and the four digits that are printed.
+    assert [float(x) for x in found.groups()] == pytest.approx(part, abs=2 * 1.4 / 399 + 1e-3)
+
+
+def test_a_shift_of_half_a_column_is_no_factor(tmp_path):
+    def spoil(data, header):
+        header.pop("FP")
+        shifted = np.roll(data[:, 2], 1)
+        half = len(data) // 2
+        return np.column_stack([data[:, :2], np.append(data[:half, 2], shifted[half:])])
+
+    report = check_table(write(tmp_path / "t", spoil=spoil, rows=100))
+    assert "the force column is shifted down by 1 row between 1.3" in report.summary
+
+
+def test_reversed_energies_are_told_from_reversed_forces(tmp_path):
+    """The first force of a bond pushes its particles apart."""
+    path = write(tmp_path / "t", spoil=lambda d, h: h.pop("FP") and d * [1, -1, 1])
+    assert "Multiply the energy column by -1" in check_table(path).summary
+
+
+def test_rounded_lengths_are_named_as_the_cause(tmp_path):
+    path = write(
+        tmp_path / "t",
+        spoil=lambda d, h: h.pop("FP") and np.column_stack([np.round(d[:, 0], 2), d[:, 1:]]),
+        rows=90,
+    )
+    assert "the r column is rounded. Write r with all digits" in check_table(path).summary
+
+
+def _dihedral(path, header, unit=1.0, slope=0.0):
+    angles = np.arange(-180.0, 180.0, 2.0)
+    phase = 3.0 * np.radians(angles) - 0.3
+    energies = 2.0 * (1.0 + np.cos(phase)) + slope * angles
+    forces = (6.0 * np.sin(phase) * np.pi / 180.0 - slope) / unit
+    columns = [angles * unit, energies] + ([] if "no force" in header else [forces])
+    rows = [
+        f"{k} " + " ".join(f"{x:.12g}" for x in row)
+        for k, row in enumerate(zip(*columns, strict=True), 1)
+    ]
+    path.write_text("\n".join(["KEY", header.replace(" no force", ""), "", *rows, ""]))
+    return check_table(path)
+
+
+def test_units_and_periods_of_dihedrals(tmp_path):
+    path, radian = tmp_path / "t", np.pi / 180.0
+    assert _dihedral(path, "N 180 DEGREES").is_good
+    assert _dihedral(path, "N 180 RADIANS", radian).is_good
+    assert "Write RADIANS after N" in _dihedral(path, "N 180 NOF no force", radian).summary
+    assert "Replace RADIANS by DEGREES" in _dihedral(path, "N 180 RADIANS").summary
+    assert "NOF after N in a dihedral table" in _dihedral(path, "N 180 no force").summary
+    assert "the energy is not periodic: it jumps by" in _dihedral(path, "N 180", slope=0.01).summary
+
+
+@pytest.mark.parametrize("reach", [2.0, 2.5, 4.0])
+def test_energies_that_vanish_at_the_end_are_those_of_pairs(tmp_path, reach):
+    r = np.linspace(0.85, reach, 300)
+    rows = [
+        f"{k} {a:.12g} {e:.12g} {f:.12g}"
+        for k, (a, e, f) in enumerate(zip(r, *lennard_jones(r)[:2], strict=True), 1)
+    ]
+    (tmp_path / "t").write_text("\n".join(["KEY", "N 300", "", *rows, ""]))
+    assert check_table(tmp_path / "t").kind == "pair"
+
+
+@pytest.mark.parametrize(
+    ("power", "header", "remedy"),
+    [
+        (1, "RSQ 0.85 2.5", "Write 'R 0.85 2.5' after N"),
+        (2, "R 0.85 2.5", "Write 'RSQ 0.85 2.5' after N"),
+        (1, "R 0.8 2.5", "Write 'R 0.85 2.5' after N"),
+        (0.5, "R 0.85 2.5", "The r column holds r squared: take its root"),
+    ],
+)
+def test_distances_of_another_header_get_one_fault_and_its_remedy(tmp_path, power, header, remedy):
+    r = np.linspace(0.85**power, 2.5**power, 300) ** (1.0 / power)
+    if power == 0.5:
+        r = np.linspace(0.85, 2.5, 300)
+    energies, forces, _ = lennard_jones(r)
+    column = r**2 if power == 0.5 else r
+    rows = [
+        f"{k} {a:.12g} {e:.12g} {f:.12g}"
+        for k, (a, e, f) in enumerate(zip(column, energies, forces, strict=True), 1)
+    ]
+    (tmp_path / "t").write_text("\n".join(["KEY", f"N 300 {header}", "", *rows, ""]))
+    report = check_table(tmp_path / "t")
+    assert len(report.faults) == 1
+    assert remedy in report.summary
+
+
+@pytest.mark.parametrize(
+    ("spoil", "remedy"),
+    [
+        (lambda d: d[::-1], "Reverse the order of the rows"),
+        (lambda d: np.insert(d, 100, d[100], axis=0)[:-1], "Keep one of the rows"),
+        (lambda d: d[:, [1, 0, 2]], "The third column rises evenly: exchange it"),
+        (lambda d: np.roll(d, 7, axis=0), "Sort the rows by length"),
+    ],
+)
+def test_rows_in_disorder_are_put_right(tmp_path, spoil, remedy):
+    path = write(tmp_path / "t", spoil=lambda d, h: h.pop("FP") and spoil(d))
+    assert remedy in check_table(path).summary
+
+
 REFUSED = {
+    "decimal commas": lambda text: text.replace(".", ","),
+    "separated by commas": lambda text: (
+        re.sub(r"(?<=\d) (?=[-\d])", ",", text.split("\n\n")[0])
+        + "\n\n"
+        + text.split("\n\n", 1)[1].replace(" ", ",")
+    ),
+    "exponents with D": lambda text: re.sub(r"(?m)^(\d+ \S+ \S+ \S+)$", r"\1D+00", text),
     "carriage return": lambda text: text.replace("\n", "\r"),
     "rows have no index": lambda text: "\n".join(
         line.split(maxsplit=1)[1] if line[:1].isdigit() else line for line in text.splitlines()
