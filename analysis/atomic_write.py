@@ -12,7 +12,7 @@ from typing import Any
 from chaincor.analysis.output_paths import judge_output, resolve_output
 from chaincor.lammps_inputs.errors import InputError
 
-# Errors of a full disk, of a user's quota, and of a limit on the size of files.
+# The system reports these errors for a full disk, a user's quota, and a limit on the size of files.
 _NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 
 
@@ -116,6 +116,6 @@ def write_arrays(path: Path, arrays: Mapping[str, Any]) -> None:
     import numpy as np
 
     packed = BytesIO()
-    # Not `allow_pickle=False`: before NumPy 2.1 that is kept as one more array.
+    # `allow_pickle=False` is not given, because NumPy before 2.1 stores it as one more array.
     np.savez_compressed(packed, **arrays)
     path.write_bytes(packed.getbuffer())

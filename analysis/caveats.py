@@ -10,7 +10,7 @@ from chaincor.analysis.modes import indistinct_modes
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.potential import Potential
 
-# float64 keeps 16 digits: a coarser column was printed with fewer.
+# float64 keeps 16 digits. A coarser column was printed with fewer.
 _ALL_DIGITS = 1e-14
 _LARGE_DRIFT = 1e-6
 _LARGE_MISS = 1e-6
@@ -103,7 +103,8 @@ def _drift_caveats(before: float, after: float) -> list[str]:
             f"the energy drifts by {before:.1e} of itself between the first frame and the last "
             "contact: the run is no more accurate than that"
         )
-    # Scripts that dump at contacts wait for the end in coarser steps: of these the last frame is.
+    # Scripts that dump at contacts wait for the end in coarser steps, and the last frame belongs to
+    # these coarser steps.
     if abs(after) > max(_LARGE_DRIFT, abs(before)):
         caveats.append(
             f"the energy drifts by {after:.1e} of itself after the last contact: restitution does "

@@ -43,7 +43,7 @@ def energy_series(analysis: CollisionAnalysis) -> tuple[Array, ...]:
         return own
     other = analysis.target.history
     total, others = float(np.sum(analysis.masses)), float(np.sum(analysis.target.masses))
-    # The mirrored target's momentum counts the other way.
+    # The momentum of the mirrored target counts with the opposite sign.
     relative = history.momentum / total + other.momentum / others
     return (
         0.5 * relative**2 / (1.0 / total + 1.0 / others),
@@ -61,7 +61,7 @@ def along_the_line(analysis: CollisionAnalysis) -> tuple[Array, Array]:
 
 def mode_theory(analysis: CollisionAnalysis) -> Array | None:
     """Return the Basile-Dumont energies with this collision's count, mean interval and speed."""
-    # The formula has the modes of equal masses, and a wall.
+    # The formula holds for equal masses in front of a wall.
     if not are_equal(analysis.masses) or analysis.target is not None:
         return None
     return measured_contacts_energies(
@@ -87,7 +87,7 @@ def draw_figures(analysis: CollisionAnalysis, folder: Path) -> None:
 
     history = analysis.history
     stiffness = stiffness_of(analysis.bond)
-    # Waves long against the period of unequal masses see the mean mass.
+    # Waves that are long against the period of unequal masses see the mean mass.
     light = stiffness / float(np.mean(analysis.masses))
     energy = analysis.energy_at_impact
     last = analysis.contact_statistics.last_time
@@ -106,7 +106,7 @@ def draw_figures(analysis: CollisionAnalysis, folder: Path) -> None:
         )
     if not analysis.soft:
         figure, (upper, lower) = new_figure(2, 1, figsize=(6.0, 5.2), sharex=True)
-        # The dashed line is for two particles that hit a wall.
+        # The dashed line belongs to two particles that hit a wall.
         alike = are_equal(analysis.masses) and not targets
         plot_contact_intervals(analysis.contact_times, stiffness=light if alike else None, ax=upper)
         plot_contact_speeds(analysis.contact_speeds, analysis.velocity, pair_line=alike, ax=lower)
@@ -135,7 +135,7 @@ def animate(analysis: CollisionAnalysis, path: Path) -> None:
     from chaincor.analysis.figures.animation import animate_collision
 
     times = analysis.history.times
-    # A little beyond the last contact there is nothing more to see.
+    # Nothing happens after the last contact, so the figure ends shortly after it.
     shown = times <= 1.25 * (analysis.contact_statistics.last_time or times[-1])
     displacements, velocities = along_the_line(analysis)
     animate_collision(

@@ -18,7 +18,7 @@ from chaincor.lammps_inputs.errors import InputError
 # particle 1 has just been reflected; ``moving`` and ``turned``: the same states of a chain with
 # internal motion, found from its momentum; ``late``: the collision has already begun.
 Start = Literal["incoming", "reflected", "moving", "turned", "late"]
-# Digits of the shortest formats of dumps.
+# The shortest formats of dumps have this many digits.
 _SAME_SPEED = 1e-4
 EndArgument = Callable[[float, Array, Array, float, Potential], str | None]
 
@@ -27,7 +27,8 @@ EndArgument = Callable[[float, Array, Array, float, Potential], str | None]
 class Known:
     """Known data of a collision, in the chain's units; None if unknown."""
 
-    #: The bonds' potential: gives energies, and contacts whatever the spacing of the frames.
+    #: Potential of the bonds. With it, the analysis has energies, and contacts whatever the spacing
+    #: of the frames.
     bond: Potential | None = None
     impact_velocity: float | None = None  #: v0; that of the first frame by default.
     timestep: float | None = None  #: Simulated time per step, for dumps that do not carry the time.
@@ -36,9 +37,9 @@ class Known:
     masses: Sequence[Array] | None = None
     targets: int = 0  #: Particles of a free target; 0 for a wall.
     soft: bool = False  #: Whether the bodies overlap in a contact.
-    #: ``f(u_1, strains, velocities, time_since_contact, bond)`` returning why no contact can
-    #: follow, or None; asked where all masses are alike. Without it only the time since the last
-    #: contact speaks.
+    #: ``f(u_1, strains, velocities, time_since_contact, bond)`` returns the reason why no contact
+    #: can follow, or None. It is called only where all masses are equal. Without it the time since
+    #: the last contact decides.
     end_argument: EndArgument | None = None
 
     def __post_init__(self) -> None:
@@ -62,7 +63,7 @@ class CollisionFrames:
     def __init__(self, frames: Iterator[DumpFrame], known: Known):
         self.known = known
         self._frames = frames
-        #: First frame, and the last that has been read.
+        #: First frame, and the last frame read so far.
         self.first = self.last = next(frames)
         self.last_interval = 0  #: Steps between the last two.
         self.layout = ChainLayout.from_frame(self.first, known.targets)
@@ -78,15 +79,16 @@ class CollisionFrames:
             )
         self.opening = self.layout.state(self.first, known.timestep)  #: In the first frame.
         resolution = self.first.resolution("vx", self.first.significant_digits())
-        #: Half-width of the interval that a velocity printed in the first frame stands for.
+        #: Half-width of the interval of velocities that print as the velocity in the first frame.
         self.resolution = float(np.max(resolution))
         #: Masses of the chain and of a free target, each from the contact outward.
         self.masses = known.masses or masses_of_bodies(self.first, self.layout)[0]
-        # As the target sees it, whose particles all rest if it is cold.
+        # Velocities are taken relative to the target. All particles of a cold target are at rest.
         target = self.opening.target_velocities
         relative = self.opening.velocities - (float(target[0]) if target.size else 0.0)
         self.start, seen = find_start(relative, resolution)
-        #: Impact speed v0; a given one, which has all its digits, is preferred to the frame's.
+        #: Impact speed v0. A given speed, which has all its digits, replaces the speed in the
+        #: frame.
         self.velocity: float
         if target.size:
             if self.start != "incoming" or np.any(target != target[0]):
@@ -153,7 +155,8 @@ class CollisionFrames:
         opening, masses = self.opening, self.masses
         v0 = -opening.separation(masses)
         if opening.gap == 0.0 and opening.opening > 0.0:
-            # The frame may be that right after the first contact, before which they came faster.
+            # The frame may follow the first contact at once. The chain came faster before that
+            # contact.
             share = sum(1.0 / float(np.sum(m)) for m in masses) / sum(1.0 / m[0] for m in masses)
             before = v0 + 2.0 * float(opening.opening * share)
             if given is None:
@@ -183,7 +186,7 @@ class CollisionFrames:
         if self.layout.targets:  # the impact velocity is that of this frame
             return "moving"
         v = self.opening.velocities
-        # Printed velocities, each rounded by as much; and the additions of all.
+        # Each printed velocity has this rounding error, and so has their sum.
         slack = 4.0 * self.resolution + 1e-9 * self.velocity
         slack += v.size * float(np.finfo(float).eps * np.max(np.abs(v)))
         at_wall = self.opening.gap == 0.0
@@ -199,7 +202,7 @@ def find_start(velocities: Array, resolution: Array) -> tuple[Start, float | Non
     """
     outer = velocities[1:] if velocities.size > 1 else -np.abs(velocities)
     speed = -float(outer[-1])
-    # In flight, forces of the rounding of positions disturb velocities by next to nothing.
+    # In flight, the rounding of positions causes forces that hardly change the velocities.
     slack = max(4.0 * float(np.max(resolution)), 1e-9 * speed)
     if not speed > 0.0 or np.any(np.abs(outer + speed) > slack):
         return "late", None

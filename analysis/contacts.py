@@ -13,7 +13,7 @@ class ContactStatistics:
     count: int  #: f, the first contact included.
     per_particle: float  #: f/n.
     last_time: float | None  #: From the first contact to the last: the duration of the collision.
-    #: Time between contacts.
+    #: Interval between contacts.
     mean_interval: float | None
     median_interval: float | None  #: See ``mean_interval``.
     mean_speed: float | None  #: Mean incoming speed in units of the impact speed v0.

@@ -19,7 +19,7 @@ class Quantile:
     probability: float  #: Expected part of all samples below the quantile.
     value: float  #: Estimate.
     #: Lower end of the confidence interval, which is valid for any distribution. Both ends are
-    #: ordered samples, or -inf and inf if there are too few samples.
+    #: samples in order of size, or -inf and inf if there are too few samples.
     low: float
     high: float  #: Upper end of the interval.
 
@@ -29,7 +29,8 @@ class Share:
     """Probability of an event, from its frequency in samples."""
 
     value: float  #: Part of the samples.
-    #: Lower end of Wilson's interval. Samples whose error bars leave the event open count as both.
+    #: Lower end of Wilson's interval. If error bars leave open whether the event happened in a
+    #: sample, the sample counts once as yes and once as no.
     low: float
     high: float  #: Upper end of the interval.
     doubtful: int  #: Number of samples whose error bars leave the event open.
@@ -40,12 +41,12 @@ class Distribution:
     r"""Estimates of a distribution from samples."""
 
     count: int  #: Number N of samples.
-    #: Mean, and standard deviation :math:`s` (of N - 1).
+    #: Mean, and the standard deviation :math:`s` of N - 1 degrees of freedom.
     mean: float
     deviation: float  #: See ``mean``.
     standard_error: float  #: Statistical error of the mean, :math:`s/\sqrt N`; nan for one sample.
-    #: Its numerical error: the mean of the samples' error bars, as all may err to one side; nan
-    #: where one has none.
+    #: Numerical error of the mean: the mean of the samples' error bars, because all errors may have
+    #: one sign. It is nan if a sample has no error bar.
     numerical_error: float
     quantiles: tuple[Quantile, ...]  #: At `QUANTILES`.
 
@@ -77,7 +78,7 @@ class Distribution:
         """
         if not math.isfinite(self.deviation):
             return None
-        # A deviation that rounding alone makes needs no samples.
+        # If rounding alone causes the deviation, a single sample suffices.
         return max(1, math.ceil((self.deviation / precision) ** 2 * (1.0 - 1e-12)))
 
 
@@ -93,7 +94,8 @@ def quantile(values: ArrayLike, probability: float) -> Quantile:
     ordered = np.sort(np.asarray(values, dtype=float))
     count, tail = len(ordered), 0.5 * (1.0 - CONFIDENCE)
     padded = np.concatenate(([-math.inf], ordered, [math.inf]))
-    # The quantile is not below sample k (from 1) unless k or more samples are.
+    # The quantile lies below sample k (counted from 1) only if fewer than k samples lie below the
+    # quantile.
     below = int(binom.ppf(tail, count, probability))
     above = int(binom.ppf(1.0 - tail, count, probability)) + 1
     return Quantile(

@@ -12,7 +12,7 @@ class ErrorBar:
     step: float | None  #: From the run at another step.
     table: float  #: From the certified force error of the bond table.
     rounding: float  #: From coordinates held as absolute numbers, or from the arithmetic.
-    #: Possible change by later contacts; 0 unless the end is open.
+    #: Possible change of eta by later contacts; 0 unless the end is open.
     ending: float = 0.0
 
     @property

@@ -16,7 +16,7 @@ from chaincor.analysis.restitution import bond_strains
 from chaincor.lammps_inputs.bonds.potential import Potential, stiffness_of
 from chaincor.lammps_inputs.errors import InputError
 
-# Sideways motion of this many v0 holds 1e-12 of the energy.
+# Sideways motion at this many v0 holds 1e-12 of the energy.
 _SIDEWAYS = 1e-6
 
 
@@ -45,7 +45,7 @@ class Followed:
     def sound_returns(self) -> float:
         """Time that sound needs to cross the longer body and come back."""
         root = stiffness_of(self.reading.known.bond) ** 0.5
-        # Long waves see the mean mass and are the fastest.
+        # Long waves see the mean mass and are the fastest waves.
         return max(2.0 * m.size * float(np.mean(m)) ** 0.5 / root for m in self.reading.masses)
 
     @cached_property
@@ -55,7 +55,8 @@ class Followed:
         ask, bond = known.end_argument, known.bond
         if bond is None or ask is None or known.targets or known.soft or not are_equal(masses):
             return None
-        # A mass of 1 is taken there: in units of sqrt(m/k) the motion is the same.
+        # The argument assumes masses of 1. In units of sqrt(m/k) the motion of other masses is the
+        # same.
         root = float(np.sqrt(masses[0]))
         strains, since = bond_strains(last.displacements), self.since_contact / root
         return ask(last.gap, strains, root * last.velocities, since, bond)
@@ -117,8 +118,8 @@ def restitution_precision(seen: Followed, e: float) -> float:
         printed = sum(
             float(np.sum(m * h)) / float(np.sum(m)) for m, h in zip(masses, half, strict=True)
         )
-        # The run itself goes on to at most one frame more, each step rounding every velocity, and
-        # LAMMPS adds up n products in an order of its own, each addition rounding.
+        # The run itself goes on for at most one more frame, and each step rounds every velocity.
+        # LAMMPS adds n products in its own order, and each addition rounds.
         sizes = zip(masses, state.bodies, strict=True)
         return printed + sum(
             (m.size + steps) * epsilon * float(np.sum(m * np.abs(body.velocities))) / np.sum(m)
@@ -126,7 +127,7 @@ def restitution_precision(seen: Followed, e: float) -> float:
         )
 
     read = 0.0
-    # A speed that was given is exact, before a wall.
+    # Before a wall, a given speed is exact.
     if known.targets:
         read = off(reading.first, 0)
     elif known.impact_velocity is None:

@@ -21,7 +21,8 @@ from chaincor.analysis.results import BodyAnalysis, CollisionAnalysis
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.potential import stiffness_of
 
-# An energy so little above that of the translation is that.
+# An energy that exceeds the energy of the translation by no more than this is the energy of the
+# translation.
 _ROUNDINGS = 1e-12
 
 

@@ -10,7 +10,8 @@ from chaincor.analysis.results import History
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.potential import Potential
 
-# Whole states are kept for pictures only: as many as fit, and not more than a picture can show.
+# Whole states are kept for pictures only: as many as fit in memory, and no more than a picture can
+# show.
 _PICTURE_FRAMES = 600
 _PICTURE_BYTES = 64 * 2**20
 _SERIES_ROWS = 20_000

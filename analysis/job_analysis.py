@@ -20,7 +20,7 @@ from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.bonds.potentials import Harmonic
 from chaincor.lammps_inputs.errors import InputError
 
-# Two printed velocities of the default six digits may differ by this and mean the same.
+# Two velocities printed with the default six digits may differ by this and be equal.
 _SAME_SPEED = 1e-5
 
 

@@ -27,7 +27,7 @@ _COUNT = re.compile(r"[0-9]{1,18}")
 _ATOM_COUNT = re.compile(rb"^\s*(\d+)\s+atoms\s*$", re.MULTILINE)
 _DATA_SECTION = re.compile(rb"^\s*(Atoms|Masses)\b", re.MULTILINE)
 _SCRIPT_COMMAND = re.compile(rb"^\s*(units|atom_style|read_data|run)\s", re.MULTILINE)
-# Also within a command such as ``if``.
+# The name may also stand within a command such as ``if``.
 _DUMP_COMMAND = re.compile(r"^[^#\n]*\b(write_dump\s+\S+|dump\s+\S+\s+\S+)\s+custom", re.MULTILINE)
 
 
@@ -189,7 +189,7 @@ def _job_of(
     data: Path | None = None,
     dump: Path | None = None,
 ) -> Job:
-    # A file that is named is where the name says, else in the folder.
+    # A named file is looked for at its own path first, then in the folder.
     dump, data = (
         path if path is None or _is_there(path) or not _is_there(folder / path) else folder / path
         for path in (dump, data)
@@ -250,7 +250,7 @@ def _files_by_kind(folder: Path) -> dict[str, list[Path]]:
         kind = _recognise(path)
         if kind is not None:
             kinds[kind].append(path)
-    # Beside a dump they are copies of it, with fewer digits.
+    # Beside a dump, other trajectories are copies of it with fewer digits.
     kinds["dump"] = kinds["dump"] or kinds["other"]
     return kinds
 
@@ -285,7 +285,7 @@ def _recognise(path: Path) -> str | None:
         return "dump"
     if _ATOM_COUNT.search(head) and _DATA_SECTION.search(head):
         return "data"
-    # A script that names its log itself has no first line of LAMMPS in it.
+    # If a script names its log itself, the first line of LAMMPS is missing in this log.
     if head.startswith(b"LAMMPS (") or path.name == "log.lammps":
         return "log"
     if path.suffix != ".toml" and len(_SCRIPT_COMMAND.findall(head)) >= 2:

@@ -25,8 +25,8 @@ from chaincor.analysis.restitution import bond_strains, centre_of_mass_velocity
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.potential import Potential
 
-# Fraction of the largest squared frequency. Modes with closer squares cannot be distinguished. A
-# mass with an error of an epsilon shifts squares by an epsilon of the largest.
+# Modes whose squared frequencies differ by less than this fraction of the largest cannot be
+# distinguished. An error of a mass by one epsilon shifts squares by an epsilon of the largest.
 _INDISTINCT = 1e-12
 
 
@@ -117,7 +117,7 @@ def mode_amplitudes(values: ArrayLike) -> Array:
 def _sine_transform(values: Array) -> Array:
     r"""Return the orthonormal DST-I, :math:`\sqrt{2/(m + 1)} \sum_i s_i \sin(\pi i j/(m + 1))`."""
     m = values.shape[-1]
-    # Continued as an odd function, which has sines alone.
+    # The values are continued as an odd function, which consists of sines.
     odd = np.zeros((*values.shape[:-1], 2 * m + 2))
     odd[..., 1 : m + 1] = values
     odd[..., m + 2 :] = -values[..., ::-1]
@@ -191,7 +191,7 @@ def kinetic_mode_energies(velocities: ArrayLike, masses: ArrayLike | None = None
         Energies; j = 0 is the translation.
     """
     v = np.asarray(velocities, dtype=float)
-    # A chain at rest length has kinetic energy alone.
+    # A chain with all bonds at rest length has kinetic energy only.
     return mode_energies(np.zeros(v.shape), v, masses=masses)
 
 
@@ -287,7 +287,7 @@ def free_modes(masses: ArrayLike, stiffness: float = 1.0) -> FreeModes:
     before = np.cumsum(m)[:-1]
     diagonal = np.sqrt(1.0 / m[1:] + 1.0 / before)
     jacobi = np.diag(diagonal) - np.diag(1.0 / (m[1:-1] * diagonal[:-1]), 1)
-    # A matrix that is bidiagonal already goes to the QR iteration as it is.
+    # A matrix that is bidiagonal already goes to the QR iteration unchanged.
     left, values, right = svd(jacobi, lapack_driver="gesvd")
     rising = slice(None, None, -1)
     basis = np.triu(np.outer(np.sqrt(m), -1.0 / (before * diagonal)))

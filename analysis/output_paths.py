@@ -7,7 +7,7 @@ from pathlib import Path
 
 from chaincor.lammps_inputs.errors import InputError
 
-# A pattern near the beginning of each kind of file.
+# Each kind of file has a pattern near its beginning.
 _MARKS = {
     "dump": b"ITEM:",
     "arrays": b"PK",

@@ -14,7 +14,8 @@ from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.errors import InputError
 
 _QUADRATURE_NODES = 64
-# For bonds without a compression of their own to measure strains by: they soften both ways.
+# Bonds that soften on both sides have no compression of their own to scale strains, so this strain
+# is used.
 _USUAL_STRAIN = 0.5
 
 
@@ -124,7 +125,7 @@ def anharmonic_coefficient(bond: Potential) -> float:
         raise InputError(f"bond '{bond.name}' has no anharmonic term")
     root = bond.compressed_root
     own = _USUAL_STRAIN if root is None else 1.0 - root
-    # Higher orders divide by a higher power of s: larger strains keep the digits.
+    # Higher orders divide by a higher power of s, so larger strains keep more digits.
     strains = own * (0.03 if order == 3 else 0.15) * np.array([1.0, 0.5, 0.25])
 
     def ratio(s: Array) -> Array:
@@ -157,7 +158,7 @@ def compressed_strain(bond: Potential, energy: float) -> float:
     """
     strain = -bond.distance_at(energy, -1.0, -bond.strain_min)
     with np.errstate(all="ignore"):
-        # One rounding farther from rest the bond would hold more than the energy.
+        # At the next number farther from rest, the bond must hold more than the energy.
         if not float(bond.energy(np.nextafter(strain, -math.inf))) > energy:
             raise InputError(
                 f"bond '{bond.name}' cannot store the energy {energy:g} by compression. Give a "

@@ -16,7 +16,7 @@ from chaincor.lammps_inputs.bonds.potential import Potential
 if TYPE_CHECKING:
     from chaincor.analysis.job_folder import Job
 
-# Relative rounding error of sums of energies of many particles.
+# Sums of energies of many particles have this relative rounding error.
 _ROUNDINGS = 1e-13
 
 

@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     from chaincor.lammps_inputs.bonds.formula import Formula
     from chaincor.lammps_inputs.scene import Scene
 
-# A stiffness or length of a bond is shown where it differs from 1 by more than the bond's own
-# differences are good to.
+# A stiffness or length of a bond is shown if it differs from 1 by more than the error of the bond's
+# own differences.
 _ROUNDED = 1e-9
 
 
@@ -27,7 +27,7 @@ class RunRecord:
     """Record of a finished collision: the scene, the raw outcome and its error bar."""
 
     scene: "Scene"
-    #: Raw outcome of the engine, with its attributes as there.
+    #: Raw outcome of the engine.
     outcome: Any
     bar: ErrorBar  #: Error bar of eta.
     restitution: float  #: Eta.
@@ -35,7 +35,8 @@ class RunRecord:
     details: dict[str, Any]  #: Results of the search for the numerics.
     seconds_total: float  #: Wall-clock time of everything.
     versions: dict[str, str]
-    #: Time between looks at bonds where the outcome has no time step; None where it is not fixed.
+    #: Interval between looks at bonds if the outcome has no time step; None if the interval is not
+    #: fixed.
     looks: float | None = None
     #: Raw outcomes of the same collision that this one was compared with.
     others: tuple[Any, ...] = field(default=(), repr=False)
@@ -199,7 +200,7 @@ class RunRecord:
         """Energies of a free target; None for a wall."""
         if self.line.is_standard or self.line.rigid:
             return None
-        # From the contact outward a target goes towards -x: seen in a mirror, it is a chain.
+        # From the contact outward, a target extends towards -x. Its mirror image is a chain.
         state = -self.outcome.target_displacements, -self.outcome.target_velocities
         return energy_split(*state, self.scene.bond, masses=self.line.target_masses)
 

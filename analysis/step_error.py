@@ -16,13 +16,14 @@ from chaincor.analysis.results import CollisionAnalysis
 from chaincor.lammps_inputs.errors import InputError
 
 StepProgress = Callable[[int], None] | None
-# Error over what difference and drift say, largest of 79 pairs of random jobs with the
-# impact-located wall 1.9 and of 67 with the stock wall 3.6: about twice that. The study is
-# benchmarks/bars/analyzed.py, which also counts the truths inside the bars.
+# The error divided by the difference of two jobs and their drift. In 79 pairs of random jobs with
+# the impact-located wall its largest value is 1.9, and in 67 pairs with the stock wall 3.6. These
+# factors are about twice as large. The study is benchmarks/bars/analyzed.py, which also counts how
+# often error bars hold.
 EVENT_RESERVE = 4.0
 REFLECT_RESERVE = 8.0
 _SAME_STEP = 1e-9
-# Scene keys that two runs of one collision may differ in.
+# Two runs of one collision may differ in these scene keys.
 _NUMERICS = ("timestep", "tolerance", "error")
 
 
@@ -97,7 +98,7 @@ def estimate_error(runs: Sequence[CollisionAnalysis]) -> CollisionAnalysis:
     """
     every = [_job_of(run).step for run in runs]
     steps = sorted({step for step in every if step is not None})
-    # In different units the same step is rounded differently.
+    # In different units one step is rounded differently.
     steps = [h for k, h in enumerate(steps) if not k or h > (1.0 + _SAME_STEP) * steps[k - 1]]
     alone = len(runs) == 1 or None in every or len(steps) < 2
     fine = runs[0] if alone else runs[every.index(steps[0])]
@@ -126,7 +127,7 @@ def _difference(a: CollisionAnalysis, b: CollisionAnalysis) -> str | None:
     """Return the reason why two runs are not one collision at two steps, or None."""
     if a.particles != b.particles:
         return f"the number of particles ({a.particles} and {b.particles})"
-    # Speeds read off a dump have its digits.
+    # Speeds from a dump have the digits of the dump.
     if abs(a.velocity - b.velocity) > 1e-5 * a.velocity:
         return f"the impact speed ({a.velocity:g} and {b.velocity:g})"
     if a.bodies.keys() != b.bodies.keys() or a.soft != b.soft:

@@ -17,14 +17,14 @@ from chaincor.analysis.contacts import ContactStatistics
 from chaincor.analysis.modes import mode_frequencies
 from chaincor.lammps_inputs.arrays import Array
 
-# NH eqs. (8)-(10): interval, contacts per particle and incoming speed of the n = 2 chain,
-# assumed for every contact of a long one.
+# NH eqs. (8)-(10) give the interval, the contacts per particle and the incoming speed of the n = 2
+# chain. The theory assumes them for every contact of a long chain.
 PAIR_INTERVAL = math.pi / math.sqrt(2.0)
 PAIR_CONTACTS_PER_PARTICLE = 2.0 * math.sqrt(2.0) / math.pi
 PAIR_SPEED = math.pi / (2.0 * math.sqrt(2.0))
 
-# (8/pi^2) (pi/24^(1/3)) integral of sin^2(y^3)/y^2, the integral in closed form being
-# -2^(1/3) Gamma(-1/3) cos(pi/6)/6.
+# The value is (8/pi^2) (pi/24^(1/3)) times the integral of sin^2(y^3)/y^2. The integral is -2^(1/3)
+# Gamma(-1/3) cos(pi/6)/6.
 HARMONIC_DISSIPATION_COEFFICIENT = (
     (8.0 / math.pi**2)
     * (math.pi / 24.0 ** (1.0 / 3.0))
@@ -115,7 +115,7 @@ def basile_dumont_energies(
     shape = np.cos(0.5 * np.pi * np.arange(1, particles) / particles) ** 2
     omega = mode_frequencies(particles) if frequencies is None else np.asarray(frequencies)
     half_phase = 0.5 * omega[1:] * interval
-    # count * sinc(count x)/sinc(x) stays finite where both sines vanish.
+    # The quotient count * sinc(count x)/sinc(x) stays finite where both sines vanish.
     ratio = count * np.sinc(count * half_phase / np.pi) / np.sinc(half_phase / np.pi)
     return 4.0 / particles * speed**2 * shape * ratio**2
 
@@ -149,7 +149,8 @@ def measured_contacts_energies(
     """
     if statistics.mean_interval is None or statistics.mean_speed is None:
         return None
-    # The formula is for mass and stiffness 1; times scale with the square root of their ratio.
+    # The formula is for mass and stiffness 1. Times scale with the square root of mass over
+    # stiffness.
     return mass * basile_dumont_energies(
         particles,
         interval=statistics.mean_interval * (stiffness / mass) ** 0.5,

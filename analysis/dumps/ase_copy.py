@@ -14,11 +14,12 @@ from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.isolated import Isolated
 
-# As ASE, LAMMPS and this package write them; momenta are turned into velocities.
+# ASE, LAMMPS and this package write these columns. Momenta are converted to velocities.
 _VELOCITY_ARRAYS = ("velo", "vel", "velocities")
 _TIME_KEYS = ("time", "Time")
 _STEP_KEYS = ("step", "Step", "Timestep", "timestep")
-# Properties of the atoms in a header of extended XYZ: name, type and number of columns of each.
+# The header of an extended XYZ file lists the properties of the atoms: name, type and number of
+# columns of each.
 _PROPERTIES = re.compile(rb'Properties="?([^\s"]+)', re.IGNORECASE)
 _MOST_COLUMNS, _LONGEST_LINE = 10_000, 1_000_000
 _COLUMNS = ("x", "vx", MASS_COLUMN, TYPE_COLUMN)

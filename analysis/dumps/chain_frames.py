@@ -15,14 +15,14 @@ TIME_COLUMN = "v_time"
 DISPLACEMENT_COLUMN = "v_displacement"
 # Molecule 1 is the chain, and molecule 2 a free target.
 BODY_COLUMN = "mol"
-# Largest number allowed. Energies of larger numbers overflow.
+# Larger numbers are refused, because their energies overflow.
 _LARGEST = 1e150
-# Unwrapped positions come first, because the others jump in a periodic box.
+# Unwrapped positions are preferred, because wrapped positions jump in a periodic box.
 _POSITION_COLUMNS = ("xu", "x", "xsu", "xs")
 SCALED_COLUMNS = ("xs", "xsu")
 _WRAPPED = ("x", "xs")
 IMAGE_COLUMN = "ix"
-# A displacement that is not x - (i - 1) is off by far more than this and rounding.
+# If a column is no displacement x - (i - 1), it differs from it by far more than this and rounding.
 _SAME_DISPLACEMENT = 1e-6
 
 
@@ -133,7 +133,8 @@ class ChainLayout:
             )
         motion = zip(self.displacements(frame), self.by_body(velocities), strict=True)
         arrays = [array for body in motion for array in body]
-        # One call for all numbers: Python's max ignores a nan that does not come first.
+        # All numbers are compared in one call, because Python's max ignores a nan that does not
+        # come first.
         largest = np.max(np.abs(np.concatenate((*arrays, [time]))))
         if not largest < _LARGEST:
             raise InputError(

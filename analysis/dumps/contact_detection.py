@@ -30,17 +30,19 @@ from chaincor.lammps_inputs.bonds.potential import Potential
 # Even in a dump of full precision, a contact slower than this fraction of v0 cannot be
 # distinguished from rounding.
 _SMALLEST_SPEED = 1e-9
-# The two sides of an interpolated contact may fail to fill the time between frames by this much.
+# The two sides of an interpolated contact may miss the time between frames by this share.
 _GAP = 0.25
-# Frames carry their time to about this relative precision, even in the default format.
+# Frames give their time to about this relative precision, even in the default format.
 _MARGIN = 1e-6
-# A prediction that misses the momentum by half the impact speed may have missed a contact.
+# If a prediction misses the momentum by half the impact speed, it may have missed a contact.
 _LARGEST_MISS = 0.5
-# Between frames particle 1 is not faster than this many times the fastest in either of them.
+# Between two frames, particle 1 moves at most this many times as fast as the fastest particle in
+# either frame.
 _FASTEST = 2.0
-# Tolerance of the reintegration: that of the best dumps.
+# The reintegration has the tolerance of the best dumps.
 _RELATIVE_TOLERANCE = 1e-12
-# Bonds carry sound at a speed of 1 to about 2; particles farther than this cannot matter.
+# Sound crosses 1 to about 2 bonds in a unit of time, so particles farther away than this cannot
+# matter.
 _PARTICLES_PER_TIME = 3.0
 _MORE_PARTICLES = 30
 
@@ -54,16 +56,17 @@ class DetectedContacts:
     speeds: Array  #: Incoming speeds of particle 1, of shape (f,).
     method: str  #: Method: ``reintegration`` or ``interpolation``.
     unresolved: int  #: Number of pairs of frames with an unknown number of contacts in between.
-    #: Largest difference between the momentum of the found contacts and that of the dump, in units
-    #: of v0, over pairs of frames (0 for interpolation, which uses up that knowledge).
+    #: Largest difference between the momentum of the found contacts and the momentum of the dump,
+    #: over pairs of frames, in units of v0. It is 0 for interpolation, which uses the momentum of
+    #: the dump.
     worst_miss: float
-    #: Longest time between two frames with a contact in between that neither shows.
+    #: Longest time between two frames that enclose a contact which neither frame shows.
     largest_gap: float
-    #: Pairs of frames between which the momentum rises though the wall is out of reach of particle
-    #: 1, or falls.
+    #: Number of pairs of frames between which the momentum falls, or rises although particle 1
+    #: cannot reach the wall.
     unexplained: int = 0
-    #: Largest fall of the momentum from a value it had reached, in units of M v0; 0 where it is
-    #: rounding.
+    #: Largest fall of the momentum from an earlier value, in units of M v0; 0 if rounding explains
+    #: it.
     largest_fall: float = 0.0
 
 
@@ -85,14 +88,15 @@ class ContactDetector:
         soft: bool = False,
     ):
         self._velocity, self._masses, self._bond, self._soft = impact_velocity, masses, bond, soft
-        # Mass of particle 1, or its reduced mass with the target's that it meets.
+        # Mass of particle 1, or the reduced mass of particle 1 and the particle of the target that
+        # it meets.
         contact_mass = float(masses[0][0])
         for target in masses[1:]:
             contact_mass /= 1.0 + contact_mass / target[0]
         self._contact_mass = contact_mass
-        # The momentum at impact, in units of the contact's mass.
+        # Momentum at impact, in units of the mass of the contact.
         self._initial = float(np.sum(masses[0])) / contact_mass * impact_velocity
-        # Rounding errors of n velocities in two frames add up like a random walk.
+        # The rounding errors of n velocities in two frames add up like a random walk.
         spread = np.sqrt(np.sum((masses[0] / contact_mass) ** 2))
         self._rounding = velocity_resolution, spread, np.floor(np.log10(impact_velocity))
         self._previous: ChainState | None = None
@@ -114,7 +118,7 @@ class ContactDetector:
         before, self._previous = self._previous, state
         if before is None:
             return
-        # In units of the contact's mass: what the closing speed must have changed by.
+        # In units of the mass of the contact, this is the change of the closing speed.
         change = float(np.sum(self._masses[0] * (state.velocities - before.velocities)))
         given = change / self._contact_mass
         slack = self._threshold(before, state)
@@ -128,7 +132,7 @@ class ContactDetector:
         if self._soft:
             self.last_time = state.time
             return
-        # A frame written right after a contact shows when it was, and how fast.
+        # A frame that was written right after a contact shows its time and its speed.
         speed = 0.5 * given
         if state.gap == 0.0 and abs(state.opening - speed) <= slack:
             self.add_known(state.time, speed)
@@ -155,7 +159,7 @@ class ContactDetector:
         )
 
     def _threshold(self, before: ChainState, after: ChainState) -> float:
-        # Digits that are printed stand for more where velocities have a decade more than v0.
+        # If velocities have a decade more than v0, the last printed digit stands for more.
         largest = max(np.max(np.abs(before.velocities)), np.max(np.abs(after.velocities)))
         resolution, spread, usual = self._rounding
         coarser = 10.0 ** (np.floor(np.log10(max(largest, self._velocity))) - usual)
@@ -167,7 +171,7 @@ class ContactDetector:
         ahead, since = interpolate_contact(before, after, speed)
         if abs(ahead + since - duration) > _GAP * duration:
             self._unresolved += 1
-        # Errors grow with the cube of the distance from the frame: the nearer one decides.
+        # Errors grow with the cube of the distance from a frame, so the nearer frame decides.
         total = ahead**3 + since**3
         weight = ahead**3 / total if total > 0.0 else 0.5
         time = before.time + (1.0 - weight) * ahead + weight * (duration - since)
@@ -175,8 +179,9 @@ class ContactDetector:
 
     def _reintegrate(self, before: ChainState, after: ChainState, given: float) -> None:
         assert self._bond is not None
-        # A frame written at a contact may hold either side of it: look a little beyond, and let
-        # the momentum say which contacts at the very end belong to this pair of frames.
+        # A frame written at a contact may show the state before or after it. The search therefore
+        # goes a little beyond the frame, and the momentum decides which contacts at the end belong
+        # to this pair of frames.
         margin = _MARGIN * (after.time - before.time + abs(after.time))
         times, speeds = reintegrate_contacts(before, after.time + margin, self._bond, self._masses)
         doubtful = sum(time > after.time - margin for time in times)
@@ -239,7 +244,7 @@ def reintegrate_contacts(
     u = np.concatenate([u for u, _, _ in near])
     v = np.concatenate([v for _, v, _ in near])
     size = float(np.max(np.abs(v)))
-    # In a mirror a target is a chain: the gap is the sum of the first displacements.
+    # The mirror image of a target is a chain, so the gap is the sum of the first displacements.
     front = np.array(first)
     contact_mass = 1.0 / float(np.sum(1.0 / m[front]))
 
@@ -261,7 +266,7 @@ def reintegrate_contacts(
     time = state.time
     while True:
         gap, closing = float(np.sum(u[front])), -float(np.sum(v[front]))
-        # At a contact the gap is zero but for rounding, which must not count as another.
+        # At a contact the gap is zero except for rounding, which must not count as another contact.
         if gap <= 1e-14 * size and closing > 0.0:
             times.append(time)
             speeds.append(closing)

@@ -92,7 +92,7 @@ class Dump(DumpFrames):
                 yield file, file
                 return
             with gzip.GzipFile(fileobj=file) as unzipped:
-                # No further buffer: it would lose what precedes the end of a cut stream.
+                # Another buffer would lose the data before the end of a truncated stream.
                 yield file, cast(IO[bytes], unzipped)
 
 

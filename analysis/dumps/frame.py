@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.errors import InputError
 
-# Larger whole numbers have no float64 of their own.
+# Larger whole numbers have no exact float64.
 _LARGEST_WHOLE = 2.0**53
 
 
@@ -37,9 +37,10 @@ class DumpFrame:
     tilted: bool = False  #: Whether the box is triclinic.
     #: Units of the run, where the dump names them (``dump_modify units yes``).
     units: str | None = None
-    #: Half a unit of the last decimal, where numbers were printed with so many and no more.
+    #: Half a unit of the last decimal, if all numbers were printed with the same number of
+    #: decimals.
     absolute_resolution: float = 0.0
-    #: Significant digits that all numbers of the file were printed with, where that is known.
+    #: Significant digits with which all numbers of the file were printed, if this is known.
     printed_digits: int | None = None
 
     def column(self, name: str) -> Array:

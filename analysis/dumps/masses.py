@@ -20,13 +20,13 @@ from chaincor.lammps_inputs.small_file import refuse_endless
 
 MASS_COLUMN = "mass"
 TYPE_COLUMN = "type"
-# Given masses and those of the default format of dumps agree to its six digits.
+# Given masses agree with the masses in the default format of dumps to its six digits.
 _SAME_MASS = 1e-5
-# Squares of energies with larger masses overflow.
+# Larger masses are refused, because squares of energies overflow.
 _LARGEST_MASS = 1e100
-# More types have no meaning in a chain.
+# More types than this have no meaning in a chain.
 _MOST_TYPES = 10_000_000
-# Place of the type in a line of the section Atoms.
+# A line of the section Atoms has the type in this column.
 _TYPE_PLACE = dict.fromkeys(("bond", "angle", "molecular", "full"), 2)
 _TYPE_PLACE |= dict.fromkeys(("atomic", "charge", "sphere", "ellipsoid"), 1)
 
@@ -35,9 +35,9 @@ _TYPE_PLACE |= dict.fromkeys(("atomic", "charge", "sphere", "ellipsoid"), 1)
 class DeclaredMasses:
     """Masses as the files of a job declare them, for dumps that do not carry them."""
 
-    #: Mass of each type; empty without declarations.
+    #: Mass of each type; empty if none is declared.
     by_type: dict[int, float] = field(default_factory=dict)
-    #: Types in order of id, from the data file, of shape (n,); None if they are unknown.
+    #: Types in the order of ids, from the data file, of shape (n,); None if they are unknown.
     types: NDArray[np.int64] | None = None
     source: str = ""  #: File that declares the masses.
     unclear: str | None = None  #: Reason why the declaration is unreliable; None if it is reliable.
@@ -75,7 +75,7 @@ def masses_of_bodies(
         if scene is not None:
             line = scene.line
             bodies = [line.chain_masses, line.target_masses][: 1 + bool(layout.targets)]
-            # A scene of particles that are alike is not that of types that differ.
+            # A scene of equal particles contradicts types of different mass.
             if not (why and are_equal(np.concatenate(bodies))):
                 return bodies, True
         if why:
@@ -186,7 +186,7 @@ def _masses_after(
         elif words[0] == "atom_style" or not _sets_masses(words):
             continue
         elif is_computed(words):
-            # A log repeats the line with what variables stand for.
+            # A log repeats a line with the values of its variables.
             unclear = unclear if expanded else f"{said} sets masses by a variable"
         elif words[0] == "set":
             unclear = f"{said} changes masses or types"

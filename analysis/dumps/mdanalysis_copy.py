@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from chaincor.analysis.dumps.ase_copy import no_velocities
 from chaincor.lammps_inputs.isolated import Isolated
 
-# Compressed formats hold at most about so many numbers a byte.
+# Compressed formats hold at most about this many numbers in a byte.
 _LEAST_BYTES = 1.0
 _NAMES = ("x", "vx", "steps", "times", "boxes")
 
@@ -43,7 +43,8 @@ def read_here(path: str, kind: str, folder: str) -> None:
     from MDAnalysis.coordinates.core import reader
 
     with tempfile.TemporaryDirectory(dir=folder) as beside:
-        # Files of offsets are left beside the file that is read: beside a link to it.
+        # MDAnalysis leaves files of offsets beside the file that it reads, so it reads a link in a
+        # folder of its own.
         link = Path(beside) / Path(path).name
         link.symlink_to(path)
         with warnings.catch_warnings():

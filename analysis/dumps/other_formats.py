@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     from chaincor.lammps_inputs.bonds.potential import Potential
 
-# Viewers want a chemical element; argon is what a Lennard-Jones chain would be made of.
+# Viewers need a chemical element. A Lennard-Jones chain would be made of argon.
 SYMBOL = "Ar"
 
 

@@ -23,9 +23,10 @@ from chaincor.analysis.dumps.mdanalysis_copy import copy_trajectory
 from chaincor.analysis.dumps.xyz_digits import printed_digits
 from chaincor.lammps_inputs.errors import InputError, one_line
 
-# Endings of files that ASE reads, and what it calls the format.
+# ASE reads files with these endings, under these names of formats.
 _ASE_FORMATS = {".extxyz": "extxyz", ".xyz": "extxyz", ".traj": "traj"}
-# The same of MDAnalysis, and how such files begin; at others its readers stumble.
+# MDAnalysis reads files with these endings, under these names of formats. Files that do not begin
+# with these bytes crash its readers.
 _MDANALYSIS_FORMATS = {
     ".trr": ("TRR", b"\x00\x00\x07\xc9"),
     ".nc": ("NCDF", b"CDF"),
@@ -33,7 +34,7 @@ _MDANALYSIS_FORMATS = {
     ".dcd": ("DCD", b"T\x00\x00\x00CORD"),
     ".xtc": ("XTC", b"\x00\x00\x07\xcb"),
 }
-# float32 has 24 bits, a little more than seven digits.
+# float32 has 24 bits, which is a little more than seven digits.
 _SINGLE_DIGITS = 7
 
 
@@ -86,7 +87,7 @@ class OtherTrajectory(DumpFrames):
                     frame = next(found, None)
             except InputError:
                 raise
-            # Whatever their readers raise at a damaged file or a missing library.
+            # Readers raise exceptions of any kind for a damaged file or a missing library.
             except Exception as error:
                 reason = one_line(error) or type(error).__name__
                 raise InputError(f"cannot read the trajectory {self.path}: {reason}") from None

@@ -9,13 +9,13 @@ from chaincor.lammps_inputs.given_numbers import number_in
 from chaincor.lammps_inputs.small_file import refuse_device
 
 _NUMBER = r"([-+.\deE]+|null|[-+]?(?:nan|inf))"
-# Messages of LAMMPS or of a job that stops without a result.
+# LAMMPS, or a job that stops without a result, prints these messages.
 _STOPPED = re.compile(
     r"^(ERROR.*|(UNFINISHED|UNBALANCED|TOO FAST|NO VELOCITY|NO STEP|UNKNOWN NAME|OTHER VELOCITY"
     r"|BEHIND THE WALL|MISMATCHED|BEGUN OTHERWISE): .*)$",
     re.MULTILINE,
 )
-# Eta of a dump with all digits, and of its run as LAMMPS prints it, agree within this.
+# Eta from a dump with all digits agrees within this with eta as LAMMPS prints it.
 _SAME_RUN = 1e-12
 
 

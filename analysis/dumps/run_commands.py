@@ -11,7 +11,7 @@ from chaincor.lammps_inputs.errors import InputError, SceneError
 from chaincor.lammps_inputs.small_file import refuse_endless, why_unreadable
 from chaincor.lammps_inputs.units.unit_system import CHAIN_UNITS, UnitSystem
 
-# Commands that declare the setup. Logs have many other lines.
+# These commands declare the setup. Logs contain many other lines.
 _TOLD = (
     *("units", "lattice", "atom_style", "pair_style", "bond_style", "bond_coeff"),
     *("read_data", "mass", "set", "fix", "timestep"),
@@ -20,7 +20,7 @@ _SETUP = ("units", "bond_style", "bond_coeff", "pair_style", "lattice", "fix")
 _NUMBER = re.compile(r"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?")
 
 
-# The words of a command, of which the first is its name, without a comment.
+# Words of a command without its comment. The first word is the name of the command.
 CommandWords = list[str]
 
 
@@ -34,9 +34,9 @@ class DeclaredSetup:
     """Setup of a run, as its commands declare it."""
 
     style: str = "lj"  #: Style of the units.
-    #: K and r0 of ``bond_style harmonic``, the only force; None for others.
+    #: K and r0 if ``bond_style harmonic`` is the only force; otherwise None.
     spring: tuple[float, float] | None = None
-    #: Place of each face (``xlo``, ``xhi``) of ``fix wall/reflect``, as it is written.
+    #: Place of each face (``xlo``, ``xhi``) of ``fix wall/reflect``, as the script gives it.
     walls: dict[str, str] = field(default_factory=dict)
 
     def units(self, mass: float | None) -> UnitSystem:
@@ -55,14 +55,14 @@ class DeclaredSetup:
 class RunCommands:
     """Commands of one run, from its logs and its scripts."""
 
-    #: By file, in order. Logs repeat a command with what its variables stand for.
+    #: Commands of each file, in order. Logs repeat a command with the values of its variables.
     logs: dict[Path, list[CommandWords]]
     scripts: dict[Path, list[CommandWords]]  #: See ``logs``.
 
     @classmethod
     def read(cls, logs: Iterable[Path] = (), scripts: Iterable[Path] = ()) -> "RunCommands":
         """Read the files of a run."""
-        # LAMMPS has joined the lines of a log, and most of them are no commands.
+        # In a log LAMMPS has joined continued lines, and most lines are no commands.
         told = {p: [r for r in _text(p).splitlines() if r.lstrip().startswith(_TOLD)] for p in logs}
         return cls(
             {path: _commands(lines) for path, lines in told.items()},
@@ -167,5 +167,5 @@ def _setup_of(commands: Sequence[CommandWords]) -> DeclaredSetup:
         except ValueError:
             spring = None
     style = last.get("units", ["lj"])
-    # With a lattice, places may be in units of it.
+    # With a lattice, places may be in units of the lattice.
     return DeclaredSetup(style[0] if style else "lj", spring, {} if "lattice" in last else walls)

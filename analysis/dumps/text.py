@@ -10,7 +10,7 @@ from chaincor.analysis.dumps.frame import DumpFrame, TruncatedFrameError
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.errors import InputError
 
-# A header that says more is damaged.
+# A header with a larger count is damaged.
 _MOST_PARTICLES = 10**9
 _LATEST_STEP = 2**63
 
@@ -66,7 +66,7 @@ class TextFrames:
                 f"{self.name} has no column 'id' (it has {' '.join(columns)}); dump it: LAMMPS "
                 "writes atoms in any order"
             )
-        # Frames with the same ids share their order.
+        # Frames with the same ids have the same order.
         index = columns.index("id")
         if raw_text(index) != self._ids:
             self._ids = raw_text(index)
@@ -134,7 +134,7 @@ class TextFrames:
             said["particles"] = self._count(complete_line(stream))
         elif words[1] == b"BOX":
             self._read_box([complete_line(stream).split() for _ in range(3)], said)
-            # ITEM: BOX BOUNDS [xy xz yz] pp ff ff
+            # The line is ITEM: BOX BOUNDS [xy xz yz] pp ff ff.
             said["periodic_x"] = words[-3:-2] == [b"pp"]
         elif words[1] == b"UNITS":
             said["units"] = complete_line(stream).decode().strip()

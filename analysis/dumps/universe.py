@@ -39,7 +39,7 @@ class ColumnsReader(MemoryReader):
     ) -> None:
         self._columns = columns
         super().__init__(coordinate_array, **kwargs)
-        # For copies; the base class does not declare it.
+        # Copies need these arguments, which the base class does not declare.
         self._kwargs = {**self._kwargs, "columns": columns}  # type: ignore[has-type]
 
     def _read_next_timestep(self, ts: Timestep | None = None) -> Timestep:

@@ -18,7 +18,7 @@ from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.units.unit_system import CHAIN_UNITS, UnitSystem
 
 _PLACES, _SPEEDS = ("x", "xu"), ("vx", "vy", "vz")
-# Digits from which on a format keeps numbers exactly.
+# A format with at least this many digits keeps numbers exactly.
 _EXACT_DIGITS = 16
 
 

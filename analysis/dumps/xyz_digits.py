@@ -3,11 +3,11 @@
 from itertools import islice
 from pathlib import Path
 
-# ``%g`` keeps six digits where nothing else is said.
+# Without other information, numbers have the six digits of ``%g``.
 _LEAST_DIGITS = 6
-# float64 has no more.
+# float64 has no more digits.
 _MOST_DIGITS = 17
-# A header that says more is damaged.
+# A header with a larger count is damaged.
 _MOST_PARTICLES = 10**9
 
 

@@ -20,9 +20,10 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _FRAMES_PER_SECOND = 25
-# An hour; each is drawn.
+# This many frames last an hour, and each frame is drawn.
 _MOST_FRAMES = 90_000
-# Springs of more particles are lines; bonds longer than this have broken, or are about to.
+# In chains of more particles, springs are drawn as lines. Longer bonds have broken or are about to
+# break.
 _MOST_COILED, _LONGEST_DRAWN = 60, 3.0
 
 
@@ -80,7 +81,7 @@ def animate_collision(
     v = _interpolate(time, np.asarray(velocities, dtype=float), moments) / impact_velocity
 
     figure, draw = _stage(x, v, moments, title, targets)
-    # The layout is found once: finding it for every frame would take most of the time.
+    # The layout is computed once, because computing it for every frame would take most of the time.
     draw(0)
     figure.canvas.draw()
     figure.set_layout_engine("none")
@@ -113,7 +114,7 @@ def _stage(
     )
     size = float(np.clip(3000.0 / n, 3.0, 60.0))
     limit = max(1.2, float(np.max(np.abs(v))))
-    # Colours span the speeds of most particles; the few faster ones take the last colour.
+    # The colours span the speeds of most particles. The few faster particles have the last colour.
     style = {"cmap": "cividis", "vmin": -1.2, "vmax": 1.2, "s": size, "linewidths": 0.0}
     (line,) = upper.plot(x[0], v[0], color=GREY, linewidth=0.7)
     points = upper.scatter(x[0], v[0], c=v[0], **style)

@@ -86,7 +86,7 @@ def plot_mode_heat_map(
         np.arange(1, share.shape[1] + 1),
         np.clip(share.T, norm.vmin, None),
         norm=norm,
-        # Modes without energy have the colour of the background, also in the dark design.
+        # Modes without energy have the colour of the background, in the light and the dark design.
         cmap="magma_r",
         shading="nearest",
         rasterized=True,

@@ -16,12 +16,12 @@ from chaincor.lammps_inputs.given_numbers import number_in
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-# Axes that span more than this are logarithmic.
+# Axes that span a larger ratio are logarithmic.
 _WIDE = 30.0
-# More points than this are drawn without markers, more curves than this without a legend.
+# More points are drawn without markers, and more curves without a legend.
 _MANY_POINTS = 200
 _MANY_CURVES = 24
-# Letters side by side in a legend, and the height of its rows in inches.
+# A legend has this many letters side by side, and rows of this height in inches.
 _LEGEND_WIDTH = 66
 _LEGEND_ROW = 0.19
 

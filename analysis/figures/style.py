@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-# Okabe and Ito (2008), "Color universal design".
+# The colours are from Okabe and Ito (2008), "Color universal design".
 BLUE = "#0072B2"
 ORANGE = "#E69F00"
 GREEN = "#009E73"

@@ -6,8 +6,8 @@ from rich.text import Text
 
 from chaincor.analysis.figures.style import BLUE, GREY, ORANGE, SKY, rest_positions
 
-# From towards the wall to away from it: blue, grey, yellow, as everyone can tell them apart; the
-# height of a mark says the same.
+# Colours run from blue (towards the wall) over grey to yellow (away from it), which everyone can
+# distinguish. The height of a mark shows the same.
 _COLOURS = (BLUE, SKY, GREY, ORANGE, "#F0E442")
 _WALL, _PARTICLE, _SPEED, _REST = "█", "●", "•", "─"
 _HISTOGRAM_COLUMNS, _HISTOGRAM_ROWS = 78, 20
@@ -94,7 +94,7 @@ def draw_histogram(values: ArrayLike, *, label: str, mark: float) -> str:
     return "\n".join(lines)
 
 
-# From nothing to seven eighths of a character.
+# The characters run from nothing to seven eighths of a character.
 _EIGHTHS = ("", "▏", "▎", "▍", "▌", "▋", "▊", "▉")
 
 

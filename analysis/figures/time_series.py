@@ -67,7 +67,7 @@ def plot_bond_lengths(
     ax.plot(times, longest, color=VERMILION, linewidth=1.0, label="longest bond")
     ax.plot(times, shortest, color=BLUE, linewidth=1.0, label="shortest bond")
     ax.axhline(1.0, color=BLACK, linewidth=0.8, linestyle="--", label="natural length")
-    # A chain that breaks apart would squeeze everything else to a line.
+    # A chain that breaks apart would squeeze everything else into a line.
     if float(np.nanmax(longest)) > 4.0:
         ax.set_yscale("log")
     ax.set_xlim(np.min(times), np.max(times))

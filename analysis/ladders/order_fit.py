@@ -7,37 +7,39 @@ import numpy as np
 
 from chaincor.lammps_inputs.arrays import Array
 
-# Range of fitted orders. No scheme converges faster in practice, and below 0.25 there is no order.
+# Fitted orders lie in this range. No scheme converges faster in practice, and below 0.25 there is
+# no order.
 LEAST_ORDER, MOST_ORDER = 0.25, 9.0
 _GRID = np.linspace(LEAST_ORDER, MOST_ORDER, 176)
-# Each refinement of the grid looks between the neighbours of its best order.
+# Each refinement of the grid searches between the neighbours of its best order.
 _REFINEMENTS, _FINER = 9, 11
-# Smallest error of an order.
+# An order has at least this error.
 _LEAST_ERROR = 1e-3
-# Two-sided 95 % of a Gaussian: all errors of this module are meant to hold that often.
+# A Gaussian lies within this many standard deviations with a probability of 95 %, on both sides.
+# All errors of this module are meant to hold that often.
 SURE = 1.96
-# Weights from few runs, and a choice among windows, make Gaussian bars 1.2 times too short.
+# Weights from few runs, and a choice among windows, make Gaussian error bars 1.2 times too short.
 _WIDER = 1.2 * SURE
-# Factor on the observed effect of coarse rungs on a fit, because windows are not scaled copies of
-# each other, as the geometric series assumes.
+# The observed effect of coarse rungs on a fit is multiplied by this factor, because windows are not
+# scaled copies of each other, as the geometric series assumes.
 _RESERVE = 1.5
-# A bend that chance hides moves the limit as well: bars so many times longer hold in 95 of 100
-# ladders of order 1 in `benchmarks.bars.ladders`.
+# A curvature that chance hides moves the limit as well. Error bars longer by this factor hold in 95
+# of 100 ladders of order 1 in `benchmarks.bars.ladders`.
 _HIDDEN = 1.5
-# Scatter below this share of what a window spans does not weigh its rungs: a fit that clings to
-# the finest of them would not show what the coarsest does to it.
+# Scatter below this share of the span of a window does not weigh its rungs. A fit that follows the
+# finest rungs too closely would not show the effect of the coarsest rung.
 _EVEN = 0.03
-# Powers of the step for the bias. If several windows agree with the means, all of these windows
-# count.
+# Powers of the step for the bias. If several windows agree with the means, all these windows count.
 _ORDERS = (1.0, 1.5, 2.0, 3.0, 4.0)
-# Number of rungs that give a steepest slope. A power has to fit more rungs.
+# This many rungs give a steepest slope. A power has to fit more rungs.
 _LEAST_RUNGS = 3
-# A power is given up where noise alone would miss it as far in 1 of 20 ladders.
+# A power is rejected if noise alone would miss it as far in 1 of 20 ladders.
 _CHANCE = 0.05
 # If no power fits, the slope between the finest rungs times this factor continues to step 0.
 _NO_LAW = 2.0
-# A choice among windows makes bars too short, and among verdicts, where a rung has few runs: by
-# 1 + this over them, as `benchmarks.bars.ladders` counts with 4 and 8.
+# If a rung has few runs, a choice among windows and among verdicts makes error bars too short. They
+# are multiplied by 1 + this number divided by the number of runs, as `benchmarks.bars.ladders`
+# counts with 4 and 8 runs.
 _CHOSEN, _FEW_RUNS = 1.2, 2.2
 
 
@@ -77,7 +79,7 @@ def fit_order(steps: Array, values: Array, errors: Array) -> OrderFit:
     ratio = float((steps[-1].mean() / steps[0].mean()) ** (1.0 / (rungs - 1)))
     windows = [_fit_window(steps[-w:], values[-w:], errors[-w:]) for w in range(3, rungs + 1)]
     found = []
-    # Two windows to compare with, where there are: one may agree by luck.
+    # A window is compared with two finer windows if there are two, because one may agree by luck.
     first = min(2, rungs - 3)
     for k, each in enumerate(windows[first:], start=first):
         left_p = left_a = 0.0
@@ -130,7 +132,7 @@ def _fit_window(steps: Array, values: Array, errors: Array) -> OrderFit:
     if inside and np.all(scale > 0.0):
         q, triangle = np.linalg.qr(jacobian / scale)
         if np.linalg.cond(triangle) < 1e8:
-            # Residuals of the law count like scatter.
+            # Residuals of the power law count like scatter.
             missed = (mean - limit - slope * powers) ** 2 * rungs / max(rungs - 3, 1)
             spread = np.maximum(chance, missed.mean()) * weights
             turned = np.linalg.solve(triangle, q.T)
@@ -207,7 +209,7 @@ def judge_means(steps: Array, values: Array, scatter: Array) -> Means:
     high = max(a[0] + sure * a[1] for _, a, _, _ in kept)
     value, error = 0.5 * (low + high), 0.5 * (high - low)
     bias = np.max([(abs(b[0]) + sure * b[1]) * h**p for p, _, b, _ in kept], axis=0)
-    # The error of a rung that is too coarse for the law is its distance from the limit.
+    # If a rung is too coarse for the power law, its error is its distance from the limit.
     apart = np.abs(means - value) + error + sure * errors
     bias[: rungs - window] = apart[: rungs - window]
     return Means(value, error, bias)

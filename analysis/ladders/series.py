@@ -6,17 +6,18 @@ import numpy as np
 
 from chaincor.lammps_inputs.arrays import Array
 
-# Correlations over a larger share of a series, or fewer independent samples, tell no error.
+# If correlations last for a larger share of a series, or if it has fewer independent samples, the
+# series gives no error.
 _LARGEST_SHARE, _LEAST_INDEPENDENT = 0.25, 3.0
-# Shorter series tell no error: of 24 samples with a correlation time of 10, 3 in 100 look
-# independent, and two of their bars hold in 52 of 100.
+# Shorter series give no error. Of series of 24 samples with a correlation time of 10, 3 in 100 look
+# independent, and error bars of such series hold in 52 of 100.
 _LEAST_SAMPLES = 50
 _THREE_SIGMA = 0.99865
-# A bar longer than this many standard deviations of the series says nothing.
+# An error bar longer than this many standard deviations of the series has no meaning.
 _LONGEST_BAR = 1.5
-# Bars of a series whose von Neumann ratio times its length is this are twice as long. A random walk
-# has 6 to 10; by `benchmarks.bars.series`, 3 bars then hold in 95 of 100 even where 100 samples are
-# one correlation time.
+# If the von Neumann ratio of a series times its length is this, its error bar is twice as long. A
+# random walk has 6 to 10. By `benchmarks.bars.series`, 3 error bars then hold in 95 of 100 even if
+# 100 samples are one correlation time.
 _WALKS = 35.0
 
 
@@ -58,7 +59,7 @@ def standard_error(series: Array) -> MeanError:
     pairs = np.minimum.accumulate(pairs[: ends[0] if len(ends) else None])
     lags = 2 * len(pairs)
     left = 1.0 - (2 * lags - 1) / count
-    # Less than independent samples have is a small number's luck.
+    # A smaller sum than the sum of independent samples is due to chance in few samples.
     total = max(2.0 * float(pairs.sum()) - float(covariance[0]), float(covariance[0]))
     independent = max(left * count * float(covariance[0]) / total, 1.0)
     few = count < _LEAST_SAMPLES or independent < _LEAST_INDEPENDENT

@@ -11,18 +11,19 @@ from chaincor.lammps_inputs.arrays import Array
 VerdictKind = Literal["regular", "irregular", "noise", "bounded", "cannot tell"]
 
 LEAST_RUNGS, LEAST_COLUMNS = 4, 3
-# An order is known when 1 and 2 cannot be taken for each other.
+# An order is known if orders 1 and 2 cannot be confused.
 KNOWN_ORDER = 0.5
-# Scatter beside a smooth error does not matter below this share of what the error changes by to
-# the next rung, on half of the rungs.
+# Scatter beside a smooth error is negligible if, on half of the rungs, it is below this share of
+# the change of the error to the next rung.
 ROUGH = 0.5
-# Scatter that shrinks slower than this power of the step is not taken for an error of the step,
-# nor faster for noise.
+# Scatter that shrinks more slowly than this power of the step is not called an error of the step.
+# Scatter that shrinks faster is not called noise.
 LEAST_DECAY = 0.5
-# Values of one rung are this many standard deviations from their mean at most, in the promise.
+# The promise assumes that values of one rung lie within this many standard deviations of their
+# mean.
 SCATTER_RESERVE = 3.0
 _ROUNDING = 4e-15
-# Significance of tests: chance alone exceeds it in 1 of 100 ladders.
+# Tests have this significance: chance alone exceeds it in 1 of 100 ladders.
 _CHANCE = 0.01
 
 
@@ -30,10 +31,11 @@ _CHANCE = 0.01
 class LadderVerdict:
     """Verdict of a ladder on an error."""
 
-    #: ``regular``: a smooth power of the step, so that the value can be extrapolated.
-    #: ``irregular``: it jumps about between nearby steps, and shrinks with the step. ``noise``: it
-    #: jumps about and the step has no part in it. ``bounded``: none of these is sure, and means
-    #: bound the error without an order. ``cannot tell``: the number is the same everywhere.
+    #: ``regular``: the error is a smooth power of the step, so that the value can be extrapolated.
+    #: ``irregular``: the error changes at random between nearby steps, and shrinks with the step.
+    #: ``noise``: the value changes at random, and the step has no effect. ``bounded``: none of
+    #: these is certain, and means bound the error without an order. ``cannot tell``: the value is
+    #: the same at every step.
     kind: VerdictKind
     reason: str  #: Reason for the verdict, in one sentence.
     #: Power of the step of the smooth error, or of the scatter of an irregular error. It is None
@@ -121,7 +123,8 @@ def _irregular(
     reason = "between nearby steps the number jumps about, by less the finer the steps are"
     if decay_error >= KNOWN_ORDER:
         return _bounded(f"{reason}, but how fast that falls is not clear", h, values, scatter)
-    # Neither the mean of a rung nor that of the finest one need be nearer than a single run.
+    # The mean of a rung, or of the finest rung, may be no nearer to the true value than a single
+    # run.
     mean = values.mean(axis=1)
     value, error = float(mean[-1]), float(SCATTER_RESERVE * scatter[-1])
     bias = np.abs(mean - value) + error
@@ -144,7 +147,7 @@ def _noise(h: Array, values: Array, scatter: Array, seeded: bool) -> LadderVerdi
     spread = np.sqrt(float(np.sum(rest**2)) / freedom / float(x @ x) / columns)
     hidden = abs(level) + float(t.ppf(0.975, freedom)) * spread
     bias = hidden * h.mean(axis=1) + error
-    # The mean of all runs may hide as much of it, on an average over rungs.
+    # The mean of all runs may hide this effect as well, averaged over rungs.
     error = float(np.hypot(error, hidden * h.mean()))
     reason = "runs scatter, the step changes neither how much nor the mean"
     return LadderVerdict("noise", reason, None, None, value, error, bias, scatter)
@@ -224,7 +227,7 @@ def _seeds_apart(h: Array, values: Array, p: float, rough: Array) -> Array:
     from scipy.stats import f
 
     rungs, columns = values.shape
-    # As if all rungs scattered alike: what is compared is the same sum of squares.
+    # The test assumes that all rungs scatter alike, because it compares the same sum of squares.
     squares = np.zeros(rungs)
     for k in range(columns):
         design = np.stack([np.ones(rungs), h[:, k] ** p], axis=1)
@@ -233,7 +236,8 @@ def _seeds_apart(h: Array, values: Array, p: float, rough: Array) -> Array:
         squares += rest**2 / np.maximum(1.0 - np.sum(q**2, axis=1), 0.1)
     apart = np.sqrt(squares / columns)
     common, own = float(np.sum(rough**2)), float(np.sum(apart**2))
-    # Degrees of freedom: of a common law one mean a rung, of seeds' own laws two numbers a seed.
+    # Degrees of freedom: a common law has one mean for each rung, and separate laws have two
+    # numbers for each seed.
     freedom = rungs * (columns - 1), (rungs - 2) * columns
     return apart if common / max(own, 1e-300) > f.ppf(1.0 - _CHANCE, *freedom) else rough
 
@@ -248,8 +252,8 @@ def _decay_of_scatter(h: Array, rough: Array, columns: int, floor: float) -> tup
     x, y = np.log(h[seen]), np.log(rough[seen])
     slope, level = np.polyfit(x, y, 1)
     rest = y - slope * x - level
-    # Variance of the logarithm of a standard deviation from M Gaussian values; where the rungs
-    # themselves scatter by more, that counts.
+    # This is the variance of the logarithm of a standard deviation from M Gaussian values. If the
+    # rungs themselves scatter more, their scatter counts.
     expected = float(polygamma(1, 0.5 * (columns - 1))) / 4.0
     variance = max(expected, float(rest @ rest) / (len(x) - 2))
     return float(slope), SURE * float(np.sqrt(variance / np.sum((x - x.mean()) ** 2)))

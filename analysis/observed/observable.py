@@ -9,7 +9,8 @@ if TYPE_CHECKING:
     from chaincor.analysis.run_record import RunRecord
 
 
-# Rare in runs, whose eta tells them; the analysis of a dump knows no more of a plain chain.
+# Runs seldom show these observables, because eta contains them. The analysis of a dump of a plain
+# chain knows nothing else.
 _OF_EVERY_DUMP = ("masses", "velocity_after")
 
 
@@ -51,7 +52,7 @@ class Observable:
     dump: "Callable[[CollisionAnalysis], Any] | None" = None
     in_dumps: str | None = None  #: Meaning in the analysis of a dump, where it is another one.
     rows: tuple[TextRow, ...] = ()  #: Lines of text that show it.
-    #: Whether it is left out of JSON and stores where it is None.
+    #: Whether JSON and stores leave it out if it is None.
     rare: bool = False
     axis: str | None = None  #: Label of an axis of a figure; the name by default.
     name: str = ""

@@ -12,7 +12,7 @@ ENDINGS = {
     "argued": "the collision is very likely over, but this is not proved",
     "open": "another contact may still come; the error bar allows for it",
 }
-# More masses than these are not all shown.
+# A line shows at most this many masses.
 _MOST_MASSES = 6
 
 

@@ -11,10 +11,10 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-# Twice as fine as it is wide, for fine screens.
+# The picture has twice as many pixels as its width, for fine screens.
 _DOTS_PER_INCH = 160
 _PIXELS_PER_INCH = 90
-# A notebook keeps every message that it is sent.
+# A notebook keeps every message that it receives.
 _BAR_SECONDS = 0.3
 
 
@@ -84,7 +84,7 @@ def _only(settings: Any) -> Iterator[None]:
     """Let matplotlib have some settings for a while, and leave others alone."""
     from matplotlib import rcParams
 
-    # rc_context would take back, too, what a backend sets that loads meanwhile.
+    # rc_context would also undo the settings of a backend that is loaded meanwhile.
     before = {name: rcParams[name] for name in settings}
     rcParams.update(settings)
     try:

@@ -25,7 +25,7 @@ def root_of_known(root: float, error: float | None) -> str:
     return f"{root:.6g}" if lost < 2e-6 else known_digits(root, lost)
 
 
-# More digits of a run whose error is unknown would promise too much.
+# If the error of a run is unknown, more digits would promise too much.
 _FINEST = 1e-12
 
 

@@ -32,7 +32,7 @@ _AHEAD, _BEHIND, _SPONGE = 14.0, 12.0, 10.0
 # Lengths beside the train in widths of solitons, for the waves that the smoothed step makes.
 _BEHIND_WAVES, _SPONGE_WAVES = 60.0, 40.0
 _REAR = 0.3
-# Number of stages in which the window of the grid grows with the front.
+# The window of the grid grows with the front in this many stages.
 _STAGES = 40
 
 
