@@ -1,4 +1,4 @@
-"""Bond tables for LAMMPS bond_style table: range and spacing of a sampled potential."""
+"""Choose the range and the spacing of bond tables for LAMMPS's bond_style table."""
 
 import math
 from dataclasses import dataclass, replace
@@ -14,7 +14,7 @@ from chaincor.lammps_inputs.errors import TableError
 from chaincor.lammps_inputs.scene_parts.scene_fields import TableStyle
 from chaincor.lammps_inputs.units.unit_system import CHAIN_UNITS, UnitSystem
 
-# Sections of the table file, one for each bond type.
+# The table file has one section for each bond type.
 KEYWORDS = ("CHAIN", "FAR")
 
 # A chain that breaks stretches some bonds far beyond all others. A second table covers these
@@ -39,7 +39,7 @@ FEWEST_ROWS = 201
 FORCE_TARGET = {"spline": 3e-13, "linear": 1e-9}
 _ERROR_ORDER = {"spline": 4, "linear": 2}
 _PROBE_ROWS = 2001
-# Smallest fraction of the bins between two kinks that the search for rows on all kinks tries.
+# The search for rows on all kinks keeps at least this fraction of the bins between two kinks.
 _FINER = 0.8
 
 
@@ -197,8 +197,8 @@ def rows_on_kinks(bond: Potential, span: tuple[float, float], rows: int) -> tupl
     """
     Move the ends of a table by at most one row, so that rows lie on the kinks of a bond.
 
-    LAMMPS interpolates linearly between uniform rows. A kink on a row is kept, and a kink between
-    two rows is cut off.
+    LAMMPS interpolates linearly between uniform rows. This keeps a kink on a row, and cuts off a
+    kink between two rows.
 
     Kinks outside the table do not matter. One or two kinks lie on rows up to rounding. If there are
     more, the first and the last lie on rows, and the others as nearly as the spacing allows.
@@ -241,7 +241,7 @@ def choose_rows(
     range. The result is at most ``MOST_ROWS``.
     """
     ends = [span[0], *(1.0 + k for k in bond.kinks if span[0] < 1.0 + k < span[1]), span[1]]
-    # Kinks lie on rows, so that only the force between kinks counts.
+    # Kinks lie on rows, so the error is measured only between kinks.
     parts = [_probe(bond, part, style) for part in pairwise(ends)]
     scale = max(size for _, size in parts)
     target = FORCE_TARGET[style] * scale

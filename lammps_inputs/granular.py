@@ -19,7 +19,7 @@ from chaincor.lammps_inputs.script_plan import ScriptPlan
 # 1/4, and R_eff = 1/2 at a wall.
 PAIR_STIFFNESS, WALL_STIFFNESS = 2.0, math.sqrt(2.0)
 _HERTZ = 1.5
-# Largest sum of the overlaps of a bead with both neighbours, which leaves these apart.
+# The overlaps of a bead with both neighbours may add up to this, so that the neighbours stay apart.
 _FREE = 0.9
 # Factor and time, in units of the time in which two colliding beads stop each other, that a script
 # adds to the last contact of the reference run. Eta does not change after the last contact.

@@ -70,7 +70,7 @@ class Line:
 
     @cached_property
     def at_wall(self) -> bool:
-        """Whether the chain hits a hard, rigid wall, which has a place and no particle."""
+        """Whether the chain hits a hard, rigid wall."""
         return self.rigid and not self.soft
 
     @cached_property

@@ -95,7 +95,7 @@ class Scene(SceneFields):
 
     @property
     def bond_fields(self) -> dict[str, Any]:
-        """Given parameters of the bonds, by key."""
+        """Parameters of the bonds that are given, by key."""
         given = {key: getattr(self, key) for key in BOND_KEYS}
         return {key: value for key, value in given.items() if value is not None}
 
@@ -119,7 +119,7 @@ class Scene(SceneFields):
 
     @property
     def contact_law(self) -> ContactLaw:
-        """How the bodies repel each other: beads by their own law, where nothing else is said."""
+        """Contact law of the bodies; by default, beads have the law of their bonds."""
         if self.contact is None and self.bond.contact is not None:
             return self.bond.contact
         return contact_of(self.contact, {key: getattr(self, key) for key in CONTACT_KEYS})
@@ -290,7 +290,7 @@ class Scene(SceneFields):
 
     @cached_property
     def collision_sha256(self) -> str:
-        """Hash without the tolerance, which is equal for all tolerances of one collision."""
+        """Hash of the scene without its tolerance."""
         fields = {k: v for k, v in self.canonical_fields.items() if k != "tolerance"}
         return hash_of(canonical_json(fields))
 

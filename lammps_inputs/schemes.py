@@ -3,8 +3,8 @@
 from typing import Literal
 
 Scheme = Literal["verlet", "order4", "order6", "order8"]
-# Further schemes, for runs with a tolerance and for Python: extrapolation of steps in both engines,
-# and a splitting with modified kicks in the reference engine.
+# Runs with a tolerance and Python programs can also use other schemes: extrapolation of steps in
+# both engines, and a splitting with modified kicks in the reference engine.
 StepSchemeName = Scheme | Literal["srkn14", "extrapolated12", "extrapolated14", "extrapolated16"]
 # Order of convergence of the schemes that a scene can name, with the impact-located wall.
 SCHEME_ORDERS: dict[Scheme, int] = {"verlet": 2, "order4": 4, "order6": 6, "order8": 8}

@@ -33,7 +33,7 @@ CONTACTS_FILE = "contacts.txt"
 RESTART_FILE = "chain.restart"
 STATE_FILE = "chain.state"
 
-# Names that LAMMPS users give by -var instead of velocity and timestep.
+# LAMMPS users give these names by -var instead of velocity and timestep.
 _MISSPELT = ("speed", "v0", "vel", "velo", "v", "dt", "h", "step", "time_step", "timesteps")
 SAFE_PATH_CHARACTERS = frozenset(string.ascii_letters + string.digits + "./_+-")
 
@@ -73,7 +73,7 @@ def render_job(
     steps: ScriptedSteps | None = None,
     wishes: JobWishes = NO_WISHES,
 ) -> str:
-    """Render a self-contained script for ``lmp -in``, with Verlet steps if `steps` is missing."""
+    """Render a self-contained script for ``lmp -in``; without `steps`, it uses Verlet steps."""
     values = setup_values(plan.numerics, plan.table, ".")
     values |= contact_values(problem, wishes.units)
     values |= values_in_units(problem, wishes.units)
@@ -154,7 +154,7 @@ def _plan_values(
 def _end_values(
     scouted: ScoutedEnd | None, times: EndTimes, values: dict[str, Any], time: float
 ) -> dict[str, Any]:
-    """Return the template values of the end; at another velocity the script finds it by itself."""
+    """Return the template values of the end. At another velocity, the script detects the end."""
     last = number(time * (0.0 if scouted is None else scouted.last_contact_time))
     own = "" if values["given_velocities"] else f"*(v_velocity=={values['velocity']})"
     return asdict(times) | {

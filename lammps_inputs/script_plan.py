@@ -1,4 +1,4 @@
-"""Choices for an input script besides the scene: the plan, and the wishes of the user."""
+"""Define the choices for an input script besides the scene: the plan, and the user's options."""
 
 from dataclasses import dataclass
 
@@ -54,13 +54,13 @@ class ScriptedBar:
 
     #: Steps of the runs in units of the result's step; the first is 1.
     multiples: tuple[float, ...]
-    #: Error of the result due to its step, over the largest difference to the other runs.
+    #: Ratio of the result's error due to the step to the largest difference from the other runs.
     share: float
-    share_alone: float  #: The same share if only these runs are known.
-    #: Part of the error due to the bond table, known beforehand.
+    share_alone: float  #: The same ratio if only these runs are known.
+    #: Error due to the bond table, known beforehand.
     table: float
-    rounding: float  #: Part of the error due to rounding, known beforehand.
-    ending: float  #: Part of the error due to the end of the collision, known beforehand.
+    rounding: float  #: Error due to rounding, known beforehand.
+    ending: float  #: Error due to the end of the collision, known beforehand.
     #: Restitution of a run of the reference engine; None without such a run.
     reference_solution: float | None = None
     reference_error: float = 0.0  #: Error of the restitution by the reference engine.

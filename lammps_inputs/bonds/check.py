@@ -1,4 +1,4 @@
-"""Checks of bonds without known formulas: kinks, jumps, and a wrong energy."""
+"""Check bonds without known formulas for kinks, jumps and a wrong energy."""
 
 import sys
 from collections.abc import Sequence
@@ -12,22 +12,23 @@ from chaincor.lammps_inputs.errors import PotentialError
 if TYPE_CHECKING:
     from chaincor.lammps_inputs.bonds.potential import Potential
 
-# Checked strains reach from nearly no length to a thousand lengths. Near rest they are close enough
-# for chains as slow as 1e-4.
+# Checked strains reach from almost zero length to a thousand natural lengths. Their spacing near
+# rest is fine enough for chains as slow as 1e-4.
 _SMALLEST, _SHORTEST, _LONGEST = 1e-4, -0.95, 1e3
 _COMPRESSED, _STRETCHED = 200, 300
-# Brackets are halved down to this fraction of the strain, or to this strain.
+# Brackets are halved until their width is this fraction of the strain, or this strain near rest.
 _NARROW, _NARROWEST = 1e-8, 1e-9
-# A change of slope within the narrowest bracket is a kink where it is this part of the larger
-# slope, which rounding (eps F/1e-9, some 1e-7 of it) stays far below, and where a bracket four
-# times as wide sees no more than the last factor more: of a smooth curve it would see four times.
+# A kink changes the slope within the narrowest bracket by more than this fraction of the larger
+# slope. Rounding (eps F/1e-9) changes it by only about 1e-7. In a bracket four times as wide, a
+# kink changes the slope by less than the second factor more; a smooth curve changes it four times
+# as much.
 _KINK, _SAME = 1e-4, 2.0
-# Rounding of a force, and of the terms that cancel in it, in four differences of the force.
+# Rounding changes four differences of the force by at most this many epsilon of its terms.
 _ROUNDINGS = 64.0
-# A step of the force itself is this much more than the slopes on both sides explain.
+# The force jumps if it changes by more than this factor times the change due to its slopes.
 _JUMP = 4.0
-# Energy and force may differ by this part of the work done: what constants of seven digits leave.
-# It stands for no error of eta, which follows from the force alone.
+# Energy and work may differ by this fraction, because a user's constants may have seven digits. The
+# difference is no error of eta, which depends on the force alone.
 _WORK = 1e-6
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
 
@@ -45,9 +46,9 @@ def find_kinks(bond: "Potential") -> tuple[float, ...]:
     """
     Return the strains at which the stiffness of a bond jumps, in increasing order.
 
-    Brackets that overlap by half are halved, each about its largest second difference, until
-    they are 1e-8 of the strain: what is left of the change of slope there is a kink. One in 1e-2 of
-    a strain is found for certain, of those much closer the sharper.
+    Brackets that overlap by half are halved about their largest second difference, down to 1e-8 of
+    the strain. A change of slope that remains is a kink. Kinks are found if they are farther apart
+    than 1e-2 of the strain; of closer kinks, only the sharpest may be found.
 
     Raises PotentialError if the force itself jumps.
     """
@@ -76,11 +77,12 @@ def find_kinks(bond: "Potential") -> tuple[float, ...]:
         *_, further_left, further_right = _beside(bond, middles, 4.0 * near)
         further = further_right - further_left
         _refuse_jumps(bond, middles, near, (below, above), np.maximum(larger, scale))
-        size = np.abs(below) + scale * np.abs(middles)  # of what a small force cancels from
+        # size of the terms that cancel in a small force
+        size = np.abs(below) + scale * np.abs(middles)
         kinked = np.abs(change) > _KINK * np.maximum(larger, _SMALLEST * scale)
         kinked &= np.abs(change) > _ROUNDINGS * sys.float_info.epsilon * size / near
         kinked &= np.abs(further) < _SAME * np.abs(change)
-        # The kink is at the intersection of the lines on both sides.
+        # The lines on both sides intersect at the kink.
         met = middles + (above - below - near * (left + right)) / (left - right)
     places: list[float] = []
     for k in np.flatnonzero(kinked).tolist():
@@ -131,12 +133,12 @@ def refuse_mismatch(bond: "Potential", kinks: Sequence[float]) -> None:
     """
     Refuse a bond whose force is not the derivative of its energy.
 
-    Between neighbouring strains of :func:`scan_strains`, the work of the force by Gauss's rule with
-    8 points must equal the loss of energy. Halved intervals give the error of the rule, and the
-    size of the energies gives the rounding. Raises PotentialError with the strain at which work and
-    loss differ most.
+    Gauss's rule with 8 points integrates the force between neighbouring strains of
+    :func:`scan_strains`. This work must equal the loss of energy. Halved intervals give the error
+    of the rule, and the size of the energies gives the rounding. Raises PotentialError with the
+    strain at which work and loss differ most.
     """
-    # Gauss's rule knows no kinks: intervals end at them.
+    # Intervals end at kinks, because Gauss's rule needs a smooth force.
     edges = np.unique(np.concatenate((scan_strains(bond), kinks)))
     with np.errstate(all="ignore"):
         energies = np.asarray(bond.energy(edges), dtype=float)
@@ -158,7 +160,7 @@ def refuse_mismatch(bond: "Potential", kinks: Sequence[float]) -> None:
             f"bond '{bond.name}' has no finite energy and force anywhere near length 1. "
             "Write both as functions of the strain r - 1"
         )
-    # report a strain that bonds reach in practice
+    # prefer a strain that bonds reach in practice
     usual = known & (excess > 1.0) & (np.abs(middle) < 1.0)
     worst = int(np.argmax(np.where(usual if usual.any() else known, excess, -1.0)))
     if excess[worst] > 1.0:
@@ -179,7 +181,7 @@ def refuse_mismatch(bond: "Potential", kinks: Sequence[float]) -> None:
 
 
 def _work(bond: "Potential", low: Array, high: Array) -> tuple[Array, Array]:
-    """Return the integral of the force over each interval, and of its size."""
+    """Return the integrals of the force and of its absolute value over each interval."""
     half = 0.5 * (high - low)
     forces = _forces(bond, 0.5 * (low + high)[:, None] + half[:, None] * _NODES)
     return half * (forces @ _WEIGHTS), half * (np.abs(forces) @ _WEIGHTS)

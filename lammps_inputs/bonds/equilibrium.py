@@ -1,14 +1,13 @@
 r"""
-Bond lengths in equilibrium: the density :math:`\exp(-U(s)/T)`, its integral and its inverse.
+Draw bond lengths in equilibrium from the density :math:`\exp(-U(s)/T)`.
 
-A free chain with bonds between neighbours has no other coupling of their lengths: each is
-distributed as if it were alone. So a chain in equilibrium is drawn bond by bond, without a Markov
-chain.
+The bond lengths of a free chain are independent in equilibrium, because only neighbours have bonds.
+So a chain is drawn bond by bond, without a Markov chain.
 
-Bonds that break have no such equilibrium: at infinite length the density does not vanish. There it
-is that of bound states, which ends where the bond is as good as broken: at the barrier, where there
-is one, and else at :math:`U = D - T`, from where thermal energy suffices. If the density at
-that end is not small, the definition has no meaning and the temperature is refused.
+The density of a bond that can break does not vanish at infinite length. Only the bound states of
+such a bond are drawn. They end at the energy barrier, or, without a barrier, at :math:`U = D - T`,
+from where thermal energy breaks the bond. Temperatures are refused if the density at that end is
+not small, because bound states then have no meaning.
 """
 
 import math
@@ -24,28 +23,29 @@ from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.errors import SceneError
 
-# A bond must hold so many times T: the density where it gives way is then below 1e-3 of that at
-# rest (exp(-8), and exp(-7) where it ends T short of breaking).
+# A bond must hold this many times T. The density at the energy that breaks it is then below 1e-3 of
+# the density at rest: exp(-8), or exp(-7) if the bound states end at D - T.
 LEAST_DEPTH = 8.0
-# exp(-U/T) below exp(-50) = 2e-22 is less than any number that is drawn can tell (2^-54 = 6e-17).
+# Densities below exp(-50) = 2e-22 are left out: the smallest drawn probability is 2^-54 = 6e-17.
 _REACH = 50.0
-# Panels of 16 Gauss points; one is halved until the last terms of its series are below this part
-# of the whole integral. Rounding of the density alone leaves about 1e-16.
+# A panel has 16 Gauss points. It is halved until the last terms of its series are below this
+# fraction of the whole integral. The rounding of the density is about 1e-16.
 _POINTS = 16
 _RESOLVED = 4e-15
 _FIRST_PANELS = 24
 _MOST_HALVINGS = 40
 _MOST_PANELS = 20_000
-# Fraction of the whole that may stay unresolved if an energy has small jumps or noise.
+# This fraction of the integral may stay unresolved if an energy has small jumps or noise.
 _UNRESOLVED = 1e-10
-# Rounding of an energy from which a constant was taken, in parts of T.
+# The rounding of an energy with a subtracted constant may be at most this fraction of T.
 _NOISE = 1e-8
-# Newton's steps end at this size, in units of half a panel. Their rounding has no effect.
+# Newton's method ends with a step of this size, in units of half a panel. Later steps would be
+# rounding.
 _CLOSE = 1e-14
 _AT_ONCE = 16_384
 
 _NODES, _WEIGHTS = legendre.leggauss(_POINTS)
-# Values at the nodes to coefficients of Legendre polynomials.
+# This matrix turns values at the nodes into coefficients of Legendre polynomials.
 _TO_SERIES = (
     (np.arange(_POINTS) + 0.5)[:, np.newaxis] * _WEIGHTS * legendre.legvander(_NODES, _POINTS - 1).T
 )
@@ -74,7 +74,7 @@ class BondDistribution:
 
     @cached_property
     def _nodes(self) -> tuple[Array, Array]:
-        """Strains and their probabilities, for averages."""
+        """Strains and their probabilities, from which averages are computed."""
         half = 0.5 * np.diff(self.edges)[:, np.newaxis]
         middles = 0.5 * (self.edges[1:] + self.edges[:-1])[:, np.newaxis]
         values = legendre.legval(_NODES, self.densities)
@@ -102,7 +102,7 @@ class BondDistribution:
         return found + largest
 
     def share_below(self, strains: Array) -> Array:
-        """Return the probabilities of smaller strains than any of these."""
+        """Return the probability of a smaller strain, for each given strain."""
         s = np.clip(strains, self.edges[0], self.edges[-1])
         panel = np.clip(np.searchsorted(self.edges, s, side="right") - 1, 0, len(self.edges) - 2)
         low, high = self.edges[panel], self.edges[panel + 1]
@@ -111,7 +111,7 @@ class BondDistribution:
 
     def strains(self, shares: Array) -> Array:
         """
-        Return the strains below which a bond is with given probabilities, exact to 1e-15 of these.
+        Return the strains at which the cumulative probability has given values, to 1e-15.
 
         Each strain is computed separately and does not depend on the other probabilities.
         """
@@ -123,7 +123,7 @@ class BondDistribution:
         return found.reshape(np.shape(shares))
 
     def _invert(self, shares: Array) -> Array:
-        """Solve for the place within the panel by Newton's method, between bounds that shrink."""
+        """Solve for the position within the panel by Newton's method with shrinking bounds."""
         panel = np.searchsorted(self.shares, shares, side="right") - 1
         panel = np.clip(panel, 0, len(self.edges) - 2)
         inside = shares - self.shares[panel]
@@ -168,8 +168,8 @@ def bond_distribution(bond: Potential, temperature: float) -> BondDistribution:
     r"""
     Return the distribution of a bond's strain in equilibrium at :math:`k_B T`, an energy.
 
-    The density is :math:`\propto \exp(-U(s)/T)` of all strains, or of those at which the bond
-    holds. Raises SceneError if it holds nothing in tension, or less than `LEAST_DEPTH` times T.
+    The density is :math:`\propto \exp(-U(s)/T)` at all strains, or at those of bound states. Raises
+    SceneError if the bond has no force in tension, or breaks below `LEAST_DEPTH` times T.
     """
     low, high = _ends(bond, temperature)
     edges = np.linspace(low, high, _FIRST_PANELS + 1)

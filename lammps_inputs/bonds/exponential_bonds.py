@@ -1,4 +1,4 @@
-"""Bonds made of exponentials of the strain: Toda's and Morse's."""
+"""Define the bonds that are exponentials of the strain: Toda's and Morse's."""
 
 import math
 from collections.abc import Callable
@@ -81,12 +81,12 @@ class MorseParameters(NamedTuple):
 
 def _morse_kernels(exp: Callable, expm1: Callable) -> tuple[Callable, Callable]:
     def morse_force(strain: Strain, parameters: MorseParameters) -> Strain:
-        """Return e (1 + e)/a with e = exp(-a s) - 1, of which squares stay finite."""
+        """Return e (1 + e)/a with e = exp(-a s) - 1; squares of e stay finite."""
         e = expm1(np.minimum(-parameters.a * strain, 350.0))
         return e * (1.0 + e) / parameters.a
 
     def morse_curvature(strain: Strain, parameters: MorseParameters) -> Strain:
-        """Return e (2 e - 1) with e = exp(-a s), of which squares stay finite."""
+        """Return e (2 e - 1) with e = exp(-a s); squares of e stay finite."""
         e = exp(np.minimum(-parameters.a * strain, 350.0))
         return e * (2.0 * e - 1.0)
 

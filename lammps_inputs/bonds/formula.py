@@ -1,4 +1,4 @@
-"""Bond whose energy is given as a formula."""
+"""Define a bond by a formula for its energy."""
 
 import math
 from collections.abc import Callable, Mapping
@@ -22,7 +22,7 @@ from chaincor.lammps_inputs.bonds.formula_text import canonical_text
 from chaincor.lammps_inputs.bonds.user_bond import UserBond
 from chaincor.lammps_inputs.errors import PotentialError
 
-# A strain, and a relative difference of the stiffness, that are rounding.
+# A strain, or a relative change of the stiffness, below this value counts as rounding.
 _ROUNDING = 1e-12
 
 
@@ -32,10 +32,11 @@ class Formula(UserBond):
 
     U is a function of the strain ``s``, or the length ``r`` = 1 + s, and of named parameters. The
     natural length is the zero of the force nearest to length 1. Strains count from it, so that a
-    chain at rest has no strain, and U and -dU/ds vanish there. Near rest, a series of the force is
-    used, expanded from the formula with 40 digits, so that no digits cancel at any strain. Speeds,
-    energies and times are in the units of the formula. The speed scale v* follows from
-    :math:`U(x^*) = k (x^* - x_0)^2`, with the stiffness k and the natural length of the formula.
+    chain at rest has no strain, and U and -dU/ds vanish there. Near rest, where the formula would
+    lose digits by cancellation, the force is a series whose coefficients are computed with 40
+    digits. Speeds, energies and times are in the units of the formula. The speed scale v* follows
+    from :math:`U(x^*) = k (x^* - x_0)^2`, with the stiffness k and the natural length of the
+    formula.
 
     Raises PotentialError if the text is no formula, or if the bond has no stable length near 1, has
     kinks, or loses digits by cancellation.
@@ -60,7 +61,7 @@ class Formula(UserBond):
             self._near = reach_of(self._series)
             self.stiffness = -self._series[0]
             terms, orders = np.asarray(self._series), np.arange(1, len(self._series) + 1)
-            # Near rest: a power of the strain, and the series that it is a factor of.
+            # Each function near rest is this power of the strain times this series.
             self._near_rest = {
                 "energy": (2, -terms / (orders + 1)),
                 "force": (1, terms),
@@ -98,9 +99,9 @@ class Formula(UserBond):
             raise self._refuse(f"has a kink at strain {found[0]:.6g}", "Give a smooth formula")
         if math.isfinite(self.barrier_strain):
             self.dissociation = math.inf
-        # 1 to rounding where that is meant.
+        # A length that differs from 1 only by rounding is taken as 1.
         self.natural_length = 1.0 if abs(self._rest) < _ROUNDING else 1.0 + self._rest
-        # The first term after the square that is more than rounding.
+        # The anharmonic order is that of the first term beyond rounding after the square.
         sizes = [abs(c) * self._near**k for k, c in enumerate(self._series)]
         larger = (k for k, size in enumerate(sizes) if k and size > _ROUNDING * sizes[0])
         self.anharmonic_order = next((k + 2 for k in larger), None)
@@ -118,7 +119,7 @@ class Formula(UserBond):
 
     @cached_property
     def natural_speed(self) -> float | None:
-        """v*, with so many digits that the 13 that are kept are those of any processor."""
+        """v*, computed with 40 digits and rounded to 13, so that all processors agree."""
         strain = self._find_compressed_strain()
         if strain is None:
             return None
@@ -146,7 +147,7 @@ class Formula(UserBond):
         return self._joined(strain, "curvature")
 
     def _joined(self, strain: Any, name: str) -> Any:
-        """Return a series in the strain near rest, and the formula beyond."""
+        """Return values of a function: the series near rest, the formula at larger strains."""
         s = np.asarray(strain, dtype=float)
         power, series = self._near_rest[name]
         x = np.clip(s, -self._near, self._near)
@@ -166,7 +167,7 @@ class Formula(UserBond):
         return PotentialError(f"energy {self.text!a}{where} {problem}. {remedy}")
 
     def _find_ends(self) -> tuple[float, float]:
-        """Return the strains between which no base or argument changes its sign."""
+        """Return the strains between which no base or argument of log changes sign."""
         from scipy.optimize import brentq
 
         ends = [-(1.0 + self._rest), math.inf]
@@ -188,14 +189,14 @@ class Formula(UserBond):
                 outer = float(strains[first])
                 try:
                     end = float(brentq(value, inner, outer, xtol=1e-15))
-                except ValueError:  # zero or no number at the end itself
+                except ValueError:  # at the end itself the value is 0 or NaN
                     end = outer
                 if abs(end) < abs(ends[side]):
                     ends[side] = end
         low = ends[0]
         if abs(low + 1.0) < _ROUNDING:
             low = -1.0
-        # Engines detect whether particles reach each other, at finite energy or with longer bonds.
+        # Engines detect whether particles reach each other.
         energy = self._functions["energy"](np.float64(self._rest + low))
         holds = low == -1.0 and not math.isfinite(energy)
         return (low if low > -1.0 or holds else -math.inf), ends[1]
@@ -214,7 +215,7 @@ class Formula(UserBond):
         return self._first_zero(strains, ~(self.force(strains) > 0.0), low)
 
     def _first_zero(self, strains: Array, beyond: NDArray[np.bool_], end: float) -> float:
-        """Return the zero of the force before the first strain beyond it, or the end."""
+        """Return the zero of the force next to the first strain marked beyond, or the end."""
         from scipy.optimize import brentq
 
         if not np.any(beyond):

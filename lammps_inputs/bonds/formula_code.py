@@ -1,4 +1,4 @@
-"""Functions from a formula: SymPy differentiates it, and the result is plain Python arithmetic."""
+"""Differentiate a formula with SymPy, and write the results as plain Python arithmetic."""
 
 import hashlib
 from collections.abc import Callable, Sequence
@@ -15,9 +15,10 @@ from chaincor.lammps_inputs.errors import PotentialError
 if TYPE_CHECKING:
     import sympy
 
-# Operations of energy, force and stiffness together; a formula of a page has some hundreds.
+# Energy, force and stiffness may have this many operations together. A formula that fills a page
+# has some hundreds.
 _MOST_OPERATIONS = 3000
-# Terms of the series about rest, beside the first.
+# The series about rest has this many terms after the first.
 SERIES_TERMS = 22
 
 
@@ -34,7 +35,7 @@ class FormulaParameters(NamedTuple):
 
 @dataclass(frozen=True)
 class FormulaCode:
-    """Functions of a formula, for any values of its parameters."""
+    """Energy, force and stiffness of a formula, for any values of its parameters."""
 
     #: U, -U' and U'' as Python text in ``s`` and ``p[0]``, ``p[1]`` ...
     energy: str
@@ -48,7 +49,8 @@ class FormulaCode:
         """
         Return one of the texts as a function of the strain, as the formula counts it.
 
-        `values` are of the parameters in order of their names; `digits` is mpmath for more of them.
+        `values` are the values of the parameters, sorted by name. `digits` is an mpmath context for
+        more digits than doubles have.
         """
         known = {name: getattr(digits or np, name) for name in FUNCTIONS}
         known["p"] = values if digits is None else tuple(map(digits.mpf, values))
@@ -98,9 +100,9 @@ def _kernel_of(name: str, formula: str, power: str, factors: list[float]) -> Cal
 @lru_cache(maxsize=64)
 def formula_code(text: str, names: tuple[str, ...]) -> FormulaCode:
     """
-    Differentiate an energy, whose parameters have these names, and write it as Python.
+    Differentiate an energy with parameters of these names, and write the results as Python.
 
-    Raises PotentialError if the text is no formula, or one too long to differentiate twice.
+    Raises PotentialError if the text is no formula, or is too long to differentiate twice.
     """
     import sympy
 
@@ -156,7 +158,7 @@ def _refuse_long(expression: "sympy.Expr", text: str) -> None:
 
 
 def _guards(expression: "sympy.Expr", strain: "sympy.Symbol") -> Sequence["sympy.Expr"]:
-    """Return the expressions that keep their signs wherever the formula is smooth."""
+    """Return the expressions whose signs cannot change where the formula is smooth."""
     import sympy
     from sympy.codegen.cfunctions import log1p
 
@@ -173,7 +175,7 @@ def _guards(expression: "sympy.Expr", strain: "sympy.Symbol") -> Sequence["sympy
 
 
 def _written(expression: "sympy.Expr", symbols: dict["sympy.Symbol", str]) -> str:
-    """Write an expression in Python: floats, whole powers, and functions by bare names."""
+    """Write an expression in Python, with floats, whole powers and unqualified function names."""
     import sympy
 
     def text(part: "sympy.Expr") -> str:
@@ -196,7 +198,7 @@ def _written(expression: "sympy.Expr", symbols: dict["sympy.Symbol", str]) -> st
         written = text(base)
         if exponent.is_Integer:
             whole = int(exponent)
-            # Multiplications for compiled loops, up to where the compiler has them.
+            # Compilers turn a power with a whole exponent into multiplications.
             raised = f"{written}**{abs(whole)}" if abs(whole) != 1 else written
             return f"({raised})" if whole > 0 else f"(1.0/{raised})"
         if exponent.is_Rational and exponent.q == 2 and abs(exponent.p) == 1:

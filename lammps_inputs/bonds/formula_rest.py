@@ -1,4 +1,4 @@
-"""Natural length of a formula, its series there, and its loss of digits elsewhere."""
+"""Find the natural length of a formula, the series there, and lost digits elsewhere."""
 
 import math
 from collections.abc import Callable
@@ -10,15 +10,18 @@ from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.formula_code import SERIES_TERMS, FormulaCode
 from chaincor.lammps_inputs.errors import PotentialError
 
-# Digits with which rest and the series about it are found, and with which the formula is judged.
+# The natural length and the series about it are computed with this many digits, and the formula is
+# compared with as many.
 _DIGITS = 40
-# Left out of the series at its end, as part of the force; the series is used no farther than this.
+# The series is used up to the strain at which its truncation error is this fraction of the force,
+# and never beyond the second value.
 _CUT, _FARTHEST = 1e-18, 0.25
-# Range of strains in which the natural length is searched and allowed.
+# The natural length must lie in this range of strains.
 _NEAREST_REST, _SHORTEST_REST, _LONGEST_REST = 1e-7, -0.5, 1.0
 # Range of allowed stiffnesses.
 _SOFTEST, _STIFFEST = 1e-8, 1e8
-# Largest error of the double-precision force, relative to the larger of the force and 1e-3 k |s|.
+# The double-precision force may have this error, relative to the larger of the force and 1e-3 k
+# |s|.
 LOST = 1e-11
 Refuse = Callable[[str, str], PotentialError]
 
@@ -38,9 +41,9 @@ def expand(
     """
     Find the natural length of a formula that is nearest to 1, and expand the force there.
 
-    Returned are that strain, with many digits, and the series of force over strain: -k, -k g_1 ...
-    Raises what `refuse` makes of what is wrong and what was expected, if there is no stable length
-    near 1, or its stiffness is out of bounds.
+    Returns the strain at that length, with many digits, and the series of force over strain: -k, -k
+    g_1 ... If there is no stable length near 1, or the stiffness is out of bounds, raises the error
+    that `refuse` makes from the problem and the remedy.
     """
     bracket, digits = _bracket(code, values, refuse), many_digits()
     force = code.function(code.force, values, digits)
@@ -67,7 +70,7 @@ def expand(
 
 
 def _bracket(code: FormulaCode, values: tuple[float, ...], refuse: Refuse) -> tuple[float, float]:
-    """Return two strains between which the force falls through zero, nearest to zero."""
+    """Return the two strains nearest to 0 between which the force falls through zero."""
     out = np.geomspace(_NEAREST_REST, _LONGEST_REST, 400)
     strains = np.concatenate((-out[out <= -_SHORTEST_REST][::-1], out))
     forces = np.asarray(code.function(code.force, values)(strains), dtype=float)
@@ -103,10 +106,11 @@ def lost_digits(
     reach: tuple[float, float],
 ) -> tuple[float, float] | None:
     """
-    Compare a force, of strains from `rest`, with one of many digits, between the strains `reach`.
+    Compare a force with the formula in many digits, at strains within `reach`.
 
-    Up to `near` it is a series. Returned are the strain nearest to rest where more than ``LOST`` is
-    lost, and how much; None where that is nowhere.
+    Strains count from `rest`. Up to `near`, the force is a series. Returns the strain nearest to
+    rest at which the relative error exceeds ``LOST``, and this error; None if it exceeds ``LOST``
+    nowhere.
     """
     digits = many_digits()
     out = np.geomspace(0.5 * near, 4.0, 16)

@@ -1,4 +1,4 @@
-"""Reader for the text of a bond energy, which is checked by a grammar before its evaluation."""
+"""Read the text of a bond energy, which a grammar checks before it is evaluated."""
 
 import ast
 import keyword
@@ -14,7 +14,7 @@ from chaincor.lammps_inputs.errors import PotentialError
 if TYPE_CHECKING:
     import sympy
 
-# Analytic wherever they are finite: a force then has kinks only where it has no value either.
+# These functions are analytic wherever they are finite, so the force has no kinks there.
 FUNCTIONS = (
     "exp", "expm1", "log", "log1p", "sqrt", "sin", "cos", "sinh", "cosh", "tanh"
 )  # fmt: skip
@@ -43,7 +43,7 @@ def check_parameters(given: Any) -> dict[str, float]:
     """
     Return the parameters of a formula, sorted by name.
 
-    Raises ValueError, one line that names the parameter.
+    Raises ValueError with one line that names the parameter.
     """
     if not isinstance(given, Mapping):
         raise ValueError("Give names and numbers, such as { D = 0.0139, a = 6.0 }")
@@ -75,16 +75,16 @@ def _checked(name: Any, value: Any) -> float:
 
 
 def canonical_text(text: str) -> str:
-    """Return a canonical text, without differences in blanks, brackets and signs of powers."""
+    """Return a canonical text, in which blanks, brackets and signs of powers make no difference."""
     return ast.unparse(_parsed(text))
 
 
 def read_formula(text: str, names: Iterable[str]) -> "sympy.Expr":
     """
-    Read a formula of the strain ``s``, or the length ``r``, and of parameters, which must occur.
+    Read a formula of ``s``, the strain, or ``r``, the length, that uses all parameters.
 
-    Returned is an expression of real symbols by these names; r is 1 + s. Raises PotentialError:
-    what is in the text that cannot be, and what can.
+    Returns an expression of real symbols with these names, with r = 1 + s. Raises PotentialError,
+    which names the fault in the text and the allowed forms.
     """
     import sympy
 
@@ -190,7 +190,7 @@ class _Reader:
     def _operation(self, left: Any, op: ast.operator, right: Any) -> Any:
         numbers = not _is_symbolic(left) and not _is_symbolic(right)
         if not numbers and not isinstance(op, ast.Pow):
-            # Doubles from here on, which have no millions of digits.
+            # Numbers become doubles here, because SymPy's integers may have millions of digits.
             left, right = (x if _is_symbolic(x) else _double(x) for x in (left, right))
         if isinstance(op, ast.Div) and not numbers and right == 0:
             raise ZeroDivisionError
@@ -234,7 +234,7 @@ class _Reader:
                 else "contains a number out of range",
                 f"Use numbers with sizes from {_SMALLEST:g} to {_LARGEST:g}",
             )
-        # Whole numbers of more digits than a double has are none to whoever computes with them.
+        # Whole numbers that a double cannot hold exactly become doubles.
         return value if isinstance(value, int) and abs(value) < 2**53 else float(value)
 
     def _refuse(self, problem: str, remedy: str) -> PotentialError:

@@ -1,4 +1,4 @@
-"""Functions for bonds: accurate forms where textbook forms lose digits, and fast forms."""
+"""Compute functions of bonds without loss of digits, and exponentials fast."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -9,14 +9,15 @@ from numpy.typing import ArrayLike
 
 from chaincor.lammps_inputs.arrays import Array
 
-# Series are used for |x| below this; above it the direct difference loses at most a factor of
-# about 2/x^2 * x = 20 units in the last place of the result.
+# Series are used for |x| below this value. Above it, the direct difference loses at most about 2/x
+# = 20 units in the last place.
 _SERIES_LIMIT = 0.1
 
-# 12 terms of a series in t^2 <= (0.1/1.9)^2 leave a remainder below 1e-30 of the first term.
+# With 12 terms of a series in t^2 <= (0.1/1.9)^2, the remainder is below 1e-30 of the first term.
 _ATANH_TERMS = [1.0 / (2 * k + 3) for k in range(12)]
 
-# x^2/2 (1 + x/3 + x^2/12 + ...): 12 terms leave 0.1^12 * 2/14! = 2e-23 of the first.
+# With 12 terms of x^2/2 (1 + x/3 + x^2/12 + ...), the remainder is 0.1^12 * 2/14! = 2e-23 of the
+# first term.
 _EXPM1_TERMS = [1.0]
 for _k in range(3, 15):
     _EXPM1_TERMS.append(_EXPM1_TERMS[-1] / _k)
@@ -54,9 +55,9 @@ def expm1_minus_x(x: ArrayLike) -> Array:
     return np.where(small, series, np.expm1(x) - x)
 
 
-# 1/ln 2; ln 2 in two parts, of which the first has few bits; a number to which doubles can be
-# added only rounded to integers; 1/2! to 1/13!, after which the series is exact to 2e-17 up to
-# ln(2)/2.
+# The constants are 1/ln 2; ln 2 as a sum of two numbers, the first with few bits; a number that
+# rounds any double added to it to an integer; and 1/2! to 1/13!, with which the series is exact to
+# 2e-17 up to ln(2)/2.
 _PER_LN_2 = 1.4426950408889634
 _LN_2, _LN_2_REST = 6.93147180369123816490e-01, 1.90821492927058770002e-10
 _TO_INTEGER = 1.5 * 2.0**52
@@ -67,16 +68,16 @@ _A2, _A3, _A4, _A5, _A6, _A7, _A8, _A9, _A10, _A11, _A12, _A13 = (
 
 def _exponentials() -> tuple[Callable, Callable]:
     """
-    Return exp(x) and exp(x) - 1, written out, as no compiler vectorises a call of exp.
+    Return functions for exp(x) and exp(x) - 1 in plain arithmetic, which compilers vectorise.
 
-    The functions that they call are in their closure, as compiled loops need them.
+    Their closure holds the functions that they call, as compiled loops require.
     """
 
     def parts(exponent: Any) -> tuple[Any, Any]:
         """
-        Return 2^k and exp(y) - 1, whose x = k ln 2 + y with abs(y) <= ln(2)/2.
+        Return 2^k and exp(y) - 1 for x = k ln 2 + y with abs(y) <= ln(2)/2.
 
-        2^k is made of its bits. Beyond -708 and 709 x is taken for these.
+        The number 2^k is made from its bits. x is clipped to -708 and 709.
         """
         x = np.minimum(np.maximum(exponent, -708.0), 709.0)
         shifted = x * _PER_LN_2 + _TO_INTEGER
@@ -88,12 +89,12 @@ def _exponentials() -> tuple[Callable, Callable]:
         return bits.view(np.float64), y + y * y * rest
 
     def exponential(exponent: Any) -> Any:
-        """Return exp(x) to two epsilon or so."""
+        """Return exp(x) with a relative error of about two epsilon."""
         power_of_2, less = parts(exponent)
         return power_of_2 + power_of_2 * less
 
     def exp_less_one(exponent: Any) -> Any:
-        """Return exp(x) - 1 to two epsilon or so."""
+        """Return exp(x) - 1 with a relative error of about two epsilon."""
         power_of_2, less = parts(exponent)
         return (power_of_2 - 1.0) + power_of_2 * less
 

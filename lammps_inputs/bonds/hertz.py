@@ -1,4 +1,4 @@
-"""Hertz bond: beads that only push each other, with the power of their overlap as force."""
+"""Define the Hertz bond: beads that overlap repel each other with a power of the overlap."""
 
 import math
 from dataclasses import dataclass
@@ -12,7 +12,7 @@ from chaincor.lammps_inputs.bonds.named_bond import NamedBond, Strain
 from chaincor.lammps_inputs.contacts.power import PowerContact
 from chaincor.lammps_inputs.errors import PotentialError
 
-# Overlaps of larger powers leave the range of floating point at speeds that scenes may have.
+# With larger exponents, energies overflow or underflow at speeds that scenes may have.
 LARGEST_EXPONENT = 9.0
 
 
@@ -23,7 +23,7 @@ class HertzParameters(NamedTuple):
 
 
 def hertz_force(strain: Strain, parameters: HertzParameters) -> Strain:
-    """Return d^p of the overlap d = -s, and 0 of beads that are apart."""
+    """Return d^p with the overlap d = -s; 0 if the beads are apart."""
     overlap = np.maximum(-strain, 0.0)
     if parameters.exponent == 1.5:  # a root is several times cheaper than a power
         return overlap * np.sqrt(overlap)
@@ -39,15 +39,15 @@ def hertz_curvature(strain: Strain, parameters: HertzParameters) -> Strain:
 @dataclass(frozen=True)
 class Hertz(NamedBond):
     """
-    U = d^(p + 1)/(p + 1) of the overlap d = -s, and 0 of beads that are apart.
+    U = d^(p + 1)/(p + 1) with the overlap d = -s; 0 if the beads are apart.
 
     Damping adds -A d^(p - 1) d' (viscoelastic spheres) or -A d' (a dashpot) to the force d^p while
-    beads overlap. The sum is never negative: beads that part do not pull.
+    beads overlap. The sum is cut off at 0, so that separating beads do not pull.
     """
 
-    exponent: float = 1.5  #: p; Hertz's law of two spheres has 3/2.
-    damping: float = 0.0  #: A.
-    damping_law: str = "viscoelastic"  #: ``viscoelastic`` or ``dashpot``.
+    exponent: float = 1.5  #: Exponent p of the force; 3/2 for two spheres.
+    damping: float = 0.0  #: Factor A of the damping force.
+    damping_law: str = "viscoelastic"  #: Law of damping: ``viscoelastic`` or ``dashpot``.
 
     name = "hertz"
     title = "beads (hertz)"
@@ -62,13 +62,13 @@ class Hertz(NamedBond):
     smooth = False
     only_pushes = True
     stiffness = 0.0
-    anharmonic_order = None  # centres may pass each other, as those of springs may
+    anharmonic_order = None  # the centres may pass each other, as with springs
     dissociation = 0.0
     convex_strain = 0.0
     kinks: ClassVar = (0.0,)
 
     def __post_init__(self) -> None:
-        """Refuse exponents that leave a stiffness at rest, and those that overflow."""
+        """Refuse exponents with a stiffness at rest, and exponents that overflow."""
         if not 1.0 < self.exponent <= LARGEST_EXPONENT:
             raise PotentialError(
                 f"hertz_exponent is {self.exponent!r}. Give a number above 1, up to "
@@ -81,7 +81,7 @@ class Hertz(NamedBond):
         return np.maximum(-np.asarray(strain, dtype=float), 0.0) ** power / power
 
     def as_keys(self) -> dict[str, Any]:
-        """Return the parameters; damping only where there is some."""
+        """Return the parameters, and those of damping if there is any."""
         keys = super().as_keys()
         return keys if self.damping > 0.0 else {"hertz_exponent": keys["hertz_exponent"]}
 
@@ -92,23 +92,23 @@ class Hertz(NamedBond):
 
     @property
     def contact(self) -> PowerContact:
-        """The same law between the bodies."""
+        """Contact law of the bodies, which equals that of the beads."""
         return PowerContact(1.0, self.exponent)
 
     def compressed_strain(self, energy: float) -> float:
-        """Return the strain of a contact that holds an energy, however large."""
+        """Return the strain of a contact with a potential energy of any size."""
         return -self.contact.overlap(energy)
 
     def compressed_strains(self, energies: Array) -> Array:
-        """Return the same of many energies."""
+        """Return the strains of contacts for many energies."""
         return np.array([self.compressed_strain(energy) for energy in energies.tolist()])
 
     def sound_stiffness(self, energy: float) -> float:
-        """Return U'' where a contact holds an energy: at rest there is none."""
+        """Return U'' of a contact with an energy, because U'' at rest is 0."""
         return float(self.curvature(self.compressed_strain(energy)))
 
     def strain_range(self, energy: float) -> tuple[float, float]:
-        """Return the strains of an energy; nothing holds beads together."""
+        """Return the range of strains at an energy; separated beads give it no upper end."""
         return self.compressed_strain(energy), math.inf
 
     def _find_compressed_strain(self) -> float | None:

@@ -1,12 +1,13 @@
 r"""
-How LAMMPS interpolates in a bond table: by straight lines, or a cubic spline, found as it does.
+Interpolate in a bond table as LAMMPS does, by straight lines or a cubic spline.
 
-Of the spline the second derivatives M at the rows solve a tridiagonal system, from row to row and
-back: of spacings h and difference quotients d,
+The second derivatives M of the spline at the rows solve a tridiagonal system, with the spacings h
+and the difference quotients d:
 
 .. math:: h_{i-1} M_{i-1} + 2 (h_{i-1} + h_i) M_i + h_i M_{i+1} = 6 (d_i - d_{i-1}),
 
-with the slopes at both ends given. SciPy's would take longer to import than a collision takes.
+The slopes at both ends are given. SciPy's spline would take longer to import than a collision takes
+to run.
 """
 
 from typing import Literal
@@ -24,9 +25,9 @@ def interpolate(
     asked: Array,
 ) -> Array:
     """
-    Return the values at `asked` between rising places x, at least two, with values y.
+    Return the values at `asked`, interpolated between two or more increasing x with values y.
 
-    The spline has these `slopes` at the first and the last; beyond them the outer cubics go on.
+    The spline has the given `slopes` at the first and the last x. The outer cubics continue beyond.
     """
     if style == "linear":
         return np.interp(asked, x, y)
@@ -39,13 +40,13 @@ def interpolate(
 
 
 def _bends(x: Array, y: Array, slopes: tuple[float, float]) -> Array:
-    """Return the second derivatives at the rows."""
+    """Return the second derivatives of the spline at the rows."""
     h = np.diff(x)
     beside = h.tolist()
     quotients = np.concatenate(([slopes[0]], np.diff(y) / h, [slopes[1]]))
     right = (6.0 * np.diff(quotients)).tolist()
     diagonal = (2.0 * (np.append(h, 0.0) + np.append(0.0, h))).tolist()
-    # Numbers, not arrays of one: each needs the one before.
+    # The loops use plain numbers, because each result needs the one before.
     pivot, bends = diagonal[0], [right[0]]
     pivots = [pivot]
     for i, width in enumerate(beside):

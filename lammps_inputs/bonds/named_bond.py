@@ -1,30 +1,30 @@
-"""Base class of bonds with a name: titles, keys in scenes and parameters."""
+"""Define the base class of named bonds: their titles, keys in scenes and parameters."""
 
 from typing import Any, ClassVar, TypeVar
 
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.potential import NoParameters, Potential
 
-# Parameters whose squares and inverse squares floating point can hold.
+# Parameters lie between these values, so that their squares and inverse squares do not overflow.
 SMALLEST, LARGEST = 1e-100, 1e100
-# Argument of a kernel: one number in compiled loops, otherwise an array.
+# The argument of a kernel is one number in compiled loops, and an array otherwise.
 Strain = TypeVar("Strain", float, Array)
 
 
 class NamedBond(Potential):
-    """Bond with a name."""
+    """Bond that scenes can name."""
 
     smooth = True
     rounds_alike = True
     title: ClassVar[str]  #: Title of the bond in texts.
-    #: Keys in scenes, and what its class calls these parameters; those without default must be
-    #: given.
+    #: Keys in scenes, and the names of these parameters in the class. A scene must give keys
+    #: without default.
     keys: ClassVar[dict[str, str]] = {}
-    #: Parameters for a bond of this kind, by the names of its class, where it has no defaults.
+    #: Example values of the parameters without defaults, by their names in the class.
     example: ClassVar[dict[str, Any]] = {}
     #: NamedTuple of the parameters that the kernels take.
     told: ClassVar[Any] = NoParameters
-    #: Names that its kernel closes over, as formulas of the parameters.
+    #: Names in the closure of the kernel, with their formulas in the parameters.
     constants: ClassVar[dict[str, str]] = {}
 
     @property

@@ -1,4 +1,4 @@
-"""Interface of a bond potential: energy, force and curvature as functions of the strain."""
+"""Define the interface of bonds: energy, force and curvature as functions of the strain."""
 
 import math
 from abc import ABC, abstractmethod
@@ -14,9 +14,9 @@ from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.check import find_kinks
 from chaincor.lammps_inputs.contacts.contact_law import ContactLaw, NoParameters
 
-# Strains of one scan, of which two narrow a range down to less than a thousandth.
+# A scan has this many strains. Two scans narrow a range to less than a thousandth.
 _GRID = 64
-# Halvings of a range of logarithms, down to rounding.
+# This many halvings narrow a range of logarithms down to rounding.
 _HALVINGS = 60
 
 
@@ -24,8 +24,8 @@ _HALVINGS = 60
 class LogLength:
     """Bond that can shrink without bound, as a function of y = ln r."""
 
-    kernel: Callable  #: ``kernel(y, parameters)``: -dU/dr and 1/r, for compiled loops.
-    energy: Callable  #: U of an array of y.
+    kernel: Callable  #: ``kernel(y, parameters)``, which returns -dU/dr and 1/r in compiled loops.
+    energy: Callable  #: Function that returns U for an array of y.
 
 
 class Potential(ABC):
@@ -38,21 +38,22 @@ class Potential(ABC):
     """
 
     name: str  #: The name used in scenes.
-    #: Strains must stay between these: strain_min is -1 where r > 0 is needed, -inf otherwise.
+    #: Smallest strain: -1 if the bond needs r > 0, else -inf.
     strain_min: float = -math.inf
     strain_max: float = math.inf  #: Largest strain.
     dissociation: float = math.inf  #: U at infinite length; inf for a bond that cannot break.
     #: Whether the force is known to have derivatives of every order.
     smooth: ClassVar[bool] = False
-    #: Whether `energy` gives a number and an array of numbers the same digits.
+    #: Whether `energy` gives the same digits for one number as for an array.
     rounds_alike: ClassVar[bool] = False
     is_harmonic: ClassVar[bool] = False  #: Whether U = s^2/2, so that a chain is a sum of modes.
-    #: Whether U is known to grow faster than any power of the compression: such bonds act like hard
-    #: spheres at high speeds.
+    #: Whether U grows faster than any power of the compression. Such bonds act like hard spheres at
+    #: high speeds.
     becomes_hard: ClassVar[bool] = False
-    #: Whether the bond holds nothing together and has no stiffness at rest: a chain of beads.
+    #: Whether the chain is a column of beads: the bond has no force in tension and no stiffness at
+    #: rest.
     only_pushes: ClassVar[bool] = False
-    #: Constant taken off the energies, whose rounding it leaves in them.
+    #: Constant that is subtracted from the energies; its rounding remains in them.
     energy_offset: float = 0.0
     #: Order of the lowest anharmonic term of U at s = 0; None for harmonic or unknown.
     anharmonic_order: int | None = 3
@@ -60,35 +61,35 @@ class Potential(ABC):
     #: Length of a bond at rest in the user's own units; the engines count it as 1.
     natural_length: float = 1.0
     convex_strain: float = math.inf  #: Largest strain up to which U is convex; inf for all.
-    #: Strain beyond which U falls without bound; inf where there is no such barrier.
+    #: Strain beyond which U falls without bound; inf without such a barrier.
     barrier_strain: float = math.inf
-    #: ``f(strain, parameters)`` for compiled loops, of -dU/dr and of U''; None where only the
-    #: methods exist.
+    #: ``f(strain, parameters)``, which returns -dU/dr in compiled loops; None if only the method
+    #: exists.
     force_kernel: Callable | None = None
-    #: ``f(strain, parameters)`` of U'' for compiled loops, or None.
+    #: ``f(strain, parameters)``, which returns U'' in compiled loops, or None.
     curvature_kernel: Callable | None = None
     #: Parameters of the kernels, as a NamedTuple.
     parameters: tuple[Any, ...] = NoParameters()
-    #: A user's own ``f(strain)``, which a compiler may try where there is no kernel.
+    #: The force of a user, ``f(strain)``, which may be compiled if there is no kernel.
     users_force: Callable | None = None
-    #: U for LAMMPS, good to 17 digits or so, of the strain ``{s}`` and the ``{bond}``; None for a
-    #: bond without formula.
+    #: Formula of U for LAMMPS, accurate to about 17 digits, with the strain ``{s}`` and the
+    #: ``{bond}``; None for a bond without a formula.
     lammps_formula: ClassVar[str | None] = None
     #: The bond as a function of ln r, if it gets too short for strains.
     log_length: LogLength | None = None
 
     @abstractmethod
     def energy(self, strain: ArrayLike) -> Array:
-        """Return U of strains, zero at s = 0."""
+        """Return U at given strains; U is 0 at s = 0."""
 
     def force(self, strain: ArrayLike) -> Array:
-        """Return -dU/dr of strains, positive where the bond is compressed."""
+        """Return the force -dU/dr at given strains, positive in compression."""
         kernel = self.force_kernel
         assert kernel is not None, "a potential without a kernel overrides force"
         return kernel(np.asarray(strain, dtype=float), self.parameters)
 
     def curvature(self, strain: ArrayLike) -> Array:
-        """Return U'', the local stiffness, of strains."""
+        """Return the local stiffness U'' at given strains."""
         kernel = self.curvature_kernel
         assert kernel is not None, "a potential without a kernel overrides curvature"
         return kernel(np.asarray(strain, dtype=float), self.parameters)
@@ -96,31 +97,31 @@ class Potential(ABC):
     def sound_stiffness(self, _energy: float) -> float:
         """Return the stiffness that sets the speed of sound in a chain whose bonds hold energies.
 
-        That is U'' at rest, unless a bond knows that only by a difference.
+        The stiffness is U'' at rest, unless U'' is known only from differences of the force.
         """
         return self.stiffness
 
     def scale_stiffness(self, energy: float) -> float:
-        """Return the stiffness that sets the scale of times: U'' at rest, unless there is none."""
+        """Return the stiffness that sets the scale of times: U'' at rest, if it is not 0."""
         return self.sound_stiffness(energy) if self.only_pushes else self.stiffness
 
     @property
     def is_tabulated(self) -> bool:
-        """Whether LAMMPS has its force in a table, and not as a law of its own."""
+        """Whether LAMMPS reads the force from a table, because it has no such bond style."""
         return not (self.is_harmonic or self.only_pushes)
 
     def as_keys(self) -> dict[str, Any]:
-        """Return what decides a bond that a scene names: its parameters by their keys there."""
+        """Return the parameters that decide the bond, by their keys in scenes."""
         return {}
 
     @property
     def contact(self) -> ContactLaw | None:
-        """The contact law of two bodies of such particles; None where bonds say nothing of it."""
+        """Contact law of two bodies with these bonds; None if the bonds do not determine it."""
         return None
 
     @cached_property
     def kinks(self) -> tuple[float, ...]:
-        """Strains at which the stiffness jumps, found by looking where formulas are not known."""
+        """Strains at which the stiffness jumps, found by search if the force may have kinks."""
         return () if self.smooth else find_kinks(self)
 
     @property
@@ -128,31 +129,33 @@ class Potential(ABC):
         """
         Strain at which particles would pass through each other, or where the bond's data end.
 
-        -inf where they may pass: harmonic bonds, and a user's own that are given at any strain and
-        of which no anharmonic term is known. Results then say that they did.
+        It is -inf if particles may pass: for harmonic bonds, and for a user's bond without limits
+        of strain or a known anharmonic term. A result then says whether particles passed each
+        other.
         """
         free = self.anharmonic_order is None and self.strain_min == -math.inf
         return -math.inf if free else max(-1.0, self.strain_min)
 
     @property
     def barrier(self) -> float:
-        """U at the barrier strain; inf where there is none."""
+        """U at the barrier strain; inf without a barrier."""
         strain = self.barrier_strain
         return math.inf if math.isinf(strain) else float(self.energy(strain))
 
     @cached_property
     def compressed_root(self) -> float | None:
-        """x* < 1, where U equals twice its harmonic part; None where no such length exists."""
+        """Length x* < 1 at which U is twice its harmonic part; None if there is no such length."""
         strain = self._find_compressed_strain()
         return None if strain is None else 1.0 + strain
 
     @cached_property
     def natural_speed(self) -> float | None:
         """
-        v* = sqrt(2 U(x*)), the speed scale of the nonlinearity; None for harmonic.
+        Speed scale of the nonlinearity, v* = sqrt(2 U(x*)); None for harmonic bonds.
 
-        Rounded to 13 digits: the last ones depend on the processor, and with them would the scene
-        that a speed in units of v* describes, and its key in a store of results.
+        The value is rounded to 13 digits, because further digits depend on the processor. A scene
+        with a speed in units of v*, and its key in a store, would otherwise depend on the
+        processor.
         """
         strain = self._find_compressed_strain()
         if strain is None:
@@ -160,13 +163,14 @@ class Potential(ABC):
         return float(f"{math.sqrt(2.0 * float(self.energy(strain))):.12e}")
 
     def _find_compressed_strain(self) -> float | None:
-        """Solve U(s)/(U'' s^2) = 1 outward from the natural length; U/s^2 starts at U''/2."""
+        """Solve U(s)/(U'' s^2) = 1, searching from rest, where the ratio is 1/2."""
 
         def excess(strain: float) -> float:
             return float(self.energy(strain)) / (self.stiffness * strain * strain) - 1.0
 
         near = -1e-3
-        while excess(near) >= 0.0 and near < -1e-100:  # a bond this steep has its root closer
+        # the root of such a steep bond is closer to rest
+        while excess(near) >= 0.0 and near < -1e-100:
             near *= 1e-3
         for _ in range(200):
             far = near * 1.1
@@ -185,10 +189,10 @@ class Potential(ABC):
 
     def distance_at(self, energy: float, side: float, end: float = math.inf) -> float:
         """
-        Return how far from rest the bond first holds an energy, to the last bit.
+        Return the distance from rest at which the bond first has an energy, to the last bit.
 
-        `side` is -1 for compressed bonds, 1 for stretched ones; `end` is returned where the bond
-        holds less up to there.
+        `side` is -1 for compressed bonds and 1 for stretched bonds. Returns `end` if the energy is
+        not reached before it.
         """
         holds = self._holds_at_most(energy, side)
         far = math.sqrt(2.0 * energy / self.stiffness) * np.geomspace(1e-3, 1e9, 4000)
@@ -202,16 +206,16 @@ class Potential(ABC):
 
     def compressed_strain(self, energy: float) -> float:
         """
-        Return the compressed strain, below zero, at which the bond holds an energy.
+        Return the negative strain at which the compressed bond has an energy.
 
-        It stops short of -1, where particles would meet, if the bond cannot hold it.
+        If no strain has this energy, the result is just above -1, where particles would touch.
         """
         return float(self.compressed_strains(np.array([energy]))[0])
 
     def compressed_strains(self, energies: Array) -> Array:
         """Return the compressed strains for many energies, of shape (energies,)."""
         floor = max(self.strain_min, -1.0)
-        # Distance to the floor, found by its logarithm: log bonds get as short as exp(-energy).
+        # The logarithm of the length is halved, because log bonds get as short as exp(-energy).
         low, high = np.full(len(energies), -700.0), np.zeros(len(energies))
         with np.errstate(all="ignore"):
             if len(energies) == 1 and self.rounds_alike:
@@ -225,7 +229,7 @@ class Potential(ABC):
         return floor * -_expm1(high)
 
     def _log_distance(self, energy: float, floor: float) -> float:
-        """Return what `compressed_strains` finds for one energy, without arrays."""
+        """Return the same number as `compressed_strains` for one energy, without arrays."""
         low, high = -700.0, 0.0
         for _ in range(_HALVINGS):
             middle = 0.5 * (low + high)
@@ -238,10 +242,10 @@ class Potential(ABC):
 
     def strain_range(self, energy: float) -> tuple[float, float]:
         """
-        Return the strains between which the bond must be if it holds no more than an energy.
+        Return the range of strains in which the bond has at most an energy.
 
-        They are rounded outward by less than a thousandth; inf where the energy suffices to break
-        the bond.
+        The range is rounded outward by less than a thousandth. The upper end is inf if the energy
+        breaks the bond.
         """
         shortest = -self._outermost(energy, -1.0, -self.strain_min)
         if energy >= self.dissociation:
@@ -249,7 +253,7 @@ class Potential(ABC):
         return shortest, min(self._outermost(energy, 1.0, self.strain_max), self.strain_max)
 
     def _outermost(self, energy: float, side: float, end: float) -> float:
-        """Return roughly, by a few calls, where U first exceeds an energy."""
+        """Return the approximate distance at which U first exceeds an energy, in a few calls."""
         holds = self._holds_at_most(energy, side)
         inner, outer = 0.0, 1e-3 * math.sqrt(2.0 * energy / self.stiffness)
         for _ in range(_GRID):
@@ -268,7 +272,7 @@ class Potential(ABC):
         return outer
 
     def _holds_at_most(self, energy: float, side: float) -> Callable[[Array], NDArray[np.bool_]]:
-        """Return whether the bond holds no more than an energy, of distances to one side."""
+        """Return whether U is at most an energy, for each distance on one side of rest."""
 
         def holds(distances: Array) -> NDArray[np.bool_]:
             with np.errstate(all="ignore"):
@@ -283,13 +287,13 @@ def stiffness_of(bond: Potential | None) -> float:
 
 
 def _halved(holds: Callable[[float], bool], inside: float, outside: float) -> tuple[float, float]:
-    """Return the neighbouring numbers between which a condition ceases to hold, by halving."""
-    # SciPy's root finders need fewer steps, and take longer to load than a run takes.
+    """Find by halving the two adjacent numbers between which a condition ceases to hold."""
+    # SciPy's root finders need fewer steps, but take longer to import than a run takes.
     while (middle := 0.5 * (inside + outside)) not in (inside, outside):
         inside, outside = (middle, outside) if holds(middle) else (inside, middle)
     return inside, outside
 
 
 def _expm1(exponents: Array) -> Array:
-    # NumPy's own rounds otherwise than that of the system, by which numbers have been found so far.
+    # NumPy's exp rounds differently from the system's, with which stored numbers were computed.
     return np.array([math.expm1(exponent) for exponent in exponents.tolist()])

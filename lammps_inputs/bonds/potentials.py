@@ -1,17 +1,17 @@
 """
-Bonds with names, with all definitions that are specific to one of them.
+Define the named bonds.
 
-Bonds made of exponentials are in ``exponential_bonds``. The keys of all bonds in scenes are here.
+Bonds made of exponentials are in ``exponential_bonds``. This module has the keys of all bonds in
+scenes.
 
-A bond is a class. Its formula for U is a method, those of the force -dU/dr and of U'' are kernels:
-plain functions, which arrays and compiled loops share. They are written so that nothing cancels at
-small strains, in arithmetic and functions that ``workflows.pictures.bond_script``
-can print as JavaScript, too.
-`BondKeys` holds what scenes say of bonds; options, form and doctor are made from it and from the
-class attributes.
+A bond is a class. Its formula for U is a method. The force -dU/dr and U'' are kernels: plain
+functions for arrays and compiled loops. Kernels lose no digits by cancellation at small strains,
+and use only arithmetic and functions that ``workflows.pictures.bond_script`` can print as
+JavaScript. The command-line options, the form of the live page and the checks of an installation
+are made from `BondKeys` and the class attributes.
 
-A kernel uses only functions that a compiler for scalars knows. The functions that it calls are in
-its closure, as compiled loops need them. Its qualified name distinguishes its compiled loops.
+A kernel uses only scalar functions that the compiler knows. Its closure holds the functions that it
+calls, as compiled loops require. Its qualified name distinguishes its compiled loops.
 """
 
 import math
@@ -66,10 +66,10 @@ class Harmonic(NamedBond):
 
 def lj_force(strain: Strain, _parameters: NoParameters) -> Strain:
     """
-    Return (r^-13 - r^-7)/6 with the root at r = 1 divided out.
+    Return (r^-13 - r^-7)/6, written with the factor s, which is 0 at rest.
 
-    With w = 1/r, w - 1 = -s w exactly and w^6 - 1 = (w - 1)(1 + w)(1 + w^2 + w^4), so that
-    nothing cancels: the force is -s w^8 (1 + w)(1 + w^2 + w^4)/6.
+    With w = 1/r, w - 1 = -s w exactly and w^6 - 1 = (w - 1)(1 + w)(1 + w^2 + w^4), so no digits
+    cancel, and the force is -s w^8 (1 + w)(1 + w^2 + w^4)/6.
     """
     w = 1.0 / (1.0 + strain)
     w2 = w * w
@@ -116,7 +116,7 @@ def log_curvature(strain: Strain, _parameters: NoParameters) -> Strain:
 
 
 def log_force_of_log_length(log_length: float, _parameters: NoParameters) -> tuple[float, float]:
-    """Return 1/r - 1 and 1/r at ln r, exact at any length: exp(-y) - 1 and exp(-y)."""
+    """Return 1/r - 1 and 1/r at y = ln r as exp(-y) - 1 and exp(-y), exact at any length."""
     force = np.expm1(-log_length)
     return force, 1.0 + force
 
@@ -141,7 +141,7 @@ class Logarithmic(NamedBond):
 
 
 class PowerParameters(NamedTuple):
-    """Coefficient c of the anharmonic term; its order is the kernel's own."""
+    """Coefficient c of the anharmonic term; each order has its own kernel."""
 
     c: float
 
@@ -151,7 +151,7 @@ def power_kernels(order: int) -> tuple[Callable, Callable]:
     """
     Return the kernels of force and curvature for one order.
 
-    To a compiler the order is then a constant, and the power a few multiplications.
+    The compiler then knows the order, and turns the power into a few multiplications.
     """
     exponent, factor = order - 2, order * (order - 1)
 
@@ -183,7 +183,7 @@ class Power(NamedBond):
     lammps_formula = "{s}*{s}*(0.5+({bond.c!r})*{s}^({bond.order}-2))"
 
     def __post_init__(self) -> None:
-        """Refuse orders below 3 and the sign of c that softens compression."""
+        """Refuse orders below 3, and a sign of c that softens compressed bonds."""
         if self.order < 3:
             raise PotentialError(f"power_order is {self.order}. Give an integer of 3 or more")
         sign, word = (1, "positive") if self.order % 2 == 0 else (-1, "negative")
@@ -216,14 +216,14 @@ class Power(NamedBond):
 
     @property
     def convex_strain(self) -> float:  # type: ignore[override]
-        """Odd orders soften when stretched: U'' = 0 here."""
+        """Strain at which U'' = 0 in a stretched bond of odd order; inf for even orders."""
         if self.order % 2 == 0:
             return math.inf
         return (-self.order * (self.order - 1) * self.c) ** (-1.0 / (self.order - 2))
 
     @property
     def barrier_strain(self) -> float:  # type: ignore[override]
-        """Strain at which a stretched bond of odd order is pulled no further back: U' = 0."""
+        """Strain at which U' = 0 in a stretched bond of odd order; inf for even orders."""
         if self.order % 2 == 0:
             return math.inf
         return (-self.order * self.c) ** (-1.0 / (self.order - 2))
@@ -243,10 +243,10 @@ _CLASSES: tuple[type[NamedBond], ...] = (
     Hertz,
 )
 NAMED_POTENTIALS: dict[str, type[NamedBond]] = {cls.name: cls for cls in _CLASSES}
-# Bonds of chains that hold together, which LAMMPS, fixed steps and the live page know, too.
+# Bonds with a force in tension. LAMMPS, fixed steps and the live page support only these.
 CHAIN_POTENTIALS = {k: cls for k, cls in NAMED_POTENTIALS.items() if not cls.only_pushes}
 POTENTIAL_NAMES = (*NAMED_POTENTIALS, "table", "formula")
-# Keys in scenes that only bonds of one kind have.
+# Each of these keys in scenes belongs to bonds of one kind.
 BOND_KEYS = {key: cls.name for cls in _CLASSES for key in cls.keys}
 BOND_KEYS |= {"bond_file": "table", "energy": "formula", "parameters": "formula"}
 WHOLE_KEYS = tuple(
@@ -260,7 +260,7 @@ def is_harmonic(name: str) -> bool:
 
 
 def missing_keys(kind: str, given: Mapping[str, Any]) -> str:
-    """Return what a scene must say besides for a bond of a kind; empty where it says all."""
+    """Return the keys that a scene lacks for a bond of a kind; empty if it lacks none."""
     if kind in NAMED_POTENTIALS:
         needed = NAMED_POTENTIALS[kind].needed_keys()
     else:
@@ -272,7 +272,7 @@ def missing_keys(kind: str, given: Mapping[str, Any]) -> str:
 
 
 def bond_of(kind: str, given: Mapping[str, Any]) -> Potential:
-    """Return the bond of a kind, with its keys in scenes."""
+    """Return the bond of a kind, with parameters from the keys of a scene."""
     if kind == "table":
         from chaincor.lammps_inputs.bonds.table_bond import read_bond_table
 
@@ -286,7 +286,7 @@ def bond_of(kind: str, given: Mapping[str, Any]) -> Potential:
 
 @cache
 def named_bond(name: str, **given: Any) -> NamedBond:
-    """Return a shared bond: finding v* takes longer than the rest of making a scene."""
+    """Return a shared bond, because finding v* takes longer than the rest of a scene."""
     cls = NAMED_POTENTIALS[name]
     return cls(**{cls.keys[key]: value for key, value in given.items()})
 

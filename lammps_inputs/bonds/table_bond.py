@@ -1,4 +1,4 @@
-"""A user's bond table, as LAMMPS reads it, made a potential: a cubic spline of its forces."""
+"""Read a user's bond table as a potential: a cubic spline of its forces."""
 
 import hashlib
 from collections.abc import Callable
@@ -24,19 +24,19 @@ if TYPE_CHECKING:
 
 
 class SplineParameters(NamedTuple):
-    """A cubic spline, for compiled loops."""
+    """Cubic spline for compiled loops."""
 
-    knots: Array  #: Strains between which the cubics lie; of shape (rows,).
-    #: Their coefficients, of the cube first, of the strain beyond the knot before; of shape (4,
-    #: rows - 1).
+    knots: Array  #: Strains of the knots, of shape (rows,).
+    #: Coefficients of the cubics in the distance from the knot before, from the cube to the
+    #: constant; of shape (4, rows - 1).
     terms: Array
-    #: Strains between which there is a force; the outer cubics go on to these.
+    #: Smallest and largest strain with a force, up to which the outer cubics continue.
     low: float
     high: float  #: See ``low``.
 
 
 def spline_force(strain: float, parameters: SplineParameters) -> float:
-    """Return the spline at one strain; no number beyond its ends."""
+    """Return the spline at one strain; NaN beyond its ends."""
     if not parameters.low <= strain <= parameters.high:
         return np.nan
     knots, terms = parameters.knots, parameters.terms
@@ -54,9 +54,9 @@ def spline_force(strain: float, parameters: SplineParameters) -> float:
 
 class SplineBond(UserBond):
     """
-    A bond whose force is a cubic spline of the strain, and whose energy is the integral of that.
+    Bond whose force is a cubic spline of the strain, with the energy that is its integral.
 
-    The force is nothing at 0; `reach` is how far beyond its rows the spline may go on.
+    The force is 0 at strain 0. The spline may continue beyond its rows by `reach`.
     """
 
     force_kernel = staticmethod(spline_force)
@@ -72,7 +72,7 @@ class SplineBond(UserBond):
 
 
 class TableBond(SplineBond):
-    """Bond of a table; worker processes get the text of the table."""
+    """Bond from a table; worker processes get the text of the table."""
 
     def __init__(self, text: str, path: str, force: "CubicSpline", rows: BondRows) -> None:
         self.text, self.path, self.rows = text, path, rows
@@ -109,7 +109,8 @@ def read_bond_table(path: Path) -> Potential:
     return _bond_of(text, str(path))
 
 
-# By content: a scene is read and replaced many times, and each bond has compiled loops.
+# The cache compares contents: a scene is made many times, and each new bond would need compiled
+# loops.
 @lru_cache(maxsize=16)
 def _bond_of(text: str, path: str) -> Potential:
     section = _only_section(text, path)
@@ -164,7 +165,7 @@ def _bond_of(text: str, path: str) -> Potential:
 
 
 def _only_section(text: str, path: str) -> Section:
-    """Return the one section of a bond's file; raises TableError for several, or without header."""
+    """Return the only section of a bond's file; raise TableError for several or no header."""
     sections = sections_of(text, path)
     if not any(len(each.data) for each in sections):
         return Section("", {}, *np.zeros((2, 0, 3)))
@@ -181,10 +182,10 @@ def _only_section(text: str, path: str) -> Section:
 
 
 def _natural_strain(force: "CubicSpline", rows: BondRows, path: str) -> float:
-    """Return the strain nearest to 0 without force, within the accuracy of digits and rows."""
+    """Return the strain nearest to 0 with zero force, within the error of digits and rows."""
     pushes = float(force(0.0))
     stiffness = -float(force(0.0, 1))
-    # The bar of a collision holds what this moves.
+    # The error bar of a collision includes the effect of this shift.
     allowed = 2.0 * rows.largest_error(0.0, 0.0)
     if abs(pushes) <= 1e-9 * abs(stiffness):
         return 0.0
@@ -202,7 +203,7 @@ def _natural_strain(force: "CubicSpline", rows: BondRows, path: str) -> float:
 
 
 def _smooth(strains: Array, forces: Array) -> "CubicSpline | None":
-    """Return a spline without values beyond its data; None if its numbers overflow."""
+    """Return a spline without extrapolation; None if its numbers overflow."""
     from scipy.interpolate import CubicSpline
 
     with np.errstate(all="ignore"):

@@ -1,28 +1,28 @@
-"""Consistency checks of a table: its energies and slopes against its forces."""
+"""Check the energies and slopes of a table against its forces."""
 
 import numpy as np
 
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.table_text import Section
 
-# Rounding of numbers that are written with all their digits.
+# Numbers written with all digits have this relative rounding error.
 _EPSILON = 1e-14
 
 
 @np.errstate(over="ignore", invalid="ignore")
 def fault_of_energies(data: Array, digits: Array, path: str, allowed: float = 0.0) -> str:
     """
-    Compare the mean force between two rows, by their energies, with the forces around.
+    Compare the mean force between two rows, from their energies, with the forces nearby.
 
-    Return the fault, or nothing if the energies belong to the forces or are all the same.
+    Return the fault; an empty text if the energies agree with the forces or are all equal.
 
-    A mean lies between the least and the largest force from the row before to the row after. Rows
-    as far apart as the bond changes its stiffness in may miss as much as they span again; `allowed`
-    is a further difference of force.
+    The mean force must lie between the smallest and the largest force of the two rows and their
+    neighbours. If rows are too far apart to resolve the stiffness, the mean may miss this range by
+    the width of the range. The force may miss it by `allowed` more.
     """
     lengths, energies, forces = data.T
     if np.ptp(energies) == 0.0:
-        return ""  # there are none
+        return ""  # the table gives no energies
     steps = np.diff(lengths)
     means = -np.diff(energies) / steps
     around = np.lib.stride_tricks.sliding_window_view(np.pad(forces, 1, mode="edge"), 4)
@@ -46,12 +46,13 @@ def fault_of_energies(data: Array, digits: Array, path: str, allowed: float = 0.
 
 def fault_of_slopes(section: Section, path: str) -> str:
     """
-    Compare FP with the slopes of the first and of the last four rows, and return what is wrong.
+    Compare FP with the slopes of the first and the last four rows, and return the fault.
 
-    Rows so far apart that these slopes differ by half say nothing of those at the ends.
+    Slopes that differ by half between these rows do not determine the slope at the end, and are not
+    compared.
     """
     given = section.header.get("FP", section.header.get("FPRIME", [0.0, 0.0]))
-    # Many tables have these values if the slopes are unknown, also in LAMMPS's manual.
+    # Tables use these values for unknown slopes, as LAMMPS's manual does.
     if given == [0.0, 0.0]:
         return ""
     for slope, end, name in (

@@ -1,9 +1,9 @@
 """
-Uncertainty of a bond table: other bonds from which equal rows may have been taken.
+Estimate the uncertainty of a bond table from other bonds that fit its rows.
 
-A table gives some values of a function, with a number of digits. Leaving out every second row
-shows the error between its rows: for a smooth function with close rows, the error of a cubic spline
-grows sixteen times; for distant or noisy rows, the error stays about equal.
+A table gives some values of a function, with a number of digits. The error between its rows shows
+if every second row is left out. The error of a cubic spline grows sixteen times if the function is
+smooth and its rows are close. If the rows are distant or noisy, the error changes little.
 """
 
 import math
@@ -19,21 +19,22 @@ if TYPE_CHECKING:
     from scipy.interpolate import CubicSpline
 
 
-# Number of rows that a cubic needs.
+# A cubic needs this many rows.
 LEAST_ROWS = 4
-# Fewer rows do not tell whether a spline through half of them errs by its order, or anyhow.
+# Fewer rows cannot show whether the error of a spline falls with its order.
 _FEW = 16
-# Smallest weight of the error that omitted rows show. In theory the weight would be 1/16.
+# The error at omitted rows counts with at least this weight. In theory the weight is 1/16.
 _LEAST_SHARE = 1.0 / 8.0
-# Rows to either side over which what is left out is averaged.
+# Errors at omitted rows are averaged over this many rows on either side.
 _BESIDE = 3
-# Orders of the differences that give the noise.
+# The noise follows from differences of these orders.
 _ORDERS = range(3, 10)
-# A row is an outlier where without it all rows around agree so many times better than with it.
+# A row is an outlier if it misses a spline through the rows around it by this many times their own
+# errors.
 _OUTLIER = 20.0
-# Number of rows that are checked.
+# This many of the most suspicious rows are checked.
 _CANDIDATES = 4
-# Tables that are altered have so many rows for each of the user's.
+# An altered table has this many rows for each row of the user's table.
 _FINER = 4
 _SHAKES = 6
 
@@ -42,20 +43,21 @@ _SHAKES = 6
 class BondRows:
     """Rows of a table."""
 
-    #: Lengths less the natural one, and forces; of shape (rows,).
+    #: Strains of the rows, of shape (rows,).
     strains: Array
     forces: Array  #: See ``strains``.
-    #: One unit of the last digit, of the force and, by its slope, of the length; of shape (rows,).
+    #: Uncertainty of the force due to one unit in the last digit of force and length, of shape
+    #: (rows,).
     digits: Array
 
     @classmethod
     def of(cls, spline: "CubicSpline", forces: Array, digits: Array) -> "BondRows":
-        """Return the rows that a spline goes through, of so many digits (see ``Section``)."""
+        """Return the rows of a spline; `digits` are the least digits of a ``Section``."""
         steep = np.abs(spline(spline.x, 1))
         return cls(spline.x, forces, digits[:, 2] + steep * digits[:, 0])
 
     def left_out(self, stride: int) -> Array:
-        """Return what a spline errs by at each row if only every `stride`-th other is kept."""
+        """Return the error at each row of a spline that keeps only every `stride`-th row elsewhere."""
         rows = np.arange(len(self.strains))
         missed = np.zeros(len(rows))
         for start in range(stride):
@@ -69,10 +71,10 @@ class BondRows:
 
     def open_between(self) -> tuple[Array, Array]:
         """
-        Return the error that leaving out every second row shows, and what share of it counts.
+        Return the error at omitted rows, with every second row omitted, and its weight.
 
-        Both of shape (rows,) and averaged over neighbours. The share is one where rows are noisy
-        or too far apart, and an eighth where they resolve the force.
+        Both have the shape (rows,) and are averaged over neighbours. The weight is 1 where rows are
+        noisy or too far apart, and 1/8 where they resolve the force.
         """
         near, far = _beside(self.left_out(2)), _beside(self.left_out(4))
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -83,11 +85,11 @@ class BondRows:
 
     def noise(self) -> Array:
         """
-        Return a standard deviation of the noise, of shape (rows,).
+        Return the standard deviation of the noise, of shape (rows,).
 
-        Differences of order p of smooth forces fall with p; those of noise grow, by the root of the
-        binomial coefficient of 2p over p. The least of several orders is taken (Hamming;
-        More and Wild, SIAM J. Sci. Comput. 33, 1292, 2011).
+        Differences of order p fall with p for smooth forces. For noise they grow as the root of the
+        binomial coefficient of 2p over p. The result is the smallest value from several orders
+        (Hamming; More and Wild, SIAM J. Sci. Comput. 33, 1292, 2011).
         """
         count = len(self.forces)
         least = np.full(count, np.inf)
@@ -95,7 +97,7 @@ class BondRows:
             if order >= count:
                 break
             scaled = np.diff(self.forces, order) / math.comb(2 * order, order) ** 0.5
-            # Row i is in the differences i - order to i.
+            # Row i enters the differences i - order to i.
             window = np.ones(order + 1) / (order + 1)
             inside = np.pad(scaled**2, order, mode="symmetric" if len(scaled) > order else "edge")
             least = np.minimum(least, np.sqrt(np.convolve(inside, window, mode="valid"))[:count])
@@ -114,10 +116,11 @@ class BondRows:
 
     def alternatives(self) -> list["CubicSpline"]:
         """
-        Return forces that the rows may as well stand for, as splines.
+        Return other forces that fit the rows equally well, as splines.
 
-        The first two are pushed away from what every second row says, by what counts of it; the
-        others have all rows shaken by their digits and noise.
+        The first two move the spline away from the splines of every second row, by the error of
+        `open_between` times its weight. The others change all rows at random within their digits
+        and noise.
         """
         whole = spline_through(self.strains, self.forces)
         _, share = self.open_between()
@@ -148,7 +151,8 @@ class BondRows:
         if count < _FEW:
             return ""
         missed = self.left_out(2)
-        # Rows two away are judged without this one: theirs is what a smooth function misses here.
+        # The errors two rows away do not involve this row. They show the error of a smooth
+        # function.
         padded = np.pad(missed, 2, mode="reflect")
         smooth = np.maximum(padded[:-4], padded[4:]) + self.digits
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -184,7 +188,7 @@ def spline_through(strains: Array, forces: Array) -> "CubicSpline":
 
 
 def _beside(values: Array) -> Array:
-    """Return the root mean square over rows and their neighbours."""
+    """Return the root mean square over each row and its neighbours."""
     padded = np.pad(values**2, _BESIDE, mode="reflect")
     window = np.ones(2 * _BESIDE + 1) / (2 * _BESIDE + 1)
     return np.sqrt(np.convolve(padded, window, mode="valid"))

@@ -1,4 +1,4 @@
-"""Sections of LAMMPS table files: header, rows and the digits that rows were written with."""
+"""Read and write sections of LAMMPS table files: headers, rows and their digits."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
@@ -10,7 +10,7 @@ from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.errors import TableError
 from chaincor.lammps_inputs.given_numbers import last_digit
 
-# Words of a header line and the number of values behind each.
+# A header line may have these words, each followed by this many values.
 BOND_SETTINGS = {"N": 1, "FP": 2, "EQ": 1}
 SETTINGS = BOND_SETTINGS | {
     "FPRIME": 2,
@@ -39,9 +39,9 @@ class Section:
     #: of each; of shape (rows, 3).
     data: Array
     digits: Array  #: See ``data``.
-    #: Whether there is a line without numbers between header and rows.
+    #: Whether a line without numbers is between header and rows.
     is_parted: bool = True
-    #: Lines with numbers between the rows that are not rows.
+    #: Lines between the rows that hold numbers but are no rows.
     odd_lines: tuple[str, ...] = field(default=())
 
     @cached_property
@@ -49,7 +49,7 @@ class Section:
         """
         One unit of the last digit of each number, for formats that omit trailing zeros.
 
-        A column has as many decimals, or as many digits, as the number that shows most of them.
+        A column has as many decimals, or digits, as its number with the most.
         """
         digits = self.digits
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -60,7 +60,7 @@ class Section:
 
 
 def section_text(keyword: str, header: str, columns: Iterable[Array]) -> str:
-    """Write a section, of lengths, energies and forces, with all their digits."""
+    """Write a section with all digits of its lengths, energies and forces."""
     rows = enumerate(zip(*(column.tolist() for column in columns), strict=True), 1)
     lines = [f"{i} {r:.17g} {e:.17g} {f:.17g}" for i, (r, e, f) in rows]
     return "\n".join([keyword, header, "", *lines, ""])
@@ -68,7 +68,7 @@ def section_text(keyword: str, header: str, columns: Iterable[Array]) -> str:
 
 @dataclass
 class _Draft:
-    """Section during reading."""
+    """Section that is being read."""
 
     keyword: str
     header: dict[str, list[float]]
@@ -79,7 +79,7 @@ class _Draft:
 
 def sections_of(text: str, path: str, settings: dict[str, int] = BOND_SETTINGS) -> list[Section]:
     """
-    Return the sections of a table file; one without a header if there are only rows.
+    Return the sections of a table file; a file of rows alone is one section without a header.
 
     `settings` are the words that a header may hold, with the number of values behind each. Raises
     TableError if a header or a row cannot be read.

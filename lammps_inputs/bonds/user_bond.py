@@ -1,4 +1,4 @@
-"""Bond of a user, given by Python functions of the strain."""
+"""Define a user's bond, given by Python functions of the strain."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -14,8 +14,9 @@ from chaincor.lammps_inputs.bonds.check import find_kinks, refuse_mismatch, scan
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.errors import PotentialError, one_line
 
-# Sound is what a chain still carries long after its impact: so much of the energy of two particles
-# that meet. A secant this far from U'' at rest is that of a force which is not linear there.
+# Sound in a chain long after its impact has about this fraction of the energy of two colliding
+# particles. A force is not linear near rest if its secant at this energy differs from U'' by the
+# second factor.
 _SOUND_SHARE, _FAR = 1e-4, 10.0
 
 
@@ -25,24 +26,26 @@ class UserBond(Potential):
 
     The force must be continuous, vanish at natural length and be the derivative of the energy,
     :math:`F = -dU/ds`, which is checked. It may have kinks, strains at which the stiffness jumps,
-    and it may vanish in tension: such a bond holds nothing together.
+    and it may vanish in tension.
 
     Parameters
     ----------
     energy, force : callable
-        U(s) and -dU/dr(s), of arrays; functions of one number are called for each.
+        U(s) and -dU/dr(s) for arrays of strains; a function of one number is called for each
+        strain.
     name : str
         A label for results.
     strain_min, strain_max : float
-        Strains at which the functions may be asked lie between these.
+        Smallest and largest strain at which the functions may be called.
     kinks : sequence of float
-        Strains at which the stiffness jumps. Others are looked for: see `kinks` of the object.
+        Strains at which the stiffness jumps. The attribute `kinks` also has further kinks found by
+        search.
 
     Raises
     ------
     PotentialError
-        If the force does not vanish at natural length, jumps or is not that of the energy, the
-        bond is not stable, or the functions do not return numbers.
+        If the force jumps, does not vanish at natural length or is not -dU/ds, if the bond is not
+        stable, or if the functions do not return numbers.
 
     Examples
     --------
@@ -53,7 +56,7 @@ class UserBond(Potential):
     """
 
     anharmonic_order: int | None = None
-    _both_given: ClassVar[bool] = True  # energy and force, not one made of the other
+    _both_given: ClassVar[bool] = True  # a check that energy and force agree
     _STEP = 1e-5  # central difference of the force: error of order step^2 = 1e-10
 
     def __init__(
@@ -105,7 +108,7 @@ class UserBond(Potential):
             refuse_mismatch(self, self.kinks)
 
     def _slope_change(self) -> float:
-        """Return the change of the energy's slope across length 1, times the distance."""
+        """Return the change of the energy's slope across the natural length, times the distance."""
         step = min(1e-3, 0.5 * self.strain_max, -0.5 * self.strain_min)
         below, above = self.energy(np.array([-step, step]))
         return float(below + above)
@@ -126,7 +129,7 @@ class UserBond(Potential):
         return self._force(np.asarray(strain, dtype=float))
 
     def curvature(self, strain: ArrayLike) -> Array:
-        """Return -dF/ds by differences on one side of kinks, the compressed side at a kink."""
+        """Return -dF/ds from differences that span no kink; at a kink, on the compressed side."""
         s = np.asarray(strain, dtype=float)
         below = np.maximum(s - self._STEP, self.strain_min)
         above = np.minimum(s + self._STEP, self.strain_max)
@@ -137,10 +140,10 @@ class UserBond(Potential):
 
     def sound_stiffness(self, energy: float) -> float:
         """
-        Return the stiffness of a bond that is compressed to a small part of an energy.
+        Return the stiffness of a bond compressed to a small fraction of an energy.
 
-        If this is far from U'' at rest, that is a difference over a step in which the force is
-        not linear, and says nothing of the sound: U may rise like s^4, or like s^1.5.
+        The result is U'' at rest, or the secant of the force if the two differ much. In that case
+        U'' is a difference over a step in which the force is not linear, as with U ~ s^4 or s^1.5.
         """
         if self.smooth:
             return self.stiffness
@@ -151,19 +154,19 @@ class UserBond(Potential):
         return secant if far else self.stiffness
 
     def _end_of_energy(self) -> float:
-        """Return U at infinite length where it comes to an end: 0 for a bond without tension."""
+        """Return the limit of U at infinite length: 0 without tension, inf without a limit."""
         if math.isfinite(self.strain_max):
             return math.inf
         with np.errstate(all="ignore"):
             near, far, further = self.energy(np.array([1e6, 1e9, 1e12]))
-            # A power law that ends, r^-1 and steeper, has come within 1e-6 of its end at 1e6.
+            # U of a bond that decays as r^-1 or faster is within 1e-6 of its limit at r = 1e6.
             settled = abs(far - near) <= 1e-5 * abs(far)
             settled &= abs(further - far) <= 1e-8 * abs(further)
         return float(further) if settled and further >= 0.0 else math.inf
 
     @cached_property
     def convex_strain(self) -> float:  # type: ignore[override]
-        """Largest strain up to which the stiffness was found positive; 0 without tension."""
+        """Largest strain up to which all scanned strains have a positive stiffness."""
         if self.dissociation == 0.0:
             return 0.0
         edges = scan_strains(self)
@@ -174,7 +177,7 @@ class UserBond(Potential):
         if np.any(softer & (edges[1:] < 0.0)):
             return 0.0
         first = np.flatnonzero(softer)
-        # The inflection may lie in the interval before the first that softens as a whole.
+        # The inflection may lie in the interval before the first interval with negative stiffness.
         return float(edges[first[0] - 1]) if len(first) else self.strain_max
 
 
@@ -189,7 +192,7 @@ def _of_arrays(function: Callable, what: str) -> Callable[..., Array]:
             found.shape == part.shape and np.can_cast(found.dtype, float, "same_kind")
             for part, found in returned
         )
-    except Exception:  # whatever a function of one number does with three
+    except Exception:  # a function of one number may raise any error for an array
         takes_arrays = False
     if not takes_arrays:
         try:
@@ -204,7 +207,7 @@ def _of_arrays(function: Callable, what: str) -> Callable[..., Array]:
     return _OfArrays(function, takes_arrays)
 
 
-# An object, not a function within a function, which could not be sent to worker processes.
+# This is an object because a nested function cannot be sent to worker processes.
 @dataclass(frozen=True)
 class _OfArrays:
     """Function of arrays; nan if a user's function of one number has no value."""

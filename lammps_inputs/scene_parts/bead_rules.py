@@ -11,9 +11,9 @@ if TYPE_CHECKING:
     from chaincor.lammps_inputs.scene import Scene
 
 _HERTZ = 1.5
-# Masses of a damped column in LAMMPS, which has a line for each pair of them.
+# A damped column in LAMMPS may have this many masses, because each pair needs a line.
 _MOST_MASSES = 20
-# Numerics that LAMMPS's granular styles have, and those of fixed steps.
+# LAMMPS's granular styles support the first numerics, and fixed steps the second.
 _GRANULAR = {"wall": "event", "scheme": "verlet", "table": None, "table_points": None}
 _STEPS = (*_GRANULAR, "timestep")
 
@@ -59,7 +59,7 @@ def check_beads(scene: "Scene") -> Iterator[str]:
 
 
 def granular_refusal(problem: Problem) -> str | None:
-    """Return the reason, in one line, why `pair_style granular` lacks a column; None if not."""
+    """Return the reason why `pair_style granular` cannot run a column; None if it can."""
     exponent, contact = dict(problem.bond.as_keys())["hertz_exponent"], problem.line.contact
     other = None if exponent == _HERTZ else f"hertz_exponent is {exponent:g}"
     if other is None and contact.soft and not contact.is_hertzian:

@@ -71,7 +71,7 @@ def seed_of(scene: "Scene") -> int:
 def given_bodies(scene: "Scene") -> dict[str, Any]:
     """Return the given fields of the bodies, with paths as text."""
     given = {key: getattr(scene, key) for key in BODY_KEYS}
-    if scene.contact is None and scene.contact_law.soft:  # that of the beads
+    if scene.contact is None and scene.contact_law.soft:  # the contact law of the beads
         given |= {"contact": scene.contact_law.name, **scene.contact_law.as_keys()}
     return {k: str(v) if isinstance(v, Path) else v for k, v in given.items() if v is not None}
 

@@ -39,7 +39,8 @@ def canonical_fields(scene: "Scene") -> dict[str, Any]:
     if not scene.explicit and scene.tolerance is None:
         fields["tolerance"] = DEFAULT_TOLERANCE
     if scene.explicit and not scene.error:
-        fields["error"] = False  # such results have no error bar and need their own rows
+        # results of explicit numerics have no error bar and need their own rows
+        fields["error"] = False
     return fields
 
 

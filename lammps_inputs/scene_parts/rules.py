@@ -33,7 +33,7 @@ SLOWEST_APPROACH = 1e-4
 
 # Contacts must have a stiffness between 1/LARGEST_STIFFNESS and this. Others make times overflow.
 LARGEST_STIFFNESS = 1e100
-# With shorter steps the smallest collision would take days, and rounding would dominate.
+# With shorter steps, even the smallest collision would take days, and rounding would dominate.
 SHORTEST_TIMESTEP = 1e-9
 
 
@@ -76,7 +76,7 @@ def _one_line(problem: Any, known: Sequence[str]) -> str:
     if not problem["loc"]:
         return message
     given = problem.get("input")
-    if isinstance(given, Path):  # its end is the most informative part
+    if isinstance(given, Path):  # the end of the message is the most informative part
         given = str(given) if len(str(given)) <= 58 else f"...{str(given)[-55:]}"
     shown = repr(given) if len(repr(given)) <= 60 else repr(given)[:57] + "..."
     return f"{problem['loc'][0]} is {shown}: {message[0].lower() + message[1:]}"
@@ -112,7 +112,7 @@ def _check_parameters(scene: "Scene") -> Iterator[str]:
             yield (f"{key} goes with potential '{BOND_KEYS[key]}', not '{scene.label}'")
     if isinstance(scene.potential, str) and (missing := missing_keys(scene.potential, given)):
         yield (f"potential '{scene.potential}' needs {missing}")
-    _ = scene.bond  # raises for impossible parameters
+    _ = scene.bond  # making the bond raises an error for impossible parameters
 
 
 def _check_bodies(scene: "Scene") -> Iterator[str]:
@@ -232,7 +232,8 @@ def _check_warmth(scene: "Scene") -> Iterator[str]:
     for key in ("initial", "compression"):
         if getattr(scene, key) is not None:
             yield (f"temperature and {key} are both given; a state is one or the other")
-    bond_distribution(scene.bond, scene.temperature)  # raises where there is no equilibrium
+    # the distribution raises an error if there is no equilibrium
+    bond_distribution(scene.bond, scene.temperature)
     slowest = SLOWEST_APPROACH * scene.temperature**0.5
     if not slowest < scene.impact_velocity:
         yield (

@@ -215,7 +215,8 @@ BODY_KEYS = keys_of(TargetKeys, ContactKeys, StateKeys)
 FILE_KEYS = keys_of(FileKeys)
 OUTPUT_KEYS = (*FILE_KEYS, "error")
 NUMERICS_KEYS = tuple(key for key in keys_of(NumericsKeys) if key != "error")
-# Keys whose values are files to read, and keys whose values are such files or lists of numbers.
+# The values of the first keys are files to read; the values of the second may also be lists of
+# numbers.
 FILES_READ = tuple(key for key in _keys_with(FilePath) if key not in FILE_KEYS)
 MASSES_READ = _keys_with(Masses)
 
@@ -230,5 +231,5 @@ def _excluded() -> dict[str, tuple[str, ...]]:
     return found
 
 
-# Each key with the keys that it excludes, and that exclude it.
+# Each key is listed with the keys that it excludes or that exclude it.
 EXCLUDED = _excluded()
