@@ -57,7 +57,7 @@ class BondRows:
         return cls(spline.x, forces, digits[:, 2] + steep * digits[:, 0])
 
     def left_out(self, stride: int) -> Array:
-        """Return the error at each row of a spline that keeps only every `stride`-th row elsewhere."""
+        """Return the error of a spline at each row that is left out with every `stride`-th row."""
         rows = np.arange(len(self.strains))
         missed = np.zeros(len(rows))
         for start in range(stride):
