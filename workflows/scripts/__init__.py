@@ -1,1 +1,1 @@
-"""Study of a user's LAMMPS script: which value of a variable is fine enough."""
+"""Study a user's LAMMPS script to find a value of a setting that is fine enough."""

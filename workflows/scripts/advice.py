@@ -1,4 +1,4 @@
-"""Advice for one number: the cheapest value of the variable, and how many runs to average."""
+"""Find the cheapest value of the varied quantity for one number, and how many runs to average."""
 
 import math
 from dataclasses import dataclass
@@ -9,7 +9,7 @@ from chaincor.analysis.ladders.verdict import SCATTER_RESERVE, LadderVerdict
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.workflows.scripts.varied import Ladder
 
-# Largest number of runs that an advice averages.
+# No advice averages more runs than this.
 MOST_RUNS = 10_000
 _AIM = 0.5
 
@@ -27,7 +27,7 @@ class ScriptAdvice:
 
 
 def runs_to_average(verdict: LadderVerdict, tolerance: float) -> list[int | None]:
-    """Return how many runs each rung needs for a mean within a tolerance; None if too many."""
+    """Return, for each rung, how many runs a mean within a tolerance needs; None if too many."""
     bias = np.maximum.accumulate(verdict.bias[::-1])[::-1]
     found: list[int | None] = []
     for promised, error, scatter in zip(verdict.promised, bias, verdict.scatter, strict=True):
@@ -43,7 +43,7 @@ def runs_to_average(verdict: LadderVerdict, tolerance: float) -> list[int | None
 def largest_value(
     ladder: Ladder, values: Array, verdict: LadderVerdict, tolerance: float
 ) -> float | None:
-    """Return the coarsest value at which one run keeps a tolerance; None if there is none."""
+    """Return the coarsest value at which one run meets a tolerance, or None."""
     promised = verdict.promised
     good = np.flatnonzero(promised <= tolerance)
     if not len(good):
@@ -64,12 +64,14 @@ def give_advice(
     repeats: bool,
 ) -> ScriptAdvice | None:
     """
-    Return the cheapest way to keep a tolerance; None if the ladder shows no way.
+    Return the cheapest way to meet a tolerance, or None if the ladder shows none.
 
-    `values` are the rungs that ran, coarse to fine, `seconds` the processor time of one run on
-    each. `repeats` allows advice that averages several runs, at nearby values or with other seeds.
+    `values` are the values of the rungs that ran, from coarse to fine, and `seconds` is the
+    processor time of one run on each rung. `repeats` allows advice that averages several runs, at
+    nearby values or with other seeds.
     """
-    # A coarse rung costs no more than a finer one. A larger time is noise of the machine.
+    # A coarser rung never costs more than a finer one. A larger measured time is noise of the
+    # machine.
     seconds = np.minimum.accumulate(seconds[::-1])[::-1]
     promised = verdict.promised
     bias = np.maximum.accumulate(verdict.bias[::-1])[::-1]
@@ -92,7 +94,7 @@ def give_advice(
 def _between(
     ladder: Ladder, values: Array, seconds: Array, promised: Array, tolerance: float
 ) -> ScriptAdvice:
-    """Return a value between two rungs, the finer of which keeps the tolerance."""
+    """Return a value between two rungs, of which only the finer one meets the tolerance."""
     coarse, fine = map(float, values)
     span = math.log(float(promised[0] / promised[1]))
     value = _value_between(ladder, values, promised, tolerance)
@@ -102,7 +104,7 @@ def _between(
 
 
 def _value_between(ladder: Ladder, values: Array, promised: Array, tolerance: float) -> float:
-    """Return the coarsest value between two rungs that keeps a tolerance, rounded."""
+    """Return the coarsest value between two rungs that meets a tolerance, rounded."""
     coarse, fine = map(float, values)
     span = math.log(float(promised[0] / promised[1])) if np.isfinite(promised[0]) else 0.0
     share = math.log(tolerance / float(promised[1])) / span if span > 0.0 else 0.0
@@ -115,7 +117,7 @@ def _value_between(ladder: Ladder, values: Array, promised: Array, tolerance: fl
 def _beyond(
     ladder: Ladder, finest: float, verdict: LadderVerdict, seconds: float, tolerance: float
 ) -> ScriptAdvice | None:
-    """Extrapolate a value finer than the finest rung by the order, without a promise."""
+    """Extrapolate by the order to a value below the finest rung, without a bound on its error."""
     promised = float(verdict.promised[-1])
     if verdict.order is None or not math.isfinite(promised):
         return None
@@ -129,7 +131,7 @@ def _beyond(
 
 
 def round_towards(value: float, fine: float) -> float:
-    """Round to two digits in the direction of a finer value, and not past it."""
+    """Round a value to two digits towards a finer value, but not beyond that value."""
     unit = 10.0 ** (math.floor(math.log10(value)) - 1)
     if fine < value:
         return float(f"{max(math.floor(value / unit) * unit, fine):.6g}")

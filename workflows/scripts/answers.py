@@ -1,4 +1,4 @@
-"""Answer of a ladder: one value for all its numbers, and the state of each at the script's own."""
+"""Choose one value for all numbers of a ladder, and judge the script's own value."""
 
 import math
 from collections.abc import Iterable
@@ -13,22 +13,23 @@ from chaincor.lammps_inputs.arrays import Array
 from chaincor.workflows.scripts.advice import largest_value, runs_to_average
 from chaincor.workflows.scripts.ladder_runs import NumberLadder, ScriptLadder
 
-# State of a number at the script's own value: within its tolerance; within it as a mean of several
-# runs; not within it; within it at no value of the ladder, with an error that is seen; without an
-# error that is seen, since the runs scatter; the same in all runs.
+# State of a number at the script's own value. "small enough": one run meets the tolerance. "too
+# noisy": a mean of several runs meets it. "too large": neither meets it. "beyond": no value of the
+# ladder meets it, and the runs show the error. "not seen": the scatter of the runs hides the error.
+# "constant": all runs give the same number.
 AnswerState = Literal["small enough", "too noisy", "too large", "beyond", "not judged", "constant"]
-# Smallest ratio at which a coarser value is mentioned.
+# A coarser value is mentioned if it is larger by at least this factor.
 _COARSER = 1.1
-# Scatter that shrinks by more along the ladder comes from the step, and so does an error above this
-# part of the tolerance.
+# If the scatter shrinks along the ladder by more than this factor, it comes from the step. An error
+# above this fraction of the tolerance comes from the step, too.
 _SHRINKS, _STEP_PART = 2.0, 0.5
-# Largest number of runs that an answer averages.
+# No answer averages more runs than this.
 _MOST_RUNS = 100
 
 
 @dataclass(frozen=True)
 class Choice:
-    """A value of the variable that keeps all tolerances."""
+    """A value of the varied quantity that meets all tolerances."""
 
     value: float
     runs: int  #: Number of runs to average.
@@ -61,7 +62,7 @@ class LadderAnswer:
 
     @property
     def all_constant(self) -> bool:
-        """Whether each number is the same in all runs, so that nothing was tested."""
+        """Whether each number is the same in all runs, so that the study tested nothing."""
         return all(a.state == "constant" for a in self.numbers)
 
     @property
@@ -71,18 +72,18 @@ class LadderAnswer:
 
     @property
     def coarser(self) -> Choice | None:
-        """Coarser value of one run that would do as well; None if it is hardly coarser."""
+        """Coarser value at which one run meets all tolerances; None if it is hardly coarser."""
         if self.use is None or self.single is None or self.use.runs > 1:
             return None
         return self.single if self.single.value > _COARSER * self.use.value else None
 
     @property
     def judged(self) -> list[NumberAnswer]:
-        """Answers for which some value of the ladder keeps the tolerance."""
+        """Answers for numbers that meet their tolerance at some value of the ladder."""
         return [a for a in self.numbers if a.reached]
 
     def in_state(self, *states: AnswerState) -> list[NumberAnswer]:
-        """Return the answers of some states."""
+        """Return the answers that are in one of the given states."""
         return [each for each in self.numbers if each.state in states]
 
 
@@ -92,8 +93,8 @@ def answer_ladder(
     """
     Return the answer of a ladder.
 
-    `own` is the script's own value of the variable, `crashed` the values at which runs failed. No
-    value at or above the finest of these is advised.
+    `own` is the script's own value of the varied quantity, and `crashed` are the values at which
+    runs failed. The answer advises only values finer than all values in `crashed`.
     """
     steps = np.array([each.ladder.step(x) for x in each.values])
     failed = [each.ladder.step(x) for x in crashed]
@@ -120,13 +121,13 @@ def answer_ladder(
 
 
 def promised_at(each: ScriptLadder, number: NumberLadder, step: float) -> float:
-    """Return the largest error of one run at a step; inf for steps coarser than the ladder."""
+    """Return the largest error of one run at a step, or inf for a step coarser than the ladder."""
     steps = np.array([each.ladder.step(x) for x in each.values])
     return _between(steps, number.verdict.promised, step)
 
 
 def needs_finer(number: NumberLadder) -> bool:
-    """Return whether finer values, not longer runs, would make the error as small as allowed."""
+    """Return whether the error would become small enough by finer values, not by longer runs."""
     verdict, tolerance = number.verdict, number.tolerance or 0.0
     if verdict.kind == "regular" and verdict.value is not None:
         left = abs(float(number.results[-1].mean()) - verdict.value)
@@ -139,7 +140,7 @@ def needs_finer(number: NumberLadder) -> bool:
 
 
 def _answer(each: ScriptLadder, number: NumberLadder, at: float, outside: bool) -> NumberAnswer:
-    """Return the answer for one number; `outside` means a value at which no run was judged."""
+    """Return the answer for one number; `outside` means that no run covers the own value."""
     tolerance = number.tolerance
     if tolerance is None:
         known = number.verdict.kind == "cannot tell"
@@ -163,14 +164,14 @@ def _answer(each: ScriptLadder, number: NumberLadder, at: float, outside: bool) 
 
 
 def _runs_of(number: NumberLadder) -> list[int | None]:
-    """Return how many runs on each rung keep the tolerance as a mean; None if too many."""
+    """Return, for each rung, how many runs have a mean within the tolerance; None if too many."""
     most = _MOST_RUNS if number.repeats else 1
     runs = runs_to_average(number.verdict, number.tolerance or 0.0)
     return [n if n is not None and n <= most else None for n in runs]
 
 
 def _runs_at(steps: Array, number: NumberLadder, at: float, tolerance: float) -> int | None:
-    """Return how many runs at a step keep a tolerance as a mean; None if too many."""
+    """Return how many runs at a step have a mean within a tolerance; None if too many."""
     verdict = number.verdict
     if _between(steps, verdict.promised, at) <= tolerance:
         return 1
@@ -183,7 +184,7 @@ def _runs_at(steps: Array, number: NumberLadder, at: float, tolerance: float) ->
 
 
 def _between(steps: Array, errors: Array, at: float) -> float:
-    """Interpolate errors in logarithms; inf for steps coarser than the ladder."""
+    """Interpolate errors logarithmically between rungs; inf for steps coarser than the ladder."""
     if at > steps[0] * (1.0 + 1e-9) or not np.all(np.isfinite(errors)):
         return math.inf
     tiny = np.maximum(errors[::-1], 1e-300)
@@ -195,7 +196,7 @@ def _rung(steps: Array, at: float) -> int:
 
 
 def _unseen(number: NumberLadder, tolerance: float) -> NDArray[np.bool_]:
-    """Return, by rung, whether neither it nor a finer one has surely a larger bias."""
+    """Return the rungs at which, and below which, no bias surely exceeds the tolerance."""
     verdict, means = number.verdict, number.results.mean(axis=1)
     best = float(means[-1]) if verdict.value is None else verdict.value
     error = (verdict.value_error or 0.0) + 2.0 * verdict.scatter / math.sqrt(
@@ -208,7 +209,7 @@ def _unseen(number: NumberLadder, tolerance: float) -> NDArray[np.bool_]:
 def _single(
     each: ScriptLadder, judged: list[NumberAnswer], steps: Array, safe: NDArray[np.bool_]
 ) -> Choice | None:
-    """Return the coarsest safe value of one run that keeps all tolerances."""
+    """Return the coarsest safe value at which one run meets all tolerances."""
     if any(a.largest is None for a in judged) or not np.any(safe):
         return None
     coarsest = float(each.values[int(np.flatnonzero(safe)[0])])
@@ -223,7 +224,7 @@ def _single(
 def _several(
     each: ScriptLadder, judged: list[NumberAnswer], safe: NDArray[np.bool_]
 ) -> Choice | None:
-    """Return the cheapest mean of several runs that keeps all tolerances."""
+    """Return the cheapest mean of several runs that meets all tolerances."""
     costs = np.minimum.accumulate(each.seconds[::-1])[::-1]
     wanted = [_runs_of(a.number) for a in judged]
     means: list[tuple[float, Choice]] = []
@@ -238,5 +239,5 @@ def _several(
 
 
 def _part(answer: NumberAnswer) -> float:
-    """Return the error over the tolerance."""
+    """Return the ratio of the error to the tolerance."""
     return answer.error / (answer.number.tolerance or 1e-300)

@@ -1,4 +1,4 @@
-"""Bottom line of a study: the value to use, how many runs, how sure, and why."""
+"""Write the bottom line of a study: the value to use, how many runs, how sure, and why."""
 
 import math
 from typing import TYPE_CHECKING
@@ -27,7 +27,7 @@ def bottom_line(study: "ScriptStudy") -> str:
     said += [change.short for change in study.changes]
     if study.ladders:
         said.append(_of_crashes(study))
-    # Commands come last, so that each can be copied to the end of the line.
+    # Commands come last, so that users can copy each command to the end of its line.
     for each in study.ladders:
         fixed = ", ".join(f"{name} = {value}" for name, value in each.fixed.items())
         left = unanswered(study, each, answer_of(study, each))
@@ -41,7 +41,7 @@ def answer_of(study: "ScriptStudy", each: ScriptLadder) -> LadderAnswer:
 
 
 def _answered(study: "ScriptStudy", each: ScriptLadder) -> str:
-    """Return the value to use, the number of runs, how sure, and why."""
+    """Return sentences on the value to use, the number of runs, how sure they are, and why."""
     answer = answer_of(study, each)
     if answer.all_constant and not answer.own_fails:
         return no_change(each)
@@ -82,7 +82,7 @@ def _own_value(study: "ScriptStudy", each: ScriptLadder, answer: LadderAnswer) -
 
 
 def _use(study: "ScriptStudy", each: ScriptLadder, answer: LadderAnswer) -> str:
-    """Return the value to use and the number of runs."""
+    """Return the sentence on the value to use and the number of runs."""
     ladder, use = each.ladder, answer.use
     assert use is not None
     if answer.keeps_own:
@@ -112,7 +112,7 @@ def _decides(each: ScriptLadder, answer: LadderAnswer) -> str:
     if choice is None or not answer.own_fails or len(answer.judged) == 1:
         return ""
     row = next(a for a in answer.numbers if a.number is choice.decides)
-    # At the coarsest value without a failed run, the failed runs decide.
+    # At the coarsest value without a failed run, failed runs decide, not a quantity.
     coarsest = each.ladder.step(float(each.values[0]))
     if row.largest != choice.value or each.ladder.step(choice.value) >= coarsest:
         return ""
@@ -124,7 +124,7 @@ def _average(choice: Choice) -> str:
 
 
 def _how_sure(each: ScriptLadder, answer: LadderAnswer) -> str:
-    """State the probability, its subject, and the quantity nearest to its tolerance."""
+    """Return the probability, what it applies to, and the quantity nearest to its tolerance."""
     assert answer.use is not None
     judged = answer.judged
     limit = "very small timesteps" if each.ladder.name == "timestep" else "the fine end"
@@ -139,12 +139,12 @@ def _how_sure(each: ScriptLadder, answer: LadderAnswer) -> str:
 
 
 def _of_crashes(study: "ScriptStudy") -> str:
-    """Name the finest value at which a run stopped, and the coarser ones."""
+    """Name the finest value at which a run stopped, and the coarser values with stopped runs."""
     if not study.crashes:
         return "No run stopped early."
     *coarser, finest = study.crashes
     others = ", ".join(f"{crash.value:g}" for crash in coarser)
-    # The first sentence has named a crash at the script's own step.
+    # The first sentence already names a crash at the script's own step.
     text = f"{finest} " if finest.value != study.own_step else ""
     text += f"Runs at {others} stop as well. " if coarser else ""
     return f"{text}No other run stopped early."
@@ -157,9 +157,10 @@ def _of_comparison(study: "ScriptStudy") -> str:
         differ = [name.removesuffix(":mean") for name, agrees in known.items() if agrees is False]
         agree = [name.removesuffix(":mean") for name, agrees in known.items() if agrees]
         text = {
-            "same": "not a digit differs",
-            "together": "the runs differ by roundings alone: no bug",
-            "chaos": "the runs part by chaos, which is no bug: compare means, not frames",
+            "same": "all digits agree",
+            "together": "the runs differ only by roundings, which is no bug",
+            "chaos": "the runs part because the motion is chaotic, which is no bug. Compare "
+            "means, not frames",
             "at once": "the runs differ from the beginning: " + "; ".join(each.causes[:1]),
         }[each.kind]
         if each.renumbered and each.kind != "at once":

@@ -1,4 +1,4 @@
-"""Changes of one run to a script: step, variables, cutoff, seeds, periods."""
+"""Change a script for one run: step, variables, cutoff, seeds, periods."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -8,7 +8,8 @@ from chaincor.workflows.scripts.restarting import Halfway
 from chaincor.workflows.scripts.step_counts import count_positions, plain_style
 
 _TABLES = ("pair_style", "bond_style", "angle_style")
-# Words of a command, counted from 0: its style, and the seed of random forces.
+# This table gives the position of the style and of the seed of random forces among the words of a
+# command, counted from 0.
 _STYLE_AT = {
     "fix": 3, "pair_style": 1, "velocity": 2, "create_atoms": 2, "displace_atoms": 2, "set": 3,
 }  # fmt: skip
@@ -19,7 +20,7 @@ _FORCES = {
     "pair_style dpd": 4, "pair_style dpd/ext": 4, "pair_style dpd/fdt": 4,
     "pair_style dpd/tstat": 5, "pair_style mdpd": 4, "pair_style brownian": 8,
 }  # fmt: skip
-# Word that holds the seed of an initial state or of inserted particles.
+# This table gives the position of the seed of an initial state or of inserted particles.
 _STARTS = {
     "fix deposit": 7, "fix pour": 6, "velocity create": 4, "create_atoms random": 4,
     "displace_atoms random": 6, "set type/fraction": 6, "set type/ratio": 6,
@@ -55,7 +56,7 @@ class Change:
         """
         Change the cutoff, skin, table rows, seeds and periods of a command in place.
 
-        Returns commands that must stand before the command.
+        Returns commands that must precede the changed command.
         """
         settings = self.settings
         if "skin" in settings and words[0] == "neighbor" and len(words) > 1:
@@ -73,7 +74,7 @@ class Change:
 
 
 def draws_forces(words: list[str]) -> bool:
-    """Return whether a command draws random numbers during a run."""
+    """Return whether a command draws random numbers during the run."""
     place = _STYLE_AT.get(words[0], len(words))
     style = plain_style(words[place]) if place < len(words) else ""
     return f"{words[0]} {style}" in _FORCES or (words[0] == "fix" and "langevin" in words[4:])
@@ -81,15 +82,15 @@ def draws_forces(words: list[str]) -> bool:
 
 def _seed(words: list[str], added: int, forces_alone: bool) -> list[str]:
     """
-    Add to the seed in a command.
+    Increase the seed in a command.
 
-    If the seed is a variable's value, return the lines that must stand before the command.
+    If the seed is the value of a variable, returns the lines that must precede the command.
     """
     place = _STYLE_AT.get(words[0], len(words))
     seeds = _FORCES if forces_alone else _FORCES | _STARTS
     at = seeds.get(f"{words[0]} {plain_style(words[place])}") if place < len(words) else None
     if words[0] == "fix" and "langevin" in words[4:]:
-        # Rigid bodies name their thermostat after other words.
+        # Rigid bodies name their thermostat after other keywords.
         at = words.index("langevin", 4) + 4
     if at is None or at >= len(words):
         return []
@@ -107,7 +108,7 @@ def _seed(words: list[str], added: int, forces_alone: bool) -> list[str]:
 
 
 def _scale(words: list[str], finer: float) -> list[str]:
-    """Multiply the numbers of steps in a command by `finer`, and return lines that precede it."""
+    """Multiply the step counts in a command by `finer`, and return lines that must precede it."""
     lines: list[str] = []
     first = ""
     for at in count_positions(words):
@@ -116,7 +117,7 @@ def _scale(words: list[str], finer: float) -> list[str]:
         least = "0" if words[at - 1] == "delay" else "1"
         formula = f"round(v_{count}*{finer:.17g})"
         if first and words[0] == "fix":
-            # The second number stays the same multiple of the first.
+            # The second number stays the same multiple of the first number.
             formula = f"v_{first}x*round(v_{count}/v_{first})"
         lines.append(f"variable {count}x string $({formula}:%.15g)")
         lines.append(f"variable {count}x string $(ternary(v_{count}x<{least},{least},v_{count}x))")

@@ -1,4 +1,4 @@
-"""Step and reason at which a run of LAMMPS stopped, read from its output."""
+"""Read the step and the reason at which a run stopped from LAMMPS's output."""
 
 import re
 from dataclasses import dataclass
@@ -9,7 +9,7 @@ if TYPE_CHECKING:
 
 _SOURCE = re.compile(r"\s*\((?:\S*/)?\w+\.(?:cpp|h):\d+\)")
 _ERROR = re.compile(r"^ERROR(?: on proc \d+)?:\s*(.*)$", re.MULTILINE)
-# Messages that name the step and the first fault, mostly a pair of atoms.
+# These messages name the step and the first fault, mostly a pair of atoms.
 _WHERE = (
     (re.compile(r"FENE bond too long: (\d+) (\d+) (\d+) (\S+)"), "bond of atoms {} and {}"),
     (
@@ -22,7 +22,7 @@ _WHERE = (
     ),
     (re.compile(r"atoms? ((?:\d+ ){2,}\d+ ?)missing on proc \d+ at step (\d+)"), "atoms {}"),
 )
-# Commands that run no step. A smaller step would not cure their errors.
+# These commands run no step, so a smaller step would not cure their errors.
 _WITHOUT_STEPS = frozenset({
     "print", "variable", "fix", "fix_modify", "unfix", "compute", "uncompute", "thermo_style",
     "thermo_modify", "dump", "write_data", "write_dump", "write_restart", "read_data",
@@ -47,10 +47,10 @@ class Crash:
 
 def find_crash(screen: str, sampled: int | None, failure: str) -> Crash:
     """
-    Return where a run stopped, from its output and its last sampled step.
+    Return the step and the reason at which a run stopped, from its output and last sample.
 
-    `failure` is the message if LAMMPS printed no error. The step is None if the command that failed
-    runs no step.
+    `failure` is the message to use if LAMMPS printed no error. The step is None if the failed
+    command runs no steps.
     """
     errors = _ERROR.findall(screen)
     message = _SOURCE.sub("", errors[-1]).strip() if errors else failure
@@ -92,7 +92,7 @@ class CrashedRun:
 def crashed_runs(
     failed: list[tuple[float, "ScriptRun"]], own_step: float | None, name: str
 ) -> tuple[CrashedRun, ...]:
-    """Return the runs that failed, one for each value, the coarsest first."""
+    """Return the failed runs, one for each value, with the coarsest value first."""
     found: dict[float, CrashedRun] = {}
     for value, run in failed:
         timestep = run.step if own_step is None else value

@@ -1,4 +1,4 @@
-"""Study of a script as text: its ladders or comparisons, notes, and the bottom line last."""
+"""Write a study of a script as text: ladders or comparisons, notes, and the bottom line."""
 
 import math
 from typing import TYPE_CHECKING
@@ -21,15 +21,15 @@ if TYPE_CHECKING:
     from chaincor.workflows.scripts.study import ScriptStudy
 
 KINDS = {
-    "same": "not a digit differs",
-    "together": "roundings stay invisible: the runs do not part",
-    "chaos": "roundings grow until the runs have parted: no bug, and only means can be compared",
-    "at once": "the runs differ from the beginning, by more than roundings",
+    "same": "all digits agree",
+    "together": "the roundings do not grow, so the runs do not part",
+    "chaos": "roundings grow until the runs part; this is no bug, but only means can be compared",
+    "at once": "the runs differ by more than roundings from the beginning",
 }
 
 
 def describe_script_study(study: "ScriptStudy") -> str:
-    """Describe a study for people: verdict, table and advice of each ladder, and the summary."""
+    """Describe a study in words: verdict, table and advice of each ladder, and the summary."""
     lines = [f"{study.script.name}: {', '.join(study.asked.names)}"]
     if study.ladder is not None:
         own = "" if study.own_step is None else f" (yours: {study.own_step:g})"
@@ -46,7 +46,7 @@ def describe_script_study(study: "ScriptStudy") -> str:
 
 
 def study_to_html(study: "ScriptStudy") -> str:
-    """Return a study as an HTML table for notebooks, the bottom line below it."""
+    """Return a study as an HTML table for notebooks, with the bottom line below."""
     from html import escape
 
     answers = [(each, answer_of(study, each)) for each in study.ladders]
@@ -70,7 +70,7 @@ def study_to_html(study: "ScriptStudy") -> str:
 
 
 def _runs_said(study: "ScriptStudy") -> str:
-    """Return the number of runs, and how they differ at one value."""
+    """Return the number of runs, and the differences between the runs at one value."""
     varied = study.varied
     count = sum(len(each.runs) for each in study.ladders)
     each = f"{len(varied.seeds)} seeds" if varied.seeds else f"{varied.columns} nearby values"
@@ -127,7 +127,7 @@ def _agreement(each: PartingComparison, name: str) -> str:
 
 
 def notes(study: "ScriptStudy") -> list[str]:
-    """Return notes on crashed runs, causes of energy changes, and faults of a ladder."""
+    """Return notes on crashed runs, on causes of energy changes, and on faults of a ladder."""
     said = [f"note: {crash}" for crash in study.crashes]
     said += [f"note: {change}" for change in study.changes]
     said += _windows(study)
@@ -148,7 +148,11 @@ def notes(study: "ScriptStudy") -> list[str]:
         if not (scaled and count.periods):
             said.append(
                 f"{'caution' if count.moves else 'note'}: {count}"
-                + ("; --scale-periods holds that in time" if count.periods and count.moves else "")
+                + (
+                    "; --scale-periods keeps its simulated time"
+                    if count.periods and count.moves
+                    else ""
+                )
             )
     if study.kept is not None:
         said.append(f"failed runs are kept in {study.kept}")
@@ -156,23 +160,23 @@ def notes(study: "ScriptStudy") -> list[str]:
 
 
 def _ends(study: "ScriptStudy", ends: tuple[float, float]) -> str:
-    """Say why runs do not end at one time, and what to do."""
+    """Say why the runs do not end at the same time, and what to do."""
     low, high = ends
     if study.varied.kind == "step":
-        # Each run then takes its own time exactly.
+        # With 'reset_timestep', each run takes its own time exactly.
         reset = next(
             (c for c in study.varied.script.commands if c.words[0] == "reset_timestep"), None
         )
         why = "" if reset is None else f" ({reset}, 'reset_timestep', sets the clock back)"
-        text = f"the samples end at times from {low:.6g} to {high:.6g}, not at one time{why}"
-        return f"note: {text}. Part of the scatter may come from this."
-    text = f"the runs end at times from {low:.6g} to {high:.6g}, not at one time: the run length "
-    text += "is no whole number of each step. Choose a length that is a multiple of every step."
+        text = f"the samples end at different times, from {low:.6g} to {high:.6g}{why}"
+        return f"note: {text}. These different times may cause part of the scatter."
+    text = f"the runs end at different times, from {low:.6g} to {high:.6g}, because the run length "
+    text += "is not a multiple of each step. Choose a length that is a multiple of every step."
     return f"note: {text}"
 
 
 def _short_means(study: "ScriptStudy", each: ScriptLadder, short: dict[str, float]) -> str:
-    """Say that means have no error bar from one run, and which length would give one."""
+    """Say that one run gives means no error bar, and which length of the run would give one."""
     least = min(short.values())
     names = ", ".join(name.removesuffix(":mean") for name in short)
     one = len(short) == 1
@@ -191,7 +195,7 @@ def _short_means(study: "ScriptStudy", each: ScriptLadder, short: dict[str, floa
 
 
 def _windows(study: "ScriptStudy") -> list[str]:
-    """Return the time windows of means, drifts and fluctuations."""
+    """Return the time windows over which means, drifts and fluctuations are taken."""
     samples = [run.samples for each in study.ladders for run in each.runs if run.samples]
     kinds: dict[tuple[float, float], list[str]] = {}
     for kind in dict.fromkeys(each.kind for each in study.asked.quantities):

@@ -1,4 +1,4 @@
-"""Energy drifts that no time step cures: their likely causes, and a test of the first."""
+"""Find likely causes of energy drifts that no time step cures, and test the first cause."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
@@ -14,22 +14,22 @@ from chaincor.workflows.scripts.step_counts import find_step_counts, plain_style
 from chaincor.workflows.scripts.tolerances import thermal_tolerance
 from chaincor.workflows.scripts.varied import Varied
 
-# Energies that are conserved without a thermostat, and the one that is conserved with it.
+# The first energies are conserved without a thermostat, and the second one with a thermostat.
 _KEPT, _KEPT_IN_BATH = ("etotal", "econserve"), "econserve"
-# A cause is confirmed if its removal leaves less than this part of the drift.
+# A cause is confirmed if less than this fraction of the drift is left without it.
 _CURED = 0.3
-# Fixes that exchange energy with the particles.
+# These fixes exchange energy with the particles.
 _BATHS = ("nvt", "npt", "nph", "langevin", "temp/", "press/", "deform", "rigid/nvt", "rigid/npt",
           "brownian", "gle", "gld", "wall/", "move", "addforce", "efield", "indent", "heat", "ehex",
           "viscous", "setforce", "smd", "thermal/", "aveforce", "nve/limit", "evaporate", "deposit",
           "pour", "gcmc", "freeze", "drag", "gravity")  # fmt: skip
 _UNSHIFTED = ("lj/cut", "lj96/cut", "morse", "buck", "yukawa", "born", "mie/cut", "lj/expand")
-# Tables of fewer rows have forces that differ from the slope of their energies.
+# The forces of a table with fewer rows differ visibly from the slope of its energies.
 _FEW_ROWS = 2000
 
 
 class DriftCause(NamedTuple):
-    """A likely cause of a drift."""
+    """A likely cause of an energy drift."""
 
     text: str
     remedy: str = ""  #: Command before each run that removes the cause; empty if there is none.
@@ -38,7 +38,7 @@ class DriftCause(NamedTuple):
 
 @dataclass(frozen=True)
 class EnergyChange:
-    """A drift that stays at small steps."""
+    """An energy drift that does not vanish at small steps."""
 
     name: str  #: The quantity.
     drift: float  #: Drift over the run in the limit of small steps.
@@ -50,12 +50,12 @@ class EnergyChange:
 
     @property
     def confirmed(self) -> bool:
-        """Whether the drift vanishes without the tested cause."""
+        """Whether the drift nearly vanishes without the tested cause."""
         return self.tested is not None and abs(self.after) < _CURED * abs(self.before)
 
     @property
     def short(self) -> str:
-        """One sentence: the drift, and its tested or likeliest cause."""
+        """One sentence on the drift and its tested or likeliest cause."""
         others = (each for each in self.causes if each is not self.tested)
         cause = self.tested if self.confirmed else next(others, None)
         what = self.name.partition(":")[0]
@@ -71,7 +71,7 @@ class EnergyChange:
 
     @property
     def _bath(self) -> str:
-        """Fix that exchanges energy and was found first; empty without one."""
+        """First fix that exchanges energy; empty if there is none."""
         return self.causes[0].exchanges if self.causes else ""
 
     def __str__(self) -> str:
@@ -95,7 +95,7 @@ class EnergyChange:
 def find_energy_changes(
     runner: Runner, varied: Varied, ladder: ScriptLadder
 ) -> tuple[EnergyChange, ...]:
-    """Return the energies that drift at every step, with the first testable cause tested."""
+    """Return the energies that drift at every step, after a test of the first testable cause."""
     if varied.kind != "step":
         return ()
     found = []
@@ -144,7 +144,7 @@ def _rungs(varied: Varied) -> list[float]:
 
 
 def _find_causes(script: ScriptText, what: str) -> Iterator[DriftCause]:
-    """Return the causes that the script shows, the likeliest first."""
+    """Return the causes that the script suggests, with the likeliest cause first."""
     searches: tuple[Callable[[Command], DriftCause | None], ...] = (
         *([] if what == _KEPT_IN_BATH else [_bath]),
         lambda command: _cutoff(command, script),

@@ -1,4 +1,4 @@
-"""Figures of a script study: errors along a ladder, or the distance of compared runs."""
+"""Draw a script study: errors along a ladder, or the distance of compared runs."""
 
 from typing import TYPE_CHECKING
 
@@ -14,16 +14,16 @@ if TYPE_CHECKING:
 
     from chaincor.workflows.scripts.study import ScriptStudy
 
-# Smallest ratio of costs for which a panel of costs is drawn.
+# The panel of costs is drawn if costs differ by at least this factor.
 _COSTS_APART = 2.0
 _WIDE = 10.0
-# Largest number of ticks without overlap.
+# More ticks would overlap.
 _MOST_TICKS = 6
 _CRASHED = "#c00000"
 
 
 def has_figure(study: "ScriptStudy") -> bool:
-    """Return whether a study has a nonzero error or distance to draw."""
+    """Return whether a study has an error or a distance above 0, which can be drawn."""
     return bool(_drawn_names(study)) or any(
         np.any(each.distances > 0.0) for each in study.comparisons
     )
@@ -33,11 +33,12 @@ def plot_script_study(study: "ScriptStudy") -> "Axes":
     """
     Draw a study and return the first axes.
 
-    A ladder has a panel per number, with its errors against the variable. A single number has a
-    second panel, against processor time, if that differs. Dots are single runs, solid lines the
-    largest error of one run, dashed lines the fitted power, grey lines the tolerance. Crosses mark
-    values at which a run failed. For compared runs, the distance of their particles is drawn
-    against time. Raises InputError if all runs gave the same numbers.
+    The figure of a ladder has one panel per number, with errors against the varied quantity. If
+    there is only one number and the costs differ, a second panel shows errors against processor
+    time. Dots are single runs, solid lines the largest error of one run, dashed lines the fitted
+    power, and grey lines the tolerance. Crosses mark values at which a run failed. The figure of
+    compared runs shows the distance of their particles against time. Raises InputError if all runs
+    gave the same numbers.
     """
     if not has_figure(study):
         raise InputError(
@@ -95,7 +96,7 @@ def _drawn_names(study: "ScriptStudy") -> list[str]:
 
 
 def _plot_number(panel: "Axes", study: "ScriptStudy", name: str) -> None:
-    """Draw the errors of one number against the variable."""
+    """Draw the errors of one number against the varied quantity."""
     curves = _numbers(study, name)
     for k, (each, number) in enumerate(curves):
         colour, verdict = CYCLE[k % len(CYCLE)], number.verdict
@@ -108,7 +109,7 @@ def _plot_number(panel: "Axes", study: "ScriptStudy", name: str) -> None:
         if np.all(np.isfinite(verdict.promised)):
             panel.plot(
                 np.median(each.inputs, axis=1), verdict.promised, color=colour,
-                label="error that one run keeps",
+                label="largest error of one run",
             )  # fmt: skip
         if verdict.fit is not None:
             steps = np.vectorize(each.ladder.step)(each.inputs)

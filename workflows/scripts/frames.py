@@ -1,4 +1,4 @@
-"""Reader of the positions and velocities that a run wrote with its samples."""
+"""Read the positions and velocities that a run wrote with its samples."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -33,7 +33,7 @@ def read_frames(path: Path) -> ScriptFrames:
     edges = velocities = np.zeros(0)
     spacing, at = 0.0, 0
     while at < len(lines):
-        # Time, step, number of particles, box, and particles, each below a line that names it.
+        # Each frame has lines that name its time, step, number of particles, box, and particles.
         count, first = int(lines[at + 5]), at + 11
         rows = np.array([line.split() for line in lines[first : first + count]], dtype=float)
         rows = rows.reshape(-1, 7)
@@ -44,7 +44,7 @@ def read_frames(path: Path) -> ScriptFrames:
             words = lines[at + 6].split()[3:]
             periodic = np.array([word == "pp" for word in words[-3:]])
             edges = np.where(periodic & (len(words) == 3), edges, np.inf)
-        # The first frame of each run repeats the last frame of the run before.
+        # The first frame of each run repeats the last frame of the run before it.
         if not times or float(lines[at + 1]) != times[-1]:
             times.append(float(lines[at + 1]))
             frames.append(rows[:, 1:4])

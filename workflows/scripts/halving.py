@@ -1,4 +1,4 @@
-"""Search for the middle of a script's last long run, by one unchanged run."""
+"""Find the middle of a script's last long run by one unchanged run."""
 
 import re
 
@@ -8,7 +8,7 @@ from chaincor.workflows.scripts.restarting import Halfway
 from chaincor.workflows.scripts.script_run import Runner
 from chaincor.workflows.scripts.script_text import ScriptText
 
-# Smallest number of steps of a long run.
+# A long run has at least this many steps.
 _LEAST_STEPS = 20
 
 
@@ -21,8 +21,7 @@ def find_halfway(runner: Runner, script: ScriptText) -> Halfway:
     for command in script.commands:
         if command.words[0] == "clear" or re.search(r"[\"']\s*clear\s*[\"']", command.text):
             raise InputError(
-                f"{command} is 'clear', after which a restart begins anew. Remove it from the "
-                "script"
+                f"{command} is 'clear', which makes a restart impossible. Remove it from the script"
             )
     run = runner.run("as it stands", Change())
     if run.failure:
@@ -32,6 +31,6 @@ def find_halfway(runner: Runner, script: ScriptText) -> Halfway:
             file = runner.scratch / "halfway"
             return Halfway(number, start, start + steps // 2, start + steps, file)
     raise InputError(
-        f"no run of {script.path.name} has {_LEAST_STEPS} steps, which a restart in its "
-        "middle needs. Lengthen the run"
+        f"no run of {script.path.name} has the {_LEAST_STEPS} steps that a "
+        "restart halfway needs. Lengthen the run"
     )

@@ -1,13 +1,13 @@
-"""A ladder: the values of one variable, from coarse to fine."""
+"""Define a ladder, the values of one varied quantity from coarse to fine."""
 
 import math
 from dataclasses import dataclass
 
 STEP = "timestep"
-# Nearby values of one rung lie within this share of it on either side.
+# Nearby values of one rung differ from it by at most this fraction.
 PHASE_WIDTH = 0.02
 _GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
-# Coarsest step of the default ladder over the script's step, and the number of rungs.
+# The default ladder begins at this multiple of the script's step, and has this number of rungs.
 _OWN_COARSE, _OWN_RUNGS = 2.0, 4
 
 
@@ -26,8 +26,9 @@ class Ladder:
         """
         Return the value of one run of a rung.
 
-        Phase 0 is the rung itself. The others lie around it by multiples of the golden ratio, which
-        fill the width evenly and never share a phase of the step.
+        Phase 0 is the value of the rung itself. The values of other phases lie around it at
+        multiples of the golden ratio, which fill the width evenly and avoid common phases of the
+        steps.
         """
         share = rung / (self.rungs - 1)
         value = self.coarse ** (1.0 - share) * self.fine**share
@@ -43,11 +44,11 @@ class Ladder:
         return str(int(value)) if self.counts else repr(value)
 
     def step(self, value: float) -> float:
-        """Return the value, or its inverse if values grow towards the fine end."""
+        """Return the value, or its inverse if larger values are finer."""
         return value if self.fine < self.coarse else 1.0 / value
 
 
 def ladder_around(step: float, coarser: float = _OWN_COARSE) -> Ladder:
-    """Return the ladder of steps around a script's own, each half of the one before."""
+    """Return the ladder of steps around a script's own step; each step is half the one before."""
     coarse = coarser * step
     return Ladder(STEP, coarse, coarse * 0.5 ** (_OWN_RUNGS - 1), _OWN_RUNGS)

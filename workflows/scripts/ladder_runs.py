@@ -1,4 +1,4 @@
-"""One ladder of a script: its runs, its verdicts, and an advice for each number."""
+"""Run one ladder of a script, and judge and advise on each number."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
@@ -16,14 +16,16 @@ from chaincor.workflows.scripts.tolerances import Tolerance, default_tolerance
 from chaincor.workflows.scripts.varied import Varied
 from chaincor.workflows.scripts.vary_options import in_whole_numbers
 
-# LAMMPS's refusal of a number that is not whole.
+# LAMMPS refuses a number that is not whole with these messages.
 _WANTS_WHOLE = ("Expected integer", "Expected an integer")
-# A coarse end that costs more than this ratio means exchanged ends.
+# If a run at the coarse end takes longer than at the fine end by this factor, and at least this
+# many seconds, the ends are exchanged.
 _DEARER, _SURELY_SECONDS = 2.0, 0.5
-# Largest share of their time by which end times of comparable runs may differ.
+# End times of comparable runs may differ by at most this fraction.
 _SAME_END = 1e-6
 
-# Called with the name of the current part and the fraction of the study that is done.
+# A function of this type is called with the name of the current part and the finished fraction of
+# the study.
 Progress = Callable[[str, float], None]
 
 
@@ -82,7 +84,7 @@ class ScriptLadder:
 
 @dataclass(frozen=True)
 class _Runs:
-    """Runs of one ladder, each executed at its first use."""
+    """Runs of one ladder; each run is executed when it is first needed."""
 
     runner: Runner
     varied: Varied
@@ -90,7 +92,7 @@ class _Runs:
     done: dict[tuple[int, int], ScriptRun] = field(default_factory=dict)
 
     def run(self, rung: int, column: int) -> ScriptRun:
-        """Return one run of a rung. Equal whole numbers share a run."""
+        """Return one run of a rung; equal whole numbers share a run."""
         if (rung, column) not in self.done:
             change = self.varied.change(self.fixed, rung, column)
             changes = {
@@ -114,14 +116,14 @@ class _Runs:
         )
 
     def failed(self, run: ScriptRun, rung: int, column: int = 0) -> ScriptRunError:
-        """Return the error of a run that failed."""
+        """Return the exception for a failed run."""
         ladder = self.varied.ladder
         told = {ladder.name: ladder.text(self.varied.value(rung, column)), **run.variables}
         where = "at " + ", ".join(f"{name} = {value}" for name, value in told.items())
         return self.runner.error(where, str(run.failure))
 
     def check_ends(self) -> None:
-        """Raise an error if the ends of the ladder show a fault, before the other runs."""
+        """Raise an error if the runs at the two ends of the ladder show a fault."""
         ladder, script = self.varied.ladder, self.varied.script
         fine = self.run(ladder.rungs - 1, 0)
         if fine.failure:
@@ -136,7 +138,7 @@ class _Runs:
                 "not mention ${{ladder.name}}. Use the variable in the script"
             )
         dearer = coarse.seconds > max(_DEARER * fine.seconds, _SURELY_SECONDS)
-        # The fine end of a ladder of steps is known.
+        # The fine end of a ladder of steps is known, so its ends cannot be exchanged.
         if dearer and self.varied.kind != "step":
             raise InputError(
                 f"a run at {ladder.name} = {ladder.coarse:g} takes {coarse.seconds:.2g} s, but "
@@ -145,7 +147,7 @@ class _Runs:
             )
 
     def is_repeatable(self, rung: int) -> bool:
-        """Repeat a run with the same seed, or with another to see whether the seed matters."""
+        """Repeat a run with the same seed, or with another seed to see whether the seed matters."""
         seeds, first = self.varied.seeds, self.run(rung, 0)
         second = self.anew(rung, 0, again=True)
         if second.failure:
@@ -169,7 +171,7 @@ def _first(run: ScriptRun) -> float:
 
 
 def _with_whole_numbers(runner: Runner, varied: Varied, fixed: dict[str, str]) -> Varied:
-    """Use whole numbers if LAMMPS refuses other values at the fine end."""
+    """Use whole numbers if LAMMPS refuses other values."""
     ladder = varied.ladder
     if varied.kind != "variable" or ladder.counts:
         return varied
@@ -188,7 +190,7 @@ def measure_ladder(
     tolerance: float | None,
     progress: Progress,
 ) -> ScriptLadder:
-    """Run one ladder, both ends first, and judge each number."""
+    """Run one ladder, starting with both ends, and judge each number."""
     varied = _with_whole_numbers(runner, varied, fixed)
     ladder, columns = varied.ladder, varied.columns
     title = " ".join(f"{key} {value}" for key, value in fixed.items()) or ladder.name
@@ -238,7 +240,7 @@ def _judge(
     seconds: Array,
     tolerance: float | None,
 ) -> NumberLadder:
-    """Judge the error of one number, and advise a value."""
+    """Judge the error of one number, and advise a value of the varied quantity."""
     ladder, seeded = varied.ladder, bool(varied.seeds)
     found = [[run.numbers[name] for run in row] for row in rows]
     results = np.array([[each.value for each in row] for row in found])

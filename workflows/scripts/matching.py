@@ -1,4 +1,4 @@
-"""Matching of the particles of two runs, by id or by initial position."""
+"""Match the particles of two runs by id or by initial position."""
 
 from dataclasses import dataclass
 
@@ -9,14 +9,14 @@ from chaincor.lammps_inputs.arrays import Array
 from chaincor.workflows.scripts.frames import ScriptFrames
 
 IndexArray = NDArray[np.intp]
-# Rounding of positions over the distance of neighbours, and of velocities over their root mean
-# square.
+# Two positions agree if they differ by less than this fraction of the distance of neighbours, and
+# two velocities if they differ by less than this fraction of the root mean square.
 _SAME_PLACE, _SAME_SPEED = 1e-9, 1e-9
 
 
 @dataclass(frozen=True)
 class Match:
-    """Match of the particles of a second run with particles of a first run, at the start."""
+    """Match between the particles of two runs at their start."""
 
     order: IndexArray  #: Which particle of the second run each of the first is.
     renumbered: bool  #: Whether ids differ, so that particles were matched by position.
@@ -26,10 +26,10 @@ class Match:
 
 def match_particles(first: ScriptFrames, second: ScriptFrames, at: tuple[int, int]) -> Match:
     """
-    Match the particles of two runs in the frames `at` (one each) that show the same time.
+    Match the particles of two runs in the frames `at`, one of each run, of the same time.
 
-    Positions are compared in the periodic box. Velocities exist in the first frame of a run, and
-    are compared only if both frames are first frames.
+    Positions are compared in the periodic box. Velocities are compared only if both frames are the
+    first frames of their runs, because only first frames have velocities.
     """
     here, there = first.positions[at[0]], second.positions[at[1]]
     here, there = (each[np.isfinite(each[:, 0])] for each in (here, there))
@@ -53,7 +53,7 @@ def match_particles(first: ScriptFrames, second: ScriptFrames, at: tuple[int, in
 
 
 def _distances(here: Array, there: Array, edges: Array) -> Array:
-    """Return the distances between nearest periodic images of particles."""
+    """Return the distances between the nearest periodic images of the particles."""
     apart = here - there
     inside = np.isfinite(edges)
     apart[:, inside] -= edges[inside] * np.round(apart[:, inside] / edges[inside])
@@ -61,7 +61,7 @@ def _distances(here: Array, there: Array, edges: Array) -> Array:
 
 
 def _nearest(here: Array, there: Array, edges: Array) -> IndexArray:
-    """Return the index of the particle `there` that is nearest to each particle `here`."""
+    """Return, for each particle of `here`, the index of the nearest particle of `there`."""
     from scipy.spatial import KDTree
 
     box = np.where(np.isfinite(edges), edges, 0.0)
@@ -69,7 +69,7 @@ def _nearest(here: Array, there: Array, edges: Array) -> IndexArray:
         np.where(box > 0.0, np.mod(each, np.where(box > 0.0, box, 1.0)), each)
         for each in (here, there)
     ]
-    # The tree refuses a position that was rounded up to the edge of the box.
+    # The tree of SciPy refuses a position that was rounded up to the edge of the box.
     wrapped = [np.where((box > 0.0) & (each >= box), 0.0, each) for each in wrapped]
     shift = np.where(box > 0.0, 0.0, np.minimum(*(each.min(axis=0) for each in wrapped)))
     tree = KDTree(wrapped[1] - shift, boxsize=box)

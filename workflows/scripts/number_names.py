@@ -1,4 +1,4 @@
-"""Names and errors of numbers, as the sentences of a bottom line list them."""
+"""Name numbers with their errors for the sentences of a bottom line."""
 
 import math
 import re
@@ -7,17 +7,17 @@ from chaincor.workflows.scripts.answers import NumberAnswer
 from chaincor.workflows.scripts.ladder_runs import NumberLadder
 
 _PLAIN = re.compile(r"[\w:\[\]]+")
-# Largest number of quantities that a sentence lists with their errors, and then by name alone.
+# A sentence lists at most this many quantities with their errors, and then this many by name.
 _MOST_LISTED, _MOST_NAMED = 3, 2
 
 
 def name_of(number: NumberLadder) -> str:
-    """Return the name of a number; a pattern is quoted."""
+    """Return the name of a number, in quotes if it is a pattern."""
     return number.name if _PLAIN.fullmatch(number.name) else f"'{number.name}'"
 
 
 def listed(answers: list[NumberAnswer]) -> str:
-    """Return the names and errors of numbers, the largest error over tolerance first."""
+    """Return the names and errors of numbers, starting with the largest error over tolerance."""
     ranked = sorted(answers, key=lambda a: -a.error / (a.number.tolerance or 1e-300))
     said = [f"{name_in(a)} ({_error(a)})" for a in ranked[:_MOST_LISTED]]
     left = ranked[_MOST_LISTED:]
@@ -34,7 +34,7 @@ def name_in(answer: NumberAnswer) -> str:
 
 
 def _error(answer: NumberAnswer) -> str:
-    """Return the error of one run and its tolerance."""
+    """Return the error of one run and the tolerance as text."""
     known = f"error up to {answer.error:.2g}" if math.isfinite(answer.error) else "no bound"
     return (
         known
@@ -44,7 +44,7 @@ def _error(answer: NumberAnswer) -> str:
 
 
 def all_of(answers: list[NumberAnswer]) -> str:
-    """Return the names of a few numbers, or the count of many."""
+    """Return the names of the numbers if they are few, and otherwise their count."""
     if len(answers) <= _MOST_LISTED:
         return ", ".join(map(name_in, answers))
     return f"{len(answers)} quantities"

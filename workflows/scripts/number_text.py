@@ -1,4 +1,4 @@
-"""Numbers of a ladder as text: the table of all, and the results and advice of one."""
+"""Write numbers of a ladder as text: the table of all, and the results and advice of one."""
 
 import math
 from typing import TYPE_CHECKING
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from chaincor.workflows.scripts.study import ScriptStudy
 
 _WIDTHS = (20, -24, -12, -10, 0, -13)
-# Number of independent samples that a run should have.
+# A run should have this number of independent samples.
 _ENOUGH_SAMPLES = 30
 
 
@@ -28,7 +28,7 @@ def heads_of(answer: LadderAnswer, each: ScriptLadder) -> tuple[str, ...]:
 
 
 def number_table(study: "ScriptStudy", each: ScriptLadder) -> list[str]:
-    """Return one row per number, and the meaning of each column."""
+    """Return a table with one row per number, and the meaning of each column."""
     answer = answer_of(study, each)
     rows = [heads_of(answer, each), *(cells(each, row) for row in answer.numbers)]
     state = max(len(row[4]) for row in rows)
@@ -63,7 +63,7 @@ def cells(each: ScriptLadder, answer: NumberAnswer) -> tuple[str, ...]:
 
 
 def _meanings(study: "ScriptStudy", each: ScriptLadder, answer: LadderAnswer) -> list[str]:
-    """Return what the columns mean, and the reasons of the tolerances."""
+    """Return the meaning of each column, and the reasons for the tolerances."""
     name = each.ladder.name
     limit = f"very small {name}s" if name == "timestep" else f"the fine end of {name}"
     at = f"the finest {name}" if answer.own is None else f"your {name}"
@@ -85,7 +85,7 @@ def _meanings(study: "ScriptStudy", each: ScriptLadder, answer: LadderAnswer) ->
 
 
 def told(study: "ScriptStudy", each: ScriptLadder, number: NumberLadder) -> list[tuple[str, str]]:
-    """Return the results of one number as pairs of heading and text, the advice last."""
+    """Return the results of one number as pairs of heading and text, with the advice last."""
     verdict = number.verdict
     said = [("verdict", f"{verdict.kind}: {verdict.reason}")]
     if verdict.order is not None and verdict.order_error is not None:
@@ -106,7 +106,7 @@ def told(study: "ScriptStudy", each: ScriptLadder, number: NumberLadder) -> list
 
 
 def one_number(study: "ScriptStudy", each: ScriptLadder, number: NumberLadder) -> list[str]:
-    """Return the results of the only number, a row per rung, and its advice."""
+    """Return the results of a single number with one row per rung, and the advice."""
     *said, advice = [f"{name:<12} {text}" for name, text in told(study, each, number)]
     lines = [*said, ""]
     name = each.ladder.name
@@ -123,7 +123,7 @@ def one_number(study: "ScriptStudy", each: ScriptLadder, number: NumberLadder) -
 
 
 def advise(study: "ScriptStudy", each: ScriptLadder, number: NumberLadder) -> str:
-    """Return the cheapest way to keep the tolerance in one line."""
+    """Return one line with the cheapest way to meet the tolerance."""
     name, tolerance, advice = each.ladder.name, number.tolerance, number.advice
     if number.verdict.kind == "cannot tell":
         return "none: the number is the same in all runs"
@@ -146,7 +146,7 @@ def advise(study: "ScriptStudy", each: ScriptLadder, number: NumberLadder) -> st
     said += how_to_run(study, name, text, each.fixed)
     if advice.runs > 1:
         seeds = f" with -var {SEED} 1 to {advice.runs}" if study.varied.own_seed else ""
-        said += f", the mean of {advice.runs} runs{seeds}, or of one as long"
+        said += f", the mean of {advice.runs} runs{seeds}, or one run of their total length"
     return said
 
 
@@ -169,7 +169,7 @@ def correlation_times(independent: float) -> str:
 
 
 def with_bar(value: float, error: float) -> str:
-    """Format a value with as many digits as its error bar leaves."""
+    """Format a value with the digits that its error bar leaves significant."""
     if not error > 0.0:
         return f"{value:.12g} +- {error:.1e}"
     digits = min(max(1 - math.floor(math.log10(error)), 0), 16)

@@ -1,8 +1,9 @@
 """
-Compare runs that should differ by roundings alone: process count, last digit, restart.
+Compare runs that should differ only by roundings: process count, last digit, restart.
 
-The distance of the runs grows as exp(lambda t) in chaotic motion, until the runs have parted. In a
-crystal it does not grow. A difference from the beginning has another cause; the module names it.
+In chaotic motion, the distance of the runs grows as exp(lambda t) until the runs have parted. In a
+crystal, the distance does not grow. A difference from the beginning has another cause, which the
+module names.
 """
 
 import math
@@ -24,18 +25,18 @@ from chaincor.workflows.scripts.restarting import Halfway
 from chaincor.workflows.scripts.script_run import Runner, ScriptRun
 from chaincor.workflows.scripts.varied import LAST_DIGIT, RANKS, RESTART, Varied
 
-# Distance, in distances of neighbours, at which runs count as parted.
+# Runs count as parted if their particles are this many distances of neighbours apart.
 PARTED = 0.01
-# Largest difference that roundings make in the first tenth of a run.
+# Roundings make at most this difference in the first part, of this length, of a run.
 _AT_ONCE, _EARLY = 1e-6, 0.1
-# Displacement by a last digit, over the length of the box.
+# A last digit displaces the particles by this fraction of the length of the box.
 _SHAKEN = 1e-15
-# Growth is fitted from this multiple of the smallest rounding on.
+# The growth is fitted from this multiple of the smallest rounding on.
 _GROWN_FROM = 1e3
 _SURE = 3.0
-# Largest relative difference of numbers that roundings make over a run.
+# Over a run, roundings change a number by at most this fraction.
 _ROUNDING = 1e-10
-# Times are sums of steps and carry roundings.
+# Times are sums of steps, so equal times can differ by roundings.
 _SAME_TIME = 1e-9
 
 
@@ -51,7 +52,7 @@ class Difference:
 
     @property
     def is_rounding(self) -> bool:
-        """Whether roundings alone explain the difference."""
+        """Whether roundings alone can explain the difference."""
         return abs(self.difference) <= _ROUNDING * abs(self.value)
 
     @property
@@ -64,7 +65,7 @@ class Difference:
 
 @dataclass(frozen=True)
 class PartingComparison:
-    """Comparison of a run with the first one."""
+    """Comparison of a run with the first run."""
 
     what: str  #: The difference between their set-ups.
     #: ``same``: all digits agree; ``together``: roundings stay invisible; ``chaos``: roundings grow
@@ -86,7 +87,7 @@ class PartingComparison:
 
 
 def compare_runs(runner: Runner, varied: Varied) -> tuple[PartingComparison, ...]:
-    """Compare runs with the first one for the varied kind: processes, digit, restart or switch."""
+    """Compare each run with the first run, for processes, last digit, restart or switch."""
     what, values = varied.switch
     start: Halfway | None = None
     if varied.kind == RANKS:
@@ -116,7 +117,7 @@ def compare_runs(runner: Runner, varied: Varied) -> tuple[PartingComparison, ...
 
 
 def _launcher(lmp: str) -> str:
-    """Return the MPI launcher of LAMMPS, from its own folder or from the PATH."""
+    """Return the MPI launcher from LAMMPS's folder or from the PATH."""
     beside = str(Path(lmp.split()[0]).parent)
     found = next(
         (path for where in (beside, None) for name in ("mpiexec", "mpirun")
@@ -138,7 +139,7 @@ def _run(runner: Runner, name: str, **change: object) -> ScriptRun:
 
 
 def _common_times(first: ScriptFrames, second: ScriptFrames) -> tuple[IndexArray, IndexArray]:
-    """Return the indices of frames at which two runs show the same times."""
+    """Return the indices of frames of two runs that have the same times."""
     span = max(float(first.times[-1]), 1e-300)
     places = np.searchsorted(first.times, second.times - _SAME_TIME * span)
     places = np.minimum(places, len(first.times) - 1)
@@ -149,14 +150,14 @@ def _common_times(first: ScriptFrames, second: ScriptFrames) -> tuple[IndexArray
 def _compare(
     varied: Varied, asked: RequestedNumbers, what: str, first: ScriptRun, second: ScriptRun
 ) -> PartingComparison:
-    """Return the comparison of two runs: the growth of their distance, and their numbers."""
+    """Compare two runs by the growth of their distance and by their numbers."""
     assert first.frames is not None
     assert second.frames is not None
     ours, theirs = _common_times(first.frames, second.frames)
     if len(ours) < 2:
         raise InputError(
-            f"the runs have {len(ours)} sampled times in common ({what}). Let the runs "
-            "cover several steps of one physical time"
+            f"the runs have only {len(ours)} sampled times in common ({what}). Let "
+            "each run cover several steps of the same physical times"
         )
     here, there = first.frames.positions[ours], second.frames.positions[theirs]
     begun = np.isfinite(here[:, 0, 0]) & np.isfinite(there[:, 0, 0])
@@ -187,7 +188,7 @@ def _compare(
 def _differences(
     asked: RequestedNumbers, first: ScriptRun, second: ScriptRun
 ) -> dict[str, Difference]:
-    """Return the differences of numbers, over the common time if they are sampled."""
+    """Return the differences of numbers; sampled numbers are compared over the common time."""
     found = {}
     sampled = {str(each): each for each in asked.quantities}
     for name in first.numbers:
@@ -208,8 +209,8 @@ def judge_distances(times: Array, distances: Array) -> tuple[str, float | None, 
     """
     Return the verdict on a distance, the time at which runs part, and the growth rate.
 
-    The rate is the slope of the logarithm, fitted from a thousand times the smallest rounding seen
-    to a visible distance; None if the distance stays below.
+    The growth rate is the slope of the distance's logarithm, fitted between a thousand times the
+    smallest rounding and a visible distance. It is None if the distance stays smaller.
     """
     if not np.any(distances > 0.0):
         return "same", None, None

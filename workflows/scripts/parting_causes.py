@@ -1,4 +1,4 @@
-"""Causes of runs that differ from the beginning, from the script and the first frames."""
+"""Find why runs differ from the beginning, in the script and in the first frames."""
 
 import re
 
@@ -9,13 +9,13 @@ from chaincor.workflows.scripts.varied import RANKS, RESTART, Varied
 
 
 def find_causes(varied: Varied, match: Match) -> tuple[str, ...]:
-    """Return likely causes of runs that differ at once, the likeliest first."""
+    """Return likely causes of a difference from the beginning, with the likeliest cause first."""
     commands = varied.script.commands
     found: list[str] = []
     if not match.same_places:
         placed = [c for c in commands if _places_at_random(c)]
         found += [f"{c} places particles at random" for c in placed]
-        found.append("the runs begin with other positions: another set-up")
+        found.append("the runs begin with different positions, so their set-ups differ")
     elif not match.same_speeds:
         if match.renumbered:
             found.append(
@@ -26,18 +26,18 @@ def find_causes(varied: Varied, match: Match) -> tuple[str, ...]:
         else:
             drawn = [c for c in commands if c.words[0] == "velocity" and "local" in c.words]
             found += [f"{c} draws velocities by process: leave out 'loop local'" for c in drawn]
-            found.append("the runs begin with other velocities")
+            found.append("the runs begin with different velocities")
     drawn = [c for c in commands if draws_forces(c.words)]
     why = {
         RANKS: "draws random numbers on each process",
-        RESTART: "draws random numbers, whose state a restart does not hold",
+        RESTART: "draws random numbers, and a restart file does not contain their state",
     }
     if varied.kind in why:
         found += [f"{c}, '{' '.join(c.words[:4])}', {why[varied.kind]}" for c in drawn]
     if varied.kind == RESTART:
         found += [f"{c} counts steps: {c.text.strip()}" for c in commands if _depends_on_step(c)]
     if not found:
-        found.append("the script shows none: a bug, or another set-up")
+        found.append("the script shows no cause; look for a bug or a different set-up")
     return tuple(found)
 
 

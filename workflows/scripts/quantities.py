@@ -1,4 +1,4 @@
-"""Requested numbers of a run, and the search for printed ones."""
+"""Read the requested numbers of a run, and search for printed numbers."""
 
 import json
 import math
@@ -15,19 +15,20 @@ from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.given_numbers import last_digit, number_in
 from chaincor.workflows.errors import RunError
 
-# The default quantities.
+# These quantities are studied by default.
 ALL = ("etotal:drift", "etotal:fluctuation", "temp", "pe", "press")
 KINDS = ("mean", "last", "drift", "fluctuation")
-# Thermo keywords of energies, in the unit of `ke`.
+# These thermo keywords are energies, in the unit of `ke`.
 _ENERGIES = (
     *("etotal", "econserve", "ecouple", "pe", "ke", "evdwl", "ecoul", "epair", "ebond", "eangle"),
     *("edihed", "eimp", "emol", "elong", "etail", "enthalpy"),
 )
 _QUANTITY = re.compile(r"(?P<what>[cfv]_\w+(\[\d+\])*|[a-z][a-z0-9]*)(:(?P<kind>\w+))?", re.ASCII)
-# A pattern may run for very long or fill the memory. A separate process therefore tries it.
+# A pattern may take very long or fill the memory, so a separate process tries it for at most this
+# time.
 PATTERN_SECONDS = 10.0
 _LONGEST_PATTERN = 1000
-# The last match counts, so the end of a long output is enough.
+# The last match counts, so the search reads only the end of a long output.
 _MOST_BYTES = 8_000_000
 _PROGRAM = """
 import json, re, sys
@@ -94,7 +95,7 @@ class RequestedNumbers:
 
     @property
     def sampled(self) -> tuple[str, ...]:
-        """Sampled quantities, each once, with the kinetic energy as the scale of energy changes."""
+        """Sampled quantities, each once, and the kinetic energy if energy changes need a scale."""
         scale = ["ke"] if any(each.is_energy_change for each in self.quantities) else []
         return tuple(dict.fromkeys([*(each.what for each in self.quantities), *scale]))
 
@@ -118,25 +119,27 @@ def read_asked(quantities: Sequence[str], observable: str | None) -> RequestedNu
     texts = tuple(quantities) if quantities or observable is not None else ALL
     asked = RequestedNumbers(observable, tuple(read_quantity(text) for text in texts))
     if len(set(asked.names)) < len(asked.names):
-        raise InputError(f"a quantity is given twice in {' '.join(texts)}. Give each once")
+        raise InputError(f"{' '.join(texts)} contains a quantity twice. Give each quantity once")
     return asked
 
 
 def check_pattern(pattern: str) -> None:
-    """Raise InputError unless a pattern is a regular expression with one group."""
+    """Raise InputError if a pattern is not a regular expression with one group."""
     if len(pattern) > _LONGEST_PATTERN:
-        raise InputError(f"--observable has {len(pattern)} letters. Use at most {_LONGEST_PATTERN}")
+        raise InputError(
+            f"--observable has {len(pattern)} characters. Use at most {_LONGEST_PATTERN}"
+        )
     answer = _search(pattern, "")
     if answer is None:
         raise InputError(
-            f"--observable {pattern!r} takes longer than {PATTERN_SECONDS:g} s or more "
-            "memory than 1 GB by itself. Use a simple pattern, such as 'restitution = "
-            "(\\S+)'"
+            f"compiling --observable {pattern!r} takes longer than "
+            f"{PATTERN_SECONDS:g} s or more than 1 GB of memory. Use a simple "
+            "pattern, such as 'restitution = (\\S+)'"
         )
     if "wrong" in answer:
         raise InputError(
-            f"--observable {pattern!r} is no regular expression: {answer['wrong']}. Use one "
-            "such as 'restitution = (\\S+)'"
+            f"--observable {pattern!r} is no regular expression "
+            f"({answer['wrong']}). Use one such as 'restitution = (\\S+)'"
         )
     if answer["groups"] != 1:
         raise InputError(
@@ -148,7 +151,7 @@ def check_pattern(pattern: str) -> None:
 
 def find_observable(pattern: str, output: Path) -> ObservedNumber:
     """
-    Return the last number in a script's output that a pattern matches.
+    Return the number of a pattern's last match in a script's output.
 
     Raises RunError if nothing matches, if the match is no finite number, or if the search takes too
     long.
@@ -156,16 +159,19 @@ def find_observable(pattern: str, output: Path) -> ObservedNumber:
     answer = _search(pattern, end_of(output, _MOST_BYTES))
     if answer is None:
         raise RunError(
-            f"the search for {pattern!r} takes longer than {PATTERN_SECONDS:g} s or more "
-            "memory than 1 GB. Use a pattern without nested repetition"
+            f"the search for {pattern!r} takes longer than {PATTERN_SECONDS:g} s or "
+            "more than 1 GB of memory. Use a pattern without nested repetition"
         )
     if answer.get("found") is None:
-        raise RunError(f"the script prints nothing that {pattern!r} matches")
+        raise RunError(
+            f"no printed line matches {pattern!r}. Correct the pattern, or print "
+            "the number in the script"
+        )
     return read_observed(pattern, answer["found"][0])
 
 
 def read_observed(pattern: str, text: str | None) -> ObservedNumber:
-    """Turn matched text into a number and the unit of its last digit."""
+    """Convert matched text to a number and the unit of its last digit."""
     shown = (text or "").strip(" \t,;()[]\"'")
     value = number_in(shown)
     if value is None:
@@ -179,7 +185,7 @@ def read_observed(pattern: str, text: str | None) -> ObservedNumber:
 
 
 def _search(pattern: str, text: str) -> dict[str, Any] | None:
-    """Search in a separate process; return None if the process had to be stopped."""
+    """Search in a separate process, and return None if the search had to be stopped."""
     try:
         done = subprocess.run(
             [sys.executable, "-I", "-S", "-c", _PROGRAM],

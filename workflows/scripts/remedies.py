@@ -1,4 +1,4 @@
-"""Sentences on numbers without an answer, with the command that would give one."""
+"""Write sentences on numbers without an answer, with a command that would give the answer."""
 
 import math
 import shlex
@@ -16,14 +16,17 @@ from chaincor.workflows.scripts.number_names import listed, name_in, name_of
 if TYPE_CHECKING:
     from chaincor.workflows.scripts.study import ScriptStudy
 
-# Most runs per rung, ratio to a finer end, and number of rungs in proposed commands.
+# A proposed command has at most this many runs per rung, a fine end finer by this factor, and this
+# number of rungs.
 _MOST_PHASES, _FINER, _RUNGS = 100, 8.0, 6
-# Ratio to coarser ends, in the command for a number that the step does not change.
+# If the step does not change a number, the proposed ladder begins at this multiple of the coarse
+# end.
 _COARSER = 8.0
 _TWICE = 2.0
-# Largest ratio to a finer end, and longest proposed run over the script's.
+# A proposed fine end is finer by at most the first factor, and a proposed run is longer than the
+# script's by at most the second factor.
 _FINEST, _MOST_LONGER = 1e4, 100.0
-# Extrapolations by the order aim at this part of the tolerance.
+# Extrapolations by the order aim at this fraction of the tolerance.
 _AIM = 0.5
 
 
@@ -35,7 +38,7 @@ class Remedy(NamedTuple):
 
 
 def unanswered(study: "ScriptStudy", each: ScriptLadder, answer: LadderAnswer) -> list[str]:
-    """Return sentences on numbers without an answer, each with a command that would give one."""
+    """Return sentences on numbers without an answer, each with a command for an answer."""
     beyond, hidden = answer.in_state("beyond"), answer.in_state("not judged")
     said = [_no_value(each, beyond)] if beyond else []
     said += [_not_judged(each, hidden)] if hidden else []
@@ -47,19 +50,19 @@ def unanswered(study: "ScriptStudy", each: ScriptLadder, answer: LadderAnswer) -
 
 
 def times_longer(study: "ScriptStudy", each: ScriptLadder, answer: LadderAnswer) -> float:
-    """Return the factor by which the last sentence makes the runs longer; 1 if it does not."""
+    """Return the factor by which the last remedy makes the runs longer, which may be 1."""
     left = [*answer.in_state("beyond"), *answer.in_state("not judged")]
     return _remedy(study, each, left).longer if left else 1.0
 
 
 def no_change(each: ScriptLadder) -> str:
-    """Say that nothing was tested, since all numbers are the same in all runs."""
+    """Say that the study tested nothing, because each number is the same in all runs."""
     time = "" if each.ends is None else f" in this time of {each.ends[1]:.4g}"
     return f"No quantity changes{time}, so the {each.ladder.name} cannot be judged."
 
 
 def _not_judged(each: ScriptLadder, hidden: list[NumberAnswer]) -> str:
-    """Name the numbers whose errors are not known well enough."""
+    """Name the numbers whose errors are too uncertain."""
     one, ladder = len(hidden) == 1, each.ladder
     text = f"{listed(hidden)} {'is' if one else 'are'} not judged: the scatter between runs hides "
     text += f"any effect of the {ladder.name}."
@@ -87,12 +90,12 @@ def _no_value(each: ScriptLadder, beyond: list[NumberAnswer]) -> str:
 
 
 def _remedy(study: "ScriptStudy", each: ScriptLadder, answers: list[NumberAnswer]) -> Remedy:
-    """Return what would judge some numbers, as a command at the end."""
+    """Return a sentence that ends with a command that would judge some numbers."""
     numbers = [a.number for a in answers]
     varied = study.varied
     moved = [count for count in study.counts if count.moves and count.periods]
     if moved and not varied.scale_periods:
-        # Its effect on the result may be larger than that of the step.
+        # The changed period may affect the result more than the step does.
         command = [*study.command, *_given(study), "--scale-periods"]
         said = f"{moved[0].command} counts steps: to keep its period in time, run"
         said = said[0].upper() + said[1:]
@@ -102,12 +105,12 @@ def _remedy(study: "ScriptStudy", each: ScriptLadder, answers: list[NumberAnswer
         command = [*study.command, "--vary", _extended(study, each, numbers)]
         return Remedy(f"To find one, run: {shlex.join(command)}")
     command = [*study.command, *_given(study)]
-    # The bias falls with the root of the number or the length of the runs.
+    # The bias falls with the square root of the number or length of the runs.
     ratios = [float(np.min(n.verdict.bias)) / (n.tolerance or 1e-300) for n in noisy]
     more = max(_TWICE, *((_TWICE * ratio) ** 2 for ratio in ratios))
     if not all(number.repeats for number in noisy):
         if not _is_random(study):
-            # Nearby steps then scatter because of the step.
+            # Nearby steps then scatter because of the step, so more of them are run.
             ladder = ["--vary", _extended(study, each, noisy), "--phases", str(2 * varied.columns)]
             return Remedy(f"To judge, run: {shlex.join([*study.command, *ladder])}")
         command += ["--seeds", str(max(2 * varied.columns, 8))]
@@ -130,7 +133,7 @@ def _is_random(study: "ScriptStudy") -> bool:
 
 
 def _left(number: NumberLadder) -> float:
-    """Return the error at the finest value over the tolerance."""
+    """Return the ratio of the error at the finest value to the tolerance."""
     return float(number.verdict.promised[-1]) / (number.tolerance or 1e-300)
 
 
@@ -139,7 +142,7 @@ def _rounded(factor: float) -> str:
 
 
 def _extended(study: "ScriptStudy", each: ScriptLadder, numbers: Sequence[NumberLadder]) -> str:
-    """Return a ladder that would reach the tolerances, by the orders where they are known."""
+    """Return a ladder that would reach the tolerances, extrapolated by known orders."""
     factors = [_TWICE]
     for number in numbers:
         order = number.verdict.order or (1.0 if number.verdict.kind == "irregular" else None)
@@ -150,7 +153,7 @@ def _extended(study: "ScriptStudy", each: ScriptLadder, numbers: Sequence[Number
 
 
 def _given(study: "ScriptStudy") -> list[str]:
-    """Return the ladder of a study as options; empty for the script's own step."""
+    """Return the options that gave the ladder of a study; empty for the script's own step."""
     if study.own_step is not None:
         return []
     given = study.varied.ladder
@@ -161,7 +164,7 @@ def _given(study: "ScriptStudy") -> list[str]:
 
 
 def _finer(study: "ScriptStudy", each: ScriptLadder, factor: float) -> str:
-    """Return a ladder from the end of this one, or from the script's own step, if it runs."""
+    """Return a ladder that starts at the fine end of this one, or at the script's own step."""
     ladder, finest = each.ladder, float(each.values[-1])
     fine = finest / factor if ladder.fine < ladder.coarse else finest * factor
     value = float(round(fine)) if ladder.counts else float(f"{fine:.2g}")
@@ -173,7 +176,7 @@ def _finer(study: "ScriptStudy", each: ScriptLadder, factor: float) -> str:
 def _of_constants(
     study: "ScriptStudy", each: ScriptLadder, numbers: list[NumberLadder], *, alone: bool
 ) -> str:
-    """Name the numbers that are the same in all runs, with a command if all numbers are."""
+    """Name the numbers that are the same in all runs; if all are, add a command."""
     ladder, coarsest = each.ladder, float(each.values[0])
     found = {float(number.results.flat[0]) for number in numbers}
     value = f"{found.pop():g}" if len(found) == 1 else "the same"

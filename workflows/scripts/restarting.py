@@ -1,10 +1,10 @@
-"""Restart halfway through a script: where it is written, and a script that begins with it."""
+"""Write a restart halfway through a script, and make a script begin with it."""
 
 from dataclasses import dataclass
 from pathlib import Path
 
-# `read_restart` replaces commands that make the box. Commands that change a state are dropped,
-# because the restart holds the state.
+# `read_restart` replaces the first commands, which make the box. The other commands are dropped,
+# because they change a state that the restart file contains.
 _MAKE_BOX = ("read_data", "create_box", "read_restart")
 _CHANGE_STATE = (
     *("create_atoms", "replicate", "read_dump", "velocity", "displace_atoms", "set", "mass"),
@@ -25,7 +25,7 @@ class Halfway:
     reads: bool = False  #: Whether a script reads the restart instead of writing it.
 
     def replace_set_up(self, words: list[str]) -> list[str] | None:
-        """Return the replacement of a command that precedes the restart; None keeps it."""
+        """Return the replacement of a command that precedes the restart, or None to keep it."""
         name = words[0]
         if name in _MAKE_BOX:
             read = f"read_restart {self.file}.{self.step}"
@@ -36,7 +36,7 @@ class Halfway:
         return [] if name in _CHANGE_STATE or static_group else None
 
     def before(self) -> list[str]:
-        """Return the commands before each run that write the restart."""
+        """Return the commands that precede each run and write the restart."""
         once = f"ternary(step<{self.step},{self.step},{self.end * 1000})"
         return [
             f'if "${{chaincor_run}} == {self.run}" then '

@@ -1,9 +1,9 @@
 """
-Rewriting of a user's script: other steps for the same time, samples, no dumps.
+Rewrite a user's script: other steps for the same time, samples, no dumps.
 
-Only commands that run, write frames, or set a varied quantity are edited. Between runs the script
-sees its own step, so its formulas of ``dt`` keep their values. Each ``run`` gets its own step,
-which divides the time of the run.
+Only commands that run steps, write frames, or set a varied quantity are edited. Each ``run`` gets
+its own step, which divides the time of the run. Between runs the script's own step is restored, so
+formulas of ``dt`` keep their values.
 """
 
 import re
@@ -12,13 +12,13 @@ from pathlib import Path
 from chaincor.lammps_inputs.commands import join_lines
 from chaincor.workflows.scripts.change import Change
 
-# Wanted number of samples of a run.
+# A run takes about this many samples.
 SAMPLES = 200
 SAMPLE_FILE, FRAME_FILE = "chaincor_samples.txt", "chaincor_frames.txt"
 START_FILE, STEP_FILE = "chaincor_start.txt", "chaincor_step.txt"
 _BEFORE, _AFTER, _SAMPLE = "chaincor_before.in", "chaincor_after.in", "chaincor_sample.in"
 _LEFT_OUT = ("dump", "undump", "dump_modify", "restart")
-# Replacement of a command that is left out.
+# This harmless command replaces a command that is left out.
 _NOTHING = "variable chaincor_none string 0"
 _NO_VALUES = ("loop", "delete", "world", "universe", "uloop")
 _RESETS = ("reset_timestep", "read_restart")
@@ -27,7 +27,7 @@ _QUOTED = re.compile(r"\"([^\"]*)\"|'([^']*)'")
 
 
 def rewrite_folder(folder: Path, script: Path, change: Change) -> None:
-    """Rewrite a copy of the script and the files that it may include, and write added files."""
+    """Rewrite a copy of the script and of the files that it may include, and write added files."""
     for path in folder.rglob("*"):
         if path == script or _may_be_included(path):
             path.write_text(rewrite(path.read_text("utf-8", "replace"), folder, change), "utf-8")
@@ -91,17 +91,18 @@ def _command(command: str, folder: Path, change: Change) -> list[str]:
     before = change.set_numbers(words)
     if words[:2] == ["thermo_style", "custom"]:
         if not change.printed:
-            # LAMMPS prints the values of many fixes only at multiples of their period. A run with
-            # another step seldom ends at a multiple. Constants keep the number of columns.
+            # LAMMPS prints the values of many fixes only at multiples of their period, and a run
+            # with another step seldom ends at a multiple. A constant in place of such a value keeps
+            # the number of columns.
             words = ["time" if re.match(r"[fv]_", word) else word for word in words]
-        # LAMMPS evaluates only keywords of its thermo output.
+        # LAMMPS evaluates only keywords that are in its thermo output.
         keywords = [each for each in change.quantities if not re.match(r"[cfv]_", each)]
         words += [each for each in keywords if each not in words]
     return [*before, " ".join(words)] if before or words != command.split() else [command]
 
 
 def timed_run(words: list[str], folder: Path) -> list[str]:
-    """Surround a run with commands that set its step, and scale its numbers of steps."""
+    """Return a run with commands around it that set its step and scale its numbers of steps."""
     options, limits = ["run", "${chaincor_m}"], {}
     upto, block, pre = False, "${chaincor_n}", True
     rest = iter(words[2:])
@@ -127,7 +128,7 @@ def timed_run(words: list[str], folder: Path) -> list[str]:
     ]
     for word, value in limits.items():
         name = f"chaincor_{word}"
-        # Rounded numbers may not shorten the run.
+        # Rounded numbers of steps must not shorten the run.
         least = "0" if word == "start" else "step+v_chaincor_m"
         lines += [
             f"variable {name} string {value}",
@@ -157,7 +158,7 @@ def included_files(folder: Path, change: Change) -> dict[str, str]:
         string("m", "ternary(v_chaincor_n<1,0,round(v_chaincor_p*v_chaincor_b))"),
     ]
     if change.finer == 1.0:
-        # Run of the script without changes.
+        # These commands run the script without changes.
         before[6:] = [string("p", "v_chaincor_u"), string("m", "v_chaincor_n")]
     if change.shaken:
         shake = (
@@ -192,14 +193,14 @@ def included_files(folder: Path, change: Change) -> dict[str, str]:
     columns = columns.replace(" ", " $(step) ", 1) if change.quantities else columns + " $(step)"
     start = [f"v_chaincor_s{k}" for k in range(1 + len(change.quantities))]
     sample = [
-        # The last sample then shows the end of the run.
+        # The last sample shows the end of the run.
         string("from", "step+v_chaincor_m-v_chaincor_e*floor(v_chaincor_m/v_chaincor_e)"),
         "variable chaincor_to string $(step+v_chaincor_m:%.15g)",
         "variable chaincor_at equal stride(${chaincor_from},${chaincor_to},${chaincor_e})",
         f'fix chaincor all print v_chaincor_at "{columns}" append {folder / SAMPLE_FILE} '
         'screen no title ""',
-        # `fix print` leaves out the first step. No later step is a multiple of this period, except
-        # for the doubled step of a restart.
+        # `fix print` leaves out the first step, so `fix ave/time` writes it. Its period is such
+        # that no later step is a multiple, except for the doubled step of a restart.
         string("period", "ternary(step<1,1000000000,step)"),
         *(
             f"variable {name[2:]} equal {each}"
@@ -210,7 +211,7 @@ def included_files(folder: Path, change: Change) -> dict[str, str]:
         f"{' '.join(start)} format ' %.17g' file {folder / START_FILE}\"",
     ]
     if any(each.startswith("f_") for each in change.quantities):
-        # A fix may have no value at the first step yet.
+        # A fix may have no value yet at the first step.
         sample.pop()
     if change.frames:
         frames = folder / FRAME_FILE
@@ -227,7 +228,7 @@ def included_files(folder: Path, change: Change) -> dict[str, str]:
 
 
 def _defined(quantities: tuple[str, ...]) -> list[str]:
-    """Return formulas that are 1 if the referenced compute, fix or variable exists."""
+    """Return formulas that are 1 if the compute, fix or variable in them exists."""
     kinds = {"c": "compute", "f": "fix", "v": "variable"}
     return [
         f"is_defined({kinds[each[0]]},{each[2:].split('[')[0]})"

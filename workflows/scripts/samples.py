@@ -1,4 +1,4 @@
-"""Sampled series of a run, with their means, drifts and fluctuations."""
+"""Read the sampled series of a run, and compute means, drifts and fluctuations."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,15 +10,15 @@ from chaincor.lammps_inputs.arrays import Array
 from chaincor.workflows.errors import RunError
 from chaincor.workflows.scripts.quantities import ObservedNumber, Quantity
 
-# Share of the run, at its end, over which a mean is taken.
+# A mean is taken over this fraction of the run, at its end.
 SHARE = 0.5
-# Smallest number of samples for the error of a mean or for a drift.
+# The error of a mean and a drift need at least this many samples.
 LEAST_SAMPLES = 8
 
 
 @dataclass(frozen=True)
 class Samples:
-    """Series that one run sampled."""
+    """Time series of the quantities that one run sampled."""
 
     times: Array  #: Physical times, from the start of the first run to the end; of shape (S,).
     values: dict[str, Array]  #: Series by quantity; of shape (S,).
@@ -29,7 +29,7 @@ class Samples:
         return float(self.times[-1])
 
     def window(self, kind: str) -> tuple[float, float]:
-        """Return the first and last time of the window of a kind of number."""
+        """Return the first and last time of the window for a kind of number."""
         first, last = float(self.times[0]), self.end
         if kind == "last":
             return last, last
@@ -37,15 +37,15 @@ class Samples:
 
     def number(self, quantity: Quantity, start: float | None = None) -> ObservedNumber:
         """
-        Return a number of the run; means get the standard error of a correlated series.
+        Return a number of the run; the error of a mean takes correlation into account.
 
-        `start` is a physical time that replaces the beginning of the window.
+        `start`, if given, is the physical time at which the window begins.
         """
         all_values = self.values[quantity.what]
         if quantity.kind == "last":
             return ObservedNumber(float(all_values[-1]))
         times, values = self._inside(quantity, start)
-        # The trapezoidal rule makes means independent of the sample times, which depend on the
+        # The trapezoidal rule makes means independent of the sample times, which depend on the time
         # step.
         halves = 0.5 * np.diff(times)
         weights = np.append(halves, 0.0) + np.append(0.0, halves)
@@ -61,18 +61,18 @@ class Samples:
         return ObservedNumber(float(np.sqrt(weights @ (values - mean - slope * from_middle) ** 2)))
 
     def spread(self, quantity: Quantity, what: str = "") -> float:
-        """Return the standard deviation of the samples behind a number, or of `what` instead."""
+        """Return the standard deviation of the samples of a number, or of the quantity `what`."""
         return float(np.std(self._inside(quantity, None, what)[1]))
 
     def _inside(
         self, quantity: Quantity, start: float | None, what: str = ""
     ) -> tuple[Array, Array]:
-        """Return times and values within the window, with the interpolated value at its start."""
+        """Return times and values within the window, starting with an interpolated value."""
         all_values = self.values[what or quantity.what]
         first = self.window(quantity.kind if quantity.kind != "last" else "mean")[0]
         start = first if start is None else max(start, float(self.times[0]))
         span = self.end - float(self.times[0])
-        # Times are sums of steps, and rounded.
+        # Times are sums of steps and therefore rounded.
         inside = self.times > start + 1e-9 * span
         times = np.concatenate([[start], self.times[inside]])
         return times, np.concatenate(
@@ -81,7 +81,7 @@ class Samples:
 
 
 def last_step(path: Path) -> int | None:
-    """Return the last sampled step of a run; None without samples."""
+    """Return the last sampled step of a run, or None without samples."""
     lines = path.read_text("utf-8", "replace").splitlines() if path.is_file() else []
     words = lines[-1].split() if lines else []
     return int(words[1]) if len(words) > 1 and words[1].isdigit() else None
@@ -89,16 +89,17 @@ def last_step(path: Path) -> int | None:
 
 def read_samples(path: Path, start: Path, quantities: tuple[str, ...]) -> Samples:
     """
-    Read the samples of a run: time, step and quantities, a line each.
+    Read the samples of a run, one line each with time, step and quantities.
 
-    `start` holds a line of the time and the quantities at the first step. If times begin again
-    after ``clear``, they are continued. Raises RunError if the samples are missing, too few or not
-    finite.
+    The file `start` has a line with the time and the quantities at the first step. If the time
+    starts again at 0 after ``clear``, the samples are continued in time. Raises RunError if samples
+    are missing, too few or not finite.
     """
     if not path.is_file():
         raise RunError(
-            "nothing was sampled: no 'run' of the script took place while the quantity was "
-            "defined. Define its computes, fixes and variables before a 'run'"
+            "no sample was taken, because the quantity was not defined during any "
+            "'run' of the script. Define its computes, fixes and variables before "
+            "a 'run'"
         )
     count = len(quantities)
     words = [line.split() for line in path.read_text("utf-8").splitlines()]
@@ -116,7 +117,7 @@ def read_samples(path: Path, start: Path, quantities: tuple[str, ...]) -> Sample
             raise RunError(f"{what} is {column[~np.isfinite(column)][0]} in the run")
     steps = np.diff(data[:, 0])
     times = data[0, 0] + np.concatenate([[0.0], np.cumsum(np.where(steps > 0.0, steps, 0.0))])
-    # The first sample of each run repeats the last sample of the run before.
+    # The first sample of each run repeats the last sample of the run before it.
     kept = np.concatenate([[True], np.diff(times) > 0.0])
     values = {what: data[kept, k] for k, what in enumerate(quantities, 1)}
     return Samples(times[kept], values)

@@ -1,4 +1,4 @@
-"""Execution of one run of a script by the ``lmp`` command, in a copy of its folder."""
+"""Execute one run of a script by the ``lmp`` command, in a copy of its folder."""
 
 import os
 import re
@@ -40,12 +40,12 @@ _NOT_ENDED, _MORE_TIME = "it has not ended", 10.0
 
 
 class ScriptRunError(RunError):
-    """A run of the user's script failed, hung, or printed no number."""
+    """A run of the user's script failed, reached its time limit, or printed no number."""
 
 
 @dataclass(frozen=True)
 class ScriptRun:
-    """One run."""
+    """Result of one run of a script."""
 
     variables: dict[str, str]  #: Variables that -var set.
     #: Processor time of the whole process, its start included. For a command of several words, such
@@ -64,9 +64,9 @@ class ScriptRun:
 
 def list_files(folder: Path) -> list[Path]:
     """
-    Return the files that each run copies: all in a folder and below, without hidden files.
+    Return the files that each run copies: all files in and below a folder that are not hidden.
 
-    Raises InputError if they are too large to be copied for every run.
+    Raises InputError if the files are too large to be copied for every run.
     """
     files: list[Path] = []
     total = 0
@@ -80,16 +80,16 @@ def list_files(folder: Path) -> list[Path]:
             files.append(path)
             if total > _MOST_FOLDER_BYTES or len(files) > 5000:
                 raise InputError(
-                    f"the script's folder {str(folder)!r} holds more than "
-                    f"{_MOST_FOLDER_BYTES // 10**6} MB or 5000 files, and each run gets a copy. "
-                    "Put the script and the files that it reads into a folder of their own"
+                    f"the script's folder {str(folder)!r} is too large to copy for each run "
+                    f"(more than {_MOST_FOLDER_BYTES // 10**6} MB or 5000 files). "
+                    "Put the script and the files that it reads into a separate folder"
                 )
     return files
 
 
 @dataclass(frozen=True)
 class Runner:
-    """Runner of one script with different changes."""
+    """Runner of one script, each time with other changes."""
 
     script: Path  #: The script.
     files: list[Path]  #: Files of its folder that are copied.
@@ -144,7 +144,7 @@ class Runner:
         return run
 
     def error(self, where: str, failure: str) -> ScriptRunError:
-        """Return the error of a failed run, with the place of its files."""
+        """Return the exception for a failed run, which names the folder of its files."""
         if _NOT_ENDED in failure:
             said = f"{self.script.name} {where}: {failure} (files: {self.scratch})"
             return self.too_long(said, _MORE_TIME)
@@ -154,7 +154,7 @@ class Runner:
         )
 
     def too_long(self, said: str, factor: float) -> ScriptRunError:
-        """Return the error of a run that needs `factor` times more time, with a command."""
+        """Return the exception for a run that needs `factor` times more time, with a command."""
         command = [*self.command, "--timeout", f"{self.timeout * factor:.0f}"]
         return ScriptRunError(
             f"{said}. Shorten the script's runs, or allow more time: {shlex.join(command)}"
@@ -162,7 +162,7 @@ class Runner:
 
 
 def _own_step(folder: Path) -> float | None:
-    """Return the script's own step in its last run; None if it never ran."""
+    """Return the script's own step in its last run, or None if it made no run."""
     path = folder / STEP_FILE
     return float(path.read_text().splitlines()[-1].split()[0]) if path.is_file() else None
 
@@ -192,7 +192,7 @@ def _read(
 
 
 def _loops(screen: Path) -> float:
-    """Return processor seconds of LAMMPS's loops on all processes, from its log."""
+    """Return the processor seconds of LAMMPS's loops on all processes, from the log."""
     text = screen.read_text("utf-8", "replace")
     found = re.findall(r"^Loop time of (\S+) on (\d+) procs", text, re.MULTILINE)
     return sum(float(seconds) * int(ranks) for seconds, ranks in found)
@@ -201,7 +201,7 @@ def _loops(screen: Path) -> float:
 def _execute(
     command: list[str], folder: Path, screen: Path, timeout: float
 ) -> tuple[int | None, float]:
-    """Return the exit status (None after a timeout) and the processor seconds of a process."""
+    """Run a process, and return its exit status (None after a timeout) and processor seconds."""
     ends = time.monotonic() + timeout
     with screen.open("wb") as out:
         try:
@@ -235,7 +235,7 @@ def _execute(
 
 
 def _said(screen: Path, status: int) -> str:
-    """Return LAMMPS's message on a failure."""
+    """Return LAMMPS's message about a failure."""
     text = end_of(screen, 100_000)
     words = [line for line in text.splitlines() if line.startswith("ERROR")][-1:]
     words += re.findall(r"^Last (?:input line|command): .*$", text, re.MULTILINE)[-1:]

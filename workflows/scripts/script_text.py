@@ -1,4 +1,4 @@
-"""Checks of a script's text before it runs: its variables, and files that it would overwrite."""
+"""Check a script's text before it runs: its variables, and files that it would overwrite."""
 
 import re
 from dataclasses import dataclass
@@ -8,17 +8,17 @@ from typing import NamedTuple
 from chaincor.lammps_inputs.commands import join_lines
 from chaincor.lammps_inputs.errors import InputError
 
-# Styles of `variable` that count and hold no value.
+# Variables of these styles count and cannot be given a value.
 _COUNTS = ("loop", "world", "universe", "uloop")
-# Commands that run many times by themselves or process dumps again.
+# These commands make many runs by themselves or process dumps again.
 _OTHER_RUNS = (
     *("rerun", "temper", "temper/grem", "temper/npt", "neb", "neb/spin"),
     *("prd", "tad", "hyper"),
 )
-# Commands may stand in the quotes of an `if`.
+# A command can also stand in the quotes of an `if`.
 _INCLUDED = re.compile(r"""(?:^|["'])\s*(?:include|jump)\s+["']?(?!SELF\b)([^\s"']+)""")
 _LARGEST_SCRIPT = 10_000_000
-# Commands that read the files that they name. All other commands with a path write to it.
+# These commands read the files that they name. Other commands with a path write to it.
 _READERS = (
     *("read_data", "read_restart", "read_dump", "include", "jump", "rerun", "molecule"),
     *("pair_coeff", "bond_coeff", "angle_coeff", "dihedral_coeff", "improper_coeff", "plugin"),
@@ -65,7 +65,7 @@ class ScriptText:
         return cls(path, tuple(commands), whole)
 
     def mentions(self, name: str, *, of: str = "") -> bool:
-        """Return whether a command, of the name `of` if given, uses the value of a variable."""
+        """Return whether a command, or one with the name `of`, uses the value of a variable."""
         short = rf"|\${re.escape(name)}" if len(name) == 1 else ""
         used = re.compile(rf"\$\{{{re.escape(name)}\}}|\bv_{re.escape(name)}\b{short}")
         return any(used.search(c.text) for c in self.commands if of in ("", c.words[0]))
@@ -76,15 +76,15 @@ class ScriptText:
 
     def check_variable(self, name: str) -> None:
         """
-        Raise InputError if the script does not use a variable, or counts a loop with it.
+        Raise InputError if the script does not use a variable or uses it as a loop counter.
 
-        Other commands that set the variable get the given value instead.
+        Other commands that set the variable are changed, so that they keep the given value.
         """
         for command in self.of_variable(name):
             if command.words[2] in _COUNTS:
                 raise InputError(
-                    f"{command} is '{' '.join(command.words)}', which counts and cannot be given a "
-                    f"value. Write 'variable {name} index VALUE'"
+                    f"{command} is '{' '.join(command.words)}', which is a counter and "
+                    f"cannot be given a value. Write 'variable {name} index VALUE'"
                 )
         if self.whole and not self.mentions(name):
             raise InputError(
@@ -96,22 +96,22 @@ class ScriptText:
         """
         Raise InputError if a script cannot be studied in a copy of its folder.
 
-        Paths through ``..`` would not be found there, and every run would overwrite files with
-        absolute paths. Only ``run`` keeps its simulated time, so other commands that run are
-        refused.
+        Paths through ``..`` would lead elsewhere from the copy, and every run would overwrite files
+        with absolute paths. Commands other than ``run`` that run steps are refused, because their
+        simulated time cannot be kept.
         """
         for command in self.commands:
             words = [word.strip("\"'") for word in command.words]
             for word in words[1:]:
                 if word.startswith("../") or "/../" in word or word.endswith("/.."):
                     raise InputError(
-                        f"{command} names {word!r}, but runs take place in a copy of the script's "
-                        "folder. Use paths inside this folder, or absolute paths"
+                        f"{command} names {word!r}, which runs cannot find in their copy of the "
+                        "script's folder. Use paths inside this folder, or absolute paths"
                     )
                 if re.match(r"/\w|~/|\$\{?HOME\b", word) and words[0] not in _READERS:
                     raise InputError(
-                        f"{command} names {word!r} in '{words[0]}', so each run would write there. "
-                        "Use a path inside the script's folder"
+                        f"{command} writes to {word!r}, so all runs would overwrite the same "
+                        "file. Use a path inside the script's folder"
                     )
             if words[0] in _OTHER_RUNS:
                 raise InputError(
@@ -133,7 +133,9 @@ def _commands_of(path: Path) -> list[Command]:
             )
         text = path.read_text(encoding="utf-8", errors="replace")
     except OSError as error:
-        raise InputError(f"cannot read the script {str(path)!r}: {error.strerror}") from None
+        raise InputError(
+            f"cannot read the script {str(path)!r} ({error.strerror}). Give a readable file"
+        ) from None
     found: list[Command] = []
     number = 1
     for raw, command in join_lines(text):

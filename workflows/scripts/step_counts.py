@@ -1,12 +1,12 @@
-"""Commands of a script that count steps instead of time, and change with the step."""
+"""Find commands of a script that count steps instead of time."""
 
 import re
 from dataclasses import dataclass
 
 from chaincor.workflows.scripts.script_text import Command, ScriptText
 
-# Words of each style of `fix` that are numbers of steps, counted from 0. A second number must stay
-# a multiple of the first.
+# This table gives the positions of the words that are numbers of steps in each style of `fix`,
+# counted from 0. A second number must stay a multiple of the first.
 _FIXES: dict[str, tuple[int, ...]] = {
     **dict.fromkeys(
         (
@@ -27,23 +27,24 @@ _FIXES: dict[str, tuple[int, ...]] = {
     ),
     "deposit": (6,),
 }
-# Styles that have a limit or a rate per step instead of a period.
+# These styles have a limit or a rate per step instead of a period.
 _PER_STEP = {
     "nve/limit": "limits how far particles move in one step",
     "dt/reset": "chooses the step itself",
     "pour": "inserts particles after a number of steps that it works out from the step",
 }
-# Styles that do not change the motion much: means of other samples, or a box in finer jerks.
+# These styles hardly change the motion: they average other samples, or move the box in larger
+# jumps.
 _ONLY_LOOK = ("ave/", "vector", "store/state", "balance")
 _COUNTING = re.compile(r"(?<![\w.])(step|elapsed|elaplong)(?![\w(])")
 _DAMPED = {"nvt": "temp", "npt": "temp", "nph": None, "nvt/sllod": "temp"}
-# Smallest number of steps in a sensible damping time.
+# A sensible damping time is at least this many steps.
 _LEAST_DAMPING = 10.0
 
 
 @dataclass(frozen=True)
 class StepCount:
-    """Command that counts steps."""
+    """Command of a script that counts steps."""
 
     command: Command
     what: str  #: Its command and style.
@@ -69,7 +70,7 @@ def find_step_counts(script: ScriptText, coarsest: float | None) -> tuple[StepCo
     """
     Return every command of a script that counts steps.
 
-    Damping times are compared with the `coarsest` step of the ladder, if it is given.
+    If `coarsest`, the largest step of the ladder, is given, damping times are compared with it.
     """
     found = (_of_fix(each, coarsest) or _of_others(each) for each in script.commands)
     return tuple(filter(None, found))
@@ -89,7 +90,7 @@ def _of_fix(command: Command, coarsest: float | None) -> StepCount | None:
         if first != last:
             says += f" and writes {last}"
         if style == "halt":
-            says = f"looks {first} whether to end the run"
+            says = f"checks {first} whether to end the run"
         return StepCount(command, what, says, not only_looks, periods=True)
     damping = _damping(words)
     if coarsest is not None and damping is not None and damping < _LEAST_DAMPING * coarsest:
@@ -99,7 +100,7 @@ def _of_fix(command: Command, coarsest: float | None) -> StepCount | None:
 
 
 def _every(period: str) -> str:
-    """Return a period of steps in words."""
+    """Return a period in steps as text."""
     return "every step" if period == "1" else f"every {period} steps"
 
 
@@ -117,7 +118,7 @@ def _of_others(command: Command) -> StepCount | None:
 
 
 def _damping(words: list[str]) -> float | None:
-    """Return a thermostat's damping time if it is a plain number."""
+    """Return a thermostat's damping time, or None if it is not a plain number."""
     style = plain_style(words[3])
     try:
         if style in ("langevin", "temp/berendsen", "temp/csvr", "temp/csld"):
@@ -130,5 +131,5 @@ def _damping(words: list[str]) -> float | None:
 
 
 def plain_style(style: str) -> str:
-    """Return a style without the suffix of its accelerated variant."""
+    """Return a style without the suffix of an accelerated variant."""
     return re.sub(r"/(omp|kk|gpu|intel|opt)$", "", style)

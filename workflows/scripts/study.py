@@ -1,4 +1,4 @@
-"""Study of a script: runs and verdicts of its ladders, and an advice for each number."""
+"""Study a script: run its ladders, judge each number, and advise a value."""
 
 import shlex
 import shutil
@@ -30,9 +30,9 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 DEFAULT_TIMEOUT = 600.0
-# Largest number of halvings of a coarse end that no run survives.
+# If no run survives at the coarse end, the coarse end is halved at most this many times.
 _HALVINGS = 7
-# Ratio of a proposed time limit to the expected time of the longest run.
+# A proposed time limit is this multiple of the expected time of the longest run.
 _SPARE = 2.0
 
 
@@ -135,10 +135,10 @@ def timestep_study(
     progress: Progress = lambda _part, _done: None,
 ) -> ScriptStudy:
     """
-    Find the time step, or other setting, that is accurate enough for a LAMMPS script.
+    Find the time step, or a value of another setting, that is accurate enough for a script.
 
-    The script is run along a ladder of steps, with several nearby ones a rung, each time in a fresh
-    copy of its folder, so the user's files stay unchanged. Every ``run`` keeps its physical time
+    The script runs at each step of a ladder and at several nearby steps, each time in a new copy of
+    its folder, so that the user's files stay unchanged. Every ``run`` keeps its physical time
     exactly. Dumps and restarts are left out.
 
     Parameters
@@ -146,23 +146,24 @@ def timestep_study(
     script : path
         LAMMPS input.
     quantities : sequence of str, optional
-        ``KEYWORD`` or ``KEYWORD:KIND``: a thermo keyword, compute or variable; and its ``mean``
-        over the second half of the run (the default), ``last`` value, ``drift`` or
-        ``fluctuation``. By default, without an `observable`, drift and fluctuation of the total
-        energy, temperature, potential energy and pressure.
+        ``KEYWORD`` or ``KEYWORD:KIND``, where the keyword is a thermo keyword, compute or variable.
+        The kind is ``mean`` (over the second half of the run, the default), ``last``, ``drift`` or
+        ``fluctuation``. Without quantities and an `observable`, the study covers drift and
+        fluctuation of the total energy, temperature, potential energy and pressure.
     observable : str, optional
-        Regular expression with one group around a number that the script prints, with ``^`` and
-        ``$`` at each line; the last match counts.
+        Regular expression with one group around a number that the script prints. ``^`` and ``$``
+        match at each line, and the last match counts.
     vary : str, optional
-        ``NAME=FROM:TO:COUNT``, the coarse end first, in equal ratios: a variable of the script; or
-        ``timestep``, ``cutoff``, ``skin`` or ``rows`` if it has none of that name. ``lastdigit``
-        and ``ranks=1,2,4`` compare runs instead. By default the script's step, from twice to a
-        quarter.
+        ``NAME=FROM:TO:COUNT``, with the coarse end first and equal ratios between the values. The
+        name is a variable of the script, or ``timestep``, ``cutoff``, ``skin`` or ``rows`` if the
+        script has no variable of that name. ``lastdigit`` and ``ranks=1,2,4`` compare runs instead.
+        By default, the study varies the script's step from twice to a quarter of it.
     fix : sequence of str, optional
-        ``NAME=VALUE,VALUE``: the ladder is repeated at each of these values of another variable.
+        ``NAME=VALUE,VALUE``. The ladder is repeated at each of these values of another variable.
     seeds : int, optional
-        Number of runs per rung, each with its own random numbers: by the variable ``seed``, or else
-        by the seeds in the script. The reference is then the mean over seeds.
+        Number of runs per rung, each with its own random numbers. The runs differ in the variable
+        ``seed``, or otherwise in the seeds in the script. The reference is then the mean over
+        seeds.
     phases : int, optional
         Number of nearby values per rung, within 2 %. Nearby steps have different random forces.
     tolerance : float, optional
@@ -171,23 +172,23 @@ def timestep_study(
     scale_periods : bool, optional
         Keep the simulated time of periods that the script counts in steps.
     lmp : str, optional
-        Command of LAMMPS; by default from this environment, or else from the PATH.
+        Command of LAMMPS; by default from this environment or otherwise from the PATH.
     timeout : float, optional
         Largest wall-clock time of one run, in seconds.
     progress : callable, optional
-        Called with the name of a part and the fraction done.
+        Function that is called with the name of the current part and the finished fraction.
 
     Returns
     -------
     ScriptStudy
-        Verdicts, values with their bars, costs, and the advice.
+        Verdicts, values with their error bars, costs, and the advice.
 
     Raises
     ------
     InputError
-        If an option makes no sense, or the script does not use a variable.
+        If an option is invalid, or if the script does not use a given variable.
     ScriptRunError
-        If the finest run fails, or fewer than four rungs run.
+        If the finest run fails, or if fewer than four rungs run.
 
     Examples
     --------
@@ -219,8 +220,8 @@ def timestep_study(
     ]
     if compared and unused:
         raise InputError(
-            f"--vary {varied.switch[0]} compares runs at the script's own step and does not "
-            f"use {', '.join(unused)}. Drop one or the other"
+            f"--vary {varied.switch[0]} compares runs at the script's own step and "
+            f"does not use {', '.join(unused)}. Leave out one or the other"
         )
     command = _command(lmp)
     files = list_files(text.path.resolve().parent)
@@ -295,7 +296,7 @@ def _words(
     scale_periods: bool,
     lmp: str | None,
 ) -> tuple[str, ...]:
-    """Return the words of a study's command, without its ladder and runs per rung."""
+    """Return the words of a study's command without the ladder and the runs per rung."""
     words = ["chaincor", "timestep", str(script), *quantities]
     words += [] if observable is None else ["--observable", observable]
     words += [word for each in fix for word in ("--fix", each)]
@@ -308,8 +309,8 @@ def _with_step(runner: Runner, varied: Varied) -> tuple[Varied, list[tuple[float
     """
     Find the script's own step by an unchanged run, if the step is varied.
 
-    If no ladder was given, it begins at the coarsest step that a run survives. Failed runs are
-    returned with their steps.
+    If no ladder was given, the ladder begins at the coarsest step at which a run does not fail.
+    Failed runs are returned with their steps.
     """
     if varied.kind != "step":
         return varied, []
@@ -320,14 +321,14 @@ def _with_step(runner: Runner, varied: Varied) -> tuple[Varied, list[tuple[float
     if own is not None and own <= 0.0:
         raise runner.error("as it stands", f"its timestep is {own:g}. Set a timestep above 0")
     if own is None or (run.failure and (run.crash is None or run.crash.step is None)):
-        # The run failed before its first step, so another step would not help.
+        # A run that failed before its first step would also fail at another step.
         said = run.failure or "it has no run, so that no step can be varied"
         raise runner.error("as it stands", said)
     failed = [(own, run)] if run.failure else []
     if ladder is None:
         ladder = ladder_around(own, 1.0 if failed else 2.0)
         for _ in range(_HALVINGS):
-            # The script's own step has run already.
+            # The script's own step has already run.
             coarse = run if ladder.coarse == own else _at_step(runner, own, ladder.coarse)
             if not coarse.failure:
                 break
@@ -351,7 +352,7 @@ def _at_step(runner: Runner, own: float, step: float) -> ScriptRun:
 
 
 def _step_counts(varied: Varied) -> tuple[StepCount, ...]:
-    """Return the commands that count steps, if the step is varied."""
+    """Return the commands of the script that count steps, if the step is varied."""
     ladder = varied.values
     if ladder is None or ladder.name != STEP:
         return ()

@@ -1,4 +1,4 @@
-"""Files of a script study: JSON, runs as CSV, figure, page."""
+"""Write the files of a script study: JSON, runs as CSV, figure, page."""
 
 from pathlib import Path
 from typing import Any
@@ -20,22 +20,24 @@ _ERRORS, _DISTANCES = "work_precision", "distances"
 REPORT = StudyReport(
     name="timestep",
     package="chaincor.workflows.scripts",
-    tables={"runs.csv": "each run: the variable, the numbers found, its time"},
+    tables={"runs.csv": "each run: value of the varied quantity, numbers, time"},
     figures={
         _ERRORS: (
             "Error along the ladder",
-            "Each mark is a run: how far its number is from the best value. Lines are the error "
-            "that a run keeps and, where the error is regular, the fitted power; crosses stand "
-            "where a run failed.",
+            "Each mark shows how far the number of one run is from the best value. "
+            "Lines show the largest error of one run and, if the error is regular, "
+            "the fitted power. Crosses mark values at which a run failed.",
         ),
         _DISTANCES: (
             "Distance of the runs",
-            "Root-mean-square distance of the particles of two runs, in distances of neighbours, "
-            "against time. Above the grey line the runs have parted.",
+            "The curve shows the root-mean-square distance of the particles of two "
+            "runs against time, in distances of neighbours. Above the grey line "
+            "the runs have parted.",
         ),
     },
 )
-# Fields of each part of a study in JSON. A pair is the key and the name of the field.
+# These are the fields of each part of a study in JSON. A pair gives the key and the name of the
+# field.
 _VERDICT = ("reason", "order", "order_error", "value", "value_error")
 _NUMBER = ("standard_error", "resolution", "tolerance", "tolerance_reason")
 _VARY = {"name": "name", "from": "coarse", "to": "fine", "count": "rungs"}
@@ -81,7 +83,7 @@ def script_study_to_dict(study: ScriptStudy) -> dict[str, Any]:
 
 
 def _use(study: ScriptStudy) -> dict[str, Any] | None:
-    """Return the value to use on the first ladder and the number of runs, as of the summary."""
+    """Return the value to use on the first ladder and the number of runs, as in the summary."""
     use = answer_of(study, study.ladders[0]).use if study.ladders else None
     return None if use is None else {"value": use.value, "runs": use.runs}
 
@@ -137,7 +139,7 @@ def _number_dict(study: ScriptStudy, each: ScriptLadder, answer: NumberAnswer) -
 
 
 def _compared(comparisons: tuple[PartingComparison, ...]) -> list[dict[str, Any]]:
-    """Return the numbers of compared runs, with the same keys as on a ladder."""
+    """Return the numbers of compared runs with the keys of a ladder."""
     words = {True: "agrees", False: "differs", None: "cannot tell"}
     return [
         {
@@ -183,7 +185,7 @@ def _parting(each: PartingComparison) -> dict[str, Any]:
 
 
 def write_script_study(study: ScriptStudy, folder: Path) -> None:
-    """Write a study: a page and its JSON, ``runs.csv``, the figure as PNG and SVG."""
+    """Write a study: a page, JSON, ``runs.csv``, and the figure as PNG and SVG."""
     from chaincor.workflows.scripts.figure import has_figure, plot_script_study
 
     plain = stamped(script_study_to_dict(study))
@@ -199,7 +201,7 @@ def write_script_study(study: ScriptStudy, folder: Path) -> None:
 
 
 def _page(study: ScriptStudy, plain: dict[str, Any]) -> dict[str, Any]:
-    """Return the content of the page besides the common parts of study pages."""
+    """Return the content of the page that other study pages do not have."""
     vary = study.ladder
     words = [
         [(number.name, told(study, each, number)) for number in each.numbers]

@@ -1,4 +1,4 @@
-"""Default tolerances of numbers, with their reasons."""
+"""Choose default tolerances of numbers, with their reasons."""
 
 import math
 from typing import NamedTuple
@@ -10,9 +10,10 @@ from chaincor.lammps_inputs.arrays import Array
 from chaincor.workflows.scripts.quantities import Quantity
 from chaincor.workflows.scripts.samples import Samples
 
-# Tolerances over a standard deviation, kT per degree of freedom, and a printed number.
+# Default tolerances are these fractions of a standard deviation, of kT per degree of freedom, and
+# of a printed number.
 _OF_SPREAD, _OF_KT, _OF_NUMBER = 0.1, 1e-4, 1e-3
-# Relative spread of samples below which they count as constant.
+# Samples with a smaller relative spread count as constant.
 _ROUNDING = 1e-12
 
 
@@ -29,11 +30,12 @@ def default_tolerance(
     """
     Return the default tolerance of a number; None if the ladder gives no value.
 
-    The default is a tenth of the quantity's standard deviation, within runs and between them. For
-    the fluctuation of an energy it is a tenth of the standard deviation of the kinetic energy; for
-    fluctuation and drift of an energy 1e-4 kT per degree of freedom, if that is more. For a printed
-    or constant number it is a thousandth of the number, or of its largest result if the number is 0
-    within its error. `runs` are the samples on the finest rung, `results` all results.
+    The default is a tenth of the quantity's standard deviation, within runs and between runs. For
+    the fluctuation of an energy, it is a tenth of the standard deviation of the kinetic energy. For
+    the fluctuation and the drift of an energy, it is at least 1e-4 kT per degree of freedom. For a
+    printed or constant number, it is a thousandth of the number, or of its largest result if the
+    number is 0 within its error. `runs` are the samples on the finest rung, and `results` are all
+    results.
     """
     if verdict.value is None or not np.all(np.isfinite(verdict.promised)):
         return None
@@ -45,7 +47,7 @@ def default_tolerance(
         return number
     what = "ke" if quantity.is_energy_change and quantity.kind == "fluctuation" else ""
     within = float(np.median([each.spread(quantity, what) for each in runs]))
-    # Short runs hardly vary within themselves, but from one to the next.
+    # Quantities of short runs hardly vary within a run, but vary from one run to the next.
     between = 0.0 if what else float(np.std(results[-1], ddof=1))
     of = "the standard deviation of the kinetic energy" if what else "its standard deviation"
     found = Tolerance(_OF_SPREAD * math.hypot(within, between), f"a tenth of {of}")

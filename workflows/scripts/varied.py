@@ -1,4 +1,4 @@
-"""Variation of a study: its ladder, runs per rung, and other differences."""
+"""Read what a study varies: its ladder, runs per rung, and other differences."""
 
 import random
 import re
@@ -22,18 +22,18 @@ from chaincor.workflows.scripts.vary_options import (
 SEED = "seed"
 DEFAULT_PHASES, PRINTED_PHASES = 4, 8
 LAST_DIGIT, RANKS, RESTART, SWITCH = "lastdigit", "ranks", "restart", "switch"
-# Kinds of variation that compare runs with the first one.
+# These kinds of variation compare each run with the first run.
 COMPARED = (LAST_DIGIT, RANKS, RESTART, SWITCH)
 _ROWS = "rows"
 _SETTINGS = ("cutoff", "skin", _ROWS)
 _MOST_PHASES = 100
-# Seeds are far apart, because simple generators begin alike for close seeds.
+# Seeds are chosen far apart, because simple generators begin alike for close seeds.
 _SEEDS = range(1, 9_999_999)
 
 
 @dataclass(frozen=True)
 class Varied:
-    """Differences between the runs of a study."""
+    """Description of how the runs of a study differ."""
 
     script: ScriptText
     #: ``step``, ``variable`` of the script, ``setting`` of its commands, or one of COMPARED.
@@ -53,13 +53,13 @@ class Varied:
 
     @property
     def ladder(self) -> Ladder:
-        """Ladder of the study, which must have one."""
+        """Ladder of a study that has one."""
         assert self.values is not None
         return self.values
 
     @cached_property
     def own_seed(self) -> bool:
-        """Whether the script has a variable ``seed`` that takes the seeds."""
+        """Whether the seeds are values of the script's variable ``seed``."""
         return _has_variable(self.script, SEED)
 
     @cached_property
@@ -67,19 +67,19 @@ class Varied:
         """
         Whether thermostats and similar commands get other random numbers in each run.
 
-        Otherwise the random forces of nearby steps would hardly differ.
+        With the same random numbers, the random forces of nearby steps would hardly differ.
         """
         named = self.values is not None and self.script.mentions(self.values.name, of=STEP)
         return not self.seeds and (self.kind == "step" or named)
 
     def value(self, rung: int, column: int) -> float:
-        """Return the value that one run has."""
+        """Return the value of the varied quantity in one run."""
         return self.ladder.value(rung, column, self.columns)
 
     def change(
         self, fixed: dict[str, str], rung: int, column: int, *, again: bool = False
     ) -> Change:
-        """Return the change of one run of a rung; `again` means the first value, another seed."""
+        """Return the change of one run; `again` repeats the first value with another seed."""
         value = self.value(rung, column)
         given = {self.ladder.name: self.ladder.text(value)}
         seed = self.seeds[1 if again else column] if self.seeds else None
@@ -96,7 +96,7 @@ class Varied:
         )
 
     def check_names(self) -> None:
-        """Raise InputError if a variable is given twice, or if the script does not have it."""
+        """Raise InputError if a variable is given twice or is missing in the script."""
         names = list(self.fixed[0])
         if self.kind == "variable":
             names.append(self.ladder.name)
@@ -124,20 +124,20 @@ def read_varied(
     scale_periods: bool,
 ) -> Varied:
     """
-    Read the options of the variation.
+    Read the options that say what varies.
 
     `printed` says whether the script prints the number. Raises InputError if an option is invalid,
     or if the script does not use a variable.
     """
     if by_seeds := re.fullmatch(r"seed(?:=(\d{1,3}))?", vary or "", re.ASCII):
-        # ``seed=N`` is the ladder of steps with N seeds per rung.
+        # ``seed=N`` means the ladder of steps with N seeds per rung.
         if seeds is not None:
-            raise InputError("--vary seed and --seeds are the same. Drop one")
+            raise InputError("--vary seed and --seeds mean the same. Leave out one of them")
         vary, seeds = None, int(by_seeds[1] or 2 * DEFAULT_PHASES)
     if seeds is not None and phases is not None:
         raise InputError(
-            "--seeds and --phases exclude each other, because each seed has a phase of its "
-            "own. Drop one"
+            "--seeds and --phases exclude each other, because each seed has its "
+            "own phase. Leave out one of them"
         )
     columns = PRINTED_PHASES if printed and vary is not None else DEFAULT_PHASES
     columns = next((given for given in (seeds, phases) if given is not None), columns)
@@ -173,7 +173,7 @@ def _kind(script: ScriptText, vary: str | None) -> str:
     if vary is None:
         return "step"
     name = vary.partition("=")[0]
-    # A variable that is used but never set is set by -var.
+    # The option -var can set a variable that the script uses but never sets.
     if _has_variable(script, name) or (name in (STEP, *_SETTINGS) and script.mentions(name)):
         return "variable" if read_switch(vary) is None else SWITCH
     if name in _SETTINGS:

@@ -1,4 +1,4 @@
-"""The values of ``--vary`` and ``--fix``, read and checked."""
+"""Read and check the values of ``--vary`` and ``--fix``."""
 
 import math
 import re
@@ -10,13 +10,13 @@ from chaincor.lammps_inputs.errors import InputError
 from chaincor.workflows.scripts.ladder import Ladder
 
 _MOST_RUNGS, _MOST_FIXED, _MOST_RANKS = 40, 100, 64
-# Smallest ratio of the ends that shows an order.
+# The ends of a ladder must differ by at least this factor to show an order.
 _LEAST_SPAN = 2.0
-# Values are whole numbers if both ends are whole numbers of at least this size.
+# If both ends are whole numbers of at least this size, all values are whole numbers.
 _LEAST_COUNT = 100
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]{0,63}", re.ASCII)
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d{1,3})?", re.ASCII)
-# Values of a switch: a range of at most three whole numbers, or a list.
+# The values of a switch are a range of at most three whole numbers, or a list.
 _SWITCH = re.compile(
     r"(?P<name>\w+)=(?:(?P<low>\d{1,3}):(?P<high>\d{1,3}):(?P<count>[23])"
     r"|(?P<each>\d{1,3}(?:,\d{1,3})+))",
@@ -26,7 +26,7 @@ _SWITCH = re.compile(
 
 def read_ladder(text: str) -> Ladder:
     """
-    Read ``NAME=FROM:TO:COUNT``, FROM the coarse end and TO the fine one.
+    Read ``NAME=FROM:TO:COUNT``, where FROM is the coarse end and TO the fine end.
 
     Raises InputError for other text.
     """
@@ -56,10 +56,10 @@ def read_ladder(text: str) -> Ladder:
 
 def in_whole_numbers(ladder: Ladder) -> Ladder:
     """
-    Return a ladder whose values are whole numbers.
+    Return a ladder with whole numbers as values.
 
-    Raises InputError if its ends are not whole numbers, or have fewer whole numbers than rungs
-    between them.
+    Raises InputError if the ends are not whole numbers, or if there are fewer whole numbers between
+    them than rungs.
     """
     counts = replace(ladder, counts=True)
     values = {counts.value(rung, 0, 1) for rung in range(ladder.rungs)}
@@ -77,7 +77,7 @@ def in_whole_numbers(ladder: Ladder) -> Ladder:
 
 
 def read_switch(vary: str) -> tuple[str, ...] | None:
-    """Return the values of ``NAME=0:1:2`` or ``NAME=0,1``; None for anything else."""
+    """Return the values of ``NAME=0:1:2`` or ``NAME=0,1``, or None for other text."""
     found = _SWITCH.fullmatch(vary)
     if found is None:
         return None
@@ -96,7 +96,7 @@ def read_switch(vary: str) -> tuple[str, ...] | None:
 
 def read_fixed(texts: tuple[str, ...]) -> list[dict[str, str]]:
     """
-    Read ``NAME=VALUE,VALUE`` options and return every combination, as text for LAMMPS.
+    Read ``NAME=VALUE,VALUE`` options, and return all combinations as text for LAMMPS.
 
     Raises InputError for other text, and if a variable is named twice.
     """
@@ -120,7 +120,7 @@ def read_fixed(texts: tuple[str, ...]) -> list[dict[str, str]]:
 
 
 def read_ranks(vary: str) -> tuple[int, ...]:
-    """Read ``ranks=1,2,4``; raises InputError for anything else."""
+    """Read ``ranks=1,2,4``; raise InputError for other text."""
     text = vary.partition("=")[2]
     if not re.fullmatch(r"\d{1,2}(,\d{1,2})+", text, re.ASCII):
         raise InputError(f"--vary is {vary!r}. Give at least two numbers of processes: ranks=1,2,4")

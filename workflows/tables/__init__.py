@@ -1,1 +1,1 @@
-"""Check of bond, angle, dihedral and pair tables of any LAMMPS user."""
+"""Check bond, angle, dihedral and pair tables for LAMMPS."""

@@ -9,9 +9,10 @@ from chaincor.lammps_inputs.arrays import Array
 from chaincor.workflows.tables.judge import Errors, Judge
 from chaincor.workflows.tables.lammps_curve import Style
 
-# Rows on both sides of the worst place that are searched for rounding and noise.
+# Rounding and noise are searched in this many rows on both sides of the worst place.
 _ENDS = 8
-# Noise is the cause from this part of an error on, because noise moves the polynomials as well.
+# Noise is the cause of an error if it makes up at least this fraction of it. The fraction is small,
+# because noise also changes the polynomials.
 _NOISY = 0.3
 
 
@@ -24,7 +25,7 @@ class TableFaultCause(NamedTuple):
 
 
 def cause_of_error(judge: Judge, errors: Errors, style: Style, rows: int) -> TableFaultCause:
-    """Return why LAMMPS's force is wrong at the worst place, apart from contradictions."""
+    """Return why LAMMPS's force is wrong at the worst place, if no contradiction is the cause."""
     k = int(np.argmax(np.maximum(errors.interpolation + errors.unsure, errors.scatter)))
     place, size = float(errors.at[k]), float(errors.size[k])
     near = f"near {place:.4g}"
@@ -35,7 +36,7 @@ def cause_of_error(judge: Judge, errors: Errors, style: Style, rows: int) -> Tab
         return gap
     t = judge.table
     if not t.has_forces:
-        text = f"{len(t.lengths)} rows of energies leave the force open {near}"
+        text = f"{len(t.lengths)} rows of energies do not determine the force {near}"
         return TableFaultCause("rows", text, "Give more rows, or forces.")
     error = errors.largest
     for slopes in (_slopes_of_rows(judge),):
@@ -103,7 +104,7 @@ def _of_scatter(judge: Judge, place: float, scatter: float, near: str) -> TableF
 
 
 def rounded_lengths(x: Array) -> bool:
-    """Return whether lengths are a uniform grid that was rounded."""
+    """Return whether the lengths are a rounded uniform grid."""
     steps = np.diff(x)
     even = float(np.mean(steps))
     return bool(1e-6 * even < np.max(np.abs(steps - even)) < 1.01 * even and len(x) > _ENDS)
@@ -111,7 +112,7 @@ def rounded_lengths(x: Array) -> bool:
 
 def _gap(judge: Judge, place: float) -> TableFaultCause | None:
     """
-    Return a cause if rows are missing near a place, else None.
+    Return the cause that rows are missing near a place, or None.
 
     Rows are missing if a step is about twice the steps on both sides.
     """
@@ -130,7 +131,7 @@ def _gap(judge: Judge, place: float) -> TableFaultCause | None:
 
 
 def _slopes_of_rows(judge: Judge) -> tuple[float, float] | None:
-    """Estimate dF/dr at both ends from the rows, for FP; None for full turns and without forces."""
+    """Estimate dF/dr at both ends for FP, or return None for full turns and without forces."""
     if judge.table.period or not judge.table.has_forces:
         return None
     x = judge.rows.padded[0]

@@ -1,4 +1,4 @@
-"""Check a bond, angle, dihedral or pair table: its rows, and LAMMPS's interpolation of them."""
+"""Check the rows of a table and LAMMPS's interpolation of them."""
 
 import math
 from dataclasses import replace
@@ -32,9 +32,9 @@ from chaincor.workflows.tables.reading import (
 from chaincor.workflows.tables.report import TableReport, percent, sentence
 
 STYLES: tuple[Style, ...] = ("spline", "linear", "lookup")
-# Largest difference of energies and forces without a tolerance, as a part of the local force.
+# Without a tolerance, energies and forces may differ by this fraction of the local force.
 CONTRADICTION = 0.01
-# Multiples of the given number of rows that are tried for a tolerance.
+# For a tolerance, these multiples of the given number of rows are tried.
 _TRIED = (1, 2, 5, 10, 20, 50, 100, 1000)
 _MOST_TRIED = 200_000
 
@@ -53,27 +53,28 @@ def check_table(
     Check a table of ``bond_style``, ``angle_style``, ``dihedral_style`` or ``pair_style table``.
 
     Forces are compared with :math:`-dE/dr`. The force that LAMMPS interpolates is compared with
-    polynomials through the neighbouring rows. Errors are parts of the local force, the largest
-    force within 5 % of the range on either side.
+    polynomials through the neighbouring rows. Errors are fractions of the local force, which is the
+    largest force within 5 % of the range on either side.
 
     Parameters
     ----------
     path : path
         The file.
     keyword : str, optional
-        The section; by default the only one.
+        Keyword of the section; by default the only section.
     style : str, optional
-        Interpolation in LAMMPS: ``spline``, ``linear`` or ``lookup``. Bitmaps ignore it.
+        Interpolation in LAMMPS: ``spline``, ``linear`` or ``lookup``. Bitmaps need no style.
     kind : str, optional
         ``bond``, ``angle``, ``dihedral`` or ``pair``; by default, header and content decide.
     tolerance : float, optional
-        Largest error to accept, as a part of the local force. Without one, few rows, few digits
-        and noise are reported only; contradictions of more than 1 % are always faults.
+        Largest allowed error, as a fraction of the local force. Without a tolerance, errors from
+        few rows, few digits and noise are reported but are no faults. Contradictions of more than 1
+        % are always faults.
     range : (float, float), optional
         Lengths or angles that particles reach. By default, the range in which the energy is less
         than 10 kT above its minimum; kT is 1 if the file names no units.
     rows : int, optional
-        Number of rows in LAMMPS's style command; by default that of the file.
+        Number of rows in LAMMPS's style command; by default the number in the file.
 
     Returns
     -------
@@ -83,7 +84,7 @@ def check_table(
     Raises
     ------
     InputError
-        If the file cannot be read, has no such section, or an option makes no sense.
+        If the file cannot be read or lacks the section, or if an option is invalid.
 
     Examples
     --------
@@ -94,7 +95,7 @@ def check_table(
     (201, (), True)
     """
     if tolerance is not None and not 0.0 < tolerance < math.inf:
-        raise InputError(f"the tolerance is {tolerance}. Give a positive part of the force")
+        raise InputError(f"the tolerance is {tolerance}. Give a positive fraction of the force")
     if style not in STYLES or (kind is not None and kind not in KINDS):
         raise InputError(
             f"the table is of style {style!r} and kind {kind!r}. Use one of "
@@ -113,12 +114,12 @@ def check_table(
         return replace(report, faults=(*faults_of_text(text), str(error)))
     kind = kind or kind_of(section)
     if style == "lookup" and kind != "pair":
-        raise InputError(f"LAMMPS has no style lookup for a {kind} table; use spline or linear")
+        raise InputError(f"LAMMPS has no style lookup for a {kind} table. Use spline or linear")
     faults = faults_of_text(text)
     if others:
         faults.append(
-            f"it has {1 + len(others)} sections named {section.keyword}, and LAMMPS reads "
-            "only the first. Give each section a keyword of its own"
+            f"it has {1 + len(others)} sections named {section.keyword}, and LAMMPS "
+            "reads only the first. Give each section its own keyword"
         )
     section = in_order(section)
     faults += faults_of_header(section, kind)
@@ -132,7 +133,7 @@ def check_table(
     )
     unusable = fault_of_values(section.header) or fault_of_numbers(section, kind)
     if unusable is not None:
-        # A header fault already reports that rows are missing.
+        # A fault of the header already says that rows are missing.
         return replace(report, faults=(*faults, unusable) if len(section.data) else tuple(faults))
     table = table_data(section, kind)
     span = float(table.lengths[-1] - table.lengths[0])
@@ -172,7 +173,7 @@ def _judged(
             "that it recomputes"
         )
     if report.largest_force == 0.0 and table.has_forces:
-        said = "all forces are 0, and all energies the same: no interaction"
+        said = "all forces are 0 and all energies are equal, so there is no interaction"
         return replace(
             report, notes=(said,), error=0.0, noise=0.0, style_error=0.0, range=(low, high)
         )
@@ -198,7 +199,7 @@ def _rounding(section: Section) -> Array:
     """
     Return half a unit of the last digit of energies and forces, of shape (rows, 2).
 
-    A zero is taken to be as exact as its neighbours.
+    A zero counts as exact as its neighbours.
     """
     units = section.least_digits[:, 1:]
     beside = np.minimum(np.roll(units, 1, axis=0), np.roll(units, -1, axis=0))
@@ -263,14 +264,15 @@ def _notes_beyond(report: TableReport, judge: Judge) -> list[str]:
     end = last_row(table)
     if end < len(table.energies) - 1:
         notes.append(
-            f"its rows are 0 from {table.lengths[end + 1]:.6g} on: there the energy jumps by "
-            f"{-table.energies[end]:.3g}, and LAMMPS's force is wrong within the rows around"
+            f"the energy jumps by {-table.energies[end]:.3g} to the zeros that "
+            f"begin at {table.lengths[end + 1]:.6g}, and LAMMPS's force is wrong "
+            "near this jump"
         )
     return notes
 
 
 def _core_error(report: TableReport, judge: Judge) -> float | None:
-    """Return the error below the range, as a part of the local force; None without rows there."""
+    """Return the error below the range over the local force, or None without rows there."""
     low = float(judge.table.lengths[0])
     if judge.table.period or not low < judge.low:
         return None
@@ -278,7 +280,7 @@ def _core_error(report: TableReport, judge: Judge) -> float | None:
 
 
 def _rows_wanted(report: TableReport, judge: Judge, limit: float, ideal: Errors) -> dict[str, int]:
-    """Return the number of rows with which each style reaches a limit, for styles that can."""
+    """Return the number of rows with which each style meets a limit, if it can."""
     table, found = judge.table, dict[str, int]()
     if table.is_bitmap or ideal.largest > limit:
         return found
@@ -305,7 +307,7 @@ def _zeros(judge: Judge) -> tuple[float, ...]:
 
 
 def _good_range(errors: Errors, limit: float) -> tuple[float, float] | None:
-    """Return the longest part of the range in which the error is below a limit."""
+    """Return the longest interval of the range in which the error is below a limit."""
     good = np.concatenate([[False], errors.whole <= limit, [False]])
     edges = np.flatnonzero(np.diff(good.astype(int)))
     starts, ends = edges[::2], edges[1::2] - 1

@@ -12,16 +12,16 @@ from chaincor.workflows.tables.lammps_run import LammpsTable, run_lammps
 from chaincor.workflows.tables.report import TableReport, percent
 
 _POINTS, _SHOWN = 1001, 12
-# Relative distance from both ends, because LAMMPS refuses the exact ends of some tables.
+# LAMMPS refuses the exact ends of some tables, so the comparison keeps this relative distance.
 _INSIDE = 1e-6
-# Distance from 0 and 180 degrees: LAMMPS raises the sine of an angle to 0.001 at least, which makes
-# forces on atoms wrong there.
+# The comparison keeps this distance from 0 and 180 degrees. Nearer to them, LAMMPS's forces on
+# atoms are wrong, because it raises the sine of an angle to at least 0.001.
 _ANGLES = 0.06
 
 
 @dataclass(frozen=True)
 class TableComparison:
-    """Forces of LAMMPS, of the model of LAMMPS, and of the neighbouring rows, within a range."""
+    """Forces from LAMMPS, from this program's model of LAMMPS, and from the neighbouring rows."""
 
     lammps: LammpsTable
     modelled: Array  #: LAMMPS's force according to `lammps_curve`.
@@ -45,7 +45,7 @@ class TableComparison:
         }
 
     def lines(self) -> list[str]:
-        """Return the lines of a short table."""
+        """Return the comparison as lines of a short table."""
         if self.lammps.error:
             return [f"LAMMPS refuses the table: {self.lammps.error}"]
         found = [f"{'r':>12} {'rows':>14} {'LAMMPS':>14} {'-dE/dr LAMMPS':>14}"]
@@ -55,8 +55,9 @@ class TableComparison:
                 f"{self.lammps.lengths[k]:>12.6g} " + " ".join(f"{x:>14.7g}" for x in numbers)
             )
         found.append(
-            f"LAMMPS is off the rows by {percent(self.error)} of the local force at most, and off "
-            f"this program's model of LAMMPS by {percent(self.model_error)}"
+            f"LAMMPS's force differs from the rows by at most {percent(self.error)} "
+            "of the local force, and from this program's model of LAMMPS by "
+            f"{percent(self.model_error)}"
         )
         return found
 
@@ -65,12 +66,12 @@ def compare_with_lammps(report: TableReport, points: int = _POINTS) -> TableComp
     """
     Run LAMMPS on a table, in the style and range of its report.
 
-    If LAMMPS refuses the table, the curves are empty and `lammps.error` holds the refusal. Raises
-    InputError if the rows are no table, and RunError if LAMMPS is missing or gives no answer.
+    If LAMMPS refuses the table, the curves are empty and `lammps.error` is its message. Raises
+    InputError if the rows form no table, and RunError if LAMMPS is missing or gives no result.
     """
     judge = report.curves
     if judge is None or report.range is None:
-        raise InputError(f"{report.path!r} holds no table to compare; see its faults")
+        raise InputError(f"{report.path!r} holds no table to compare. Correct its faults")
     table = judge.table
     low, high = report.range
     margin = max(_INSIDE * (high - low), _ANGLES if report.kind == "angle" else 0.0)

@@ -9,7 +9,7 @@ from chaincor.workflows.tables.causes import TableFaultCause, rounded_lengths
 from chaincor.workflows.tables.judge import Judge
 from chaincor.workflows.tables.lammps_curve import TableData
 
-# Common factors by which forces or energies can be wrong, most of them between units.
+# Forces or energies are often wrong by these factors, most of which convert units.
 _FACTORS = {
     "kcal and kJ": 4.184,
     "nm and Angstrom": 10.0,
@@ -25,9 +25,9 @@ _FACTORS = {
     "a factor of 100": 100.0,
     "a factor of 1000": 1000.0,
 }
-# A cause is accepted if undoing it leaves less than this part of the difference.
+# A cause is accepted if its removal leaves less than this fraction of the difference.
 _EXPLAINS = 0.1
-# Forces are a constant times the slopes if the ratio of both varies by less than this part.
+# Forces are a constant multiple of the slopes if their ratio varies by less than this fraction.
 _CONSTANT = 0.03
 # A cause holds for the whole table if it improves this part of the rows, and otherwise for the
 # longest run of rows, if there are at most so many runs.
@@ -76,7 +76,7 @@ def cause_of_contradiction(judge: Judge, wrong: Mask, where: str) -> TableFaultC
 
 
 def _difference(judge: Judge, wrong: Mask) -> float:
-    """Return how far forces differ from -dE/dr: median where wrong, plus a tenth of the mean."""
+    """Return the median difference of forces and -dE/dr where wrong, plus a tenth of the mean."""
     with np.errstate(all="ignore"):
         by_energies, by_forces, _ = judge.rows.mean_forces()
         if len(by_energies) != len(wrong):
@@ -198,7 +198,8 @@ def _of_forces(judge: Judge) -> list[_Test]:
             tests.append(_Test(cause, replace(t, forces=undone)))
     for rows in (1, -1, 2, -2, 3, -3):
         shifted = np.roll(forces, -rows)
-        # np.roll moves rows from one end to the other. They repeat the nearest moved force.
+        # np.roll moves rows from one end to the other. These rows get the nearest moved force
+        # instead.
         if rows > 0:
             shifted[-rows:] = shifted[-rows - 1]
         else:
@@ -232,7 +233,7 @@ def _of_lengths(judge: Judge) -> list[_Test]:
 
 
 def _differences_of_energies(judge: Judge, wrong: Mask) -> TableFaultCause | None:
-    """Return a cause if the forces are differences of energies to one neighbour, else None."""
+    """Return the cause that forces are differences to one neighbouring energy, or None."""
     x, energies, forces, _digits = judge.rows.padded
     slopes = -np.diff(energies) / np.diff(x)
     by_energies, by_forces, _ = judge.rows.mean_forces()

@@ -1,4 +1,4 @@
-"""Faults of the forces of a table: contradictions, outliers, end slopes, lengths without force."""
+"""Find faults of a table's forces: contradictions, outliers, end slopes, no natural length."""
 
 import numpy as np
 
@@ -11,17 +11,17 @@ from chaincor.workflows.tables.judge import Errors, Judge, last_row
 from chaincor.workflows.tables.reading import with_lengths_of_header
 from chaincor.workflows.tables.report import TableReport, sentence
 
-# Largest error, as a part of the local force, for which numbers of rows are recommended.
+# Numbers of rows are recommended for this error, as a fraction of the local force.
 TOLERANCE = 1e-3
-# Outside the range, a contradiction counts if it occurs in this many consecutive intervals and
-# exceeds this fraction of the force in each of them.
+# Outside the range, a contradiction counts if it occurs in this many consecutive intervals, in each
+# of them by more than this fraction of the force.
 _CORE_ROWS, _CORE_PART = 5, 0.1
 
 
 def contradictions(
     judge: Judge, errors: Errors, allowed: float
 ) -> tuple[TableFaultCause, str] | None:
-    """Return the cause of a contradiction of energies and forces, and a sentence; None without."""
+    """Return the cause of a contradiction and a sentence about it, or None without one."""
     if not judge.table.has_forces:
         return None
     x = judge.rows.padded[0]
@@ -72,7 +72,7 @@ def other_faults(report: TableReport, judge: Judge, section: Section) -> list[st
 
 
 def _fault_of_natural_length(natural: float, judge: Judge) -> list[str]:
-    """Return a fault if EQ is far from all zeros of the force."""
+    """Return a fault if EQ is far from every zero of the force, or None."""
     x, forces = judge.table.lengths, judge.table.forces
     if not x[0] <= natural <= x[-1]:
         return []

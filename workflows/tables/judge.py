@@ -1,4 +1,4 @@
-"""Compute the error of LAMMPS's force at each place, as a part of the local force."""
+"""Compute the error of LAMMPS's force along a table, as a fraction of the local force."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -10,23 +10,23 @@ from chaincor.lammps_inputs.bonds.table_rows import LEAST_ROWS
 from chaincor.workflows.tables.lammps_curve import LammpsCurve, Style, TableData, lammps_curve
 from chaincor.workflows.tables.neighbours import Neighbours
 
-# Particles rarely climb higher than so many kT above the minimum.
+# Particles rarely climb higher than this many kT above the minimum.
 THERMAL_ENERGIES = 10.0
-# The local force is the largest force within WINDOW of the range on both sides, and at least
-# LEAST_FORCE of the largest force of the range.
+# The local force is the largest force within WINDOW of the range on both sides. It is at least
+# LEAST_FORCE of the largest force in the range.
 WINDOW = 0.05
 LEAST_FORCE = 1e-3
 _BINS = 200
-# Number of places between two rows at which errors are computed, and about the most in all.
+# Errors are computed at this many points between two rows, and at about this many points in all.
 _PLACES, _MOST_PLACES = 8, 400_000
-# Rows on both sides over which scatter and contradictions are averaged or maximized.
+# Scatter and contradictions are averaged or maximized over this many rows on both sides.
 _BESIDE = 3
-# The mean of seven errors of random sign rarely exceeds this many times the largest scatter.
+# The mean of seven errors of random sign rarely exceeds this multiple of the largest scatter.
 _MEAN_OF_NOISE = 1.5
 # In this many rows at each end, polynomials amplify noise by this factor.
 _END_ROWS, _MOVED_AT_ENDS = 2, 6.0
-# Rounding scatters by 0.29 units of the last digit. Numbers count as exact if their median
-# scatter is below this fraction of half a unit of the last digit.
+# Rounding scatters numbers by 0.29 units of the last digit. Numbers count as exact if their median
+# scatter is below this fraction of half a unit.
 _EXACT = 0.05
 
 
@@ -34,8 +34,8 @@ def judged_range(table: TableData, thermal: float) -> tuple[float, float]:
     """
     Return the range in which the energy is less than 10 kT above its minimum.
 
-    For pairs, the limit is at least the energy of the last row. The last rows before a cutoff are
-    left out if the energy jumps there. The range has at least four rows.
+    For pairs, the limit is at least the energy of the last row. If the energy jumps at the
+    cutoff, the last rows before it are left out. The range has at least four rows.
     """
     end = last_row(table)
     if end < len(table.energies) - 1 and not table.is_bitmap:
@@ -67,9 +67,10 @@ def judged_range(table: TableData, thermal: float) -> tuple[float, float]:
 
 def _reached(energies: Array, height: float) -> int:
     """
-    Return the first row that pairs reach from outside without climbing more than `height`.
+    Return the first row that a pair reaches from outside without climbing by more than `height`.
 
-    Rows behind a higher barrier, such as placeholders at the origin, cannot hold the minimum.
+    Rows behind a higher barrier, such as placeholders near the origin, do not count for the
+    minimum.
     """
     inwards = energies[::-1]
     limits = np.maximum(np.minimum.accumulate(inwards) + height, inwards[0])
@@ -84,7 +85,7 @@ def _crossing(x: Array, energies: Array, outside: int, inside: int, limit: float
 
 @dataclass(frozen=True)
 class Errors:
-    """Errors of the force at places of a range, as parts of the local force."""
+    """Errors of the force along a range, as fractions of the local force."""
 
     at: Array  #: Lengths or angles.
     size: Array  #: Local force, in the unit of the file.
@@ -95,7 +96,7 @@ class Errors:
 
     @cached_property
     def whole(self) -> Array:
-        """Total error at each place."""
+        """Total error of the force at each place."""
         return np.maximum(self.interpolation + self.unsure, self.scatter) + self.contradiction
 
     @property
@@ -111,7 +112,7 @@ class Errors:
 
 @dataclass(frozen=True)
 class Judge:
-    """Table with the range in which its forces are judged."""
+    """Judge of a table's forces within a range."""
 
     table: TableData
     digits: Array  #: Half a unit of the last digit of energies and forces; of shape (rows, 2).
@@ -129,7 +130,7 @@ class Judge:
         return Neighbours(short, self.digits[kept])
 
     def size_at(self, at: Array, low: float | None = None, high: float | None = None) -> Array:
-        """Return the local force at each place: the largest force nearby within a range."""
+        """Return the local force at each place, which is the largest force near it."""
         low, high = self.low if low is None else low, self.high if high is None else high
         x, _, forces, _ = self.rows.padded
         if not self.table.has_forces:
@@ -152,11 +153,11 @@ class Judge:
     @cached_property
     def differences(self) -> tuple[Array, Array]:
         """
-        Differences of the mean forces from energies and from forces, and their systematic part.
+        Differences of mean forces, from energies and from forces, and their systematic part.
 
-        Both have the shape (rows - 1,) and the unit of force. Noise averages out, so the systematic
-        part is the mean over seven neighbours, less the part that rounding, spacing of rows and
-        noise explain.
+        Both arrays have the shape (rows - 1,) and the unit of force. The systematic part is the
+        mean over seven neighbours, in which noise averages out, less the contribution of rounding,
+        spacing of rows and noise.
         """
         if not self.table.has_forces:
             nothing = np.zeros(len(self.rows.padded[0]) - 1)
@@ -184,12 +185,12 @@ class Judge:
         own = np.nan_to_num(self.rows.scatter(), nan=0.0, posinf=0.0)
         largest: Array = _windows(own, 2 * _BESIDE + 1).max(axis=1)
         rounding = self.rows.padded[3][:, 1]
-        # Some numbers are exact with few digits. They have no rounding error.
+        # Numbers that are exact with few digits have no rounding error.
         is_rounded = np.median(own) > _EXACT * np.median(rounding)
         return np.maximum(largest, rounding) if is_rounded else largest
 
     def places(self, low: float, high: float) -> Array:
-        """Return the places of a range where errors are computed: rows and points between them."""
+        """Return the places in a range for the errors: rows and points between rows."""
         x = self.table.lengths
         inside = x[(x > low) & (x < high)]
         edges = np.concatenate([[low], inside, [high]])
@@ -205,7 +206,7 @@ class Judge:
     def errors(
         self, style: Style, rows: int, low: float | None = None, high: float | None = None
     ) -> Errors:
-        """Return the errors in a range, by default from `low` to `high` of the judge."""
+        """Return the errors in a range, which is the judge's own by default."""
         low, high = self.low if low is None else low, self.high if high is None else high
         at = self.places(low, high)
         size = self.size_at(at, low, high)
@@ -217,7 +218,8 @@ class Judge:
         with np.errstate(all="ignore"):
             missed = np.abs(self.curve(style, rows).force(at) - best)
         scatter = np.maximum(self.scatter[between], self.scatter[between + 1])
-        # Noise also moves the polynomials, most near the ends. It is subtracted to count once.
+        # Noise also changes the polynomials, most of all near the ends. It is subtracted here, so
+        # that it counts only once.
         is_end = (between < _END_ROWS) | (between >= len(x) - 1 - _END_ROWS)
         moved = np.where(is_end & (self.table.period == 0.0), _MOVED_AT_ENDS, 1.0) * scatter
         missed = np.clip(missed - moved, 0.0, None)
@@ -228,7 +230,7 @@ class Judge:
 
 
 def last_row(table: TableData) -> int:
-    """Return the last row before the zeros beyond a pair's cutoff, or the last row of all."""
+    """Return the last row before a pair's zeros beyond the cutoff, or the last row."""
     rows = np.flatnonzero((table.energies != 0.0) | (table.forces != 0.0))
     last = len(table.energies) - 1
     if table.kind != "pair" or not len(rows) or rows[-1] < LEAST_ROWS:
@@ -237,6 +239,6 @@ def last_row(table: TableData) -> int:
 
 
 def _windows(values: Array, width: int) -> Array:
-    """Return a window of `width` values around each value, of shape (values, width)."""
+    """Return a window of `width` values around each value, as shape (values, width)."""
     padded = np.pad(values, width // 2, mode="reflect" if len(values) > width // 2 else "edge")
     return np.lib.stride_tricks.sliding_window_view(padded, width)

@@ -19,9 +19,9 @@ TableKind = Literal["bond", "angle", "dihedral", "pair"]
 Style = Literal["linear", "spline", "lookup", "bitmap"]
 Function = Callable[[Array], Array]
 
-# LAMMPS ignores an end slope beyond this, and sets the curvature to zero instead.
+# LAMMPS ignores a larger end slope, and sets the curvature to zero there instead.
 _NO_SLOPE = 0.99e30
-# Without FPRIME, LAMMPS computes the end slopes of a pair's F/r over this part of a bin.
+# Without FPRIME, LAMMPS computes the end slopes of a pair's F/r over this fraction of a bin.
 _SECANT = 0.1
 
 
@@ -53,7 +53,7 @@ class LammpsCurve:
 
 def lammps_curve(table: TableData, style: Style, rows: int) -> LammpsCurve:
     """
-    Return energy and force of a table in LAMMPS, interpolated by `style` in `rows` rows.
+    Return LAMMPS's energy and force of a table, interpolated by `style` in `rows` rows.
 
     Lengths have the unit of the file. Sources: ``bond_table.cpp``, ``angle_table.cpp``,
     ``dihedral_table.cpp`` and ``pair_table.cpp`` of LAMMPS.
@@ -117,11 +117,11 @@ def _pair(
 
 
 def _bitmap(table: TableData) -> LammpsCurve:
-    """Interpolate F/r linearly in r^2; the last bin continues the slope of the bin before."""
+    """Interpolate F/r linearly in r^2; the last bin has the slope of the bin before it."""
     nodes, over_r = table.lengths**2, table.forces / table.lengths
 
     def between(values: Array) -> Function:
-        # LAMMPS holds r^2 of the places and of the nodes in single precision.
+        # LAMMPS stores r^2, of the places and of the nodes, in single precision.
         def value(at: Array) -> Array:
             q = (at * at).astype(np.float32).astype(float)
             k = np.clip(np.searchsorted(nodes, q, side="right") - 1, 0, len(nodes) - 1)

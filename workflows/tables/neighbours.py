@@ -1,4 +1,4 @@
-"""Estimate forces and their scatter by polynomials through neighbouring rows of a table."""
+"""Estimate forces and their scatter by polynomials through neighbouring rows."""
 
 import math
 from dataclasses import dataclass
@@ -9,8 +9,8 @@ import numpy as np
 from chaincor.lammps_inputs.arrays import Array, Indices, Mask
 from chaincor.workflows.tables.lammps_curve import TableData
 
-# Numbers of rows in polynomials, from fine to coarse: through forces alone, and through energies
-# and forces.
+# Polynomials go through these numbers of rows, from fine to coarse: first through forces alone,
+# then through energies and forces.
 _OF_FORCES = (8, 6, 4)
 _OF_BOTH = (4, 3, 2)
 _EPSILON = 2.0**-52
@@ -20,7 +20,7 @@ def newton(z: Array, y: Array, slopes: Array | None) -> Array:
     """
     Return divided differences of the values y at nodes z, of shape (polynomials, nodes).
 
-    `slopes`, of the same shape, replaces the first difference of equal neighbouring nodes.
+    `slopes`, of the same shape, replaces the first difference between equal nodes.
     """
     c = y.copy()
     found = [c[:, :1]]
@@ -35,7 +35,7 @@ def newton(z: Array, y: Array, slopes: Array | None) -> Array:
 
 
 def horner(z: Array, c: Array, at: Array) -> tuple[Array, Array]:
-    """Return values and slopes of Newton polynomials, each at one place."""
+    """Return the value and the slope of each Newton polynomial at its own place."""
     value, slope = c[:, -1], np.zeros(len(at))
     for j in range(c.shape[1] - 2, -1, -1):
         gap = at - z[:, j]
@@ -53,7 +53,7 @@ class Neighbours:
 
     @cached_property
     def padded(self) -> tuple[Array, Array, Array, Array]:
-        """Lengths, energies, forces and rounding; dihedrals continue periodically at both ends."""
+        """Lengths, energies, forces and rounding, continued periodically for dihedrals."""
         t = self.table
         if not t.period:
             return t.lengths, t.energies, t.forces, self.digits
@@ -101,9 +101,9 @@ class Neighbours:
 
     def forces_at(self, at: Array, trusted: Mask) -> tuple[Array, Array]:
         """
-        Return the best force at each place, and the difference of two polynomial orders.
+        Return the best force at each place, and its difference between two polynomial orders.
 
-        `trusted` says for each place whether energies may be used in addition to forces.
+        `trusted` says, for each place, whether the energies may be used as well.
         """
         with np.errstate(all="ignore"):
             if not self.table.has_forces:
@@ -121,10 +121,10 @@ class Neighbours:
 
     def mean_forces(self) -> tuple[Array, Array, Array]:
         """
-        Return mean forces between rows from energies and from forces, and their allowed difference.
+        Return mean forces between rows, from energies and from forces, and the allowed difference.
 
-        Each has the shape (rows - 1,). The allowed difference is the sum of rounding errors and of
-        the differences between polynomial orders.
+        Each array has the shape (rows - 1,). The allowed difference is the sum of the rounding
+        errors and of the differences between polynomial orders.
         """
         x, energies, _, digits = self.padded
         places, weights = np.polynomial.legendre.leggauss(4)
@@ -147,13 +147,14 @@ class Neighbours:
         """
         Return how far each force differs from the neighbouring rows, of shape (rows,).
 
-        The scale is such that independent errors of the forces give their standard deviation.
+        For independent errors of the forces, the result is their standard deviation.
         """
         x, _, forces, _ = self.padded
         by_forces, share = self.left_out(6)
         scatter = np.abs(forces - by_forces) / share
         if len(x) >= 5:
-            # Energies of five rows, and forces of all these rows but the one that is judged.
+            # Each force is judged by the energies of five rows and the forces of the other four
+            # rows.
             rows = np.clip(np.arange(len(x))[:, None] - 2, 0, len(x) - 5) + np.arange(5)
             middle = np.arange(len(x))[:, None] - rows[:, :1]
             scatter = np.minimum(scatter, self._by_four(rows, middle[:, 0]))
@@ -162,7 +163,7 @@ class Neighbours:
     @np.errstate(all="ignore")
     def _by_four(self, rows: Indices, middle: Indices) -> Array:
         """
-        Return the scatter of each force by energies of five rows and forces of the other four.
+        Return the scatter of each force relative to five energies and the other four forces.
 
         `middle` is the position of the judged row among the five `rows`.
         """
@@ -182,7 +183,7 @@ class Neighbours:
 
     @np.errstate(all="ignore")
     def left_out(self, count: int) -> tuple[Array, Array]:
-        """Predict each force from `count` neighbours; also return the growth of single errors."""
+        """Predict each force from `count` neighbours, and return how single errors grow."""
         x, _, forces, _ = self.padded
         count = min(count, len(x) - 1)
         n = len(x)
@@ -200,7 +201,7 @@ class Neighbours:
 
 
 def _shares() -> list[float]:
-    """Return the growth of errors in `_by_four` for equal steps, for each row that is left out."""
+    """Return, for equal steps, how errors grow in `_by_four` for each row that is left out."""
     found = []
     x = np.arange(5.0)
     for k in range(5):

@@ -1,4 +1,4 @@
-"""Read table files as LAMMPS does: sections, kinds of table, and faults that LAMMPS refuses."""
+"""Read table files as LAMMPS does, and find faults that LAMMPS refuses."""
 
 import re
 from dataclasses import replace
@@ -16,7 +16,7 @@ from chaincor.workflows.tables.lammps_curve import TableData, TableKind, bitmap_
 
 KINDS: tuple[TableKind, ...] = ("bond", "angle", "dihedral", "pair")
 MOST_LINES = 10_000_000
-# Header words that LAMMPS knows, by kind.
+# LAMMPS knows these header words for each kind of table.
 _KNOWN: dict[TableKind, set[str]] = {
     "bond": {"N", "FP", "EQ"},
     "angle": {"N", "FP", "EQ"},
@@ -26,11 +26,11 @@ _KNOWN: dict[TableKind, set[str]] = {
 _WHOLE = 180.0
 # Part of the range at its end, whose slope tells pairs from bonds.
 _TAIL = 0.1
-# LAMMPS refuses an angle table whose ends differ from 0 and 180 degrees by more than this.
+# LAMMPS refuses an angle table if its ends differ from 0 and 180 degrees by more than this.
 _ANGLE_ENDS = 1e-10
-# LAMMPS recomputes distances from R, RSQ and BITMAP, and warns of larger relative differences.
+# LAMMPS recomputes distances from R, RSQ or BITMAP, and warns of larger relative differences.
 _SAME_LENGTH = 1e-6
-# Cubics between closer rows overflow.
+# Cubic splines through closer rows overflow.
 _NEAREST = 1e-30
 # Lines that LAMMPS cannot read, and what to do.
 _UNREADABLE = (
@@ -53,17 +53,19 @@ _THERMAL = {"lj": 1.0, "real": 0.59616, "metal": 0.025852, "electron": 9.5004e-4
 
 
 def read_text(path: Path) -> str:
-    """Return the text of a table file. Raises InputError if it cannot be read."""
+    """Return the text of a table file; raise InputError if it cannot be read."""
     try:
         refuse_endless(path)
         return path.read_bytes().decode("utf-8", "replace")
     except (OSError, ValueError) as error:
-        raise InputError(f"cannot read the table {str(path)!r}: {why_unreadable(error)}") from None
+        raise InputError(
+            f"cannot read the table {str(path)!r} ({why_unreadable(error)}). Give a readable file"
+        ) from None
 
 
 def read_sections(path: Path, keyword: str | None, text: str | None = None) -> list[Section]:
     """
-    Return the sections of a table file with a keyword; without a keyword, the only section.
+    Return the sections with a keyword, or the only section if no keyword is given.
 
     Raises InputError if the file cannot be read, if no section has the keyword, or if there are
     several sections and no keyword. Raises TableError if the file has no section or unreadable
@@ -94,7 +96,7 @@ def read_sections(path: Path, keyword: str | None, text: str | None = None) -> l
 
 
 def thermal_energy(text: str) -> tuple[float, str]:
-    """Return kT in the unit of a file, and the source of the value."""
+    """Return kT in the unit of a file, and how the value was found."""
     match = _UNITS.search(text[:1000])
     units = match.group(1) if match else ""
     if units in _THERMAL:
@@ -174,7 +176,7 @@ def in_order(section: Section) -> Section:
 
 
 def with_lengths_of_header(section: Section, kind: TableKind) -> Section:
-    """Return an ordered section with the distances that LAMMPS recomputes for a pair table."""
+    """Return an ordered section with the distances that LAMMPS recomputes for pairs."""
     if kind != "pair" or not set(section.header) & {"R", "RSQ", "BITMAP"}:
         return section
     lengths = _lengths_of_header(section)
@@ -196,7 +198,7 @@ def _lengths_of_header(section: Section) -> Array:
 
 
 def _lengths_of_bitmap(section: Section) -> Array | None:
-    """Return the distances of the rows of a bitmap in the file's order; None if LAMMPS has none."""
+    """Return the distances of a bitmap's rows in the file's order, or None if LAMMPS has none."""
     rows = len(section.data)
     bits = rows.bit_length() - 1
     if "BITMAP" not in section.header or 1 << bits != rows:
@@ -212,8 +214,8 @@ def faults_of_text(text: str) -> list[str]:
     faults = []
     if re.search(r"\r(?!\n)", text):
         faults.append(
-            "its lines end with a carriage return alone, as on old Macs; LAMMPS reads them as one "
-            "line: convert them, for example with tr '\\r' '\\n'"
+            "its lines end with a carriage return alone, so LAMMPS reads them as "
+            "one line. Convert the line ends, for example with tr '\\r' '\\n'"
         )
     for pattern, said in _UNREADABLE:
         if match := pattern.search(text):
@@ -222,7 +224,7 @@ def faults_of_text(text: str) -> list[str]:
 
 
 def faults_of_header(section: Section, kind: TableKind) -> list[str]:
-    """Return the faults of a header: against its rows, and against LAMMPS's words for this kind."""
+    """Return where a header contradicts its rows or the words that LAMMPS knows."""
     header, data = section.header, section.data
     if len(section.odd_lines) > len(data):
         if [line.split()[0] for line in section.odd_lines[:3]] == ["1", "2", "3"]:
@@ -235,7 +237,9 @@ def faults_of_header(section: Section, kind: TableKind) -> list[str]:
             "whole number: 'index length energy force'"
         ]
     if "N" not in header:
-        return ["it has no line 'N rows' before its rows, without which LAMMPS does not read it"]
+        return [
+            "LAMMPS does not read it, because no line 'N rows' precedes its rows. Add this line"
+        ]
     faults = []
     unknown = [name for name in header if name not in _KNOWN[kind]]
     if unknown:
@@ -257,8 +261,8 @@ def faults_of_header(section: Section, kind: TableKind) -> list[str]:
         )
     elif kind != "dihedral" and not section.is_parted:
         faults.append(
-            "its rows follow the line 'N rows' at once; LAMMPS skips the first row then: insert an "
-            "empty line"
+            "LAMMPS skips its first row, because no empty line follows the line 'N "
+            "rows'. Insert an empty line"
         )
     lengths = data[:, 0]
     if len(lengths) >= 2 and np.all(np.isfinite(lengths)):
@@ -274,16 +278,21 @@ def _faults_of_range(section: Section, kind: TableKind) -> list[str]:
         is_radians = abs(low) < 0.1 and abs(high - np.pi) < 0.1
         help_ = ". Convert radians to degrees, and forces as well" if is_radians else ""
         faults.append(
-            f"its angles go from {low:g} to {high:g}; LAMMPS refuses an angle table that does not "
-            f"go from 0 to 180 degrees{help_}"
+            f"its angles go from {low:g} to {high:g}, which LAMMPS refuses. Give "
+            f"angles from 0 to 180 degrees{help_}"
         )
     if kind == "dihedral":
         faults += _faults_of_turn(header, lengths)
     bounds = header.get("R") or header.get("RSQ") or header.get("BITMAP") or [low, high]
     if kind == "pair" and bounds[0] <= 0.0:
-        faults.append(f"its distances begin at {bounds[0]:g}; LAMMPS refuses 0 and less")
+        faults.append(
+            f"its distances begin at {bounds[0]:g}, which LAMMPS refuses. Give distances above 0"
+        )
     if kind == "pair" and bounds[1] <= bounds[0]:
-        faults.append(f"its range {bounds[0]:g} to {bounds[1]:g} is empty, which LAMMPS refuses")
+        faults.append(
+            f"its range {bounds[0]:g} to {bounds[1]:g} is empty, which LAMMPS "
+            "refuses. Give increasing distances"
+        )
     elif kind == "pair":
         faults += faults_of_spacing(section)
     if "EQ" in header and not low <= header["EQ"][0] <= high:
@@ -314,7 +323,7 @@ def _faults_of_turn(header: dict[str, list[float]], angles: Array) -> list[str]:
 
 
 def faults_of_spacing(section: Section) -> list[str]:
-    """Return a fault if distances differ from the recomputed ones by more than rounding."""
+    """Return a fault if distances differ from LAMMPS's recomputed ones by more than rounding."""
     name = next((name for name in ("R", "RSQ", "BITMAP") if name in section.header), None)
     if name is None:
         return []
@@ -330,7 +339,7 @@ def faults_of_spacing(section: Section) -> list[str]:
     if not np.any(off):
         return []
     row, (low, high) = int(np.flatnonzero(off)[0]), section.header[name]
-    # Rows of a bitmap are in rising order here, but not in the file.
+    # Here the rows of a bitmap are in increasing order, unlike in the file.
     file_order = _lengths_of_bitmap(section) if name == "BITMAP" else None
     first = 0 if file_order is None else int(np.argmin(file_order))
     in_file = (row + first) % len(lengths)
@@ -365,7 +374,7 @@ def _right_distances(section: Section, name: str, made: Array) -> str:
 
 
 def fault_of_values(header: dict[str, list[float]]) -> str | None:
-    """Return a fault if a header has values that are not finite or too large; None without."""
+    """Return a fault if a header has values that are not finite or too large, or None."""
     for name, values in header.items():
         if not all(abs(value) <= LARGEST for value in values):
             said = " ".join(f"{value:g}" for value in values)
@@ -390,10 +399,10 @@ def _right_order(data: Array) -> str:
 
 def fault_of_numbers(section: Section, kind: TableKind) -> str | None:
     """
-    Return why the rows of an ordered section cannot be a table; None if they can.
+    Return why the rows of an ordered section form no table, or None if they do.
 
-    Lengths must rise. If LAMMPS recomputes distances from the header, the recomputed ones must
-    rise: the distances in the file may repeat after rounding.
+    Lengths must increase. If LAMMPS recomputes distances from the header, only the recomputed
+    distances must increase, because distances in the file may be equal after rounding.
     """
     data, has_forces = section.data, "NOF" not in section.header
     columns = data if has_forces else data[:, :2]
@@ -409,8 +418,9 @@ def fault_of_numbers(section: Section, kind: TableKind) -> str | None:
     if len(falling):
         row = int(falling[0]) + 2
         return (
-            f"{kind} table values are not increasing: row {row} is at {lengths[row - 1]:.9g} "
-            f"behind {lengths[row - 2]:.9g}; LAMMPS refuses that or reads past its table. "
+            f"{kind} table values are not increasing: row {row} at "
+            f"{lengths[row - 1]:.9g} follows {lengths[row - 2]:.9g}, and LAMMPS "
+            "refuses such a table or reads past its end. Sort the rows. "
             f"{_right_order(data)}"
         )
     nearest = int(np.argmin(steps))
@@ -423,10 +433,10 @@ def fault_of_numbers(section: Section, kind: TableKind) -> str | None:
 
 def count_of_warnings(section: Section, table: TableData) -> tuple[int, int]:
     """
-    Return how many forces and distances LAMMPS will warn of.
+    Return the numbers of forces and distances about which LAMMPS will warn.
 
-    LAMMPS warns of a force that is not between the values of -dE/dr to both neighbours, and of a
-    distance that differs from the recomputed one.
+    LAMMPS warns about a force that is not between the values of -dE/dr towards both neighbours, and
+    about a distance that differs from its recomputed distance.
     """
     distances = 0
     if table.kind == "pair" and set(section.header) & {"R", "RSQ", "BITMAP"}:

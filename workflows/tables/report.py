@@ -1,4 +1,4 @@
-"""Report of a check: numbers, a summary of one sentence, a table and a figure."""
+"""Report a check of a table: numbers, a summary of one sentence, lines and a figure."""
 
 import math
 from dataclasses import dataclass, field, fields
@@ -30,33 +30,33 @@ class TableReport:
     rows, style_rows : int
         Numbers of rows in the file and in LAMMPS's style command.
     tolerance : float or None
-        Largest error to accept, as a part of the local force, if one was given.
+        Largest allowed error, as a fraction of the local force, if one was given.
     faults, notes : tuple of str
-        Faults, one sentence each; and further remarks.
+        Faults and further remarks, one sentence each.
     low, high : float
         First and last length or angle.
     range : (float, float) or None
-        Range in which the table is judged; None if the rows are no table.
+        Range in which the table is judged; None if the rows form no table.
     range_reason : str
-        How the range was chosen.
+        Reason for the choice of the range.
     good_range : (float, float) or None
-        Longest part of the range in which the error is below the tolerance, or 0.01.
+        Longest interval of the range with an error below the tolerance, or below 0.01 without one.
     zeros : tuple of float
         Zeros of the force.
     largest_force : float
         Largest force of all rows, in the unit of the file.
     error : float or None
-        Largest error of LAMMPS's force within the range, as a part of the local force.
+        Largest error of LAMMPS's force within the range, as a fraction of the local force.
     worst : float or None
         Place of the largest error.
     core_error : float or None
         Largest error below the range; None if there are no rows.
     noise, style_error : float or None
-        Parts of the error: noise and rounding of forces, and interpolation.
+        Parts of the error that are due to noise and rounding of forces, and to interpolation.
     warnings : int
-        Forces that LAMMPS calls inconsistent with -dE/dr.
+        Number of forces that LAMMPS calls inconsistent with -dE/dr.
     rows_wanted : dict of str to int
-        For each style, the number of rows in LAMMPS that reaches the tolerance, or 0.001.
+        Number of rows with which each style of LAMMPS meets the tolerance, or 0.001 without one.
     cause, advice : str
         Main cause of the error, and its remedy.
     """
@@ -170,9 +170,9 @@ class TableReport:
 
     def plot(self, ax: "Axes | None" = None) -> "Axes":
         """
-        Draw force column, LAMMPS's force and -dE/dr within the range, and return the axes.
+        Draw the force column, LAMMPS's force and -dE/dr within the range; return the axes.
 
-        Raises InputError if the rows are no table.
+        Raises InputError if the rows form no table.
         """
         from chaincor.workflows.tables.figure import draw_forces
 
@@ -180,7 +180,7 @@ class TableReport:
 
 
 def percent(part: float) -> str:
-    """Write a part of the force as a percentage."""
+    """Write a fraction of the force as a percentage."""
     value = 100.0 * part
     if value >= 1e4:
         return f"{value:.1e} %"
@@ -188,7 +188,7 @@ def percent(part: float) -> str:
 
 
 def sentence(advice: str) -> str:
-    """Return advice as a sentence; empty advice stays empty."""
+    """Return advice as a sentence, or empty text for empty advice."""
     if not advice:
         return ""
     text = advice[0].upper() + advice[1:]

@@ -1,4 +1,4 @@
-"""Rewrite a table: any number of rows, all digits, and energies integrated from the forces."""
+"""Rewrite a table with any number of rows, all digits, and energies that match the forces."""
 
 from pathlib import Path
 
@@ -14,16 +14,16 @@ from chaincor.workflows.tables.report import TableReport
 
 def rewrite_table(report: TableReport, target: Path, rows: int) -> None:
     """
-    Write a consistent table of `rows` rows through the forces of the table of a report.
+    Write a consistent table of `rows` rows through the forces of a report's table.
 
-    The forces follow the cubic spline through the rows. Energies are its integral, starting with
-    the energy of the first row. The slopes in the header are its derivative. Raises InputError if
-    the rows are no table, or if the target exists.
+    The forces follow the cubic spline through the rows. The energies are the spline's integral,
+    which starts with the energy of the first row, and the slopes in the header are its derivative.
+    Raises InputError if the rows form no table, or if the target exists.
     """
     if report.error is None:
-        raise InputError(f"{report.path!r} holds no table that could be rewritten; see its faults")
+        raise InputError(f"{report.path!r} holds no table to rewrite. Correct its faults")
     if target.exists():
-        raise InputError(f"{str(target)!r} is there already. Give a new file for --write")
+        raise InputError(f"{str(target)!r} exists already. Give a new file for --write")
     section = in_order(read_sections(Path(report.path), report.keyword)[0])
     data = with_lengths_of_header(section, report.kind).data
     force = spline_through(data[:, 0], data[:, 2])

@@ -277,7 +277,7 @@ def test_what_pair_write_and_bitmaps_look_like(tmp_path):
     )
     report = check_table(cut)
     assert report.is_good
-    assert "there the energy jumps by 0.0165" in report.notes[-1]
+    assert "the energy jumps by 0.0165" in report.notes[-1]
     r = bitmap_lengths(0.9, 2.5, 8)
     rolled = write(
         tmp_path / "rolled",

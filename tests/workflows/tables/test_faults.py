@@ -223,7 +223,7 @@ REFUSED = {
         line.split(maxsplit=1)[1] if line[:1].isdigit() else line for line in text.splitlines()
     ),
     "says N 401": lambda text: text.replace("N 400", "N 401"),
-    "insert an empty line": lambda text: text.replace("\n\n1 ", "\n1 "),
+    "Insert an empty line": lambda text: text.replace("\n\n1 ", "\n1 "),
     "refuses in bond tables": lambda text: text.replace("N 400", "N 400 R 0.6 2"),
 }
 
