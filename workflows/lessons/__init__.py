@@ -1,4 +1,4 @@
-"""Lessons of the documentation: notebooks, exercises and checks of answers."""
+"""Provide the lessons of the documentation: notebooks, exercises and checks of answers."""
 
 from chaincor.workflows.lessons.begin import begin as begin
 from chaincor.workflows.lessons.begin import prepared as prepared

@@ -1,4 +1,4 @@
-"""Start of a lesson's notebook: its folder, a shell that finds commands, and prepared data."""
+"""Begin a lesson's notebook: its folder, a shell that finds commands, and prepared data."""
 
 import itertools
 import os
@@ -9,9 +9,10 @@ from typing import Any
 from chaincor.lammps_inputs.errors import InputError, meant
 from chaincor.workflows.documents import DOCUMENTS
 
-# Folder of the notebook before its first lesson. A repeated cell must not nest folders.
+# The folder of the notebook is kept here before the first lesson changes it, so that repeated cells
+# do not nest folders.
 _home: list[Path] = []
-# Lesson that was begun last.
+# The last lesson that was begun.
 _lesson: list[str] = []
 
 
@@ -19,9 +20,9 @@ def begin(lesson: str) -> None:
     """
     Change to a new folder for a lesson, and let shell cells find `chaincor` and `lmp`.
 
-    The folder is ``LESSON_files`` beside the notebook. An existing folder of an earlier run is kept
-    as ``LESSON_files_earlier``, or ``LESSON_files_earlier_2`` and so on. The environment also gets
-    the place of the MPI library of `lmp`.
+    The folder is ``LESSON_files`` beside the notebook. A folder of an earlier run is kept as
+    ``LESSON_files_earlier``, ``LESSON_files_earlier_2`` and so on. The environment also gets the
+    path of the MPI library that `lmp` needs.
 
     Parameters
     ----------
@@ -45,7 +46,7 @@ def begin(lesson: str) -> None:
 def _new_folder(home: Path, lesson: str) -> Path:
     folder = home / f"{lesson}_files"
     try:
-        os.chdir(home)  # Windows does not rename the current folder
+        os.chdir(home)  # Windows does not rename the current folder.
         if folder.is_dir() and any(folder.iterdir()):
             numbers = (f"_{number}" if number > 1 else "" for number in itertools.count(1))
             earlier = (home / f"{folder.name}_earlier{number}" for number in numbers)
@@ -55,19 +56,19 @@ def _new_folder(home: Path, lesson: str) -> Path:
         folder.mkdir(exist_ok=True)
     except OSError as error:
         raise InputError(
-            f"no folder for the lesson can be made in {str(home)!r}: {error.strerror}. Open "
-            "the notebook in a folder of your own"
+            f"cannot make a folder for the lesson in {str(home)!r} "
+            f"({error.strerror}). Open the notebook in a folder where you can write"
         ) from None
     return folder
 
 
 def _let_the_shell_find_commands() -> None:
-    """Put this environment first in PATH, because Jupyter may have been started without it."""
+    """Put this environment first in PATH, because Jupyter may run outside of it."""
     from chaincor.workflows.engines.lammps.library import folder_first, lmp_environment
 
     os.environ["PATH"] = folder_first("PATH", Path(sys.executable).parent)
     os.environ.update(lmp_environment())
-    # IPython runs programs as if on a terminal, but cannot show a moving progress bar.
+    # IPython runs programs as if on a terminal, but cannot show a progress bar that moves.
     os.environ.pop("FORCE_COLOR", None)
     os.environ["TERM"] = "dumb"
 
@@ -76,7 +77,7 @@ def show_figure(name: str) -> Any:
     """
     Return a saved figure to show in a notebook, with the alternative text of the lesson's page.
 
-    Figures of pyplot are closed, so that the notebook does not show them a second time.
+    The function closes figures of pyplot, which the notebook would otherwise show a second time.
     """
     from IPython.display import Image
 
@@ -89,7 +90,7 @@ def show_figure(name: str) -> Any:
 
 def prepared(name: str) -> Path:
     """
-    Return the path of a file of prepared data, for slow machines.
+    Return the path of a file with prepared results, for slow machines.
 
     Raises InputError if there is no file of that name.
     """
@@ -97,6 +98,6 @@ def prepared(name: str) -> Path:
     names = sorted(path.name for path in folder.glob("*.csv"))
     if name not in names:
         near = meant(name, names)
-        hint = "" if near is None else f"; did you mean '{near}'?"
+        hint = "" if near is None else f". Did you mean '{near}'?"
         raise InputError(f"there is no data {name!r}. Use one of {', '.join(names)}{hint}")
     return folder / name

@@ -1,4 +1,4 @@
-"""Exercises: questions, right answers, and the judgement of given answers."""
+"""Define exercises: questions, right answers, and the judgement of given answers."""
 
 import importlib
 import traceback
@@ -34,13 +34,13 @@ class Exercise:
 
 
 def exercise(asks: str, **fields: Any) -> Callable[[Callable[..., Answers]], Exercise]:
-    """Return a decorator that turns a function that yields answers into an exercise."""
+    """Return a decorator that makes an exercise of a function that yields answers."""
     return lambda answers: Exercise(asks, answers, **fields)
 
 
 def check(exercise: str, answer: Any) -> AnswerVerdict:
     """
-    Return the verdict on an answer, which says what is right or wrong about it.
+    Return the verdict on an answer, with a text that says what is right or wrong.
 
     The reference engine computes the right answer when it is needed; no answers are stored.
 
@@ -49,13 +49,13 @@ def check(exercise: str, answer: Any) -> AnswerVerdict:
     exercise : str
         Name of the exercise, such as ``"4.1"`` for the first exercise of lesson 4.
     answer : float, array_like or callable
-        Number, several numbers, or function, as the exercise asks. Numbers may be rounded to three
-        digits, and may be texts such as ``"1/64"`` and ``"9.29 %"``.
+        A number, several numbers, or a function, depending on the exercise. Numbers may be rounded
+        to three digits. Texts such as ``"1/64"`` and ``"9.29 %"`` are numbers, too.
 
     Returns
     -------
     Verdict
-        Verdict with a text. It is true if the answer is right.
+        Verdict with a text. The verdict is true if the answer is right.
 
     Raises
     ------
@@ -66,19 +66,21 @@ def check(exercise: str, answer: Any) -> AnswerVerdict:
 
 
 def find_exercise(name: str) -> Exercise:
-    """Return an exercise by its name; raise InputError with all names for an unknown name."""
+    """Return an exercise by its name; raise InputError for an unknown name."""
     lesson = str(name).partition(".")[0]
     known: dict[str, Exercise] = {}
     if lesson in map(str, LESSONS):
         known = exercises_of(int(lesson))
     if not isinstance(name, str) or name not in known:
-        names = ", ".join(map(repr, known)) or f"those of lessons 1 to {LESSONS[-1]}, such as '1.1'"
+        names = (
+            ", ".join(map(repr, known)) or f"the names of lessons 1 to {LESSONS[-1]}, such as '1.1'"
+        )
         raise InputError(f"there is no exercise {shown(name)}. Use one of {names}")
     return known[name]
 
 
 def exercises_of(lesson: int) -> dict[str, Exercise]:
-    """Return the checkable exercises of a lesson, by name."""
+    """Return the exercises of a lesson that `check` can judge, by name."""
     module = importlib.import_module(f"chaincor.workflows.lessons.exercises.lesson_{lesson}")
     return {
         f"{lesson}.{name.removeprefix('_exercise_')}": exercise
@@ -89,10 +91,11 @@ def exercises_of(lesson: int) -> dict[str, Exercise]:
 
 def judge(exercise: Exercise, answer: Any) -> AnswerVerdict:
     """
-    Return the verdict on an answer, which names the mistake of a wrong answer.
+    Return the verdict on an answer, which names the mistake if the answer is wrong.
 
-    The verdict does not reveal the right answer. An answer of another kind (``...``, a text, a list
-    of another length, a function that fails) is wrong, and the verdict says what is expected.
+    The verdict does not reveal the right answer. An answer of the wrong kind is wrong, and the
+    verdict says what is expected. Such answers are ``...``, a text, a list of another length, and a
+    function that fails.
     """
     if answer is ...:
         return AnswerVerdict(
@@ -109,7 +112,7 @@ def judge(exercise: Exercise, answer: Any) -> AnswerVerdict:
     if exercise.arguments is not None:
         what = "what your function returns is"
         try:
-            # Each call gets its own arguments, because the function may change them.
+            # Each call gets new arguments, because the function may change them.
             answer = _results(exercise, answer)
         except (Exception, SystemExit) as error:
             return AnswerVerdict(
@@ -127,7 +130,7 @@ def judge(exercise: Exercise, answer: Any) -> AnswerVerdict:
 
 
 def _results(exercise: Exercise, function: Callable[..., Any]) -> Any:
-    """Return the results of a function, called number by number if it accepts no arrays."""
+    """Return the results of a function, with one call per number if it takes no arrays."""
     assert exercise.arguments is not None
     try:
         return function(*exercise.arguments())
@@ -142,12 +145,12 @@ def _results(exercise: Exercise, function: Callable[..., Any]) -> Any:
 
 
 def _failure(error: BaseException, count: int) -> str:
-    """Describe the failure of a function called with `count` arguments, and name the line."""
+    """Describe the failure of a function with `count` arguments, and name the line."""
     words = one_line(error)[:120]
     named = f"{type(error).__name__}: {words}" if words else type(error).__name__
     frames = traceback.extract_tb(error.__traceback__)
     inside = [frame.lineno for frame in frames if frame.filename != __file__]
-    if not inside:  # the function does not accept these arguments
+    if not inside:  # The function does not accept these arguments.
         arguments = "1 argument" if count == 1 else f"{count} arguments"
         return f"your function cannot be called with {arguments} ({named})"
     return f"your function raised {named} in its line {inside[0]}"

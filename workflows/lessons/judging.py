@@ -1,4 +1,4 @@
-"""Comparison of an answer with the right answer and with usual mistakes."""
+"""Compare an answer with the right answer and with usual mistakes."""
 
 import html
 import math
@@ -13,20 +13,22 @@ from numpy.typing import ArrayLike
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.given_numbers import shown
 
-# Pairs of an answer and the text about it.
+# An iterator over pairs of an answer and the text about it.
 Answers = Iterator[tuple[ArrayLike, str]]
 
-# Largest relative distance at which a mistake is named, even if the exercise tolerates more.
+# A mistake is named only if the answer matches it within this relative distance, even if the
+# exercise has a larger tolerance.
 _NAMED_WITHIN = 0.01
-# Largest tolerance of an exercise for which general mistakes with numbers are searched.
+# General mistakes with numbers are searched only if the tolerance of an exercise is at most this.
 _SHARP = 0.01
-# Number of digits that make an answer right if they are right, even if the tolerance is smaller.
+# An answer is right if this many digits are right, even if the tolerance is smaller.
 _ENOUGH_DIGITS = 3
-# Two digits suffice to name the first general mistakes, which are about signs and per cent.
+# This many digits suffice to name the first general mistakes, which concern signs and per cent.
 _CERTAIN = 2
 _TEXT = re.compile(
     r"([-+]?[\d.]+(?:e[-+]?\d+)?)\s*(?:/\s*([\d.]+(?:e[-+]?\d+)?))?\s*(%?)"
-    r"(?:\s*(?:steps?|times|rows|contacts|events|particles|collisions|v\*))?",  # a unit
+    # The number may have a unit.
+    r"(?:\s*(?:steps?|times|rows|contacts|events|particles|collisions|v\*))?",
     re.I,
 )
 
@@ -45,13 +47,13 @@ class AnswerVerdict:
         return self.says
 
     def _repr_html_(self) -> str:
-        # JupyterLab breaks long lines of plain text within words.
+        # JupyterLab breaks long lines of plain text within words, but not paragraphs of HTML.
         return f"<p>{html.escape(self.says)}</p>"
 
 
 @dataclass(frozen=True)
 class AnswerComparison:
-    """Answer in numbers, with the rules of its comparison."""
+    """Numbers of an answer, with the rules for their comparison."""
 
     given: Array  #: Numbers of the answer.
     tolerance: float  #: Allowed difference, as a fraction of the largest number.
@@ -90,7 +92,7 @@ class AnswerComparison:
         return AnswerVerdict(False, f"not yet: {self._side(truth)}")
 
     def _aligned(self, other: Array) -> Array:
-        """Return the answer, with reversed signs if they are allowed and fit better."""
+        """Return the answer, with all signs reversed if that is allowed and fits better."""
         return -self.given if self.either_sign and float(self.given @ other) < 0.0 else self.given
 
     def _near(self, other: Array, tolerance: float) -> bool:
@@ -99,7 +101,7 @@ class AnswerComparison:
         return math.isfinite(scale) and bool(np.all(off <= tolerance * scale))
 
     def _digits(self, other: Array) -> int:
-        """Return the number of digits at which `other` rounds to the answer, or 0."""
+        """Return the number of digits to which `other` must be rounded to give the answer, or 0."""
         scale = float(np.max(np.abs(other)))
         if not self.rounded or not (math.isfinite(scale) and scale > 0.0):
             return 0
@@ -114,12 +116,12 @@ class AnswerComparison:
         return 0
 
     def _shares_digits(self, other: Array) -> bool:
-        """Return whether the answer is `other` rounded to the digits it shows: 1.1 shows two."""
+        """Return whether the answer is `other` rounded to as many digits as the answer has."""
         shown_digits = max(len(f"{abs(v):.15e}".split("e")[0].rstrip("0")) - 1 for v in self.given)
         return min(self._digits(other), shown_digits) >= _ENOUGH_DIGITS
 
     def _common_factor(self, truth: Array) -> float | None:
-        """Return the common factor between the answer and the right numbers, or None."""
+        """Return the factor between all numbers of the answer and the right ones, or None."""
         used = truth != 0.0
         if truth.size < 3 or not used.any() or np.any(self.given[~used] != 0.0):
             return None
@@ -134,7 +136,7 @@ class AnswerComparison:
         return f"give it within {100.0 * self.tolerance:g} % of its value, or as an expression"
 
     def _side(self, truth: Array) -> str:
-        """Describe the direction of the error, and which of several numbers are wrong."""
+        """Describe the sign of the error, and say which of several numbers are wrong."""
         given = self._aligned(truth)
         if truth.size == 1:
             return f"it is too {'large' if given[0] > truth[0] else 'small'}"
@@ -146,7 +148,7 @@ class AnswerComparison:
 
 
 def _general_mistakes(truth: Array) -> Iterator[tuple[Array, str]]:
-    """Return mistakes that any number can have, tried after the mistakes of an exercise."""
+    """Return mistakes that can occur in any exercise, to try after the exercise's own mistakes."""
     yield -truth, "the sign is wrong: everything else is right"
     yield 100.0 * truth, "this is right in per cent: give the number itself"
     if truth.size > 1:
@@ -162,7 +164,7 @@ def _general_mistakes(truth: Array) -> Iterator[tuple[Array, str]]:
 
 def numbers_in(answer: Any) -> Array | str:
     """
-    Return an answer as an array, or a description of an answer that is no number.
+    Return an answer as an array, or say in a text why the answer is no number.
 
     Texts such as ``"1/64"``, ``"9.3 %"`` and ``"30 steps"`` are numbers.
     """
@@ -176,10 +178,11 @@ def numbers_in(answer: Any) -> Array | str:
         return shown(answer)
     try:
         numbers = np.asarray(answer)
-        if numbers.dtype.kind == "c":  # the conversion would drop the imaginary part with a warning
+        # The conversion to real numbers would drop the imaginary part with only a warning.
+        if numbers.dtype.kind == "c":
             return shown(answer)
         numbers = np.ravel(numbers.astype(float))
-    except Exception:  # an object that is no number may raise any error
+    except Exception:  # An object that is no number may raise any error.
         return shown(answer)
     if not np.all(np.isfinite(numbers)):
         return "not finite: a division by zero, or a root of a negative number"
@@ -187,7 +190,7 @@ def numbers_in(answer: Any) -> Array | str:
 
 
 def _number_of(text: str) -> float | str:
-    """Return the number that a text states: a decimal, a fraction or a percentage."""
+    """Return the number in a text: a decimal, a fraction or a percentage."""
     found = _TEXT.fullmatch(text.strip().replace("−", "-").replace(",", "."))
     if found is None:
         return text
@@ -195,5 +198,5 @@ def _number_of(text: str) -> float | str:
         number = float(found[1]) / float(found[2] or 1.0)
     except (ValueError, ZeroDivisionError):
         return text
-    # A percentage keeps its typed digits.
+    # A percentage keeps its typed digits after the division by 100.
     return float(f"{number / 100.0:.12g}") if found[3] else number

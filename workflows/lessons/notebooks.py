@@ -1,4 +1,4 @@
-"""Jupyter notebooks from pages of lessons, with solutions or for handing in."""
+"""Make Jupyter notebooks from pages of lessons, with solutions or for handing in."""
 
 import base64
 import mimetypes
@@ -9,23 +9,24 @@ from pathlib import Path
 from chaincor.workflows.documents import DOCUMENTS
 from chaincor.workflows.errors import MissingLibraryError
 
-# A page is cut at its blocks of code, solutions and pictures. The text between them stays.
+# A page is split at its blocks of code, solutions and pictures. The text between them becomes
+# prose.
 _BLOCK = re.compile(r"^```(\w+)\n(.*?)^```\n", re.MULTILINE | re.DOTALL)
 _SOLUTION = re.compile(
     r"^<details>\n<summary>Solution</summary>\n(.*?)^</details>\n", re.MULTILINE | re.DOTALL
 )
 _PICTURE = re.compile(r"^!\[([^\]]*)\]\(\.\./images/([\w.-]+)\)\n", re.MULTILINE)
 _COMMAND = re.compile(r"^\$ ((?:.*\\\n)*.*)", re.MULTILINE)
-# Commands that shells of Windows lack, with their replacements in Python.
+# Shells of Windows lack these commands, so cells run Python instead.
 _CAT = re.compile(r"cat (\S+)")
 _STATUS = re.compile(r"(.*); echo \"exit status \$\?\"")
 _PART_OF_OUTPUT = re.compile(r"\((cd \S+ && .*?)(?: 2> /dev/null)? \| (grep|tail) -?(?:o )?(.*)\)")
-# Special characters outside of quotes. Shells of Windows know quotes, too.
+# These characters are special outside of quotes. A command that has one needs a shell.
 _OF_A_SHELL = re.compile(r"[|;&<>$`()*']")
 _FILE = re.compile(r"# ([\w.-]+\.(?:py|toml))\n")
 _LINK = re.compile(r"\[([^\]]*)\]\((?!http)([^)]*)\)")
 
-# Metadata of a notebook. The version of Python is left out, because it depends on the reader.
+# The metadata leaves out the version of Python, which depends on the reader.
 _METADATA = {
     "kernelspec": {"display_name": "Python 3", "language": "python", "name": "python3"},
     "language_info": {"name": "python", "file_extension": ".py", "mimetype": "text/x-python"},
@@ -33,13 +34,13 @@ _METADATA = {
 
 
 def lesson_pages() -> dict[str, Path]:
-    """Return the pages that become notebooks, in order: eight lessons, and the class."""
+    """Return the pages that become notebooks: eight lessons, then the class."""
     found = [*(DOCUMENTS / "tutorials").glob("*.md"), DOCUMENTS / "course" / "class.md"]
     return {path.stem: path for path in sorted(found, key=lambda path: path.stem)}
 
 
 def words_of_picture(lesson: str, name: str) -> str:
-    """Return the alternative text of a picture in a lesson's page; empty for other pictures."""
+    """Return the alternative text of a picture in a lesson's page, or an empty text."""
     page = lesson_pages().get(lesson)
     found = _PICTURE.findall(page.read_text(encoding="utf-8")) if page else []
     return next((words for words, picture in found if picture == name), "")
@@ -47,15 +48,15 @@ def words_of_picture(lesson: str, name: str) -> str:
 
 def notebook(page: Path, *, solutions: bool = True) -> str:
     """
-    Return the text of a notebook made from a lesson's page; equal pages give equal texts.
+    Return a lesson's page as the text of a notebook; equal pages give equal texts.
 
-    Blocks of Python become cells. Each command of a console block becomes a cell that runs it, on
-    Windows too, without its output. A block that begins with the name of a file becomes a cell that
-    writes the file. A cell that saves a picture shows it, with the alternative text of the page.
-    Only a notebook with solutions shows this text below the picture, because the text may reveal an
-    answer. Other pictures are embedded in the notebook. A solution is in ``<details>`` under the
-    summary *Solution*. A notebook without solutions is for handing in. Raises MissingLibraryError
-    if jupytext is missing.
+    A block of Python becomes a cell. Each command of a console block becomes a cell that runs it,
+    also on Windows; its output is left out. A block that begins with the name of a file becomes a
+    cell that writes the file. A cell that saves a picture also shows it with the alternative text
+    of the page. Only a notebook with solutions prints this text below the picture, because it may
+    reveal an answer. Other pictures are embedded. Solutions are in ``<details>`` with the summary
+    *Solution*; a notebook without them is for handing in. Raises MissingLibraryError if jupytext is
+    missing.
     """
     try:
         import jupytext
@@ -78,13 +79,13 @@ def notebook(page: Path, *, solutions: bool = True) -> str:
 _BEGIN = """from chaincor.workflows.lessons import begin, show_figure
 
 begin("{}")"""
-# Shows the picture that a cell has saved, with its alternative text.
+# This code shows the picture that a cell has saved, with its alternative text.
 _SHOW = '\n\nshow_figure("{}")'
 _SAVED = re.compile(r'savefig\("([\w.-]+)"')
 
 
 def _parts(text: str, captions: bool, page: Path) -> Iterator[str]:
-    """Yield the prose and the cells of a page in turn."""
+    """Yield the prose and the cells of a page in their order."""
     place = 0
     drawn = "".join(code for _, code in _BLOCK.findall(text))
     for found in re.finditer(f"{_BLOCK.pattern}|{_PICTURE.pattern}", text, _BLOCK.flags):
@@ -95,7 +96,8 @@ def _parts(text: str, captions: bool, page: Path) -> Iterator[str]:
         elif picture not in drawn:
             yield f"![{words}]({_data(page, picture)})"
         else:
-            if f'savefig("{picture}"' not in drawn:  # a command wrote it
+            # A command wrote the picture, so no cell of Python shows it.
+            if f'savefig("{picture}"' not in drawn:
                 yield _cell(_SHOW.format(picture).strip())
             if captions:
                 yield "*{}*".format(words.replace("*", r"\*"))
@@ -119,9 +121,9 @@ def _cells(kind: str, code: str, whole: str) -> Iterator[str]:
 
 def _portable(command: str) -> str:
     """
-    Return a command of a page in a form that IPython runs without bash, too.
+    Return a command of a page in a form that IPython can run without bash.
 
-    Raises ValueError if the command needs features of a shell that IPython and Python lack.
+    Raises ValueError if the command needs a feature of a shell that IPython and Python lack.
     """
     line = re.sub(r"\s*\\\n\s*", " ", command)
     if found := _CAT.fullmatch(line):
@@ -142,14 +144,14 @@ def _cell(code: str) -> str:
 
 
 def _data(page: Path, name: str) -> str:
-    """Return a picture as a data URI, because JupyterLab does not show attached SVG files."""
+    """Return a picture as a data URI, because JupyterLab shows no attached SVG files."""
     kind, _ = mimetypes.guess_type(name)
     data = (page.parent / ".." / "images" / name).read_bytes()
     return f"data:{kind};base64,{base64.b64encode(data).decode()}"
 
 
 def _without_links(text: str) -> str:
-    """Return prose with links to the notebooks of other lessons, and without other links."""
+    """Return prose in which links to lessons lead to notebooks, and other links are plain text."""
 
     def link(found: re.Match[str]) -> str:
         words, target = found.groups()

@@ -1,4 +1,4 @@
-"""Check of a student's script of the chain: its five parts, then its run by LAMMPS."""
+"""Check a student's script of the chain: its five parts, then its run by LAMMPS."""
 
 import html
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ _RUN = "run by LAMMPS"
 
 @dataclass(frozen=True)
 class ScriptReport:
-    """Faults in the parts of a script; true if there is no fault."""
+    """Report of the faults in each part of a script; true if there is none."""
 
     #: Faults by part, in the order of the script. The last part is the run by LAMMPS.
     parts: dict[str, tuple[str, ...]]
@@ -52,7 +52,7 @@ def check_script(path: str | Path) -> ScriptReport:
     Returns
     -------
     ScriptReport
-        Faults by part, in words. The report is true if there is no fault.
+        Faults of each part as text. The report is true if there is no fault.
 
     Raises
     ------
@@ -65,9 +65,9 @@ def check_script(path: str | Path) -> ScriptReport:
     try:
         text = path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "it is no text"
+        reason = error.strerror if isinstance(error, OSError) else "it is no text file"
         raise InputError(
-            f"The script {shown(str(path))} cannot be read: {reason}. Give the path of a script."
+            f"the script {shown(str(path))} cannot be read: {reason}. Give the path of a script"
         ) from None
     script = StudentScript.of(text, path.parent)
     parts: dict[str, tuple[str, ...]] = {}

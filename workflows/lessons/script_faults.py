@@ -1,4 +1,4 @@
-"""Faults in the five parts of a student's script of the chain, found by reading it."""
+"""Find faults in the five parts of a student's script of the chain by reading it."""
 
 import difflib
 import re
@@ -12,13 +12,13 @@ from chaincor.lammps_inputs.given_numbers import number_in
 _VARIABLE = re.compile(r"\$\{(\w+)\}|\$(\w)")
 # Kinds of the two faces of the box in one direction: one letter for both, or one for each.
 _FACES = re.compile("[pfsm]{1,2}")
-# Styles whose atoms have no bonds.
+# Atoms of these styles have no bonds.
 _WITHOUT_BONDS = ("atomic", "charge", "sphere", "ellipsoid")
-# Fixes that move atoms and hold a temperature or a pressure.
+# These fixes move atoms and control a temperature or a pressure.
 _THERMOSTATS = ("nvt", "npt", "langevin", "nph")
-# Walls that push by a force over a distance.
+# These walls push with a force that acts over a distance.
 _SOFT_WALLS = ("harmonic", "lj93", "lj126", "lj1043", "colloid", "morse", "table", "region")
-# Least similarity of a misspelt command to the command that is meant, from 0 to 1.
+# A misspelt command must be at least this similar to the command that is meant, from 0 to 1.
 _SIMILAR = 0.8
 
 StudentCommand = list[str]
@@ -36,7 +36,7 @@ class StudentScript:
         """
         Read a script, and replace each variable that has one value by its value.
 
-        Formulas stay as they are written: LAMMPS evaluates them in the run.
+        Formulas stay as they are, because only LAMMPS can evaluate them.
         """
         values: dict[str, str] = {}
         commands = []
@@ -74,11 +74,11 @@ class StudentScript:
         return name == "all" or any(c[1:2] == [name] for c in self.named("group"))
 
     def place(self, name: str) -> int:
-        """Return the place of the first command with a name; beyond all others if it is missing."""
+        """Return the position of the first command with a name, or the end if it is missing."""
         return next((k for k, c in enumerate(self.commands) if c[0] == name), len(self.commands))
 
     def last_place(self, name: str) -> int:
-        """Return the place of the last command with a name; -1 if it is missing."""
+        """Return the position of the last command with a name, or -1 if it is missing."""
         return max((k for k, c in enumerate(self.commands) if c[0] == name), default=-1)
 
     def misspelt(self, name: str) -> str | None:
@@ -89,7 +89,7 @@ class StudentScript:
         return names[near[0]] if near and not self.named(name) else None
 
     def missing(self, name: str, advice: str) -> str:
-        """Describe a missing command, by its misspelt form or by an advice."""
+        """Describe a missing command by its misspelt form, or give an advice."""
         misspelt = self.misspelt(name)
         if misspelt:
             return f"`{misspelt}` is no command of LAMMPS: write `{name}`"
@@ -192,7 +192,7 @@ def _motion_and_wall(script: StudentScript) -> Iterator[str]:
         yield f"`{' '.join(wall)}` lacks its name or its group: write {right}"
     if not walls and not unnamed:
         yield "no wall: add `fix NAME all wall/reflect xlo 0.0`"
-    # A second wall may stand behind the chain.
+    # A second wall may stand behind the chain, so the wall at xlo is checked.
     for wall in [wall for wall in walls if "xlo" in wall] or walls:
         yield from _wall(script, wall)
     after_run = script.commands[script.last_place("run") + 1 :] if script.named("run") else []

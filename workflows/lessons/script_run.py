@@ -1,4 +1,4 @@
-"""Run of a student's script of the chain by LAMMPS, and the faults of its motion."""
+"""Run a student's script of the chain by LAMMPS, and find the faults of its motion."""
 
 import re
 import subprocess
@@ -20,11 +20,13 @@ _MARK = "chaincor_end"
 _RESTITUTION = re.compile(r"^restitution = (\S+)", re.MULTILINE)
 _ERROR = re.compile(r"^ERROR.*?: (.*?)(?: \(src/.*)?$", re.MULTILINE)
 _LAST_LINE = re.compile(r"^Last input line: (.*?) *$", re.MULTILINE)
-# Largest relative change of the energy, and largest error of the restitution due to the wall.
+# The energy may change by the first fraction. The second one is the largest error of the
+# restitution that the wall may cause.
 _DRIFT, _WALL_ERROR = 0.02, 0.02
-# Steps up to this one change the energy of ten particles by at most 0.4 %, eta by 0.004.
+# A step up to this one changes the energy of ten particles by at most 0.4 %, and eta by at most
+# 0.004.
 _SHORT_STEP = 0.02
-# Meaning of LAMMPS's errors for the chain.
+# This table explains errors of LAMMPS for the chain.
 _MEANINGS = {
     "Bond atoms": "two bonded atoms are so far apart that LAMMPS lost one; the step is too long, "
     "or an atom left the box, whose size stands in the data file",
@@ -60,7 +62,7 @@ class StudentRun:
 
 def run_script(path: Path) -> StudentRun:
     """
-    Run a script in its folder, with additional commands that write its first and last state.
+    Run a script in its folder, with added commands that write its first and last state.
 
     Raises MissingLibraryError if LAMMPS is missing.
     """
@@ -104,7 +106,7 @@ def run_script(path: Path) -> StudentRun:
 
 
 def _watched(text: str, folder: Path) -> str:
-    """Return a script with additional commands that write its states."""
+    """Return a script with added commands that write its states."""
 
     def dump(name: str) -> str:
         form = "modify sort id format float %.17g"
@@ -123,7 +125,7 @@ def _state(path: Path) -> Array:
 
 
 def faults_of_run(run: StudentRun) -> Iterator[str]:
-    """Yield the faults of a run of the chain, from LAMMPS's error or from the motion."""
+    """Yield the faults of a run, which follow from LAMMPS's error or from the motion."""
     if run.error is not None:
         meaning = next((f": {m}" for words, m in _MEANINGS.items() if words in run.error), "")
         at = f" at `{run.stopped_at}`" if run.stopped_at else ""
@@ -168,7 +170,7 @@ def _faults_of_motion(run: StudentRun, first: Array, last: Array) -> Iterator[st
 
 
 def _faults_of_print(printed: list[str], eta: float) -> Iterator[str]:
-    """Yield the fault of the printed restitution, which should be the `eta` of the velocities."""
+    """Yield a fault if the printed restitution differs from the `eta` of the velocities."""
     if not printed:
         yield "LAMMPS printed no line `restitution = NUMBER`"
         return

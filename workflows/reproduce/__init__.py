@@ -1,1 +1,1 @@
-"""The paper, recomputed: plan, measurements, findings, verdicts, figures and the report."""
+"""Recompute the paper: plan, measurements, findings, verdicts, figures and the report."""

@@ -1,14 +1,15 @@
 """
-Verdicts on claims of the paper, by the rule for margins in ``docs/reproduction.md``.
+Judge claims of the paper, by the rule for margins in ``docs/reproduction.md``.
 
-The margin depends on the form of a claim: an exact statement, a trend, a printed number or words
+The margin depends on the form of a claim: an exact statement, a trend, a printed number, or words
 such as "almost", "near", "approaches" and "agrees". A finding within 10 % satisfies words, and a
-finding within a quarter needs a correction. A trend has no number: 1 means that it is there, 0 that
-it is not.
+finding within a quarter gives "reproduced with a correction". For a trend, the finding is 1 if the
+trend is there and 0 if it is not.
 
-A claim is undecided only if the ranges that the paper leaves open could have missed its number. If
-these ranges vary by more than the wider margin of words on both sides, the quantity is not
-constant, and a claim that it is constant is not reproduced.
+Some claims depend on a choice that the paper does not state, such as a range of speeds. A claim is
+undecided only if this choice can explain its difference from our number. If the number varies with
+the choice by more than the wider margin of words on both sides, the quantity is not constant, and a
+claim that it is constant is not reproduced.
 """
 
 import math
@@ -20,9 +21,9 @@ from typing import Any, NamedTuple
 
 from chaincor.workflows.reproduce.measurements import MeasuredPoint, Measurements, NoNumber
 
-# Largest share of the points of a finding on which the two engines may disagree.
+# The engines may disagree on at most this fraction of the points of a finding.
 _DISAGREEMENTS_ALLOWED = 0.05
-# Relative margins of words: for "reproduced", and for "reproduced with a correction".
+# These are the relative margins of words, for "reproduced" and for "reproduced with a correction".
 ABOUT = 0.1
 ROUGHLY = 0.25
 
@@ -38,7 +39,7 @@ class Verdict(StrEnum):
 
 @dataclass(frozen=True)
 class Margin:
-    """Number of a claim, and the distances at which a finding still supports the claim."""
+    """Number of a claim, and how far a finding may be from it."""
 
     paper: float  #: Number in the paper; 1 for a trend.
     whole: float  #: Quantity that relative margins refer to: the paper's number, or a scale.
@@ -50,19 +51,19 @@ class Margin:
 
 
 def exact(paper: float, scale: float = 0.0) -> Margin:
-    """Return the margin of an exact statement; findings need an error below 10 % of the scale."""
+    """Return the margin of an exact statement; findings need errors below 10 % of the scale."""
     return Margin(paper, scale or abs(paper), "said to be exact: within our own error")
 
 
 def words(paper: float, scale: float = 0.0, scale_name: str = "") -> Margin:
-    """Return the margin of a claim in words, relative to the scale or else to the number."""
+    """Return the margin of a claim in words, relative to the scale or otherwise to the number."""
     whole, of = scale or abs(paper), scale_name or f"{abs(paper):.4g}"
     reason = f"said in words: {_percent(ABOUT)} and {_percent(ROUGHLY)} of {of}"
     return Margin(paper, whole, reason, ABOUT * whole, ROUGHLY * whole)
 
 
 def digits(printed: str) -> Margin:
-    """Return the margin of a number from the text that the paper prints."""
+    """Return the margin of a printed number from its digits."""
     paper, unit = float(printed), 10.0 ** -len(printed.partition(".")[2])
     reason = f"half a unit of the last digit; {_percent(ABOUT)} of {paper:.4g}"
     return Margin(paper, paper, reason, 0.5 * unit, ABOUT * paper)
@@ -77,7 +78,7 @@ def _percent(share: float) -> str:
 
 @dataclass(frozen=True)
 class ClaimFinding:
-    """Number by which a claim of the paper is judged."""
+    """Number that decides on a claim of the paper."""
 
     value: float  #: Measured number; nan if the points do not give one.
     #: Error of the number: from error bars, the scatter of a fit, or the spacing of points.
@@ -116,7 +117,7 @@ class Claim:
     figure: str = ""  #: Key of the figure that shows the points; empty if there is none.
 
     def found(self, measured: Measurements) -> ClaimFinding:
-        """Return the finding of the claim: nan, with the reason, if the points give no number."""
+        """Return the finding on the claim; its value is nan if the points give no number."""
         try:
             return self.find(measured)
         except NoNumber as reason:
@@ -142,15 +143,15 @@ class Claim:
         if self.unsaid and low <= margin.paper <= high and could_fail:
             return Judgement(
                 Verdict.UNDECIDED,
-                f"the paper does not say {self.unsaid}: ours give {low:.2f} to {high:.2f}, and its "
-                "number is among them",
+                f"the paper does not say {self.unsaid}; our choices give {low:.2f} to "
+                f"{high:.2f}, which includes its number",
             )
         correction = self.correction.format(value=finding.value)
         if self.unsaid and low <= margin.paper <= high and not could_fail:
             return Judgement(
                 Verdict.NOT_REPRODUCED,
-                f"the paper does not say {self.unsaid}, and it is no constant: ours give {low:.2f} "
-                f"to {high:.2f}; {correction}",
+                f"the paper does not say {self.unsaid}, and the number is not constant: "
+                f"our choices give {low:.2f} to {high:.2f}; {correction}",
             )
         if distance <= margin.corrected_within + error:
             if self.unsaid and finding.spread:
@@ -163,7 +164,7 @@ class Claim:
         return Judgement(Verdict.NOT_REPRODUCED, reason)
 
     def _unusable(self, finding: ClaimFinding) -> str:
-        """Return the reason why a finding cannot be judged; empty if it can."""
+        """Return the reason why a finding cannot be judged, or an empty text."""
         margin, points = self.margin, finding.points
         if not math.isfinite(finding.value):
             return f"no number: {finding.text}"
@@ -175,7 +176,7 @@ class Claim:
         return ""
 
     def errors_away(self, finding: ClaimFinding) -> float:
-        """Return the distance from the paper's number, in units of our error bar, or nan."""
+        """Return the distance from the paper's number over our error bar, or nan."""
         if self.margin.is_trend or not finding.error > 0.0:
             return math.nan
         return abs(finding.value - self.margin.paper) / finding.error
@@ -185,9 +186,9 @@ def claim(
     where: str, margin: Margin, brief: str, *, text: str = "", key: str = "", **more: Any
 ) -> Callable[[Callable[[Measurements], ClaimFinding]], Claim]:
     """
-    Return a decorator that makes a claim of the function that finds its number.
+    Return a decorator that turns the function that finds a number into a claim.
 
-    By default, the text is the brief, and the key is the function's name.
+    By default, the claim's text is its brief text, and its key is the function's name.
     """
 
     def made(find: Callable[[Measurements], ClaimFinding]) -> Claim:

@@ -1,4 +1,4 @@
-"""Curves of points with error bars: power laws, the limit at 0 and the minimum."""
+"""Fit curves of points with error bars: power laws, the limit at 0 and the minimum."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
@@ -46,7 +46,7 @@ class Curve:
 
     @property
     def largest_relative_error(self) -> float:
-        """Largest ratio of an error bar to its value of y."""
+        """Largest relative error bar of y."""
         return float(np.max(np.abs(self.errors / self.y)))
 
     def between(self, first: float, last: float) -> "Curve":
@@ -58,21 +58,21 @@ class Curve:
     def over(
         self, ranges: Sequence[tuple[float, float]], fit: "Callable[[Curve], PowerLaw]"
     ) -> list[PowerLaw]:
-        """Fit the curve within each range that has enough points for an error of the fit."""
+        """Fit the curve within each range that has enough points to give the fit an error."""
         laws = (fit(self.between(*ends)) for ends in ranges)
         return [law for law in laws if np.isfinite(law.prefactor_error)]
 
     def power_law(self, exponent: float | None = None) -> PowerLaw:
         r"""
-        Fit :math:`\ln y = \ln A + p \ln x` by least squares, all points alike.
+        Fit :math:`\ln y = \ln A + p \ln x` by least squares with equal weights.
 
-        The scatter of most points about a power law is real: it is far larger than their error
-        bars. The error of a fit adds two parts in quadrature: the standard error of the scatter,
-        and the largest change that the error bars of y allow. The error bars are bounds, not
-        samples, so that all points may be off in the same direction.
+        The points scatter about a power law by far more than their error bars. The error of a fit
+        is the quadratic sum of the standard error from this scatter and of the largest change that
+        the error bars of y allow. Error bars are bounds, not standard deviations, so all points may
+        be off in the same direction.
 
-        `exponent` fixes p. All results are nan with fewer than two points, or if a number is not
-        positive.
+        `exponent`, if given, fixes p. All results are nan with fewer than two points, or if a
+        number is not positive.
         """
         x, y = self.x, self.y
         if x.size < 2 or not (np.all(x > 0.0) and np.all(y > 0.0)):
@@ -111,7 +111,7 @@ def _no_law(points: int) -> PowerLaw:
 
 def _parameter_errors(design: Array, residuals: Array, bars: Array) -> Array:
     """
-    Return the errors of the parameters of a linear fit, all points alike.
+    Return the errors of the parameters of a linear fit with equal weights.
 
     `design`, of shape (points, parameters), is the matrix of the linear model, `residuals` are the
     residuals of the fit, and `bars` the error bars of the points. Errors are nan if there are not
@@ -128,9 +128,10 @@ def _parameter_errors(design: Array, residuals: Array, bars: Array) -> Array:
 
 def fit_rows(x: str, fits: Mapping[str, Sequence[PowerLaw]]) -> list[dict[str, Any]]:
     """
-    Return fits of quantities against x as rows of the report's table, by the fitted quantity.
+    Return fits of quantities against x, as rows of the report's table.
 
-    Verdicts and numbers in the text use the first fit. The others show the dependence on the range.
+    Verdicts and numbers in the text use the first fit of a quantity. Further fits show how the
+    result depends on the range.
     """
     return [
         {"what": what, "x": x, **asdict(law), "judged": k == 0}
@@ -140,7 +141,7 @@ def fit_rows(x: str, fits: Mapping[str, Sequence[PowerLaw]]) -> list[dict[str, A
 
 
 def limit_at_zero(x: Array, y: Array, degree: int) -> tuple[float, float]:
-    """Return a polynomial's value at 0, and its change with one point less; x must increase."""
+    """Return a polynomial's value at 0 and its change with one point less; x must increase."""
     limit, shorter = (
         float(np.polyfit(x[:count], y[:count], degree)[-1]) for count in (x.size, x.size - 1)
     )
@@ -149,7 +150,7 @@ def limit_at_zero(x: Array, y: Array, degree: int) -> tuple[float, float]:
 
 @dataclass(frozen=True)
 class Minimum:
-    """Minimum of a curve, from a parabola through the points around it."""
+    """Minimum of a curve, from a parabola through neighbouring points."""
 
     place: float  #: Abscissa of the minimum.
     value: float  #: Value of the curve at the minimum.
@@ -162,8 +163,8 @@ def find_minimum(x: Array, y: Array) -> Minimum:
     """
     Return the minimum of a curve given by points, from a parabola in ln x.
 
-    The abscissae must be positive and increase. The minimum is nan if the lowest point is at an
-    end of the curve.
+    The abscissae must be positive and must increase. The minimum is nan if the lowest point is the
+    first or the last one.
     """
     k = int(np.argmin(y)) if y.size else 0
     if not 0 < k < y.size - 1:

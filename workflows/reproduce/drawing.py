@@ -1,4 +1,4 @@
-"""Figures of the report: caption, data and drawing of points."""
+"""Define figures of the report: caption, data and drawing of points."""
 
 import csv
 import io
@@ -16,13 +16,14 @@ from chaincor.workflows.reproduce.measurements import MeasuredPoint
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-else:  # Matplotlib is slow to import and is imported only when something is drawn.
+else:  # Matplotlib is slow to import, so it is imported only when something is drawn.
     Axes = Any
 
 IMPACT_SPEED = r"impact speed $v_0/v^*$"
-# Seed for the element ids of SVG files, so that equal data give equal files.
+# This seed fixes the element ids of SVG files, so that equal data give equal files.
 _SALT = "chaincor"
-# Half the height of a symbol, in units of the vertical axis.
+# Error bars are drawn if they exceed this, half the height of a symbol in units of the vertical
+# axis.
 _SEEN = 0.008
 
 
@@ -69,7 +70,7 @@ class Figure:
 
 
 def point_record(point: MeasuredPoint) -> dict[str, Any]:
-    """Return a point as a row: scene, plotted value, error bar, both values and failures."""
+    """Return a point as a row: scene, plotted value, error bar, results of both engines."""
     record: dict[str, Any] = {
         "potential": point.scene.label,
         "power_order": point.scene.power_order,
@@ -118,11 +119,11 @@ def draw_points(
     size: float = 4.5,
 ) -> None:
     """
-    Draw the points of a curve, with one style for each source of the values.
+    Draw the points of a curve, with one style for each engine.
 
     Points by LAMMPS are filled, points by the reference engine are open, and limits are crosses.
-    Error bars are drawn if they are larger than a symbol. A dotted bar is mostly the change that a
-    contact after the last computed one could make. `line` joins the points.
+    Error bars are drawn if they are larger than a symbol. An error bar is dotted if it mostly
+    covers a possible contact after the last computed one. `line` joins the points.
     """
     points, x, y, bars = curve.points, curve.x, curve.y, np.nan_to_num(curve.errors)
     if line:
@@ -137,7 +138,7 @@ def draw_points(
         chosen = kinds == kind
         if np.any(chosen):
             ax.plot(x[chosen], y[chosen], marks, markerfacecolor=face, label=label, **looks)
-            label = None  # one legend entry for each set of points
+            label = None  # Each set of points has only one entry in the legend.
     seen = bars > _SEEN * np.ptp(y) if y.size else np.zeros(0, dtype=bool)
     is_open = np.array([point.is_open for point in points], dtype=bool)
     for chosen, style in ((seen & ~is_open, "solid"), (seen & is_open, "dotted")):

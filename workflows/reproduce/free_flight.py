@@ -1,4 +1,4 @@
-"""Chain after its last contact: the number of fragments, and the forms of its energy."""
+"""Follow a chain after its last contact: number of fragments, and forms of its energy."""
 
 import math
 from collections.abc import Iterable, Iterator
@@ -17,11 +17,11 @@ from chaincor.workflows.engines.reference.look_ahead import STEP
 from chaincor.workflows.engines.reference.moving import Motion, Stepper
 from chaincor.workflows.reproduce.measurements import Answer, MeasuredPoint, Measurements
 
-# Times since the last contact, in sound crossings of n - 1. Kinetic energies are means over the
-# first crossings.
+# Times since the last contact are in sound crossings of n - 1. Kinetic energies are averaged over
+# the first crossings, of this number.
 AVERAGED_OVER = 10.0
 LAST = 40.0
-# Times at which fragments are counted, and the times for the curves against speed.
+# Fragments are counted at these moments, which also give the curves against speed.
 MOMENTS = (0.0, 1.0, 10.0, LAST)
 SAMPLED = tuple(sorted({*MOMENTS, *(float(f"{t:.3g}") for t in np.geomspace(0.1, LAST, 12))}))
 
@@ -51,18 +51,18 @@ class FreeFlight:
 
     @property
     def vibration(self) -> float:
-        """Mean kinetic energy of all internal motion, as a share of the energy at impact."""
+        """Mean kinetic energy of all internal motion, over the energy at impact."""
         return float(np.sum(self.kinetic[1:]))
 
     @property
     def harmonic(self) -> float:
-        """Sum of the harmonic mode energies over j >= 1 at the last contact, as the same share."""
+        """Sum of harmonic mode energies (j >= 1) at the last contact, over the energy at impact."""
         energies = self.point.answer.arrays["mode_energies"]
         return float(np.sum(energies[1:])) / self.point.energy
 
     @property
     def is_whole(self) -> bool:
-        """Whether no motion breaks the chain at any of the times."""
+        """Whether the chain is whole at all times in all motions."""
         return bool(np.max(self.pieces) == 1)
 
     def pieces_at(self, time: float) -> tuple[int, int]:
@@ -73,7 +73,7 @@ class FreeFlight:
 
 
 def free_flights(measured: Measurements) -> tuple[FreeFlight, ...]:
-    """Return the flights of the lj chains in the curve of eta against speed, by speed."""
+    """Return the flights of the lj chains of the curve of eta against speed, by speed."""
     return tuple(map(fly, measured.select("curves", "lj")))
 
 
@@ -81,7 +81,8 @@ def fly(point: MeasuredPoint) -> FreeFlight:
     """Follow a chain of at least two particles for `LAST` crossings after its collision."""
     crossing, energy, bond = point.particles - 1.0, point.energy, point.scene.bond
     kinetic, bonds = [], []
-    # Energies are sampled about once in a time unit, three times in a period of the fastest mode.
+    # Energies are sampled about once in a time unit, which is three times in a period of the
+    # fastest mode.
     duration = AVERAGED_OVER * crossing
     for chain in _flight(point, point.answer, np.linspace(0.0, duration, math.ceil(duration) + 1)):
         kinetic.append(kinetic_mode_energies(chain.velocity))
@@ -89,7 +90,7 @@ def fly(point: MeasuredPoint) -> FreeFlight:
     # The engine whose result is shown comes first.
     answers = sorted(point.answers, key=lambda answer: answer is not point.answer)
     counts, separation = [[1] * len(SAMPLED) for _ in answers], 0.0
-    # If the energy is too small to break one bond, the chain stays whole.
+    # A chain stays whole if its energy is too small to break one bond.
     if (point.dissipation + point.error) * energy > bond.dissociation:
         flights = [_break(point, answer) for answer in answers]
         counts = [count for count, _ in flights]
@@ -106,7 +107,7 @@ def fly(point: MeasuredPoint) -> FreeFlight:
 
 
 def _break(point: MeasuredPoint, answer: Answer) -> tuple[list[int], Fragments]:
-    """Return fragment counts at all times, -1 after another contact, and the last fragments."""
+    """Return fragment counts at all times (-1 after another contact), and the last fragments."""
     crossing, counts = point.particles - 1.0, []
     for chain in _flight(point, answer, [time * crossing for time in SAMPLED]):
         counts.append(len(_pieces(chain).sizes))
@@ -121,15 +122,16 @@ def _flight(point: MeasuredPoint, answer: Answer, times: Iterable[float]) -> Ite
     """
     Integrate a chain from the state after its last contact, by the reference scheme of order 8.
 
-    Yields the same chain object at each time, at the end of a step. Stops early at a contact with
-    the wall or at the limit of a bond.
+    Yields the same chain object at the end of the step that reaches each time. Stops early at a
+    contact with the wall or at the limit of a bond.
     """
     bond, arrays = point.scene.bond, answer.arrays
     velocities, strains = arrays["velocities"], np.diff(arrays["displacements"])
     inner = 0.5 * float(np.sum((velocities - np.mean(velocities)) ** 2))
     inner += float(np.sum(bond.energy(strains)))
     # The energy of internal motion bounds the compression of a bond. After a fast collision, no
-    # bond gets as short as it was while the chain was at the wall.
+    # The energy of internal motion limits the compression of a bond. After a fast collision, no
+    # bond becomes as short as while the chain was at the wall.
     shortest = max(answer.result["bond_min"] - 1.0, compressed_strain(bond, inner))
     line, speed = point.scene.line, point.scene.impact_velocity
     stepper = Stepper.of(line, bond, "order8", STEP / highest_frequency(bond, shortest))

@@ -1,4 +1,4 @@
-"""Measured points of both engines, with error bars and the agreement of the engines."""
+"""Hold measured points of both engines, with error bars and the agreement of the engines."""
 
 import math
 from collections.abc import Iterable
@@ -15,7 +15,7 @@ from chaincor.workflows.reproduce.plan import ReproductionPlan, Study
 
 
 class NoNumber(Exception):
-    """Error: the points do not give a number; the message says why."""
+    """The points do not give a number; the message says why."""
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,7 @@ def _number(value: float | None, missing: float = math.nan) -> float:
 
 @dataclass(frozen=True)
 class MeasuredPoint:
-    """Scene as planned for LAMMPS, with the answers of both engines; None if one did not run."""
+    """Scene as planned for LAMMPS, with the results of both engines, or None for an engine."""
 
     scene: Scene
     lammps: Answer | None
@@ -45,10 +45,9 @@ class MeasuredPoint:
         """
         Engine whose number is shown, ``lammps`` or ``in-house``; None without a number.
 
-        The number of LAMMPS is shown unless it is missing or misses the target error. In these
-        cases the reference engine's number is shown, if it reaches the target error or has the
-        smaller bar. LAMMPS can miss the target error because its coordinates are not always exact
-        enough.
+        LAMMPS's number is shown if it meets the target error. Otherwise the reference engine's
+        number is shown, if it meets the target error or has the smaller error bar. LAMMPS can miss
+        the target error, because rounding of its absolute coordinates limits the accuracy.
         """
         ours, other = ({} if a is None else a.result for a in (self.lammps, self.in_house))
         if not ours or not other:
@@ -70,13 +69,13 @@ class MeasuredPoint:
 
     @property
     def answer(self) -> Answer:
-        """Answer that is plotted and fitted; an empty answer if there is none."""
+        """Result that is plotted and fitted; an empty result if there is none."""
         shown = {"lammps": self.lammps, "in-house": self.in_house, None: None}[self.source]
         return shown or Answer({})
 
     @property
     def answers(self) -> list[Answer]:
-        """Answers with a result, the answer of LAMMPS first."""
+        """Results of the engines that have one, with LAMMPS first."""
         return [a for a in (self.lammps, self.in_house) if a is not None and a.result]
 
     @property
@@ -91,27 +90,27 @@ class MeasuredPoint:
 
     @property
     def scaled_dissipation(self) -> float:
-        """Dissipation times n^(2/3), a constant if the law of long harmonic chains holds."""
+        """Dissipation times n^(2/3), which is constant if the law of long harmonic chains holds."""
         return self.dissipation * self.particles ** (2.0 / 3.0)
 
     @property
     def error(self) -> float:
-        """Error bar of eta: `bar_of` for the answer that is shown."""
+        """Error bar of eta in the result that is shown."""
         return self.bar_of(self.answer)
 
     def bar_of(self, answer: Answer) -> float:
-        """Return the error bar of an answer, or the difference of the engines if that is larger."""
-        # The bar comes first, so that a difference of nan does not count as larger.
+        """Return the error bar of a result, or the difference of the engines if it is larger."""
+        # max() keeps its first argument if the second is nan, so the error bar comes first.
         return max(_number(answer.result.get("restitution_error")), abs(self.difference))
 
     @property
     def is_limit(self) -> bool:
-        """Whether the value shown is the limit of hard spheres instead of an integrated result."""
+        """Whether the value shown is the limit of hard spheres, not an integrated result."""
         return self.answer.result.get("scheme") == SCHEME
 
     @property
     def is_open(self) -> bool:
-        """Whether the error bar is mostly the possible effect of a later contact."""
+        """Whether the error bar mostly covers a possible later contact."""
         later = (self.answer.result.get("error_parts") or {}).get("ending")
         return (later or 0.0) > 0.5 * self.error
 
@@ -144,7 +143,7 @@ class MeasuredPoint:
 
     @property
     def difference(self) -> float:
-        """Eta of LAMMPS less eta of the reference engine; nan if one of them has no result."""
+        """Eta of LAMMPS less eta of the reference engine, or nan without both results."""
         both = [answer.result["restitution"] for answer in self.answers]
         return float(both[0] - both[1]) if len(both) == 2 else math.nan
 
@@ -156,7 +155,7 @@ class MeasuredPoint:
 
     @property
     def allowed_difference(self) -> float:
-        """Sum of the error from LAMMPS's own runs and the error bar of the reference engine."""
+        """Error from LAMMPS's own runs plus the error bar of the reference engine."""
         if math.isnan(self.summed_bars):
             return math.nan
         results = [answer.result for answer in self.answers]
@@ -186,7 +185,7 @@ class Measurements:
         self, study: str, potential: str, least: int = 0, missing: str = "no points", **wanted: Any
     ) -> list[MeasuredPoint]:
         """
-        Return the points of a study with a result and the wanted fields, by speed and length.
+        Return a study's points with a result and the wanted fields, ordered by speed and length.
 
         Raises NoNumber with the message `missing` if there are fewer than `least` points.
         """

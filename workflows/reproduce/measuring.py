@@ -1,4 +1,4 @@
-"""Computation of a plan's points by LAMMPS, by the reference engine and by the echo method."""
+"""Compute a plan's points by LAMMPS, by the reference engine and by the echo method."""
 
 import time
 from collections.abc import Callable, Sequence
@@ -13,7 +13,7 @@ from chaincor.workflows.reproduce.measurements import Answer, MeasuredPoint, Mea
 from chaincor.workflows.reproduce.plan import ReproductionPlan, Study
 from chaincor.workflows.validation.comparison import SHARPER, judging_scene
 
-# Function from scenes to answers, in the same order.
+# A runner is a function from scenes to results in the same order.
 MeasurementRunner = Callable[[Sequence[Scene]], Sequence[Answer]]
 
 
@@ -43,15 +43,15 @@ def _reference_twin(scene: Scene) -> Scene:
     """
     Return the scene for the reference engine that checks a scene of LAMMPS.
 
-    Its tolerance is a tenth of LAMMPS's tolerance. If bonds are too stiff for LAMMPS, the result of
-    the reference engine is shown, and the tolerance stays.
+    The tolerance is a tenth of LAMMPS's tolerance. If bonds are too stiff for LAMMPS, the reference
+    engine's result is shown, so its tolerance is the scene's own.
     """
     share = 1.0 if frequency_ratio(scene.problem) > LAMMPS.sharpest else SHARPER
     return judging_scene(scene, share * (scene.tolerance or DEFAULT_TOLERANCE))
 
 
 def by_echo(scenes: Sequence[Scene]) -> dict[Scene, Answer]:
-    """Collide long harmonic chains, which share all contacts before their first echo."""
+    """Collide long harmonic chains, whose contacts are the same until an echo of the free end."""
     by_length = {scene.particles: scene for scene in scenes}
     started = time.process_time()
     chains = list(collide_long_chains(by_length))

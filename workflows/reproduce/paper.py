@@ -1,4 +1,4 @@
-"""Contents of the report: figures, claims, scenes, fits and questions about the paper."""
+"""List the contents of the report: figures, claims, scenes, fits and questions."""
 
 from collections.abc import Callable
 
@@ -24,7 +24,7 @@ from chaincor.workflows.reproduce.free_flight import FreeFlight
 from chaincor.workflows.reproduce.measurements import Measurements, NoNumber
 from chaincor.workflows.reproduce.plan import ReproductionPlan, Study
 
-# Claims in the order of the paper's text.
+# The claims are in the order of the paper's text.
 CLAIMS: tuple[Claim, ...] = (
     *claims_of(trajectories),
     *claims_of(harmonic_contacts),
@@ -48,7 +48,7 @@ def studies(plan: ReproductionPlan) -> tuple[Study, ...]:
 
 
 def figures(measured: Measurements, flights: tuple[FreeFlight, ...]) -> tuple[Figure, ...]:
-    """Return the figures of the paper in its order, then the figures beyond the paper."""
+    """Return the figures of the paper in the paper's order, then the figures beyond the paper."""
     measured_ones = (
         *(schematic, trajectories, harmonic_lengths, restitution_curves, lj_lengths, increase),
         *(contacts_and_restitution, pair, slope, slow_chains),
@@ -68,7 +68,7 @@ def _answer(find: Callable[[Measurements], str], measured: Measurements) -> str:
 
 
 def readings(measured: Measurements) -> dict[str, str]:
-    """Return our reading of the paper's open points, by the question."""
+    """Return how we read points that the paper leaves open, by the question."""
     chains = measured.select("harmonic_velocities", "harmonic")
     harmonic_loss = f"{chains[0].dissipation:.4f}" if chains else "–"
     return {

@@ -1,4 +1,4 @@
-"""Plans of the scenes that check the paper: a quick plan and a full plan, as plain numbers."""
+"""Plan the scenes that check the paper: a quick plan and a full plan, as plain numbers."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -9,10 +9,11 @@ import numpy as np
 
 from chaincor.lammps_inputs.scene import DEFAULT_HARMONIC_VELOCITY, Scene
 
-# Five speeds of the paper's figure of 1 - eta against n, in units of v*.
+# The paper's figure of 1 - eta against n has these five speeds, in units of v*.
 PAPER_SIZE_SPEEDS = (0.780, 0.390, 0.160, 0.078, 0.008)
-# Orders of the lowest anharmonic term in the paper's figure of the increase, each with the sign of
-# c that stiffens compression. eta(v/v*) is the same for every |c|, because c only scales lengths.
+# The paper's figure of the increase has these orders of the lowest anharmonic term, each with the
+# sign of c that stiffens compression. Only the sign matters, because c scales lengths and eta(v/v*)
+# is the same for every |c|.
 PAPER_ORDERS = {3: -1.0, 4: 1.0, 5: -1.0}
 
 
@@ -96,7 +97,7 @@ def chains(
 
 
 def _speeds(first: float, last: float, count: int, *more: float) -> tuple[float, ...]:
-    """Return speeds evenly spaced on a logarithmic scale, to 6 digits, and additional speeds."""
+    """Return speeds evenly spaced on a logarithmic scale, rounded to 6 digits, and extra speeds."""
     spaced = (float(f"{u:.6g}") for u in np.geomspace(first, last, count))
     return tuple(sorted({*spaced, *more}))
 
@@ -106,7 +107,8 @@ def _sizes(first: int, last: int, count: int, *more: int) -> tuple[int, ...]:
     return tuple(sorted({*spaced, *more}))
 
 
-# Additional speeds: near the minimum, the reference speeds, and where f/n reaches 1.
+# These additional speeds lie near the minimum and where f/n reaches 1, and include the speeds of
+# the reference values.
 _NOTEWORTHY = (0.4, 0.55, 0.65, 0.7, 0.78, 0.82, 0.86, 0.9, 1.1, 1.5, 2.0)
 
 QUICK = ReproductionPlan(
@@ -119,7 +121,7 @@ QUICK = ReproductionPlan(
     harmonic_longest=(3000, 10_000, 30_000),
     harmonic_velocities=(1e-3, 1e-2, 0.1, 0.5),
     sizes=(10, 20, 50, 100, 200, 500, 1000),
-    # Faster and longer chains break at the free end, and eta needs ever smaller steps.
+    # Faster and longer chains break at the free end, and their eta would need ever smaller steps.
     far_sizes={
         0.39: (2000,),
         0.16: (3000, 5000),
@@ -152,7 +154,7 @@ FULL = ReproductionPlan(
     sizes=(10, 14, 20, 30, 50, 70, 100, 140, 200, 300, 500, 700, 1000),
     far_sizes={
         0.78: (1400, 2000),
-        0.39: (1400, 2000),  # at n = 3000 rounding decides whether eta is 0.781 or 0.784
+        0.39: (1400, 2000),  # At n = 3000, rounding decides whether eta is 0.781 or 0.784.
         **dict.fromkeys((0.16, 0.078, 0.008), (1400, 2000, 3000, 5000, 10000, 20000)),
     },
     increase_speeds={

@@ -1,4 +1,4 @@
-"""Report of the reproduction as HTML, Markdown and JSON, with the verdicts first."""
+"""Write the report of the reproduction as HTML, Markdown and JSON, with the verdicts first."""
 
 import json
 import math
@@ -23,9 +23,9 @@ from chaincor.workflows.reproduce.free_flight import FreeFlight
 from chaincor.workflows.reproduce.measurements import MeasuredPoint, Measurements
 from chaincor.workflows.reproduce.plan import Study
 
-# Folder of the figures and their data.
+# This folder contains the figures and their data.
 DRAWINGS = "figures"
-# Mark of an entry in the page of slips that was suspected and is right.
+# An entry in the page of slips has this mark if it was suspected and is right.
 RIGHT = "right as printed"
 _BOND_FORMULAS = {
     "lj": "U = (x^(−12) − 2 x^(−6) + 1)/72",
@@ -46,7 +46,7 @@ def gather(
     figures: tuple[Figure, ...],
     seconds: dict[str, float],
 ) -> dict[str, Any]:
-    """Judge the claims and return the contents of ``report.json``; `seconds` is this run's time."""
+    """Judge the claims, and return the contents of ``report.json``; `seconds` is the run's time."""
     verdicts = [verdict_row(claim, claim.found(measured)) for claim in paper.CLAIMS]
     slip_count, slips = read_slips()
     bonds = {name: Scene(potential=name, speed=1.0).bond for name in _BOND_FORMULAS}
@@ -90,7 +90,7 @@ def gather(
         "work": [_work(measured, study) for study in measured.studies],
         "dearest": _dearest(measured),
         "seconds": seconds,
-        "seeds": "none: nothing here is random",
+        "seeds": "none, because nothing here is random",
     }
 
 
@@ -127,7 +127,7 @@ def _answered(questions: dict[str, str]) -> list[dict[str, str]]:
 
 
 def describe_found(row: dict[str, Any]) -> str:
-    """Write the number of a finding, or whether a trend is there."""
+    """Write the number of a finding, or say whether a trend is there."""
     return _number(row["is_trend"], row["value"], row["error"])
 
 
@@ -176,7 +176,7 @@ def _work(measured: Measurements, study: Study) -> dict[str, Any]:
 
 
 def _dearest(measured: Measurements) -> list[dict[str, Any]]:
-    """Return the eight longest runs, each with its share of all computing time."""
+    """Return the eight longest runs, each with its fraction of the total computing time."""
     runs = _runs(measured.all_points())
     total = sum(run["seconds"] for run in runs) or 1.0
     longest = sorted(runs, key=lambda run: -run["seconds"])[:8]
@@ -184,7 +184,7 @@ def _dearest(measured: Measurements) -> list[dict[str, Any]]:
 
 
 def _versions_of(measured: Measurements) -> dict[str, str]:
-    """Return the versions that made the results; a continued store can have several."""
+    """Return the versions that made the results; a store that was continued can have several."""
     found: dict[str, set[str]] = {}
     for point in measured.all_points():
         for answer in point.answers:
@@ -197,9 +197,9 @@ def read_slips() -> tuple[str, list[dict[str, str]]]:
     """
     Read the paper's slips from the page ``paper_slips.md``, which the tests of the slips write.
 
-    Returns a sentence with their number, and the entries in the paper's order. An entry has the
-    place in the paper, the printed text, the correct text (empty if the print is right), ``slip``
-    or another kind, the consequence (a dash if the entry is no slip) and the check.
+    Returns a sentence with the number of slips, and all entries in the paper's order. An entry has
+    the place in the paper, the printed text, the correct text (empty if the paper is right), the
+    kind (``slip`` or another), the consequence (a dash if the entry is no slip) and the check.
     """
     page = (DOCUMENTS / "paper_slips.md").read_text(encoding="utf-8")
     head, *entries = re.split(r"\n## \d+\. ", page)

@@ -1,4 +1,4 @@
-"""Reproduction of the paper, from a plan to a report on disk."""
+"""Reproduce the paper, from a plan to a report on disk."""
 
 import time
 from pathlib import Path
@@ -81,7 +81,7 @@ def reproduce(
 
 
 def describe_reproduction(folder: Path, contents: dict[str, Any]) -> None:
-    """Describe each file in ``ro-crate-metadata.json``; `contents` are the report's contents."""
+    """Describe each file in ``ro-crate-metadata.json``; `contents` are those of the report."""
     titles = {figure["key"]: figure["title"] for figure in contents["figures"]}
     drawings = sorted(path for key in titles for path in (folder / DRAWINGS).glob(f"{key}.*"))
     files = {path.relative_to(folder).as_posix(): titles[path.stem] for path in drawings}
@@ -89,7 +89,7 @@ def describe_reproduction(folder: Path, contents: dict[str, Any]) -> None:
 
 
 def reproduce_paper(plan: ReproductionPlan, folder: Path, run: MeasurementRunner) -> dict[str, Any]:
-    """Compute a plan, judge it, write the report and return the contents of ``report.json``."""
+    """Compute and judge a plan, write the report, and return the contents of ``report.json``."""
     started = time.perf_counter()
     measured = measure(plan, paper.studies(plan), run)
     computed = time.perf_counter()

@@ -1,1 +1,1 @@
-"""The trade between speed and accuracy of one collision, measured on this machine."""
+"""Measure the trade between speed and accuracy of one collision on this machine."""

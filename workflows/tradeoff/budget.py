@@ -1,4 +1,4 @@
-"""Error of a setting, split by cause. A run without each cause measures it."""
+"""Split the error of a setting by cause, each of which a run without that cause measures."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -21,19 +21,20 @@ from chaincor.workflows.tradeoff.oracles import (
 from chaincor.workflows.tradeoff.settings import PHASE_WIDTH
 from chaincor.workflows.tradeoff.truth import Truth
 
-# Seconds per force call of bond_style lepton, and per step in NumPy: for planning.
+# The plan assumes these seconds per force call of bond_style lepton, and per step in NumPy.
 _LEPTON_CALL = 2e-4
 _WIDE_STAGE = 3e-5
 _ROWS: dict[TableStyle, tuple[int, ...]] = {
     "linear": (101, 1_001, 10_001, 100_001),
     "spline": (31, 101, 301, 1_001, 10_001),
 }
-# Range of a table without a pilot run. It covers most of the well, so it serves for any speed.
+# Without a pilot run, a table covers this range. It contains most of the potential well, so it
+# serves for any speed.
 _WIDE = (0.8, 1.8)
 
 CAUSES = ("wall", "integrator", "table", "rounding", "output")
 
-# Called with the finished fraction of a part.
+# A function of this type is called with the finished fraction of a part.
 ReportPart = Callable[[float], None]
 
 
@@ -83,9 +84,9 @@ def measure_budget(
     """
     Measure the error budget by removing the causes of error one after the other.
 
-    Errors have signs. The errors of one event-wall run add up to its whole error. The error of the
-    stock wall is averaged over `phases` nearby steps. `oracle_seconds` is the largest time of each
-    slow run, with exact bonds and with wider floats.
+    Errors have signs, and the errors of an event-wall run add up to the total. The error of the
+    stock wall is averaged over `phases` nearby steps. `oracle_seconds` limits the time of each slow
+    run, with exact bonds or with wider floats.
     """
     advance(0.0)
     scene = truth.scene
@@ -117,7 +118,7 @@ def measure_budget(
     if wider_floats() and _WIDE_STAGE * located.force_evaluations < oracle_seconds:
         smooth = restitution_without_rounding(scene, event, located)
         integrator = abs(smooth - truth.restitution)
-        # Without exact bonds the difference would include the error of the table.
+        # Without a run with exact bonds, this difference would include the error of the table.
         rounding = None if table is None else abs(exact - smooth)
     advance(1.0)
     return ErrorBudget(
@@ -137,7 +138,7 @@ def measure_budget(
 
 @dataclass(frozen=True)
 class TablePoint:
-    """The effect of one bond table on eta."""
+    """Effect of one bond table on eta."""
 
     style: TableStyle  #: ``linear`` or ``spline``.
     rows: int  #: Number of rows.
@@ -156,9 +157,10 @@ def measure_tables(
     advance: ReportPart = lambda _done: None,
 ) -> list[TablePoint]:
     """
-    Run the same steps with each style, range and number of rows that covers the bonds.
+    Run the same steps with tables of each style, range and number of rows.
 
-    `exact` is eta of these steps with exact bonds. `quick` uses the scene's own range only.
+    `exact` is eta at these steps with exact bonds. With `quick`, tables cover only the scene's own
+    range.
     """
     scene, own = truth.scene, truth.bond_range
     ranges = {"scene": own}
@@ -172,7 +174,7 @@ def measure_tables(
         try:
             outcome = lammps.run(scene.problem, table)
         except ChaincorError:
-            continue  # too coarse to hold the chain together
+            continue  # The table is too coarse to hold the chain together.
         points.append(
             TablePoint(
                 style=style,

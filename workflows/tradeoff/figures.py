@@ -1,4 +1,4 @@
-"""Figures of a trade-off study: error against time, error by cause, error by table."""
+"""Draw the figures of a trade-off study: error against time, by cause, and by table."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
@@ -40,9 +40,9 @@ def plot_work_precision(measurements: Sequence[Measurement], floor: float | None
     """
     Draw the error of eta against the time of integration, both logarithmic.
 
-    Bars go from the least to the largest error over the phases. The Pareto front of LAMMPS is a
-    broad pale line. `floor`, the error of the converged value, is a dotted line. Hollow marks show
-    the reference engine, grey marks the stock wall.
+    Error bars go from the smallest to the largest error over the phases. The Pareto front of LAMMPS
+    is a broad pale line, and `floor`, the error of the converged value, is a dotted line. Hollow
+    marks show the reference engine, and grey marks show the stock wall.
     """
     figure, ax = new_figure(figsize=(7.2, 4.4))
     done = [m for m in measurements if not m.failure and m.seconds]
@@ -76,7 +76,7 @@ def plot_work_precision(measurements: Sequence[Measurement], floor: float | None
     if floor is not None and floor > 0.0:
         ax.axhline(floor, color=GREY, linewidth=0.8, linestyle=(0, (1, 2)))
         ax.annotate(
-            "bar of the converged value", (1.0, floor), xycoords=("axes fraction", "data"),
+            "error bar of the converged value", (1.0, floor), xycoords=("axes fraction", "data"),
             xytext=(-2, 3), textcoords="offset points", ha="right", fontsize=8, color=GREY,
         )  # fmt: skip
     ax.set(xscale="log", yscale="log", xlabel="time of the integration (s)")
@@ -86,7 +86,7 @@ def plot_work_precision(measurements: Sequence[Measurement], floor: float | None
 
 
 def plot_error_budget(budgets: Sequence[ErrorBudget]) -> "Axes":
-    """Draw the error of eta by cause: a group of bars per budget, with its total as a line."""
+    """Draw the error of eta by cause, with a group of bars and a line for the total per budget."""
     figure, ax = new_figure(figsize=(6.4, 3.6))
     width = 0.8 / len(CAUSES)
     totals = [budget.total for budget in budgets]
@@ -99,7 +99,7 @@ def plot_error_budget(budgets: Sequence[ErrorBudget]) -> "Axes":
             place = group + (k - 0.5 * (len(CAUSES) - 1)) * width
             height = value or 0.0
             drawn = height > 0.0
-            # Neither zero nor "none" has a place on a logarithmic axis.
+            # Zero and missing errors have no place on a logarithmic axis.
             ax.bar(
                 place,
                 height - bottom if drawn else 0.0,
@@ -126,7 +126,7 @@ def plot_error_budget(budgets: Sequence[ErrorBudget]) -> "Axes":
 
 
 def plot_table_errors(points: Sequence[TablePoint]) -> "Axes":
-    """Draw the error of eta due to a bond table against its rows."""
+    """Draw the error of eta due to a bond table against the number of rows."""
     ax = new_figure()[1]
     for style, bond_range in dict.fromkeys((p.style, p.bond_range) for p in points):
         own = [p for p in points if (p.style, p.bond_range) == (style, bond_range)]

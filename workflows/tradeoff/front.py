@@ -1,4 +1,4 @@
-"""Pareto front of a study, its cheapest setting per decade of error, and its advice."""
+"""Find the Pareto front of a study, its cheapest setting per decade of error, and its advice."""
 
 import math
 from collections.abc import Iterable
@@ -11,10 +11,10 @@ from chaincor.workflows.accuracy.by_lammps import usual_schemes
 from chaincor.workflows.measured import measured
 from chaincor.workflows.tradeoff.settings import Measurement, Setting, time_unit
 
-# An error that a setting promises is this many times the worst that was measured. Between scenes,
-# errors at equal steps (in units of the fastest bond) scatter, as contacts graze the wall or
-# nearly: 95 in 100 scenes are below these reserves. By choice they are at least what the 130 scenes
-# of the first trade-off needed.
+# A setting promises an error of this many times the worst measured one. At equal steps (in units of
+# the fastest bond), errors scatter between scenes, because contacts may graze the wall. 95 of 100
+# scenes stay below these factors. The lower limits are what the 130 scenes of the first trade-off
+# needed.
 RESERVE: dict[Scheme, float] = measured(
     "promise_reserve", {"verlet": 40.0, "order4": 20.0, "order6": 20.0, "order8": 20.0}
 )
@@ -28,10 +28,10 @@ def reserve_of(scheme: Scheme) -> float:
 
 def promised_errors(measurements: Iterable[Measurement]) -> dict[Setting, float]:
     """
-    Return the promised error of each setting, for this scene and similar ones.
+    Return the promised error of each setting, for this scene and similar scenes.
 
-    An error may vanish by chance at one step. The promised error is therefore the largest of the
-    setting's series from its step downwards, times the reserve of its scheme.
+    The error at one step may be small by chance. The promised error is therefore the largest error
+    in the setting's series at its step and smaller steps, times the factor of its scheme.
     """
     promises: dict[Setting, float] = {}
     largest: dict[str, float] = {}
@@ -44,7 +44,7 @@ def promised_errors(measurements: Iterable[Measurement]) -> dict[Setting, float]
 
 
 def pareto_front(measurements: Iterable[Measurement]) -> list[Measurement]:
-    """Return the settings, from fast to exact, that no other beats in both error and time."""
+    """Return the settings that no other setting beats in both error and time, fastest first."""
     front: list[Measurement] = []
     done = [m for m in measurements if m.failure is None]
     for each in sorted(done, key=lambda m: (m.time, m.rms_error)):
@@ -55,7 +55,7 @@ def pareto_front(measurements: Iterable[Measurement]) -> list[Measurement]:
 
 @dataclass(frozen=True)
 class CheapestRow:
-    """The cheapest setting for a decade of error."""
+    """Cheapest setting for a decade of error."""
 
     error: float  #: Promised error, 10^-k.
     setting: Setting  #: Setting, with the step of the measured scene.
@@ -71,7 +71,7 @@ class CheapestRow:
 def cheapest_settings(
     scene: Scene, measurements: Iterable[Measurement], engine: Engine
 ) -> list[CheapestRow]:
-    """Return an engine's cheapest setting for each decade of error of eta, from 1e-2 on."""
+    """Return an engine's cheapest setting for each decade of the error of eta, from 1e-2 down."""
     usable = [m for m in measurements if m.failure is None and m.setting.engine == engine]
     promises = promised_errors(usable)
     rows = []
@@ -96,20 +96,21 @@ def cheapest_settings(
 
 
 def advised(rows: list[CheapestRow], tolerance: float) -> CheapestRow | None:
-    """Return the cheapest row that keeps a tolerance; None if there is none."""
+    """Return the cheapest row that meets a tolerance, or None."""
     good = [row for row in rows if row.error <= tolerance * (1.0 + 1e-9)]
     return min(good, key=lambda row: row.seconds, default=None)
 
 
 def give_advice(scene: Scene, rows: list[CheapestRow], tolerance: float) -> str:
-    """Return one line on the cost of an error, and on a quicker setting if there is one."""
+    """Return one line on the cost of the tolerance, and on a quicker setting if there is one."""
     row = advised(rows, tolerance)
-    # Neither a scene nor a script can have extrapolated steps.
+    # A study compares only settings that a scene or a script can have, so extrapolated steps are
+    # missing.
     has_more = usual_schemes(scene.problem, tolerance)[0] not in SCHEME_ORDERS
     if row is None:
         reached = f"{rows[-1].error:.0e}" if rows else "nothing"
         more = f"; --tolerance {tolerance:.0e} may reach it" if has_more else ""
-        return f"{tolerance:.0e} is beyond what was measured here (reached: {reached}){more}"
+        return f"no measured setting has an error of {tolerance:.0e} (reached: {reached}){more}"
     more = f"; quicker: --tolerance {tolerance:.0e}" if has_more else ""
     return f"{tolerance:.0e} costs {format_seconds(row.seconds)}: {describe(row.setting)}{more}"
 

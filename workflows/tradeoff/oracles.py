@@ -1,4 +1,4 @@
-"""Runs with the same steps as LAMMPS, each without one source of error."""
+"""Repeat LAMMPS's steps, each time without one source of error."""
 
 import tempfile
 from pathlib import Path
@@ -20,7 +20,8 @@ OracleState = tuple[NDArray, NDArray, NDArray]
 
 def lepton_formula(scene: Scene) -> str | None:
     """Return the bond energy for ``bond_style lepton``; None for a bond without a formula."""
-    # Lepton's r is the length minus the natural length, and its log is the natural logarithm.
+    # Lepton's variable r is the length minus the natural length, and its log is the natural
+    # logarithm.
     formula = scene.bond.lammps_formula
     if formula is None:
         return None
@@ -31,9 +32,9 @@ def restitution_with_exact_bonds(scene: Scene, numerics: Numerics, like: Outcome
     """
     Run LAMMPS without a table: ``bond_style lepton`` differentiates the formula itself.
 
-    LAMMPS compiles the formula at every force call, in 100 us and more, so this run is a slow
-    reference only. Forces are exact to rounding. The run ends with as many contacts as `like`, the
-    run with the table. The bond must have a formula. Raises RunError if LAMMPS fails.
+    LAMMPS compiles the formula at every force call, which takes 100 us or more, so the run serves
+    only as a reference. Its forces are exact to rounding. The run ends after as many contacts as
+    `like`, the run with the table. The bond must have a formula. Raises RunError if LAMMPS fails.
     """
     formula = lepton_formula(scene)
     assert formula is not None
@@ -54,8 +55,8 @@ def restitution_without_rounding(scene: Scene, numerics: Numerics, like: Outcome
     """
     Take LAMMPS's steps in NumPy with coordinates of 64 bits instead of 53, and exact bonds.
 
-    The remaining error is the error of the integrator. The run ends with as many contacts as
-    `like`, the run of LAMMPS.
+    The remaining error is that of the integrator. The run ends after as many contacts as `like`,
+    the run of LAMMPS.
     """
     return _collide(scene, numerics, WideChain(scene, numerics), like)
 
@@ -64,14 +65,14 @@ def _collide(
     scene: Scene, numerics: Numerics, chain: "LammpsChain | WideChain", like: Outcome
 ) -> float:
     """
-    Run to the last contact.
+    Run a collision to its last contact.
 
-    The run `like` has argued that no further contact follows.
+    The run `like` has already shown that no further contact follows.
     """
-    # Only LAMMPS saves time by checking the wall after several steps.
+    # Checking the wall only after several steps saves time in LAMMPS, but not in NumPy.
     guarded = isinstance(chain, LammpsChain)
     flight = flight_of(chain, scene.problem, numerics, guarded)  # type: ignore[arg-type]
-    # Contacts shift slightly without one of the errors.
+    # Without one of the errors, contacts occur at slightly different times.
     limit = float(like.contact_times[-1]) + KNOWN_MARGIN / scene.bond.stiffness**0.5
     for _ in like.contact_times:
         if flight.advance(limit) is None:
@@ -118,9 +119,9 @@ class WideChain:
             self.verlet(weight * length)
 
     def snapshot(self) -> OracleState:
-        """Copy x, v and f."""
+        """Return a copy of x, v and f."""
         return self.x.copy(), self.v.copy(), self.f.copy()
 
     def restore(self, state: OracleState) -> None:
-        """Put a copied state back."""
+        """Restore x, v and f from a copy."""
         self.x[:], self.v[:], self.f[:] = state

@@ -1,4 +1,4 @@
-"""Settings of a study (engine, wall, scheme, table, step), their runs and their errors."""
+"""Define the settings of a study (engine, wall, scheme, table, step), and measure them."""
 
 import math
 import time
@@ -20,25 +20,25 @@ from chaincor.workflows.tradeoff.truth import Deviation, Truth
 
 _ENGINES = {"lammps": lammps, "reference": stepping}
 _ENGINE_NAMES = {"lammps": "LAMMPS", "reference": "reference"}
-# Force error of the linear tables that are compared with splines, in units of v0. It takes some
-# thousands of rows. Splines need fewer rows to be exact to rounding.
+# Linear tables that are compared with splines have this force error, in units of v0. They need some
+# thousands of rows, while splines are exact to rounding with fewer rows.
 _LINEAR_FORCE_ERROR = 1e-7
-# Recipe of textbooks and mailing lists: fix wall/reflect, Verlet, this step.
+# Textbooks and mailing lists recommend fix wall/reflect, Verlet and this step.
 STOCK_TIMESTEP = 0.005
 STOCK_PHASES = 8
-# Nearby steps represent different phases of the contacts within a step.
+# Steps within this fraction of a setting give different phases of the contacts within a step.
 PHASE_WIDTH = 0.02
 # A ladder ends when the error is at most this many times the floor.
 _FLOOR_SHARE = 3.0
-# Largest share of the time that one run of the first pass may take.
+# One run of the first pass may take at most this fraction of the time.
 _LONGEST_SHARE = 0.08
-# Cost of a step of the reference engine over a step of LAMMPS, for planning only.
+# The plan assumes that a step of the reference engine costs this fraction of a step of LAMMPS.
 _IN_HOUSE_COST = 0.1
 
 
 @dataclass(frozen=True)
 class Setting:
-    """One point of a work-precision study."""
+    """Setting of one point in a work-precision study."""
 
     #: As in scenes.
     engine: Engine
@@ -49,7 +49,7 @@ class Setting:
 
     @property
     def series(self) -> str:
-        """Name of the series: all settings of the study that differ only in the step."""
+        """Name of the series, which contains all settings that differ only in the step."""
         parts = [_ENGINE_NAMES[self.engine]]
         if self.engine == "lammps":
             parts.append("stock wall" if self.wall == "reflect" else "event wall")
@@ -62,10 +62,10 @@ class Setting:
         self, scene: Scene, bond_range: tuple[float, float] | None = None, phase: float = 0.0
     ) -> Numerics:
         """
-        Return the settings of one run.
+        Return the numerics of one run.
 
-        `bond_range` is the range of the table; None lets the engine find it. `phase`, from 0 to 1,
-        shortens the step by up to 2 %.
+        `bond_range` is the range of the table, or None if the engine chooses it. `phase`, from 0 to
+        1, shortens the step by up to 2 %.
         """
         linear = self.table == "linear"
         return Numerics(
@@ -79,14 +79,14 @@ class Setting:
 
 
 def stock_setting(scene: Scene, step: float = STOCK_TIMESTEP) -> Setting:
-    """Return the setting of the stock recipe, at a step in its unit of time."""
+    """Return the setting of the stock recipe at a step, which is in its unit of time."""
     spline: TableStyle | None = None if scene.bond.is_harmonic else "spline"
     return Setting("lammps", "reflect", "verlet", spline, step * time_unit(scene, "reflect"))
 
 
 def time_unit(scene: Scene, wall: Wall) -> float:
     """
-    Return the unit of time of steps, which makes them comparable between scenes.
+    Return the unit of time that makes steps of different scenes comparable.
 
     The unit is 1/frequency of the most compressed bond. For the stock wall, whose recipe ignores
     compression, it is 1/frequency of a bond at natural length.
@@ -153,22 +153,22 @@ class Measurement:
 
     @property
     def errors(self) -> np.ndarray:
-        """|Error of eta| of each phase, shape (phases,)."""
+        """Absolute error of eta at each phase, shape (phases,)."""
         return np.array([abs(each.restitution) for each in self.deviations])
 
     @property
     def median_error(self) -> float:
-        """Median over the phases."""
+        """Median absolute error of eta over the phases."""
         return float(np.median(self.errors))
 
     @property
     def rms_error(self) -> float:
-        """Root of the mean square over the phases."""
+        """Root-mean-square error of eta over the phases."""
         return float(np.sqrt(np.mean(self.errors**2)))
 
     @property
     def worst_error(self) -> float:
-        """Largest over the phases."""
+        """Largest absolute error of eta over the phases."""
         return float(np.max(self.errors))
 
     @property
@@ -183,11 +183,11 @@ class Measurement:
 
     @property
     def time(self) -> float:
-        """Median seconds of the integration."""
+        """Median processor time of the integration, in seconds."""
         return float(np.median(self.seconds))
 
     def run(self, truth: Truth, phase: float) -> None:
-        """Run the setting again at a `phase` from 0 to 1, see :meth:`Setting.numerics`."""
+        """Run the setting at a `phase` from 0 to 1, as in :meth:`Setting.numerics`."""
         numerics = self.setting.numerics(truth.scene, truth.bond_range, phase)
         started, worked = time.perf_counter(), time.thread_time()
         try:
@@ -196,7 +196,7 @@ class Measurement:
             self.failure = str(error)
             return
         total, busy = time.perf_counter() - started, time.thread_time() - worked
-        # Processor time excludes the load of other programs.
+        # Processor time does not count the load of other programs.
         integration = outcome.seconds * min(busy / total, 1.0)
         self.deviations.append(truth.deviation(outcome))
         self.seconds.append(integration)
@@ -215,12 +215,12 @@ def measure_ladders(
     advance: Callable[[float], None],
 ) -> list[Measurement]:
     """
-    Run each ladder once from coarse to fine, then repeat all settings in turns.
+    Run each ladder once from coarse to fine, then repeat all settings in turn.
 
-    Returns all measured settings, coarse to fine within each series. Settings that do not fit into
-    `seconds` of processor time are left out, the most expensive first. `floor` is the error of eta
-    below which finer steps show nothing: the error bar of the reference run, and rounding.
-    `advance` gets the fraction of the time that has passed.
+    Returns all measured settings, from coarse to fine within each series. If they do not fit into
+    `seconds` of processor time, the most expensive settings are left out. `floor` is the error of
+    eta that rounding and the error bar of the reference run hide, so that finer steps show nothing.
+    `advance` is called with the fraction of the time that has passed.
     """
     for coarsest, *_ in ladders:
         # Compiled loops are loaded before the clock starts.
@@ -229,14 +229,14 @@ def measure_ladders(
     started = time.thread_time()
 
     def spent() -> float:
-        # With processor time, other programs do not cause settings to be left out.
+        # The limit is processor time, so that the load of other programs leaves no settings out.
         return time.thread_time() - started
 
     def run(measurement: Measurement, phase: float) -> None:
         measurement.run(truth, phase)
         advance(min(1.0, spent() / seconds))
 
-    # The first pass runs all ladders, cheapest step first, in half the time at most.
+    # The first pass runs all ladders, with the cheapest step first, in at most half the time.
     measured: list[list[Measurement]] = [[] for _ in ladders]
     rungs = [(k, setting) for k, ladder in enumerate(ladders) for setting in ladder]
     rungs.sort(key=lambda rung: expected_seconds(truth, rung[1]))
@@ -251,11 +251,11 @@ def measure_ladders(
         measurement = Measurement(setting)
         run(measurement, 0.0)
         measured[k].append(measurement)
-    # Repeats in turns spread a slow moment of the machine over all settings.
+    # Settings are repeated in turn, so that a slow moment of the machine affects all of them alike.
     found = [m for series in measured for m in series]
     for turn in range(1, STOCK_PHASES):
         for measurement in found:
-            # The stock wall's error is irregular.
+            # The error of the stock wall is irregular, so it needs more phases.
             stock = measurement.setting.wall == "reflect"
             wanted = STOCK_PHASES if stock else 2 if quick else 4
             if turn >= wanted or measurement.failure or not measurement.seconds:
@@ -267,7 +267,7 @@ def measure_ladders(
 
 
 def expected_seconds(truth: Truth, setting: Setting) -> float:
-    """Return the approximate seconds of one run of a setting, for planning."""
+    """Return the approximate time of one run of a setting in seconds, for the plan."""
     numerics = setting.numerics(truth.scene)
     seconds = cost_model().integration(
         truth.scene.problem, numerics, truth.scouting.end.last_contact_time

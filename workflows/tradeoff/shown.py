@@ -1,4 +1,4 @@
-"""Output of a study: text, page, JSON, CSV and figures."""
+"""Write a study as text, page, JSON, CSV and figures."""
 
 import platform
 from dataclasses import asdict
@@ -33,26 +33,28 @@ REPORT = StudyReport(
     figures={
         "work_precision": (
             "Error against time",
-            "Each mark is a setting: root mean square of the error of eta against the processor "
-            "time of the integration; bars reach from the least to the worst of its runs. Lower "
-            "and further left is better; the grey line is the front that no setting of "
-            "LAMMPS beats.",
+            "Each mark shows the root-mean-square error of eta of one setting "
+            "against the processor time of the integration. Error bars reach from "
+            "the smallest to the largest error of its runs. Settings further down "
+            "and to the left are better. The grey line is the front that no "
+            "setting of LAMMPS beats.",
         ),
         "error_budget": (
             "Error by cause",
-            "The effect of each cause alone on eta, from the run without it; total is the error of "
-            "the setting.",
+            "The bars show the effect of each single cause on eta, measured by a "
+            "run without it. The total is the error of the setting.",
         ),
         "tables": (
             "Tabulated bonds",
-            "The error of eta that a bond table of so many rows makes, linear or spline, over the "
-            "bond lengths of this scene or a wide range.",
+            "The curves show the error of eta that a linear or spline bond table "
+            "causes, against its number of rows. The table covers the bond lengths "
+            "of this scene or a wide range.",
         ),
     },
 )
 _SETTING = ("engine", "wall", "scheme", "table")
 _ERRORS = ("median_error", "rms_error", "worst_error", "contact_time_error", "mode_energy_error")
-# Additional fields of the reference run and of the budgets, in this order.
+# JSON has these additional fields of the reference run and of the budgets, in this order.
 _TRUTH = (
     *("restitution", "restitution_error", "last_contact_time", "last_contact_time_error"),
     *("mode_energies_error", "contacts", "source"),
@@ -61,13 +63,13 @@ _BUDGET = ("name", "scheme", "timestep", "total", "output_exact", *CAUSES)
 
 
 def describe_study(study: Tradeoff) -> str:
-    """Describe a study for people: the cheapest settings, the error budgets and the advice."""
+    """Describe a study in words: the cheapest settings, the error budgets and the advice."""
     truth, scene = study.truth, study.scene
     lines = [
         f"{scene.particles} particles, {scene.label} bonds, v0 = {scene.impact_velocity:.6g}",
         f"eta = {truth.restitution:.14g} +- {truth.restitution_error:.0e} ({truth.source})",
         "",
-        "cheapest settings: the error of eta that each keeps, with a reserve; measured errors",
+        "cheapest settings: promised error of eta, with a safety factor; measured errors",
         "of eta, of the last contact's time, of mode energies; time of the integration",
         f"    {'kept':>5}  {'eta':>7}  {'contact':>7}  {'modes':>7}  {'time':>8}  setting",
     ]
@@ -80,7 +82,7 @@ def describe_study(study: Tradeoff) -> str:
             for row in rows
         ]
         if not rows:
-            lines.append("    none was good to 1e-2")
+            lines.append("    no setting reached 1e-2")
     lines += ["", "error of eta by cause:"]
     lines.append("    " + "".join(f"{name:>12}" for name in ("", *CAUSES, "total")))
     for budget in study.budgets:
@@ -88,13 +90,14 @@ def describe_study(study: Tradeoff) -> str:
         cells = ("-" if value is None else f"{value:.1e}" for value in values)
         lines.append("    " + "".join(f"{cell:>12}" for cell in (budget.name, *cells)))
     lines.append(
-        "    (output: if read from a default dump, six digits; with the 17 digits of chaincor's "
-        f"dumps {study.budgets[0].output_exact:.0e})"
+        "    (output: error if eta is read from a default dump with six "
+        f"digits; {study.budgets[0].output_exact:.0e} with the 17 digits of "
+        "chaincor's dumps)"
         if study.budgets
         else "    none"
     )
     if study.own_tables:
-        lines += ["", "error of eta from linear tables over this scene's own bond lengths:"]
+        lines += ["", "error of eta due to linear tables over the bond lengths of this scene:"]
         told = (f"{p.rows} rows {p.restitution_error:.0e}" for p in study.own_tables)
         lines.append("    " + ", ".join(told))
     if study.stock:
@@ -105,7 +108,7 @@ def describe_study(study: Tradeoff) -> str:
             for m in study.stock
         ]
     if study.failed:
-        lines += ["", f"{len(study.failed)} settings with too large a step did not run"]
+        lines += ["", f"{len(study.failed)} settings did not run, because their step is too large"]
     lines += ["", f"advice: {study.advice}", f"({study.seconds:.0f} s)"]
     return "\n".join(lines)
 
@@ -165,7 +168,7 @@ def to_dict(study: Tradeoff) -> dict[str, Any]:
 
 
 def write_study(study: Tradeoff, folder: Path) -> None:
-    """Write a study: ``tradeoff.html``, its JSON, three CSV files, and figures as PNG and SVG."""
+    """Write a study: ``tradeoff.html``, JSON, three CSV files, and figures as PNG and SVG."""
     from chaincor.workflows.tradeoff.figures import (
         plot_error_budget,
         plot_table_errors,
@@ -185,7 +188,7 @@ def write_study(study: Tradeoff, folder: Path) -> None:
 
 
 def _page(study: Tradeoff) -> dict[str, Any]:
-    """Return what the page says besides what every study's page does."""
+    """Return the content of the page that the pages of other studies do not have."""
     truth, scene = study.truth, study.scene
     shown = f"{scene.particles} particles, {scene.label} bonds"
     return {

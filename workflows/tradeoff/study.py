@@ -1,4 +1,4 @@
-"""Whole trade-off study: reference run, ladders, budgets, tables, advice."""
+"""Run a whole trade-off study: reference run, ladders, budgets, tables, advice."""
 
 import time
 from collections.abc import Callable
@@ -36,7 +36,8 @@ from chaincor.workflows.tradeoff.truth import Truth, find_truth
 ENGINES: tuple[Engine, ...] = ("lammps", "reference")
 
 
-# Processor seconds of all settings together, and of one run with exact bonds or wider floats.
+# All settings together may take the first number of processor seconds, and one run with exact bonds
+# or wider floats the second.
 FULL, QUICK = (55.0, 12.0), (7.0, 5.0)
 
 
@@ -93,7 +94,7 @@ class Tradeoff:
         return [p for p in self.tables if p.style == "linear" and p.bond_range == "scene"]
 
 
-# Called with the name of a part and the finished fraction of the study.
+# A function of this type is called with the name of a part and the finished fraction of the study.
 StudyProgress = Callable[[str, float], None]
 
 
@@ -111,7 +112,7 @@ def tradeoff(
     quick : bool
         Whether to measure fewer settings, in about 15 s instead of a minute or two.
     progress : callable, optional
-        Called with the name of each part, and the fraction of the whole study that is done.
+        Function that is called with the name of each part and the finished fraction of the study.
 
     Returns
     -------
@@ -124,7 +125,7 @@ def tradeoff(
     RunError
         If the collision cannot be converged, or no setting ran at all.
     InputError
-        For scenes with masses, targets, soft contacts or initial states.
+        If the scene has masses, a target, a soft contact or an initial state.
 
     Examples
     --------
@@ -135,13 +136,14 @@ def tradeoff(
     scene = scene_given(scene)
     if scene.bond.only_pushes:
         raise InputError(
-            f"a study compares fixed steps, and those of {scene.label} beads adapt to their "
-            "overlaps. Take a bond that holds together, or compare runs by --tolerance"
+            f"a study compares fixed steps, but steps for {scene.label} beads adapt "
+            "to the overlaps. Choose another bond, or compare runs by --tolerance"
         )
     if not scene.line.is_standard:
         raise InputError(
-            "tradeoff needs a cold chain of unit masses and a hard wall. Drop "
-            f"{', '.join(given_bodies(scene))}, or compare runs with --scheme and --timestep"
+            "tradeoff needs a chain of unit masses at rest and a hard wall. Leave "
+            f"out {', '.join(given_bodies(scene))}, or compare runs with --scheme "
+            "and --timestep"
         )
     started = time.perf_counter()
     ladder_seconds, oracle_seconds = QUICK if quick else FULL
@@ -179,7 +181,7 @@ def tradeoff(
 
 
 def bare_scene(scene: Scene) -> Scene:
-    """Return the physics of a scene for LAMMPS, without numerics and files."""
+    """Return a scene for LAMMPS with the physics of a scene, without its numerics and files."""
     own = ("tolerance", "wall", "scheme", "timestep", "table", "table_points")
     open_fields = dict.fromkeys((*own, "dump", "save", "arrays"))
     return scene.replace(**open_fields, engine="lammps")
@@ -231,5 +233,5 @@ def _find_causes(
 def _share_of(
     progress: StudyProgress, part: str, first: float, last: float
 ) -> Callable[[float], None]:
-    """Return a function of the finished fraction of one part."""
+    """Return a function that reports the finished fraction of one part."""
     return lambda done: progress(part, first + (last - first) * done)

@@ -1,4 +1,4 @@
-"""Converged values of a collision with their error bars, the reference for all errors."""
+"""Compute converged values of a collision with error bars, the reference for all errors."""
 
 from dataclasses import dataclass, replace
 
@@ -14,7 +14,8 @@ from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.engines.reference import modal
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
 
-# Scenes with near-grazing contacts or sharp bonds may miss it; they are refined while this helps.
+# The reference run aims at this error. Scenes with nearly grazing contacts or sharp bonds may miss
+# it; they are refined as long as that helps.
 _GOAL = 1e-13
 
 
@@ -67,8 +68,8 @@ def find_truth(scene: Scene) -> Truth:
     """
     Compute converged values of a collision with the reference engine.
 
-    Harmonic chains use the exact propagator, others steps that agree. Raises RunError if no step
-    resolves the collision.
+    Harmonic chains use the exact propagator. Other chains are refined until the results at two
+    steps agree. Raises RunError if no step resolves the collision.
     """
     if scene.bond.is_harmonic:
         exact = modal.run(scene.problem)

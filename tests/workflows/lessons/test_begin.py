@@ -55,7 +55,7 @@ def test_the_shell_finds_chaincor_and_lmp(home, monkeypatch):
 
 def test_a_file_in_the_way(home):
     (home / "1_lesson_files").write_text("in the way")
-    with pytest.raises(InputError, match="Open the notebook in a folder of your own"):
+    with pytest.raises(InputError, match="Open the notebook in a folder where you can write"):
         begin("1_lesson")
 
 

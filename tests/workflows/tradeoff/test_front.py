@@ -99,7 +99,7 @@ def test_advice_is_one_line_with_the_cheapest_good_setting(study):
     rows = cheapest_settings(SCENE, study, "lammps")
     assert give_advice(SCENE, rows, 1e-4) == "1e-04 costs 50 ms: LAMMPS, event wall, order8, H 0.4"
     assert give_advice(SCENE, rows, 1e-2) == "1e-02 costs 10 ms: LAMMPS, event wall, verlet, H 0.1"
-    assert "beyond what was measured" in give_advice(SCENE, rows, 1e-9)
+    assert "no measured setting has an error of" in give_advice(SCENE, rows, 1e-9)
     assert "nothing" in give_advice(SCENE, [], 1e-9)
 
 

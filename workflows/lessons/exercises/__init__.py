@@ -1,4 +1,4 @@
-"""Exercises of each lesson: the question, the right answer, and answers of usual mistakes."""
+"""Define the exercises of each lesson: question, right answer, and answers of usual mistakes."""
 
 from functools import cache
 from typing import Any
@@ -10,5 +10,5 @@ from chaincor.workflows.result import Collision
 
 @cache
 def in_house(tolerance: float = 1e-8, **fields: Any) -> Collision:
-    """Return a collision of the reference engine, computed once in a process."""
+    """Return a collision of the reference engine, which each process computes once."""
     return collide(Scene(engine="reference", tolerance=tolerance, **fields))

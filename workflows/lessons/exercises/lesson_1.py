@@ -1,4 +1,4 @@
-"""Lesson 1: coefficients of restitution."""
+"""Define the exercises of lesson 1: coefficients of restitution."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Lesson 2: forces, slopes of a table, and the accuracy of its rows."""
+"""Define the exercises of lesson 2: forces, slopes and rows of a table."""
 
 from collections.abc import Callable
 from functools import cache
@@ -19,8 +19,9 @@ def _force(lengths: Array) -> Array:
 
 @cache
 def _more_rows(style: str) -> float:
-    """Return the factor in the number of rows that makes the force a hundred times more exact."""
-    # The exponent follows from the largest error of the force at twice as many rows.
+    """Return the factor on the number of rows for a force that is a hundred times more exact."""
+    # The exponent follows from the largest errors of the force with a number of rows and with twice
+    # that number.
     between = np.linspace(0.9, 1.1, 4001)
     errors = []
     for rows in (101, 201):

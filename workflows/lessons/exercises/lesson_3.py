@@ -1,4 +1,4 @@
-"""Lesson 3: orders of error, the time of an impact, and error bars from two runs."""
+"""Define the exercises of lesson 3: orders of error, time of an impact, error bars of two runs."""
 
 import numpy as np
 
@@ -14,7 +14,7 @@ _ORDER = COMPOSITIONS["verlet"].order
 
 @exercise(
     "one number: the order of the event wall, the slope in the doubly logarithmic picture",
-    # The errors of the seven steps scatter about the line.
+    # The tolerance is large, because the errors of the seven steps scatter about the line.
     tolerance=0.13,
 )
 def _exercise_1() -> Answers:

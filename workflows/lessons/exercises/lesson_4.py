@@ -1,4 +1,4 @@
-"""Lesson 4: frequencies and shapes of the modes, and their energies."""
+"""Define the exercises of lesson 4: frequencies, shapes and energies of the modes."""
 
 import numpy as np
 

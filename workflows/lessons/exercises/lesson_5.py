@@ -1,4 +1,4 @@
-"""Lesson 5: the unit of speed v*."""
+"""Define the exercises of lesson 5: the unit of speed v*."""
 
 import numpy as np
 
@@ -12,7 +12,7 @@ _SPEED = 0.8
 
 
 def _v_star(bond: Potential) -> float:
-    assert bond.natural_speed is not None  # the bonds below are anharmonic and have a v*
+    assert bond.natural_speed is not None  # The bonds below are anharmonic, so they have a v*.
     return bond.natural_speed
 
 

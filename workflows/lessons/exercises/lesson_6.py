@@ -1,4 +1,4 @@
-"""Lesson 6: forces of a chain, contacts, and orders of convergence."""
+"""Define the exercises of lesson 6: forces of a chain, contacts, and orders of convergence."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Lesson 7: sweeps, their cost and their contents."""
+"""Define the exercises of lesson 7: sweeps, their cost and their contents."""
 
 import numpy as np
 
@@ -17,7 +17,8 @@ def _etas(potential: str, particles: int, speeds: Array) -> Array:
 
 
 def _cost(particles: int) -> float:
-    # The cost is the number of steps, in proportion to the duration, times the particles.
+    # The cost is proportional to the particles times the steps, whose number is proportional to the
+    # duration.
     chain = in_house(1e-6, potential="lj", particles=particles, speed=0.4)
     return particles * chain.last_contact_time
 

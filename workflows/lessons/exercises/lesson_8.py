@@ -1,4 +1,4 @@
-"""Lesson 8: limits, their exponents, and last digits."""
+"""Define the exercises of lesson 8: limits, their exponents, and last digits."""
 
 import numpy as np
 

@@ -1,1 +1,1 @@
-"""Figures of the paper and beyond it: one module for each figure, with its claims."""
+"""Draw the figures of the paper and figures beyond it, one module each with its claims."""

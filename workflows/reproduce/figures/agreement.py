@@ -1,4 +1,4 @@
-"""Comparison of LAMMPS with the reference engine, point by point."""
+"""Compare LAMMPS with the reference engine, point by point."""
 
 import math
 from typing import Any
@@ -11,7 +11,8 @@ from chaincor.workflows.reproduce.drawing import Axes, Figure, point_record
 from chaincor.workflows.reproduce.figures.increase import increases
 from chaincor.workflows.reproduce.measurements import MeasuredPoint, Measurements, column
 
-# Largest sum of two error bars at which a comparison is meaningful, in units of the target error.
+# A comparison is meaningful if the sum of both error bars is at most this multiple of the target
+# error.
 _SHARP = 10.0
 _FLOOR = 1e-14
 
@@ -39,35 +40,37 @@ def examine_points(measured: Measurements) -> dict[str, Any]:
     ]
     relative = [increase.largest_relative_error for increase in increases(measured).values()]
     return {
-        # All different points, points that show LAMMPS's value, and points of the reference engine
-        # alone.
+        # These are the numbers of all points, of points that show LAMMPS's value, and of points
+        # with only the reference engine.
         "points": len(points),
         "by_lammps": sum(p.source == "lammps" for p in points),
         "alone": sum(p.source == "in-house" and p.agrees is None for p in points),
-        # Points that both engines computed, and points with a larger difference than LAMMPS's own
-        # runs allow.
+        # These are the numbers of points that both engines computed, and of points whose difference
+        # exceeds the allowed one.
         "compared": len(compared),
         "longest_compared": max((p.particles for p in compared), default=0),
         "disagreements": sum(p.agrees is False for p in compared),
-        # Largest |difference| over the allowed difference.
+        # The largest ratio of a difference to the allowed difference.
         "worst_excess": max(excess, default=math.nan),
-        # Largest sum of error bars at which a comparison is meaningful, the points with larger
-        # sums, and the smallest and the largest of these sums.
+        # The comparison is meaningful up to this sum of error bars. The points with larger sums are
+        # listed, with the smallest and the largest sum.
         "sharp": sharp,
         "blunt": [_name(p) for p in blunt],
         "blunt_bars": [min(bars), max(bars)] if bars else [],
-        # Points at which the engines differ by more than the target error.
+        # At these points, the engines differ by more than the target error.
         "apart": [
             f"{_name(p)} by {abs(p.difference):.2g}" for p in compared if abs(p.difference) > asked
         ],
-        # Largest error bar of a plotted point, its target error, and the points with larger bars.
+        # The largest error bar of a plotted point, its target error, and the points with larger
+        # error bars.
         "largest_error": max((p.error for p in points if p.source is not None), default=math.nan),
         "asked": asked,
         "missed": [_name(p) for p in points if p.error > (p.scene.tolerance or asked)],
-        # Largest relative error bar of a plotted or fitted increase.
+        # The largest relative error bar of a plotted or fitted increase.
         "largest_relative_error": max(relative, default=math.nan),
-        # Points planned for LAMMPS that only the reference engine computed, with reasons; largest
-        # frequency ratio of a bond for LAMMPS; points without any result, with reasons.
+        # Some points were planned for LAMMPS, but only the reference engine computed them; others
+        # have no result. Both lists give reasons. The largest frequency ratio of a bond for LAMMPS
+        # is given, too.
         "not_given": [text for by_other, text in failed if by_other],
         "largest_ratio": LAMMPS.sharpest,
         "failures": [text for by_other, text in failed if not by_other],
@@ -75,7 +78,7 @@ def examine_points(measured: Measurements) -> dict[str, Any]:
 
 
 def figure(measured: Measurements) -> Figure:
-    """Return the figure of the engines' differences against the impact speed, point by point."""
+    """Return the figure of the engines' differences against the impact speed."""
     points = [p for p in measured.all_points() if p.agrees is not None]
     found = np.abs(column(points, "difference"))
     allowed = column(points, "allowed_difference")

@@ -1,4 +1,4 @@
-"""Figure beyond the paper: chains that break, and the two coefficients of restitution."""
+"""Draw chains that break, and the two coefficients of restitution, beyond the paper."""
 
 from itertools import groupby
 from typing import Any
@@ -11,7 +11,7 @@ from chaincor.workflows.reproduce.free_flight import LAST, MOMENTS, SAMPLED, Fre
 
 
 def figure(flights: tuple[FreeFlight, ...]) -> Figure:
-    """Return the figure of the lj chain's fragments against speed and time, and of e and eta."""
+    """Return the figure of an lj chain's fragments against speed and time, and of e and eta."""
 
     def draw(above: Axes, middle: Axes, below: Axes) -> None:
         speeds = [f.speed for f in flights]
@@ -92,7 +92,7 @@ def breaking(flights: tuple[FreeFlight, ...]) -> str:
 
 
 def _spans(flights: tuple[FreeFlight, ...], wanted: list[bool]) -> str:
-    """Write the chosen speeds, with neighbours as a range: ``between 0.75 and 5.6 v*``."""
+    """Write the chosen speeds, with neighbouring speeds as ranges: ``between 0.75 and 5.6 v*``."""
     spans = []
     runs = groupby(zip(flights, wanted, strict=True), key=lambda pair: pair[1])
     for speeds in ([f.speed for f, _ in run] for is_wanted, run in runs if is_wanted):
@@ -106,7 +106,7 @@ def _spans(flights: tuple[FreeFlight, ...], wanted: list[bool]) -> str:
 
 
 def _rejoined(flights: tuple[FreeFlight, ...]) -> str:
-    """Describe a fast chain whose slow vibrating end catches up with the rest again."""
+    """Describe a fast chain whose end falls behind and later catches up with the rest."""
     for flight in flights:
         first = flight.pieces_at(0.0)[0]
         if first > 1 and flight.pieces_at(1.0)[1] == 1:
@@ -125,7 +125,7 @@ def _when(moment: float) -> str:
 
 
 def _draw_times(ax: Axes, flights: tuple[FreeFlight, ...]) -> None:
-    """Draw the larger count as a colour over speed and time, with dots on undecided counts."""
+    """Draw the larger count as a colour over speed and time; dots mark undecided counts."""
     from matplotlib.colors import BoundaryNorm
 
     times = SAMPLED[1:]
@@ -140,7 +140,8 @@ def _draw_times(ax: Axes, flights: tuple[FreeFlight, ...]) -> None:
     ax.legend(loc="lower left", fontsize=8, facecolor=GREY)
     ax.set(xscale="log", yscale="log")
     ax.set_ylabel("time after the last\ncontact / crossing")
-    # The colour bar is inside the panel, so that the axis lines up with the other panels.
+    # The colour bar is placed outside the axes, so that the axis lines up with those of the other
+    # panels.
     beside = ax.inset_axes((1.02, 0.0, 0.03, 1.0))
     bar = ax.figure.colorbar(mesh, cax=beside, label="pieces")
     bar.set_ticks((0.5 * (levels[1:] + levels[:-1])).astype(int).tolist())

@@ -1,4 +1,4 @@
-"""Contacts and restitution against speed (NH figure 7), and the limit of hard spheres."""
+"""Draw contacts and restitution against speed (NH figure 7), and the limit of hard spheres."""
 
 from fractions import Fraction
 
@@ -24,7 +24,7 @@ from chaincor.workflows.reproduce.measurements import MeasuredPoint, Measurement
 
 _KEY = "contacts_and_restitution"
 _RISE = (0.16, "0.16, by which f(n)/n of lj chains rises (here)")
-# Bounds of "near 1", for words that claim no more than 10 %.
+# These are the bounds of "near 1", because words claim no more than 10 %.
 _AROUND_SCALE = (0.9, 1.1)
 
 
@@ -32,7 +32,7 @@ def run_hard_spheres(
     particles: int, gap: Fraction = Fraction(1, 7)
 ) -> tuple[list[Fraction], int, int]:
     """
-    Follow hard spheres from event to event, in exact arithmetic, until no event can follow.
+    Follow hard spheres from event to event in exact arithmetic, until no event is left.
 
     Spheres of diameter 1 - gap start at a distance of 1 with velocity -1, the first one at the
     wall. Between events all spheres fly freely. At an event, two neighbours exchange their
@@ -41,12 +41,12 @@ def run_hard_spheres(
 
     Returns the final velocities, the number of contacts with the wall, and the number of exchanges.
     """
-    # Spheres are reduced to points: position i less i diameters.
+    # Spheres are reduced to points: i diameters are subtracted from position i.
     positions = [gap * i for i in range(particles)]
     velocities = [Fraction(-1)] * particles
     contacts = exchanges = 0
     while True:
-        # Event i is between i - 1 and i; event 0 is the wall.
+        # Event i occurs between spheres i - 1 and i, and event 0 at the wall.
         waits = {}
         if velocities[0] < 0:
             waits[0] = -positions[0] / velocities[0]
@@ -152,7 +152,7 @@ def _high_speed_limit(measured: Measurements) -> ClaimFinding:
 
 def _fastest(measured: Measurements) -> tuple[list[MeasuredPoint], str]:
     """Return the fastest integrated chain of each bond, and a description of these chains."""
-    # A value that was set equal to hard spheres is no evidence that chains approach them.
+    # A value set equal to that of hard spheres is no evidence that chains approach hard spheres.
     integrated = [[p for p in points if not p.is_limit] for points in curves(measured).values()]
     if not all(integrated):
         raise NoNumber("no points")

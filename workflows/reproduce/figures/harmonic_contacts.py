@@ -1,4 +1,4 @@
-"""Numbers of section II without a figure: contacts, and quantities that do not depend on v0."""
+"""Judge numbers of section II without a figure: contacts, and quantities independent of v0."""
 
 from collections.abc import Callable
 from functools import wraps
@@ -18,7 +18,7 @@ from chaincor.workflows.reproduce.measurements import (
 )
 from chaincor.workflows.reproduce.plan import ReproductionPlan, Study, harmonic_chains
 
-# Length of the chain that the paper's numbers in brackets are from.
+# The paper's numbers in brackets come from a chain of this length.
 PAPER_CHAIN = 500
 
 
@@ -42,7 +42,7 @@ def _by_lammps(measured: Measurements) -> tuple[list[MeasuredPoint], str]:
     )
 
 
-# The scale is the dissipation of such a chain of 100 particles.
+# The scale is the dissipation of a harmonic chain of 100 particles.
 @claim(
     "section II",
     exact(0.0, 0.03),
@@ -63,9 +63,9 @@ def difference_over_velocities(
     measured: Measurements, name: str, quantity: Callable[[MeasuredPoint, Answer], ArrayLike]
 ) -> ClaimFinding:
     """
-    Find the variation of a quantity that should be equal at all velocities of one chain.
+    Find how much a quantity varies that should be equal at all velocities of a chain.
 
-    The quantity has no error bar, and the difference of the engines takes its place.
+    The quantity has no error bar, so the difference of the engines is used instead.
     """
     ours, where = _by_lammps(measured)
     both = [[quantity(p, a) for a in p.answers] for p in ours if len(p.answers) == 2]
@@ -80,7 +80,7 @@ def difference_over_velocities(
     )
 
 
-# The scale is t_c/τ.
+# The scale is t_c/τ itself.
 @claim(
     "section II",
     exact(0.0, 2.0),
@@ -93,7 +93,7 @@ def _independence_of_contact_time(measured: Measurements) -> ClaimFinding:
     )
 
 
-# The scale is the largest E_j/E of such a chain of 100 particles.
+# The scale is the largest E_j/E of a harmonic chain of 100 particles.
 @claim(
     "section II",
     exact(0.0, 0.001),
@@ -107,7 +107,7 @@ def _independence_of_modes(measured: Measurements) -> ClaimFinding:
 
 
 def paper_chain(measured: Measurements) -> MeasuredPoint:
-    """Return the chain of the paper's numbers in brackets; raise NoNumber without a result."""
+    """Return the chain of the paper's numbers in brackets, or raise NoNumber without a result."""
     missing = f"no result at n = {PAPER_CHAIN}"
     return measured.select("harmonic_sizes", "harmonic", 1, missing, particles=PAPER_CHAIN)[0]
 
@@ -116,11 +116,11 @@ def number_of_paper_chain(
     quantity: Callable[[MeasuredPoint, Array, Array], tuple[float, str]],
 ) -> Callable[[Measurements], ClaimFinding]:
     """
-    Find a number of the chain that the paper's numbers in brackets are from.
+    Find a number of the chain behind the paper's numbers in brackets.
 
-    `quantity` gets the chain, the intervals between its contacts in units of 1/omega, and their
-    incoming speeds in units of v0. It returns the number and a description. The number has no error
-    bar, and the difference of the engines takes its place.
+    `quantity` is a function of the chain, of the intervals between its contacts in units of
+    1/omega, and of the incoming speeds in units of v0. It returns the number and a description. The
+    number has no error bar, so the difference of the engines is used instead.
     """
 
     @wraps(quantity)
@@ -173,7 +173,7 @@ def _constant_speeds(point: MeasuredPoint, _intervals: Array, speeds: Array) -> 
 
 
 def _chain_of_two(measured: Measurements) -> tuple[MeasuredPoint, float, float]:
-    """Return the chain, the interval of its two contacts, and the difference of the engines."""
+    """Return the chain of two, the interval of its contacts, and the difference of the engines."""
     missing = "no result at n = 2"
     chain = measured.select("harmonic_sizes", "harmonic", 1, missing, particles=2)[0]
     times = chain.answer.arrays["contact_times"]
@@ -263,7 +263,8 @@ def _speed_of_two(measured: Measurements) -> ClaimFinding:
 @claim("eq. (10)", digits("1.15"), "v = 1.15 v₀", text="v = 1.15 v₀ at n = 500")
 @number_of_paper_chain
 def _incoming_speed(point: MeasuredPoint, _intervals: Array, speeds: Array) -> tuple[float, str]:
-    # Momentum alone gives the number: the change is n v0 (1 + e), and a contact gives 2 v.
+    # Momentum conservation gives this number: the total change is n v0 (1 + e), and a contact
+    # contributes 2 v.
     momentum = (1.0 + point.restitution**0.5) / (2.0 * speeds.size / PAPER_CHAIN)
     return float(np.mean(speeds)), (
         f"mean over {speeds.size} contacts, {point.origin}; ± what the engines differ by; momentum "
@@ -278,7 +279,8 @@ def _incoming_speed(point: MeasuredPoint, _intervals: Array, speeds: Array) -> t
     text="leading order of eq. (11) in eq. (7): η = 1",
 )
 def _leading_order(measured: Measurements) -> ClaimFinding:
-    # With omega_j = pi j/n in eq. (7), f dt = 2n turns each mode by whole periods.
+    # With omega_j = pi j/n in eq. (7), the phase of each mode changes by whole periods during f dt
+    # = 2n.
     n = PAPER_CHAIN
     linear = np.pi * np.arange(n) / n
     left = 2.0 / n * np.sum(basile_dumont_energies(n, frequencies=linear))

@@ -1,4 +1,4 @@
-"""Dissipation of harmonic chains against their length (NH figure 3), and its law (NH eq. 12)."""
+"""Draw the dissipation of harmonic chains against their length (NH figure 3) and its law."""
 
 from functools import partial
 from typing import Any
@@ -19,21 +19,22 @@ from chaincor.workflows.reproduce.measurements import Measurements, column
 from chaincor.workflows.reproduce.plan import ReproductionPlan, Study, harmonic_chains
 
 _KEY = "harmonic_lengths"
-# Factor that the paper prints in eq. (12).
+# The paper prints this factor in eq. (12).
 _PAPER_FACTOR = 0.652
 _POWER = -2.0 / 3.0
-# Judged fits begin at this length, because figure 3 shows that shorter chains are not on the law.
+# Fits that are judged begin at this length, because figure 3 shows that shorter chains do not
+# follow the law.
 _LAW_FROM = 100
-# Other ranges, which show the dependence of the fits on the range.
+# Fits over these other ranges show how the result depends on the range.
 _RANGES = ((30, 300), (100, 1000), (200, 2000), (500, 20000), (1000, 20000))
 _PREFACTOR_RANGES = ((100, 1000), (1000.5, 3000), (3000.5, 20000))
-# Number of lengths within 6 %, because eta scatters with the phase of the last contacts.
+# Eta scatters with the phase of the last contacts, so this many lengths within 6 % are averaged.
 _PHASES = 7
 _PARTS = np.linspace(0.94, 1.06, _PHASES)
 
 
 def study(plan: ReproductionPlan) -> Study:
-    """Return harmonic chains of all lengths, by LAMMPS and from the echo of their free end."""
+    """Return harmonic chains of all lengths, by LAMMPS and by the echo method."""
     near, tolerance = plan.harmonic_sizes, plan.tolerance
     far = harmonic_chains([n for n in plan.harmonic_far_sizes if n not in near], tolerance)
     title = "harmonic chains of many lengths"
@@ -54,7 +55,7 @@ def _longest_chains(
     """
     Extrapolate the chains around each of the longest sizes to n -> infinity.
 
-    Returns each size with the mean of n^(2/3) (1 - eta) around it and the standard error of the
+    Returns each size with the mean of n^(2/3) (1 - eta) around it and the standard error of this
     mean, and the limit with its error.
     """
     points = measured.points["harmonic_longest"]
@@ -76,14 +77,14 @@ def _curve(measured: Measurements) -> Curve:
 
 
 def _long(measured: Measurements) -> Curve:
-    """Return the chains that are fitted and judged, or all chains if none is long enough."""
+    """Return the chains that are long enough for fits and verdicts, or all chains if none is."""
     curve = _curve(measured)
     long = curve.between(_LAW_FROM, np.inf)
     return long if long.points else curve
 
 
 def _laws(measured: Measurements, power: float | None = None) -> list[PowerLaw]:
-    """Fit 1 - eta = A n^p, or A alone, to the judged chains and then over the other ranges."""
+    """Fit 1 - eta = A n^p, and A with fixed p, to the judged chains and over other ranges."""
     fit = partial(Curve.power_law, exponent=power)
     ranges = _RANGES if power is None else _PREFACTOR_RANGES
     return [fit(_long(measured)), *_curve(measured).over(ranges, fit)]
@@ -149,7 +150,7 @@ def _formula_prefactor(measured: Measurements) -> ClaimFinding:
 
 
 def figure(measured: Measurements) -> Figure:
-    """Return the figure of 1 - eta against n for harmonic chains, and of the ratio to the law."""
+    """Return the figure of 1 - eta and of its ratio to the law against n, for harmonic chains."""
     points = measured.select("harmonic_sizes", "harmonic")
     laws, factors = _laws(measured), _laws(measured, _POWER)
     fit, mean = laws[0], factors[0]

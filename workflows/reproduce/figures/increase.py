@@ -1,4 +1,4 @@
-"""The increase of dissipation with speed for bonds of order 3, 4 and 5 (NH figure 6, eq. 20)."""
+"""Draw the increase of dissipation with speed for bonds of order 3, 4 and 5 (NH figure 6)."""
 
 from typing import Any
 
@@ -19,14 +19,15 @@ from chaincor.workflows.reproduce.plan import (
 )
 
 _KEY = "increase"
-# One range for C and the slopes of figure 6, which the paper fits at low speed without a stated
-# range: the decade from the slowest speed of its figures on, 0.008 v*.
+# C and the slopes of figure 6 are fitted over this range. The paper fits at low speed without
+# stating a range, so we take the decade that begins at the slowest speed of its figures, 0.008 v*.
 FIT_RANGE = (0.01, 0.1)
-# The halves of the range, and a range up to the fastest speed, show the dependence on the range.
+# The two halves of the range, and a range up to the fastest speed, show how the fits depend on the
+# range.
 RANGES = (FIT_RANGE, (0.01, 0.0317), (0.0317, 0.1), (0.01, np.inf))
-# Number of slowest speeds that give the power in the limit v0 -> 0.
+# The slowest speeds, of this number, give the power in the limit v0 -> 0.
 _SLOWEST = 4
-# Slopes that the paper prints in figure 6, by the order r of the lowest anharmonic term.
+# The paper prints these slopes in figure 6, by the order r of the lowest anharmonic term.
 _PAPER_SLOPES = {3: "1.34", 4: "2.09", 5: "3.14"}
 
 
@@ -42,10 +43,9 @@ def study(plan: ReproductionPlan) -> Study:
 
 def increase_of(points: list[MeasuredPoint], harmonic: MeasuredPoint) -> Curve:
     """
-    Return 1 - eta against v0/v*, less 1 - eta of the harmonic chain of equal length.
+    Return 1 - eta less 1 - eta of the harmonic chain of equal length, against v0/v*.
 
-    The harmonic chain's result by the reference engine is preferred, because its propagator is
-    exact.
+    The result of the reference engine for the harmonic chain is preferred, because it is exact.
     """
     exact = harmonic.restitution, harmonic.error
     if harmonic.in_house is not None and harmonic.in_house.result:
@@ -56,9 +56,9 @@ def increase_of(points: list[MeasuredPoint], harmonic: MeasuredPoint) -> Curve:
 
 def shortening_of(points: list[MeasuredPoint], harmonic: MeasuredPoint) -> Curve:
     """
-    Return the difference of the harmonic chain's t_c and the chain's t_c, against v0/v*.
+    Return t_c of the harmonic chain less t_c of the chain, against v0/v*.
 
-    Contact times have no error bar, and the difference of the engines takes its place.
+    Contact times have no error bar, so the difference of the engines is used instead.
     """
     both = np.array(
         [
@@ -72,7 +72,7 @@ def shortening_of(points: list[MeasuredPoint], harmonic: MeasuredPoint) -> Curve
 
 def local_powers(curve: Curve) -> tuple[Array, Array]:
     """
-    Return speeds half-way between neighbouring speeds, and the power between the neighbours.
+    Return the local power between neighbouring speeds, and the speeds halfway between them.
 
     The power is nan if dissipation does not increase.
     """
@@ -85,10 +85,10 @@ def limit_power(curve: Curve, order: int, quantity: str = "the increase") -> Cla
     """
     Find the power of an increase in the limit v0 -> 0.
 
-    The next term is smaller by v0^(r-2), where r is the `order` of the lowest anharmonic term. So
-    the power between neighbouring speeds is linear in v0^(r-2), and a straight line through the
-    slowest speeds gives the limit. The error has two parts: the change with one speed less, and the
-    change that the error bars of eta allow.
+    The next term of the increase is smaller by v0^(r-2), where r is the `order` of the lowest
+    anharmonic term. The local power is therefore linear in v0^(r-2), and a straight line through
+    the slowest speeds gives the limit. Its error is the sum of the change with one speed less and
+    of the change that the error bars of eta allow.
     """
     places, powers = local_powers(curve)
     if not powers.size:
@@ -118,7 +118,7 @@ def _both(measured: Measurements, order: int) -> tuple[list[MeasuredPoint], Meas
 def increases(
     measured: Measurements, study: str = _KEY, potential: str = "power", by: str = "power_order"
 ) -> dict[int, Curve]:
-    """Return the increase of a study's chains, for each value of a field of their scenes."""
+    """Return the increase for each value that a field has in a study's scenes."""
     found = {}
     for value in sorted({getattr(p.scene, by) for p in measured.select(study, potential)}):
         points = measured.select(study, potential, **{by: value})

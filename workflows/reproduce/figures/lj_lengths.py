@@ -1,4 +1,4 @@
-"""Long lj chains (NH figure 5): the dissipation at a fixed v0/v* as n grows."""
+"""Draw the dissipation of long lj chains at a fixed v0/v* against n (NH figure 5)."""
 
 from dataclasses import replace
 
@@ -17,11 +17,13 @@ from chaincor.workflows.reproduce.plan import PAPER_SIZE_SPEEDS, ReproductionPla
 
 _KEY = "lj_lengths"
 _SLOW = PAPER_SIZE_SPEEDS[-1]
-# Fits use each curve from a fifth of its longest chain on, because slow chains level off late.
+# Slow chains reach a constant late, so the fits use each curve from this fraction of its longest
+# chain on.
 _LAST_PART = 5.0
-# The cost of LAMMPS grows as n^2 v0/v*. Beyond this value a point takes 3 to 8 % of the total time.
+# The cost of LAMMPS grows as n^2 v0/v*. A point beyond this value would take 3 to 8 % of the total
+# time.
 _DEAREST = 3e5
-# Lengths at which slow chains still look harmonic.
+# At these lengths, slow chains still look harmonic.
 _BEFORE = (100, 1000)
 
 
@@ -43,7 +45,7 @@ def _curve(measured: Measurements, speed: float) -> Curve:
 
 
 def _last_parts(measured: Measurements) -> dict[float, Curve]:
-    """Return the last part of each curve, for the fits of exponents, by speed."""
+    """Return the last part of each curve, which gives the exponent, by speed."""
     curves = {speed: _curve(measured, speed) for speed in PAPER_SIZE_SPEEDS}
     return {
         speed: curve.between(curve.x[-1] / _LAST_PART, np.inf)
@@ -121,7 +123,8 @@ def long_chains(measured: Measurements) -> str:
     n, longest = np.array([part.x[[0, -1]] for part in parts.values()]).T
     lost, left = np.array([part.y[[0, -1]] for part in parts.values()]).T
     fall = (lost - left) / lost
-    # Decrease of the harmonic part, and the decrease of 1 - eta by the harmonic law.
+    # The measured decrease is compared with the decrease of the harmonic part, and with the
+    # decrease of 1 - eta by the harmonic law.
     harmonic = (harmonic_dissipation_law(n) - harmonic_dissipation_law(longest)) / lost
     expected = 1.0 - (longest / n) ** (-2.0 / 3.0)
     falling = np.any(2.0 * fall > expected)
@@ -162,7 +165,7 @@ def middle_speeds(measured: Measurements) -> str:
 
 
 def figure(measured: Measurements) -> Figure:
-    """Return the figure of 1 - eta against n: lj chains at the paper's speeds, harmonic chains."""
+    """Return the figure of 1 - eta against n for lj and harmonic chains."""
     laws = {speed: part.power_law() for speed, part in _last_parts(measured).items()}
     curves = {speed: _curve(measured, speed) for speed in PAPER_SIZE_SPEEDS}
     harmonic = [p for p in measured.select("harmonic_sizes", "harmonic") if p.particles >= 10]

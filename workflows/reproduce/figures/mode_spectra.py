@@ -1,4 +1,4 @@
-"""Figure beyond the paper: the modes and the forms of the lost energy, against the speed."""
+"""Draw the modes and the forms of the lost energy against the speed, beyond the paper."""
 
 from typing import Any
 
@@ -9,7 +9,7 @@ from chaincor.workflows.reproduce.drawing import IMPACT_SPEED, Axes, Figure, dra
 from chaincor.workflows.reproduce.free_flight import AVERAGED_OVER, LAST, FreeFlight
 
 _DECADES = 6.0
-# Speeds of the panel of curves. The panel shows the nearest measured speeds.
+# The panel of curves shows the measured speeds nearest to these speeds.
 _SHOWN = (0.01, 0.1, 0.4, 0.562, 0.78, 2.0, 5.0)
 
 
@@ -58,7 +58,7 @@ def figure(flights: tuple[FreeFlight, ...]) -> Figure:
 
 
 def _harmonic_until(flights: tuple[FreeFlight, ...]) -> float:
-    """Return the slowest speed at which harmonic energies have an error above 1 %."""
+    """Return the lowest speed at which harmonic energies have an error above 1 %."""
     off = [f.speed for f in flights if abs(f.harmonic / f.point.dissipation - 1.0) > 0.01]
     return min(off, default=float("nan"))
 
@@ -105,7 +105,7 @@ def _draw_map(ax: Axes, flights: tuple[FreeFlight, ...]) -> float:
     modes, speeds = np.arange(1, shares.shape[1] + 1), [f.speed for f in flights]
     mesh = draw_map(ax, modes, speeds, np.maximum(shares, floor), LogNorm(floor, top))
     ax.set(xscale="log", yscale="log", xlabel=r"mode $j$", ylabel=IMPACT_SPEED)
-    # The colour bar is on top, so that the axes of the modes line up.
+    # The colour bar is above the panel, so that the axes of the panels line up.
     label = "kinetic energy / energy at impact"
     ax.figure.colorbar(mesh, ax=ax, location="top", label=label, pad=0.02)
     return top

@@ -1,4 +1,4 @@
-"""Intervals between contacts: the wall's frequency, and the shortening for pairs (NH eq. 15)."""
+"""Draw intervals between contacts: the wall's frequency, and shortening for pairs (NH eq. 15)."""
 
 import numpy as np
 
@@ -15,7 +15,8 @@ from chaincor.workflows.reproduce.figures.harmonic_contacts import number_of_pap
 from chaincor.workflows.reproduce.measurements import MeasuredPoint, Measurements, NoNumber, column
 from chaincor.workflows.reproduce.plan import ReproductionPlan, Study, chains
 
-# The chain of two is judged by the interval of its contacts, because its eta is always nearly 1.
+# The tolerance of eta is small, because the chain of two is judged by the interval of its contacts,
+# and its eta is always nearly 1.
 _TOLERANCE = 1e-10
 _BOND = LennardJones()
 

@@ -1,4 +1,4 @@
-"""Restitution against speed for three bonds (NH figure 4): minimum, collapse, low-speed limit."""
+"""Draw restitution against speed for three bonds (NH figure 4), and judge its features."""
 
 from collections.abc import Iterable, Sequence
 from itertools import combinations
@@ -20,12 +20,12 @@ from chaincor.workflows.reproduce.drawing import (
 from chaincor.workflows.reproduce.measurements import MeasuredPoint, Measurements, NoNumber, column
 from chaincor.workflows.reproduce.plan import PAPER_SIZE_SPEEDS, ReproductionPlan, Study, chains
 
-# Scale of differences and limits: the range of eta along our curve of lj chains.
+# Differences and limits are compared with the range of eta along our curve of lj chains.
 FALL = (0.26, "0.26, by which η of lj chains falls (here)")
 _KEY = "restitution_curves"
-# Bonds in the paper's order, with their names in the legend.
+# The bonds are in the paper's order, with their names in the legend.
 _BONDS = {"lj": "Lennard-Jones", "toda": r"Toda ($b=10$)", "log": "logarithmic"}
-# Number of slowest speeds that give the limit v0 -> 0.
+# The limit v0 -> 0 comes from this many of the slowest speeds.
 _SLOWEST = 4
 
 
@@ -77,7 +77,7 @@ def _low_speed_limit(measured: Measurements) -> ClaimFinding:
 
 
 def _limit(harmonic: MeasuredPoint, points: list[MeasuredPoint]) -> tuple[float, float]:
-    """Return the harmonic chain's eta less the limit of eta at v0 -> 0, with its error."""
+    """Return eta of the harmonic chain less the limit of eta at v0 -> 0, and the error."""
     speeds, gaps = column(points, "speed"), harmonic.restitution - column(points, "restitution")
     limit, change = limit_at_zero(speeds, gaps, 2)
     weights = np.abs(np.linalg.pinv(np.vander(speeds, 3))[2])
@@ -222,7 +222,7 @@ def figure(measured: Measurements) -> Figure:
 
 
 def describe_open(points: Sequence[MeasuredPoint]) -> str:
-    """Name the points of a curve that show the reference engine's number instead of LAMMPS's."""
+    """Name the points of a curve that show the reference engine's number, not LAMMPS's."""
     missed = [p for p in points if p.source == "in-house" and len(p.answers) == 2]
     if not missed:
         return ""
@@ -251,7 +251,7 @@ def _not_given(points: Sequence[MeasuredPoint]) -> str:
 
 
 def describe_bars(points: Sequence[MeasuredPoint]) -> str:
-    """Name the points with visible bars: a symbol covers about 0.005 of the axis."""
+    """Name the points with visible error bars; a symbol hides bars below about 0.005."""
     seen = [p for p in points if p.error > 0.0025]
     if not seen:
         return ""
@@ -264,7 +264,7 @@ def describe_bars(points: Sequence[MeasuredPoint]) -> str:
 
 
 def _left_open(point: MeasuredPoint) -> str:
-    """Describe eta at the last contact of an open end, and the effect of a later contact."""
+    """Describe eta after the last contact seen, and how much a later contact could change it."""
     if not point.is_open:
         return ""
     eta, bar = point.restitution, point.error

@@ -1,4 +1,4 @@
-"""Constant C of the low-speed law, 1 - eta = C v0/v* (NH eq. 18), against speed and length."""
+"""Draw the constant C of 1 - eta = C v0/v* at low speed (NH eq. 18) against speed and length."""
 
 from dataclasses import replace
 
@@ -24,7 +24,8 @@ from chaincor.workflows.reproduce.measurements import Measurements, NoNumber
 from chaincor.workflows.reproduce.plan import ReproductionPlan, Study, chains, harmonic_chains
 
 _KEY = "slope"
-# Numbers that the paper prints for the shortening of the interval of two lj particles, and for C.
+# The paper prints these numbers for C and for alpha, the shortening of the interval of two lj
+# particles.
 _PAPER_ALPHA = 0.808
 _PAPER_SLOPE = 2.61
 
@@ -172,7 +173,7 @@ def _power_of_other_types(measured: Measurements) -> ClaimFinding:
 
 
 def figure(measured: Measurements) -> Figure:
-    """Return the figure of the increase over the speed, constant if 1 - eta is C v0/v*."""
+    """Return the figure of the increase over the speed, which is constant if 1 - eta = C v0/v*."""
     found = _increases(measured)
     compared = max((n for n, i in found.items() if i.points[0].agrees is not None), default=0)
 

@@ -1,4 +1,4 @@
-"""Figure beyond the paper: dissipation of slow long chains on one curve of kappa v0 n^(2/3)."""
+"""Draw the dissipation of slow long chains on one curve of kappa v0 n^(2/3), beyond the paper."""
 
 from dataclasses import dataclass
 from itertools import product
@@ -32,15 +32,15 @@ _BONDS: dict[str, dict[str, Any]] = {
 _SHORTEST = 28
 # Chains beyond this value are not slow at any computed length.
 _LAST = 30.0
-# Lengths within 6 % of each size: eta scatters with the phase of the last contacts. Toda chains of
-# other b are the same chains, which one length shows.
+# Eta scatters with the phase of the last contacts, so lengths within 6 % of each size are averaged.
+# Toda chains of other b are similar chains, so one length shows them.
 _PARTS = {name: np.linspace(0.94, 1.06, 5) for name in ("lj", "toda, b = 10", "log")}
 _NEAR, _LONGEST_MEAN = 0.07, 1000
-# Largest y of the panel of distances.
+# The panel of distances ends at this y.
 _SLOW = 5.0
-# Largest kappa v0 of a slow chain. Faster chains have steep fronts.
+# Chains with a larger kappa v0 have steep fronts and do not count as slow.
 _FASTEST = 0.6
-# Values of C in the paper, for lj alone: from simulation, and from its theory.
+# The paper gives these values of C for lj, from simulation and from its theory.
 _PAPER_SLOPES = {"lj": (0.66, 2.61)}
 
 
@@ -50,7 +50,8 @@ def study(plan: ReproductionPlan) -> Study:
     for name, size, variable in product(_BONDS, plan.slow_sizes, plan.slow_variables):
         if variable > _FASTEST * size ** (2.0 / 3.0):
             continue
-        # Chains beyond a thousand are few, because a chain costs as the square of its length.
+        # There are few chains beyond a thousand particles, because the cost of a chain grows as the
+        # square of its length.
         parts = _PARTS.get(name, (1.0,)) if size <= _LONGEST_MEAN else (1.0,)
         for n in sorted({round(size * part) for part in parts}):
             scene = Scene(**_BONDS[name], particles=n, velocity=1e-3, tolerance=plan.tolerance)
@@ -98,7 +99,7 @@ class Mean:
 
 
 def means(measured: Measurements) -> list[Mean]:
-    """Return the mean eta of chains of nearly the same length, for each length of the plan."""
+    """Return means over chains of nearly the same length, for each length of the plan."""
     found = []
     plan, groups = measured.plan, slow_long_chains(measured)
     for name, size, variable in product(_BONDS, plan.slow_sizes, plan.slow_variables):
@@ -124,7 +125,7 @@ def means(measured: Measurements) -> list[Mean]:
 
 
 def slopes_by_bond(measured: Measurements) -> list[dict[str, Any]]:
-    """Return C of long chains by bond: derived, from our longest chain, and from the paper."""
+    """Return C of long chains by bond: from theory, from our longest chain, and from the paper."""
     rows = []
     for name, group in slow_long_chains(measured).items():
         steep = [p for p in group if variable_of(p) >= 8.0]
@@ -158,7 +159,7 @@ def infinite_chain(measured: Measurements) -> str:
     rows = slopes_by_bond(measured)
     if not rows:
         raise NoNumber("Too few long chains to say.")
-    # The C of Toda chains does not depend on b.
+    # Toda chains of every b have the same C.
     slopes = {row["bond"].partition(",")[0]: f"{row['slope']:.3f}" for row in rows}
     return (
         "In an infinite chain the harmonic part is gone and C is the limit of (1 − η)/(v₀/v*) as "
@@ -179,7 +180,7 @@ def figure(measured: Measurements) -> Figure:
     sizes = sorted({row.size for row in rows})
     colors = dict(zip(_BONDS, CYCLE, strict=False))
     markers = dict(zip(sizes, MARKERS, strict=False))
-    # Bonds of one length and y would hide each other.
+    # Bonds are drawn side by side, because bonds of the same length and y would hide each other.
     aside = {name: 1.0 + 0.05 * (place - 2) for place, name in enumerate(_BONDS)}
 
     def draw(above: Axes, below: Axes) -> None:

@@ -1,4 +1,4 @@
-"""Trajectories of the harmonic chain (NH figure 2), and the order and orbits of its particles."""
+"""Draw trajectories of the harmonic chain (NH figure 2); judge order and orbits of particles."""
 
 from functools import cache
 
@@ -21,13 +21,15 @@ from chaincor.workflows.reproduce.measurements import Answer, Measurements, NoNu
 from chaincor.workflows.reproduce.plan import ReproductionPlan, Study, harmonic_chains
 
 _KEY = "trajectories"
-# Impact speed at which the compression is visible in the figure. Eta does not depend on it.
+# At this impact speed the compression is visible in the figure. Eta of a harmonic chain does not
+# depend on the speed.
 _VELOCITY = 0.4
 _NUMERICS = Numerics(scheme="order8", timestep=0.1)
 _FRAME_INTERVAL = 0.1
-# Duration in sound crossings: the contacts and a short time after them.
+# The figure shows this many sound crossings, which cover the contacts and a short time afterwards.
 _SHOWN = 2.25
-# Impact speeds in speeds of sound. The wall compresses bonds by v0, and the front overshoots.
+# These impact speeds are in units of the speed of sound. The wall compresses bonds by v0, and the
+# front overshoots, so particles may cross.
 _FAST = (0.6, 0.7, 0.8, 1.0)
 
 
@@ -35,7 +37,7 @@ def study(plan: ReproductionPlan) -> Study:
     """
     Return fast harmonic chains for the reference engine.
 
-    The coordinates of particles may cross in LAMMPS as well.
+    The coordinates of particles may also cross in LAMMPS.
     """
     scenes = harmonic_chains((plan.curve_particles,), plan.tolerance, _FAST)
     return Study("order", "fast harmonic chains, for the order of particles", (), scenes)
@@ -96,7 +98,7 @@ def _order_of_particles(measured: Measurements) -> ClaimFinding:
     )
 
 
-# The scale is the distance that v₀ covers in a unit of time.
+# The scale is the distance that the chain travels at v0 in a unit of time.
 @claim(
     "section II",
     exact(0.0, 1.0),
