@@ -130,8 +130,8 @@ def _refuse_another_job(scene: Scene, folder: Path) -> None:
         kept = None
     if kept is None or kept.collision_sha256 != scene.collision_sha256 or not _is_unedited(folder):
         raise InputError(
-            f"save is {str(folder)!r}, where {', '.join(there)} belong to something "
-            "else. Give another folder, or remove these files"
+            f"save is {str(folder)!r}, which has files of something else "
+            f"({', '.join(there)}). Give another folder, or remove these files"
         )
 
 

@@ -247,5 +247,5 @@ def test_a_job_in_far_units_gives_the_numbers_of_the_reduced_one(length, tmp_pat
 
 def test_a_velocity_in_the_units_of_the_job_is_named(tmp_path):
     scene = Scene(potential="lj", particles=3, velocity=690.0)
-    with pytest.raises(InputError, match=r"in units metal is velocity = 51\.[0-9]+$"):
+    with pytest.raises(InputError, match=r"in units metal, give velocity = 51\.[0-9]+$"):
         write_job(scene, tmp_path, units=ARGON)

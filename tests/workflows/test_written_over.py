@@ -19,7 +19,7 @@ def test_an_input_is_refused_as_output_under_any_name(tmp_path, link):
         written = tmp_path / "." / ".." / tmp_path.name / "read"
     else:
         link(read, written)
-    with pytest.raises(InputError, match=r"--output is '.*', .*which this command reads"):
+    with pytest.raises(InputError, match=r"--output is '.*', .*which is an input of this command"):
         refuse_overwriting_inputs(written, [tmp_path / "not there", read], "--output")
 
 
@@ -153,4 +153,4 @@ def test_the_store_itself_stays(tmp_path, chaincor, command, suffix):
     status, _, err = chaincor(*command, store, *target)
     assert (status, store.read_bytes()) == (2, before)
     if (command == ("plot",)) == (suffix == ".png"):
-        assert "which this command reads" in err
+        assert "which is an input of this command" in err

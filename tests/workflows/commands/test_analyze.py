@@ -181,7 +181,7 @@ def test_what_is_read_is_not_written_over(job, chaincor, option):
     before = dump.read_bytes()
     status, out, err = chaincor("analyze", job, option, dump)
     assert (status, out, err.count("\n"), dump.read_bytes()) == (2, "", 1, before)
-    assert "which this command reads" in err
+    assert "which is an input of this command" in err
 
 
 @pytest.mark.parametrize(("option", "name"), [("--xyz", "notes.txt"), ("--animation", "a.gif")])

@@ -210,7 +210,7 @@ def test_values_of_a_switch_are_compared(tmp_path):
     (found,) = study.comparisons
     assert found.what == "hot = 1 instead of 0"
     assert found.kind == "at once"
-    assert "other velocities" in study.summary
+    assert "different velocities" in study.summary
 
 
 def test_switches_are_whole_numbers():

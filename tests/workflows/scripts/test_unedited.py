@@ -254,7 +254,7 @@ def test_runs_that_end_at_other_times_are_told(tmp_path):
     path.write_text(path.read_text().replace('$x"', '$(x[1]:%.17g)"'))
     study = timestep_study(path, observable=r"x = (\S+)", vary="h=0.1:0.01:4", phases=3)
     assert study.ladders[0].ends_apart
-    (note,) = [note for note in notes(study) if "the runs end at times from" in note]
+    (note,) = [note for note in notes(study) if "the runs end at different times" in note]
     assert "Choose a length that is a multiple of every step." in note
     assert "--vary" not in note
 

@@ -238,7 +238,7 @@ def test_the_command_prints_it(chaincor):
             assert found["amplification"] > 0.1
             assert 0.0 < found["rounding"] < 1e-13
     assert f"d eta/d v0 = {found['velocity']:+.6g}" in out
-    assert "digits lost" in out
+    assert "digits are lost" in out
     assert f"gives eta a standard deviation of {found['rounding']:.0e}" in out
 
 

@@ -385,4 +385,4 @@ def test_what_is_written_is_a_good_table_of_the_same_force(tmp_path, kind, chain
     assert rows[:, 2] == pytest.approx(exact, abs=1e-5 * report.largest_force)
     status, _, err = chaincor(*words)
     assert status == 2
-    assert "is there already" in err
+    assert "exists already" in err

@@ -282,7 +282,10 @@ def test_compare_prints_both_forces_and_counts_warnings(tmp_path, kind, chaincor
     assert found["warnings"] == plain["warnings"]
     # The largest of some thousand places, against the largest of a thousand others.
     assert found["error"] == pytest.approx(plain["error"], rel=0.2)
-    assert "LAMMPS is off the rows by" in chaincor("table", path, "--kind", kind, "--compare")[1]
+    assert (
+        "LAMMPS's force differs from the rows by"
+        in chaincor("table", path, "--kind", kind, "--compare")[1]
+    )
 
 
 def test_a_report_shows_itself(tmp_path):

@@ -111,7 +111,7 @@ def test_advice_tells_of_steps_that_only_a_tolerance_can_choose(study):
     assert chosen.scheme == "extrapolated12"
     # Slow chains, whose rounding they would amplify, are not given them.
     slow = Scene(speed=1e-5)
-    assert give_advice(slow, rows, 1e-8).endswith("was measured here (reached: 1e-07)")
+    assert give_advice(slow, rows, 1e-8).endswith("1e-08 (reached: 1e-07)")
     assert collide(slow.replace(particles=5), tolerance=1e-8).scheme != "extrapolated12"
 
 
