@@ -1,8 +1,8 @@
 """
 Analysis of results, without LAMMPS.
 
-Pure functions of arrays: ``restitution``, ``contacts``, ``modes``, ``theory``, ``pair_theory``.
-From files: ``dumps`` (any dump, streamed; ASE and MDAnalysis, from and to), ``job_folder`` (which
-files a job has), ``job_analysis`` (its dump, analysed). Results: ``results``, ``analysis_files``,
-``figures``.
+The modules ``restitution``, ``contacts``, ``modes``, ``theory`` and ``pair_theory`` hold pure
+functions of arrays. ``dumps`` streams dumps and converts them for ASE and MDAnalysis,
+``job_folder`` finds the files of a job, and ``job_analysis`` analyses its dump. ``results``,
+``analysis_files`` and ``figures`` hold results.
 """

@@ -21,7 +21,7 @@ _COLUMNS = {
 
 
 def to_json_object(analysis: CollisionAnalysis) -> dict[str, Any]:
-    """Return the results as plain numbers and lists; numbers that are not known are None."""
+    """Return the results as plain numbers and lists, with None for unknown numbers."""
     two_bodies = analysis.target is not None or analysis.soft
     return {
         each.name: _plain(each.dump(analysis))
@@ -31,7 +31,7 @@ def to_json_object(analysis: CollisionAnalysis) -> dict[str, Any]:
 
 
 def _plain(value: Any) -> Any:
-    """Return a value as JSON knows it."""
+    """Return a value as a type that JSON has."""
     if isinstance(value, np.ndarray):
         return value.tolist()
     if isinstance(value, float):
@@ -48,8 +48,8 @@ def write_report(
     """
     Write ``analysis.json``, ``arrays.npz``, three CSV files and, if wanted, the figures.
 
-    Data appears first: a figure that fails leaves it in the folder. Other files stay. `finish` is
-    called with the folder that the files are in until all are written, and may add to them.
+    The data appears first and stays in the folder if a figure fails. Other files of the folder
+    stay. `finish` is called with the temporary folder of the files and may add files to it.
     """
     folder = Path(folder)
     with folder_aside(folder) as aside:

@@ -19,10 +19,11 @@ _NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 @contextmanager
 def written_aside(path: Path, kind: str | None = None) -> Iterator[Path]:
     """
-    Yield a path beside the wanted one, with its ending, and rename it to that on success.
+    Yield a temporary path beside the wanted path, and rename it on success.
 
-    `kind` is that of :func:`~chaincor.analysis.output_paths.judge_output`, by default the ending.
-    Raises InputError as that does, and if the folder cannot be written to.
+    The temporary path has the ending of the wanted path. For `kind` see
+    :func:`~chaincor.analysis.output_paths.judge_output`; it is the ending by default. Raises
+    InputError as `judge_output` does, and if the folder cannot be written to.
     """
     place = judge_output(path, path.suffix if kind is None else kind)
     with folder_aside(place.parent, prefix=path.stem) as folder:
@@ -34,7 +35,7 @@ def written_aside(path: Path, kind: str | None = None) -> Iterator[Path]:
 
 
 def write_whole(path: Path, text: str) -> None:
-    """Write a text so that its file appears when it is complete; raises as `written_aside`."""
+    """Write a text so that its file appears when it is complete; raise as `written_aside` does."""
     with written_aside(path) as aside:
         aside.write_text(text, encoding="utf-8")
 
@@ -42,9 +43,9 @@ def write_whole(path: Path, text: str) -> None:
 @contextmanager
 def made_folder(folder: Path, whole: bool = False) -> Iterator[None]:
     """
-    Make a folder and its parents; if the block fails, remove those that are new and empty.
+    Make a folder and its parents; if the block fails, remove new and empty folders.
 
-    With `whole`, new folders are removed with their files, as half of them are of no use.
+    With `whole`, new folders are removed with their files, because incomplete files are useless.
     """
     new = [each for each in (folder, *folder.parents) if not each.exists()]
     try:
@@ -64,8 +65,8 @@ def folder_aside(folder: Path, prefix: str = "partial") -> Iterator[Path]:
     """
     Yield an empty folder to fill, and move its files into the wanted one on success.
 
-    The folder is made if it is not there; files of other names in it stay. `prefix` starts the name
-    of the temporary one. Raises InputError if the folder cannot be written to.
+    The wanted folder is made if it is missing, and its files with other names stay. The name of the
+    temporary folder begins with `prefix`. Raises InputError if the folder cannot be written to.
     """
     folder, began = resolve_output(folder / prefix).parent, False
     try:
@@ -89,9 +90,9 @@ def folder_aside(folder: Path, prefix: str = "partial") -> Iterator[Path]:
 
 def publish(aside: Path, folder: Path) -> None:
     """
-    Copy the files that are complete so far from a folder of `folder_aside` into the wanted one.
+    Copy the complete files from the temporary folder of `folder_aside` into the wanted folder.
 
-    Data that took long to compute is then kept when a picture, which is drawn later, fails.
+    Data that took long to compute is then kept if a picture fails later.
     """
     copy = aside / ".copy"
     for path in sorted(path for path in aside.iterdir() if path.is_file()):
@@ -100,7 +101,7 @@ def publish(aside: Path, folder: Path) -> None:
 
 
 def _name_what_was_written(error: OSError, path: Path) -> None:
-    """Replace the path in an error by the user's path; a write has none, a copy its source's."""
+    """Replace a missing path, or the source of a copy, in an error by the user's path."""
     named = error.filename
     if named is None or (error.errno in _NO_ROOM and not Path(str(named)).is_relative_to(path)):
         error.filename = str(path)

@@ -21,11 +21,11 @@ def collect_caveats(
     seen: Followed, *, drifts: tuple[float, float] | None, truncated: bool
 ) -> list[str]:
     """
-    Return the caveats on the results; none for a dump without faults.
+    Return the caveats on the results, which are empty for a dump without faults.
 
-    `drifts` are relative changes of the energy from the first frame to the first after the last
-    contact, and to the last; None where the bond is not known. `truncated` says whether the last
-    frame is cut short.
+    `drifts` are the relative changes of the energy from the first frame to the first frame after
+    the last contact, and to the last frame; None if the bond is unknown. `truncated` says whether
+    the last frame is cut short.
     """
     reading, layout, bond = seen.reading, seen.reading.layout, seen.reading.known.bond
     caveats = []

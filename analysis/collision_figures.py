@@ -33,9 +33,9 @@ def caption_of(analysis: CollisionAnalysis) -> str:
 
 def energy_series(analysis: CollisionAnalysis) -> tuple[Array, ...]:
     """
-    Return translation, vibration, shortest and longest bond of all frames, of both bodies.
+    Return translation, vibration, shortest and longest bond of both bodies in all frames.
 
-    Translation is that of the bodies against each other; what both do as one body stays.
+    Translation is the motion of the bodies relative to each other; their common motion is left out.
     """
     history = analysis.history
     own = history.translation, history.vibration, history.bond_min, history.bond_max
@@ -54,13 +54,13 @@ def energy_series(analysis: CollisionAnalysis) -> tuple[Array, ...]:
 
 
 def along_the_line(analysis: CollisionAnalysis) -> tuple[Array, Array]:
-    """Return displacements and velocities along x of all frames, a target's before the chain's."""
+    """Return displacements and velocities along x of all frames, with a target before the chain."""
     target = analysis.target
     return analysis.history.along_the_line(None if target is None else target.history.mirrored)
 
 
 def mode_theory(analysis: CollisionAnalysis) -> Array | None:
-    """Return the Basile-Dumont energies with this collision's count, mean interval and speed."""
+    """Return the Basile-Dumont mode energies for the contacts of this collision."""
     # The formula holds for equal masses in front of a wall.
     if not are_equal(analysis.masses) or analysis.target is not None:
         return None
@@ -151,7 +151,7 @@ def animate(analysis: CollisionAnalysis, path: Path) -> None:
 
 @contextmanager
 def _drawn(analysis: CollisionAnalysis, folder: Path, name: str) -> Iterator["Axes"]:
-    """Yield the axes of a figure that is saved when they are filled."""
+    """Yield the axes of a figure, and save the figure after the block."""
     from chaincor.analysis.figures.style import new_figure
 
     figure, ax = new_figure()

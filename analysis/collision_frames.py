@@ -56,7 +56,7 @@ class CollisionFrames:
     """
     Frames of a collision in order of time, with the evidence of the first frame.
 
-    Raises InputError if time, masses or speed are not known, or what is known contradicts the first
+    Raises InputError if time, masses or speed are unknown, or if known data contradict the first
     frame.
     """
 
@@ -101,7 +101,7 @@ class CollisionFrames:
 
     @property
     def digits(self) -> int:
-        """Significant digits of the dump; the first frame alone may hold round numbers only."""
+        """Significant digits of the dump, from all frames because the first may be round."""
         return max(self.first.significant_digits(), self.last.significant_digits())
 
     def states(self) -> Iterator[ChainState]:
@@ -121,7 +121,7 @@ class CollisionFrames:
             yield state
 
     def first_contact(self) -> tuple[float, ChainState] | None:
-        """Return the closing speed of a contact in the first frame, and the state right after."""
+        """Return the closing speed of a contact in the first frame, and the state after it."""
         state = self.opening
         arrives = state.gap == 0.0 and state.opening < 0.0
         turned = self.start in ("reflected", "turned")
@@ -151,7 +151,7 @@ class CollisionFrames:
         return given
 
     def _approach(self, given: float | None) -> float:
-        """Return how fast a chain and a free target come together in the first frame."""
+        """Return the closing speed of a chain and a free target in the first frame."""
         opening, masses = self.opening, self.masses
         v0 = -opening.separation(masses)
         if opening.gap == 0.0 and opening.opening > 0.0:
@@ -182,7 +182,7 @@ class CollisionFrames:
         return v0
 
     def _moving_start(self) -> Start:
-        """Look again at a first frame that shows no collision's start, with what is known now."""
+        """Examine a first frame without the start of a collision again, with the data known now."""
         if self.layout.targets:  # the impact velocity is that of this frame
             return "moving"
         v = self.opening.velocities
@@ -195,10 +195,10 @@ class CollisionFrames:
 
 def find_start(velocities: Array, resolution: Array) -> tuple[Start, float | None]:
     """
-    Return what the velocities in the first frame, particle 1 first, show, and the impact speed.
+    Return the state that the velocities in the first frame show, and the impact speed.
 
-    `resolution` is the half-width of the interval that each printed velocity stands for. The speed
-    is None where the velocities alone do not say it.
+    Velocities begin with particle 1. `resolution` is half a unit of the last printed digit. The
+    speed is None if the velocities alone do not show it.
     """
     outer = velocities[1:] if velocities.size > 1 else -np.abs(velocities)
     speed = -float(outer[-1])
@@ -219,8 +219,8 @@ def find_moving_start(
     """
     Decide by the momentum whether a chain with internal motion has hit the wall.
 
-    The velocity of its centre of mass may differ by `slack` from -v0, which such velocities do not
-    show. `at_wall` says whether particle 1 is at the wall: then it may just have been turned round.
+    The velocity of its centre of mass may differ from -v0 by `slack`. `at_wall` says whether
+    particle 1 is at the wall, where its velocity may just have been reversed.
     """
     total = float(np.sum(masses))
     mean = float(masses @ velocities) / total

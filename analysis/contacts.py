@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 
 @dataclass(frozen=True)
 class ContactStatistics:
-    """Statistics of a list of contacts; None if there is nothing to average."""
+    """Statistics of a list of contacts; means without data are None."""
 
     count: int  #: f, the first contact included.
     per_particle: float  #: f/n.
@@ -31,7 +31,7 @@ def contact_statistics(
     Parameters
     ----------
     contact_times, contact_speeds : array_like of shape (f,)
-        When particle 1 hit the wall and how fast (> 0) it came in.
+        Times at which particle 1 hit the wall, and its incoming speeds (> 0).
     particles : int
         Particles in the chain.
     impact_velocity : float

@@ -53,7 +53,7 @@ class Distribution:
     @classmethod
     def of(cls, values: ArrayLike, errors: ArrayLike) -> "Distribution":
         """
-        Return what samples say, with their numerical error bars, both of shape (N,).
+        Return the distribution of samples and their numerical error bars, both of shape (N,).
 
         Raises InputError if there are none.
         """
@@ -72,7 +72,7 @@ class Distribution:
 
     def samples_needed(self, precision: float) -> int | None:
         r"""
-        Return of how many samples the mean has a standard error: :math:`(s/\epsilon)^2`.
+        Return the number of samples whose mean has a given standard error, :math:`(s/\epsilon)^2`.
 
         The result is None for one sample, which has no scatter.
         """
@@ -84,10 +84,11 @@ class Distribution:
 
 def quantile(values: ArrayLike, probability: float) -> Quantile:
     """
-    Return a quantile with an interval that rests on no form of the distribution.
+    Return a quantile with an interval that holds for any distribution.
 
-    It is linear between samples, as `numpy.quantile`. How many of N samples lie below the true
-    quantile is binomial: so two of the ordered samples enclose it with the confidence.
+    The quantile is linear between samples, like `numpy.quantile`. The number of samples below the
+    true quantile is binomial, so two of the ordered samples enclose the quantile with the
+    confidence.
     """
     from scipy.stats import binom
 
@@ -107,7 +108,7 @@ def quantile(values: ArrayLike, probability: float) -> Quantile:
 
 
 def wilson_interval(hits: int, count: int) -> tuple[float, float]:
-    """Return Wilson's interval for the probability of what happened `hits` times of `count`."""
+    """Return Wilson's interval for an event that happened `hits` times in `count`."""
     from scipy.stats import binomtest
 
     found = binomtest(hits, count).proportion_ci(CONFIDENCE, method="wilson")
@@ -116,7 +117,7 @@ def wilson_interval(hits: int, count: int) -> tuple[float, float]:
 
 def share_above(values: ArrayLike, errors: ArrayLike, threshold: float) -> Share:
     """
-    Return how likely a sample is to exceed a threshold, with its interval.
+    Return the probability that a sample exceeds a threshold, with its interval.
 
     `values` and `errors`, of shape (N,), are samples and their numerical error bars.
     """

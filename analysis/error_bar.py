@@ -1,4 +1,4 @@
-"""Error bar of a restitution, cause by cause."""
+"""Error bar of a restitution, as the sum of its causes."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -7,7 +7,7 @@ from typing import Any
 
 @dataclass(frozen=True)
 class ErrorBar:
-    """Error of the restitution, cause by cause; None if a part was not measured."""
+    """Error of the restitution, split by cause; a part that was not measured is None."""
 
     step: float | None  #: From the run at another step.
     table: float  #: From the certified force error of the bond table.

@@ -38,7 +38,7 @@ class Followed:
 
     @property
     def alone(self) -> bool:
-        """Whether each body is one particle, which meets no other twice."""
+        """Whether each body is a single particle, so that only one contact is possible."""
         return all(m.size == 1 for m in self.reading.masses)
 
     @property
@@ -106,7 +106,7 @@ def restitution_precision(seen: Followed, e: float) -> float:
     """
     Return a bound on the error of eta due to the printed digits of a dump.
 
-    Half-units of printed numbers are propagated into it; `e` is the ratio of speeds.
+    Half a unit of the last printed digit is propagated into eta. `e` is the ratio of speeds.
     """
     reading, state = seen.reading, seen.last
     masses, digits, known = reading.masses, reading.digits, reading.known

@@ -36,8 +36,8 @@ def analyze_frames(
     Analyse a collision frame by frame.
 
     `notes` are caveats known beforehand; `progress` gets the number of bytes read so far. Raises
-    InputError if the frames do not show a collision of a chain, or contradict what is known, or
-    masses differ and are not known.
+    InputError if the frames do not show a collision of a chain, if they contradict known data, or
+    if masses differ and are unknown.
     """
     reading = CollisionFrames(frames.frames(progress), known)
     masses, velocity, opening = reading.masses, reading.velocity, reading.opening
@@ -93,9 +93,9 @@ def analyze_frames(
 
 def _energies(seen: Followed) -> list[list[EnergySplit]]:
     """
-    Return the energies of the bodies in three frames; nothing where the bond is not known.
+    Return the energies of the bodies in three frames; empty if the bond is unknown.
 
-    These are the first, the first after the last contact, and the last.
+    The frames are the first, the first after the last contact, and the last.
     """
     bond = seen.reading.known.bond
     if bond is None:
@@ -112,7 +112,7 @@ def _energies(seen: Followed) -> list[list[EnergySplit]]:
 def _each_body(
     seen: Followed, energies: Sequence[Sequence[EnergySplit]], origin: float
 ) -> list[BodyAnalysis]:
-    """Return the results for each body; a target's velocity is along x."""
+    """Return the results for each body; the velocity of a target is along x."""
     reading, found = seen.reading, []
     k = stiffness_of(reading.known.bond)
     states = zip(reading.masses, reading.opening.bodies, seen.last.bodies, strict=True)
@@ -145,7 +145,7 @@ def _momentum_residual(seen: Followed) -> float:
 
 
 def _momentum(state: ChainState, masses: Sequence[Array]) -> float:
-    """Return the momentum of both bodies; mirrored, the target's counts the other way."""
+    """Return the momentum of both bodies; a mirrored target has the opposite sign."""
     return sum(
         sign * float(m @ body.velocities)
         for sign, m, body in zip((1.0, -1.0), masses, state.bodies, strict=True)
@@ -153,7 +153,7 @@ def _momentum(state: ChainState, masses: Sequence[Array]) -> float:
 
 
 def _largest_restitution(energy: float | None, reading: CollisionFrames) -> float | None:
-    """Return eta if all energy of the first frame became relative motion; None if not known."""
+    """Return eta for all energy of the first frame in relative motion; None if unknown."""
     if energy is None:
         return None if reading.start in ("moving", "turned") else 1.0
     masses = [float(np.sum(m)) for m in reading.masses]

@@ -21,9 +21,9 @@ Item = TypeVar("Item")
 
 class Thinned(Generic[Item]):
     """
-    Keeps every k-th of the items it is fed, k doubling so that no more than a limit (>= 2) stay.
+    Record of every k-th item, where k doubles so that at most a limit (>= 2) of items stay.
 
-    The last item is kept besides, so that the record reaches to the end.
+    The last item is also kept, so that the record reaches the end.
     """
 
     def __init__(self, limit: int):
@@ -34,7 +34,7 @@ class Thinned(Generic[Item]):
         self.stride = 1
 
     def feed(self, item: Item) -> None:
-        """Add the next item, which is kept if its number is a multiple of k."""
+        """Add the next item; keep it if its number is a multiple of k."""
         if self._count % self.stride == 0:
             if len(self._items) == self._limit:
                 self._items = self._items[::2]
@@ -85,7 +85,7 @@ class Record:
         self._rows.feed((state.time, momentum, translation, vibration, low, high))
 
     def history(self, origin: float) -> History:
-        """Return the record, its times counted from an origin."""
+        """Return the record, with times that count from an origin."""
         states = self._states.items()
         rows = np.array(self._rows.items()).T
         return History(

@@ -44,26 +44,27 @@ def analyze_job(
     job : Job
         Files of the job.
     bond : Potential, optional
-        The bonds' potential; that of ``scene.toml`` by default.
+        Potential of the bonds; by default from ``scene.toml``.
     impact_velocity : float, optional
-        v0; that of ``scene.toml`` or of the first frame by default.
+        v0; by default from ``scene.toml`` or the first frame.
     timestep : float, optional
         Simulated time per step, for dumps that do not carry the time; from the log, the script or
         the flight of the last particle by default.
     masses : array_like, optional
-        Particle masses from the wall outwards, repeated along the chain; by default those of the
-        dump, else of the data file and the script by type, else of ``scene.toml``, else 1.
+        Particle masses from the wall outwards, repeated along the chain. By default they come from
+        the dump, from the types in the data file and the script, or from ``scene.toml``, and are
+        otherwise 1.
     end_argument : callable, optional
         See :class:`~chaincor.analysis.collision_frames.Known`.
     progress : callable, optional
         Called with the number of bytes of the dump read so far.
     view : DumpView, optional
-        Units of the dump, where its wall is and which way the chain moves; velocity, timestep and
-        masses that are given are in these units too. By default those of ``units.toml`` beside the
-        dump, else the chain's own, with the wall at 0 below the chain.
+        Units of the dump, place of its wall, and direction of the chain. Given velocity, timestep
+        and masses are in these units too. By default the view comes from ``units.toml`` beside the
+        dump; without this file the units are the chain's own, with the wall at 0 below the chain.
     target_particles : int, optional
-        So many particles, those at the lowest x where the dump has no column ``mol``, are a free
-        target; by default as ``scene.toml`` or the dump says.
+        Number of particles of a free target; by default from ``scene.toml`` or the dump. Without a
+        column ``mol`` the target has the particles at the lowest x.
 
     Returns
     -------
@@ -189,11 +190,11 @@ def _with_scene(told: Known, job: Job, layout: ChainLayout) -> tuple[Known, list
 
 def infer_timestep(dump: DumpFrames, layout: ChainLayout) -> float | None:
     """
-    Return the simulated time of a step as seen in the flight of the last particle.
+    Return the simulated time of a step, from the flight of the last particle.
 
-    Until sound has crossed the chain the particle farthest from the wall flies freely, so its
-    distance, its speed and the steps between frames give the time of a step. Frames are read only
-    as far as the flight goes; None if no two of them show it.
+    Until sound has crossed the chain, the particle farthest from the wall flies freely. Its
+    distance, its speed and the steps between frames then give the time of a step. Frames are read
+    only during this flight. The result is None if fewer than two frames show the flight.
     """
     first = timestep = None
     for frame in dump:
@@ -228,7 +229,7 @@ def _expect_count(expected: int, source: Path, found: int, dump: Path) -> None:
 
 
 def _refuse_other_chain(data: Path, particles: int, dump: Path) -> None:
-    """Refuse a data file of other particles than the dump's, or of more than one open chain."""
+    """Refuse a data file with other particles than the dump, or with more than one open chain."""
     atoms, bonds = count_atoms_and_bonds(data)
     _expect_count(atoms, data, particles, dump)
     if bonds not in (0, particles - 1):  # none: other forces hold the chain together

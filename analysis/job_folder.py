@@ -130,7 +130,7 @@ def find_job(folder: Path | str, *, data: Path | None = None, dump: Path | None 
     folder : pathlib.Path or str
         Folder of the job.
     data, dump : pathlib.Path, optional
-        Files to take, instead of those found.
+        Files to use instead of the files found.
 
     Returns
     -------
@@ -163,8 +163,8 @@ def find_jobs(
     """
     Find the job in a folder, and the jobs in the folders below it, in order of their names.
 
-    `scene` is that of all of them. There is None in the folder itself where it holds no dump, and
-    one below does; of jobs whose files are named none below is looked for. Raises InputError as
+    `scene` belongs to all jobs. The first item is None if only a folder below holds a dump. If
+    files of the job are named, folders below are not searched. Raises InputError as
     :func:`find_job` does.
     """
     folder = Path(folder)

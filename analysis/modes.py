@@ -5,10 +5,10 @@ Mode j = 0..n-1 has the shape :math:`\cos(\pi j (i - 1/2)/n)` and the frequency
 :math:`\omega_j = 2\sqrt{k} \sin(\pi j / 2n)`; j = 0 is the translation. The paper prints
 :math:`\sin(\pi j/n)`, which is not the frequency of its own chain.
 
-Particles of unequal masses have modes of their own: the eigenvectors of
-:math:`M^{-1/2} K M^{-1/2}`, where K = k B^T B and B takes displacements to strains. They are got
-from the tridiagonal matrix of the strains, :math:`k B M^{-1} B^T`, which has the same frequencies
-but the zero of the translation: so that one is exact and costs no digits of the others.
+Particles of unequal masses have modes of their own: the eigenvectors of :math:`M^{-1/2} K
+M^{-1/2}`, where K = k B^T B and B takes displacements to strains. They come from the tridiagonal
+matrix of the strains, :math:`k B M^{-1} B^T`, which has the same frequencies except the zero of the
+translation. The translation is therefore exact and costs the others no digits.
 
 If frequencies agree to rounding, as for vibrations at the two ends of a chain with light ends, any
 mixture of their modes is a mode, and the last digit of a mass decides the computed mixture. The
@@ -86,9 +86,9 @@ def mode_amplitudes(values: ArrayLike) -> Array:
 
     .. math:: q_j = \sqrt{(2 - \delta_{j0})/n} \sum_i u_i \cos(\pi j (i - 1/2)/n).
 
-    By NumPy's Fourier transform: to import SciPy's takes longer than to carry out most collisions.
-    Values of odd number, then those of even number from behind, have a Fourier transform V of
-    which it is the real part of :math:`V_j e^{-i\pi j/2n}`. Source: Makhoul, IEEE Transactions on
+    NumPy computes it, because importing SciPy takes longer than most collisions. The values with
+    odd numbers, followed by the values with even numbers in reverse, have a Fourier transform V;
+    the result is the real part of :math:`V_j e^{-i\pi j/2n}`. Source: Makhoul, IEEE Transactions on
     Acoustics, Speech, and Signal Processing 28, 27 (1980).
 
     Parameters
@@ -133,9 +133,9 @@ def mode_energies(
     r"""
     Return :math:`E_j = (p_j^2 + \omega_j^2 q_j^2)/2` for every mode.
 
-    For equal masses p is the DCT-II of the velocities, and :math:`\omega_j q_j` is taken from the
-    bond strains, as :math:`-\sqrt{k}` times their DST-I, which is the same thing without the
-    division: the translation, large after a collision, costs no digits. Both are O(n log n).
+    For equal masses p is the DCT-II of the velocities, and :math:`\omega_j q_j` is
+    :math:`-\sqrt{k}` times the DST-I of the bond strains. This needs no division, and the
+    translation, which is large after a collision, costs no digits. Both are O(n log n).
 
     For unequal masses :math:`p_j = \sum_i a_{ij} \sqrt{m_i} v_i` with the orthonormal eigenvectors
     a_j of the free chain, and :math:`\omega_j q_j` comes from the strains likewise: O(n^2) a frame,
@@ -172,7 +172,7 @@ def mode_energies(
 
 def kinetic_mode_energies(velocities: ArrayLike, masses: ArrayLike | None = None) -> Array:
     r"""
-    Return the kinetic part of the mode energies, :math:`p_j^2/2`, which any bonds allow.
+    Return the kinetic part of the mode energies, :math:`p_j^2/2`, which is valid for any bonds.
 
     The sum over j >= 1 is exactly the kinetic energy relative to the centre of mass, also where
     bonds are strongly stretched or broken and :func:`mode_energies` means nothing. In harmonic
@@ -211,7 +211,7 @@ def _strain_modes(masses: Array, stiffness: float) -> tuple[Array, Array]:
 
 @lru_cache(maxsize=4)
 def _kept_modes(masses: bytes, stiffness: float) -> tuple[Array, Array]:
-    """Return `_strain_modes`, which are asked for with every run of a collision."""
+    """Return `_strain_modes` from a cache, because every run of a collision needs them."""
     return _strain_modes(np.frombuffer(masses), stiffness)
 
 
@@ -270,9 +270,9 @@ def free_modes(masses: ArrayLike, stiffness: float = 1.0) -> FreeModes:
     r"""
     Return frequencies and shapes of a free chain, each frequency to a few epsilon of itself.
 
-    The tridiagonal matrix of the strains knows slow modes only to an epsilon of the fastest. In
-    Jacobi coordinates, each particle relative to the centre of mass of all before it, the strains
-    are a bidiagonal matrix instead,
+    The tridiagonal matrix of the strains gives slow modes only to an epsilon of the fastest mode.
+    In Jacobi coordinates, each particle relative to the centre of mass of all before it, the
+    strains are a bidiagonal matrix instead,
 
     .. math:: R_{ii} = \mu_i^{-1/2}, \quad R_{i,i+1} = -\frac{\mu_i^{1/2}}{m_{i+1}}, \quad
               \frac{1}{\mu_i} = \frac{1}{m_{i+1}} + \frac{1}{m_1 + \dots + m_i},

@@ -1,4 +1,4 @@
-"""Output paths: resolved, and judged by the file that is there, before anything is written."""
+"""Output paths, which are resolved and checked against existing files before any writing."""
 
 import os
 import re
@@ -25,7 +25,7 @@ _MARKS = {
 
 def resolve_output(path: Path) -> Path:
     """
-    Return the path of an output with its folder resolved, links and ``..`` included.
+    Return the path of an output after resolving links and ``..`` in its folder.
 
     The name itself may be a link, which is replaced and not followed. Raises InputError if the path
     leads nowhere.

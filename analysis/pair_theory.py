@@ -1,5 +1,5 @@
 r"""
-The chain of two: the interval between its two contacts, exactly and to first order.
+Interval between the two contacts of a chain of two particles, exact and to first order.
 
 After the first contact the centre of mass rests, and the bond is compressed with the relative
 speed 2 v0: :math:`\dot s^2/4 + U(s) = v_0^2`. Particle 1 is back at the wall when s = 0.
@@ -102,8 +102,8 @@ def anharmonic_coefficient(bond: Potential) -> float:
     Return c of U = k s^2/2 + c s^r + ..., r being the bond's lowest anharmonic order.
 
     (U''(s) - k)/(r (r - 1) s^(r-2)) tends to c; its mean over +s and -s is even in s, so two
-    Richardson steps leave an error of order s^6. How small s must be, the bond tells: in parts of
-    the compression at which the anharmonic part of U equals the harmonic one.
+    Richardson steps leave an error of order s^6. The strain s is a small part of the compression at
+    which the anharmonic and the harmonic part of U are equal.
 
     Parameters
     ----------
@@ -137,7 +137,7 @@ def anharmonic_coefficient(bond: Potential) -> float:
 
 def compressed_strain(bond: Potential, energy: float) -> float:
     """
-    Solve U(s) = energy for s < 0: how far a bond that gets all of an energy is compressed.
+    Return the strain s < 0 at which a compressed bond holds an energy, U(s) = energy.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""How much energy comes back: the coefficient of restitution and where the rest went."""
+"""Coefficient of restitution, and the split of the remaining energy."""
 
 from dataclasses import dataclass
 
@@ -79,14 +79,15 @@ def restitution(
     Returns
     -------
     numpy.ndarray of shape (...)
-        Coefficient of restitution; of a finished collision 0 or more, of a cold chain at most 1.
+        Coefficient of restitution. It is 0 or more after the collision, and at most 1 for a cold
+        chain.
     """
     return np.square(kinematic_restitution(velocities, impact_velocity, masses))
 
 
 @dataclass(frozen=True)
 class EnergySplit:
-    """Energy of a chain, part by part, in units of mass times speed squared."""
+    """Parts of the energy of a chain, in units of mass times speed squared."""
 
     #: Kinetic energy of the centre of mass, M V^2/2, M the mass of the chain; of shape (...).
     translation: Array
@@ -163,10 +164,10 @@ def momentum_residual(
     masses: ArrayLike | None = None,
 ) -> float:
     """
-    Return how far the momentum is from what the contacts gave, in units of M v0.
+    Return the momentum of a chain less the impulse of its contacts, in units of M v0.
 
-    Each contact reverses particle 1 and so gives 2 m_1 v_q: the balance is
-    P = -M v0 + 2 m_1 sum(v_q), whatever the bonds do.
+    Each contact reverses particle 1 and so gives 2 m_1 v_q. The expected momentum is P = -M v0 + 2
+    m_1 sum(v_q) for any bonds.
 
     Parameters
     ----------

@@ -60,7 +60,7 @@ class RunRecord:
 
     @property
     def tolerance_met(self) -> bool | None:
-        """Whether the error bar is within the tolerance; None where one of them is unknown."""
+        """Whether the error bar is within the tolerance; None if one of them is unknown."""
         unknown = self.asked is None or self.bar.total is None
         return None if unknown else self.bar.total <= self.asked  # type: ignore[operator]
 
@@ -85,7 +85,7 @@ class RunRecord:
 
     @property
     def contacts_range(self) -> tuple[int, int] | None:
-        """Fewest and most contacts of the runs that were compared; None where all agree."""
+        """Least and largest number of contacts in the compared runs; None if all agree."""
         counts = [len(each.contact_times) for each in (self.outcome, *self.others)]
         return None if min(counts) == max(counts) else (min(counts), max(counts))
 
@@ -104,7 +104,7 @@ class RunRecord:
 
     @property
     def pilot(self) -> dict[str, Any] | None:
-        """Run of the reference engine before one by LAMMPS; None without one."""
+        """Run of the reference engine before a run by LAMMPS; None without it."""
         return self.details.get("scouting")
 
     @property
@@ -136,11 +136,11 @@ class RunRecord:
 
     def bond_error(self) -> float | None:
         r"""
-        Return how much farther bonds may have gone between the ends of steps.
+        Return the largest stretch of bonds between the ends of steps that was not seen.
 
-        An extreme is at most half a step h from an end, and a strain has
-        :math:`|\ddot s| \le 4 F/m` with the largest force F and the lightest mass m: no farther
-        than :math:`h^2 F/2m`. It is None if steps have no fixed length, or if only
+        An extreme is at most half a step h from the end of a step, and a strain has :math:`|\ddot
+        s| \le 4 F/m` with the largest force F and the lightest mass m. The unseen stretch is
+        therefore at most :math:`h^2 F/2m`. It is None if steps have no fixed length, or if only
         LAMMPS evaluated the bonds.
         """
         if self.scene.problem.longest_body < 2:
@@ -163,7 +163,7 @@ class RunRecord:
         return self.scene.bond if isinstance(self.scene.bond, Formula) else None
 
     def unless_one(self, name: str) -> float | None:
-        """Return a property of the bond; None where it is 1."""
+        """Return a property of the bond; None if it is 1."""
         value = float(getattr(self.scene.bond, name))
         return value if abs(value - 1.0) > _ROUNDED else None
 
@@ -189,7 +189,7 @@ class RunRecord:
 
     @cached_property
     def chain(self) -> EnergySplit | None:
-        """Energies of the chain; None for a standard scene, whose eta tells them."""
+        """Energies of the chain; None for a standard scene, in which eta contains them."""
         if self.line.is_standard:
             return None
         state = self.outcome.displacements, self.outcome.velocities
@@ -205,7 +205,7 @@ class RunRecord:
         return energy_split(*state, self.scene.bond, masses=self.line.target_masses)
 
     def velocity_after(self, owner: str) -> float | None:
-        """Return the velocity of the ``chain`` or ``target``; None where its energies are None."""
+        """Return the velocity of the ``chain`` or ``target``; None if its energies are None."""
         if getattr(self, owner) is None:
             return None
         outcome = self.outcome
@@ -232,11 +232,10 @@ class RunRecord:
 
 def impulse_residual(line: Line, outcome: Any, impact_velocity: float) -> float:
     """
-    Return how far the momenta of both bodies are from what the contacts gave, in units of M v0.
+    Return the momentum of the bodies less the impulses of the contacts, in units of M v0.
 
-    Each contact gives the chain its impulse and the target the opposite one, whatever the bonds do.
-    The larger of both residuals is returned; of the chain alone before a wall, which takes any
-    momentum.
+        Each contact gives the chain its impulse and the target the opposite impulse. The larger of
+        both residuals is returned. At a wall, which takes any momentum, only the chain counts.
     """
     given = float(np.sum(outcome.impulses))
     mass = float(np.sum(line.chain_masses))

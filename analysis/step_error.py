@@ -77,8 +77,8 @@ def estimate_error(runs: Sequence[CollisionAnalysis]) -> CollisionAnalysis:
     r"""
     Return the run at the finest step, with its error.
 
-    That is the one which the run itself has printed in its log, where it has and the log is that of
-    the dump (see :func:`~chaincor.analysis.dumps.printed.printed_error`); a caveat says so.
+    The error is taken from the log of the run if the log belongs to the dump (see
+    :func:`~chaincor.analysis.dumps.printed.printed_error`); a caveat says so.
 
     Else another step shows it. With the impact-located wall and a scheme of order p the runs at
     steps h and H > h differ by

@@ -92,7 +92,7 @@ def _check_counts(path: Path) -> None:
 
 
 def _arrays_of(atoms: Any, index: int, path: str) -> tuple[Array, NDArray[np.bool_], Array]:
-    """Return the facts of a frame, which columns it has, and these columns."""
+    """Return the facts of a frame, the names of its columns, and the columns."""
     name = next((name for name in _VELOCITY_ARRAYS if atoms.has(name)), None)
     if name is None and not atoms.has("momenta"):
         raise no_velocities(path)

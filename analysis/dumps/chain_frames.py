@@ -87,7 +87,7 @@ class ChainLayout:
         return self.all_particles - self.particles
 
     def by_body(self, values: Array) -> list[Array]:
-        """Reorder one value per particle from ids to each body's order, from the contact."""
+        """Reorder values from ids to the order of each body, from the contact outward."""
         return [values[rows] for rows in self.rows]
 
     def displacements(self, frame: DumpFrame) -> list[Array]:

@@ -72,11 +72,11 @@ class DetectedContacts:
 
 class ContactDetector:
     """
-    Collects contacts while frames stream by; `last_time` is when the last one was.
+    Collector of contacts from a stream of frames; `last_time` is the time of the last contact.
 
-    `masses` are those of the chain, and of a free target, each from the contact outward;
-    `velocity_resolution` is the half-width of the interval that a printed velocity of the size of
-    v0 stands for. For `soft` bodies, which overlap in a contact, only the momentum is used.
+    `masses` hold the chain and a free target, each from the contact outward. `velocity_resolution`
+    is half a unit of the last printed digit of a velocity near v0. For `soft` bodies, which overlap
+    in a contact, only the momentum is used.
     """
 
     def __init__(

@@ -70,12 +70,11 @@ class DumpFrame:
 
     def significant_digits(self) -> int:
         """
-        Return the number of digits that the dump's format keeps, as this frame shows it.
+        Return the number of digits of the dump's format, as far as this frame shows it.
 
-        ``%g`` drops trailing zeros, so the most digits of any number count; ids and other whole
-        numbers say nothing.
-
-        17 for binary dumps; at least 6, the default of LAMMPS.
+        ``%g`` drops trailing zeros, so the number with the most digits counts; ids and other whole
+        numbers are ignored. The result is 17 for binary dumps, and at least 6, the default of
+        LAMMPS.
         """
         if self.printed_digits is not None:
             return self.printed_digits
@@ -87,10 +86,10 @@ class DumpFrame:
     @np.errstate(invalid="ignore")
     def resolution(self, name: str, digits: int) -> Array:
         """
-        Return the half-width of the interval that each printed number stands for.
+        Return half a unit of the last printed digit of each number.
 
-        That is half a unit of the last of `digits` significant digits, or for 16 or more of the
-        float64 itself.
+        Numbers have `digits` significant digits. For 16 digits or more, the unit is the rounding of
+        float64.
         """
         values = np.abs(self.column(name))
         if digits >= 16:

@@ -33,7 +33,7 @@ _TYPE_PLACE |= dict.fromkeys(("atomic", "charge", "sphere", "ellipsoid"), 1)
 
 @dataclass(frozen=True)
 class DeclaredMasses:
-    """Masses as the files of a job declare them, for dumps that do not carry them."""
+    """Masses that the files of a job declare, for dumps without masses."""
 
     #: Mass of each type; empty if none is declared.
     by_type: dict[int, float] = field(default_factory=dict)
@@ -57,10 +57,10 @@ def masses_of_bodies(
     """
     Return the masses of the chain, and of a free target, each from the contact outward.
 
-    The column ``mass`` of the dump counts first, then the particles' types with the masses that
-    the job declares for them, then those given, which are repeated along a chain and must not
-    contradict the others, then those of the scene. They are 1 where nothing tells them: the second
-    value says whether anything does. Raises InputError if types differ and their masses are not
+    The sources have this order: the column ``mass`` of the dump; the types of particles with the
+    masses that the job declares; given masses, which are repeated along a chain and must not
+    contradict the job; the masses of the scene. Without a source, masses are 1. The second value
+    says whether there is a source. Raises InputError if types differ and their masses are not
     known, if the masses given are not those of the job, or if they are given beside a free target.
     """
     if given is not None and layout.targets:
@@ -112,7 +112,7 @@ def mass_resolution(frame: DumpFrame, layout: ChainLayout, masses: Array) -> Arr
 
 
 def _repeated(masses: ArrayLike, particles: int) -> Array:
-    """Repeat k masses along the chain: particle k + 1 has the first again."""
+    """Repeat k masses along the chain, so that particle k + 1 has the first mass."""
     given = np.atleast_1d(np.asarray(masses, dtype=float))
     wrong = given[~((given > 1.0 / _LARGEST_MASS) & (given < _LARGEST_MASS))]
     if given.size == 0 or wrong.size:
@@ -128,7 +128,7 @@ def _repeated(masses: ArrayLike, particles: int) -> Array:
 
 
 def _by_id(frame: DumpFrame, n: int, declared: DeclaredMasses) -> tuple[Array | None, str]:
-    """Return masses and their source, or None and the reason; it is empty without declarations."""
+    """Return masses and their source, or None and the reason (empty without any)."""
     if MASS_COLUMN in frame.columns:
         return _repeated(frame.column(MASS_COLUMN), n), f"column '{MASS_COLUMN}' of the dump"
     if declared.unclear is not None:
@@ -199,7 +199,7 @@ def _masses_after(
 
 
 def _masses_of_types(words: list[str], known: set[int]) -> dict[int, float]:
-    """Return what ``mass TYPES M`` sets; TYPES is ``3``, ``*``, ``2*``, ``*4`` or ``2*4``."""
+    """Return the masses that ``mass TYPES M`` sets, such as ``3``, ``*``, ``2*``, ``2*4``."""
     low, star, high = words[1].partition("*")
     first = int(low or 1)
     last = int(high) if high else max(known, default=first) if star else first

@@ -31,8 +31,8 @@ def read_states(dump: Path | str | DumpFrames, timestep: float = 1.0) -> Iterato
     Parameters
     ----------
     dump : pathlib.Path, str or Frames
-        Anything that :func:`~chaincor.analysis.dumps.other_trajectories.open_trajectory` opens, or
-        what it returned, as seen in the chain's units.
+        A file that :func:`~chaincor.analysis.dumps.other_trajectories.open_trajectory` opens, or
+        the trajectory that it returned, in the units of the chain.
     timestep : float
         Simulated time per step, for dumps that do not carry the time.
     """
@@ -46,10 +46,10 @@ def to_ase(
     """
     Yield the frames of a dump as ASE Atoms, as :func:`ase_atoms` makes them.
 
-    ASE's own reader knows no ``units lj`` and rescales velocities; here numbers pass unchanged.
-    `dump` and `timestep` are as for :func:`read_states`. `masses` are those from the wall outwards,
-    repeated along the chain; by default those of the dump, else 1: InputError if particles are of
-    different types and their masses are not known.
+    Numbers are unchanged, while ASE's own reader does not know ``units lj`` and rescales
+    velocities. `dump` and `timestep` are as for :func:`read_states`. `masses` are given from the
+    wall outwards and repeated along the chain; by default they come from the dump or are 1. Raises
+    InputError if particles have different types and their masses are unknown.
     """
     source = _opened(dump)
     layout, m = _layout_and_masses(source, masses)
@@ -61,11 +61,11 @@ def ase_atoms(state: ChainState, masses: Array, bond: "Potential | None" = None)
     r"""
     Return the state of a chain as ASE Atoms, in reduced units and float64.
 
-    A free target's particles, and their masses, follow those of the chain. The Atoms have positions
-    (x, 0, 0), no cell and nothing periodic; arrays ``displacement`` and ``bonds`` (which neighbours
-    each atom has, as ASE reads them from a LAMMPS data file); ``info`` holds ``time`` and ``step``.
-    With a bond they know their potential energy :math:`\sum_i U(s_i)` and forces, those of the
-    contact not among them.
+    The particles of a free target follow the particles of the chain. The Atoms have positions (x,
+    0, 0), no cell and no periodic direction. The arrays ``displacement`` and ``bonds`` hold the
+    displacement and the neighbours of each atom, as ASE reads them from a LAMMPS data file;
+    ``info`` holds ``time`` and ``step``. With a bond the Atoms have the potential energy
+    :math:`\sum_i U(s_i)` and forces, without the force of the contact.
     """
     from ase import Atoms
 
@@ -102,8 +102,8 @@ def write_extended_xyz(
     Write a dump as extended XYZ with all digits, and return the number of frames.
 
     The file appears when it is complete. `dump`, `timestep` and `masses` are as for :func:`to_ase`;
-    `target_masses`, of shape (M,), are those of a free target, from the contact outward, whose
-    particles follow those of the chain.
+    `target_masses`, of shape (M,), are the masses of a free target from the contact outward. Its
+    particles follow the particles of the chain.
     """
     source, count = _opened(dump), 0
     if target_masses is None:

@@ -1,9 +1,9 @@
 """
 Readers of trajectories other than LAMMPS dumps of style custom, by ASE and MDAnalysis.
 
-These know formats that the readers here do not: extended XYZ (LAMMPS's ``dump extxyz``) and ASE's
-own keep float64 and are read by ASE; TRR and AMBER NetCDF come through MDAnalysis, which keeps
-float32. Dumps of style custom are read here: in MDAnalysis they lose half their digits.
+ASE reads extended XYZ (LAMMPS's ``dump extxyz``) and its own formats in float64. MDAnalysis reads
+TRR and AMBER NetCDF in float32. Dumps of style custom have readers of their own, because in
+MDAnalysis they lose half their digits.
 """
 
 import tempfile
@@ -39,7 +39,7 @@ _SINGLE_DIGITS = 7
 
 
 def is_other_trajectory(path: Path) -> bool:
-    """Return whether ASE or MDAnalysis reads a file, by its ending."""
+    """Return whether the ending of a file belongs to ASE or MDAnalysis."""
     return path.suffix in _ASE_FORMATS or path.suffix in _MDANALYSIS_FORMATS
 
 
@@ -59,10 +59,10 @@ def open_trajectory(path: Path | str) -> DumpFrames:
 
 class OtherTrajectory(DumpFrames):
     """
-    A trajectory read by ASE or MDAnalysis, frame by frame, with the numbers that these show.
+    Trajectory read by ASE or MDAnalysis, frame by frame, with the numbers of these libraries.
 
-    Frames have columns ``x`` and ``vx``, and ``mass`` where the file has them, or else ``type``
-    where elements differ. `truncated` is False: their readers do not tell.
+    Frames have columns ``x`` and ``vx``, and ``mass`` if the file has masses, or ``type`` if
+    elements differ. `truncated` is False, because the libraries do not report it.
     """
 
     def __init__(self, path: Path):

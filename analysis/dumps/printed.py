@@ -29,22 +29,22 @@ def end_of(log: Path, most_bytes: int) -> str:
 
 def printed_values(log: str, name: str) -> list[float | None]:
     """
-    Return the numbers of all lines such as ``restitution = 0.9`` of one name, in their order.
+    Return the numbers of all lines with one name, such as ``restitution = 0.9``, in order.
 
-    ``null``, which scripts print for what they do not know, is nan; what is no number is None.
+    Scripts print ``null`` for an unknown number, which becomes nan. Other words become None.
     """
     said = re.findall(rf"^\s*{re.escape(name)} = {_NUMBER}\s*$", log, re.MULTILINE)
     return [math.nan if word == "null" else number_in(word) for word in said]
 
 
 def printed_numbers(log: str, names: Iterable[str]) -> dict[str, float]:
-    """Return, by name, the last of :func:`printed_values`; what is no number is left out."""
+    """Return the last number of each name, as :func:`printed_values` reads it."""
     last = {name: (printed_values(log, name) or [None])[-1] for name in names}
     return {name: value for name, value in last.items() if value is not None}
 
 
 def stopped_with(log: str) -> str | None:
-    """Return the message, in one line, with which LAMMPS or a job stopped; None without one."""
+    """Return the message with which LAMMPS or a job stopped, in one line, or None."""
     said = _STOPPED.search(log)
     return None if said is None else " ".join(said[0].split())
 
@@ -53,12 +53,12 @@ def printed_error(
     logs: Iterable[Path], restitution: float, data_error: float
 ) -> tuple[float | None, str | None]:
     """
-    Return the error of a restitution read from a dump that the logs of its run tell.
+    Return the error of a restitution from a dump, as the logs of its run print it.
 
-    A log tells it by its lines ``restitution`` and ``restitution_error``, the first of which must
-    be the dump's number within `data_error`, which is added to the second. Returned are the error,
-    None where no log tells it, and where it is from, or why what a log says is not taken; None
-    where logs say nothing.
+    A log has the lines ``restitution`` and ``restitution_error``. The first must agree with the
+    dump within `data_error`, which is added to the second. The function returns the error, or None
+    without one, and its source, or the reason why a log is not used. Both are None if the logs have
+    no such lines.
     """
     other = None
     for path in logs:

@@ -40,7 +40,7 @@ class DeclaredSetup:
     walls: dict[str, str] = field(default_factory=dict)
 
     def units(self, mass: float | None) -> UnitSystem:
-        """Return the chain's units in those of the run, by its springs and a particle's mass."""
+        """Return the units of the chain in units of the run, from springs and a mass."""
         mass = 1.0 if self.style == "lj" else mass
         if self.spring is None or mass is None:
             return CHAIN_UNITS
@@ -71,10 +71,10 @@ class RunCommands:
 
     def named(self, *names: str) -> tuple[dict[Path, list[CommandWords]], bool]:
         """
-        Return the commands of some names by file, and whether variables stand for their values.
+        Return the commands of some names by file, and whether they contain variables.
 
-        They are those of the logs that have any, and where none has, of all scripts. The
-        screen output of a run begins like a log and repeats no commands.
+        The commands come from logs if any log has them, else from all scripts. The screen output of
+        a run begins like a log but does not repeat commands.
         """
         of_logs, of_scripts = (
             {path: [c for c in commands if c[0] in names] for path, commands in each.items()}
@@ -100,9 +100,10 @@ class RunCommands:
     @property
     def timestep(self) -> float | None:
         """
-        The step of all motion; None where steps do not tell the time.
+        Time step of the whole run; None if the steps do not give the time.
 
-        That is where no ``timestep`` command is found, a script computes it, or it changes.
+        It is None if there is no ``timestep`` command, if a script computes the step, or if the
+        step changes.
         """
         steps = set(self._timesteps())
         return _positive(steps.pop()) if len(steps) == 1 else None
@@ -110,14 +111,14 @@ class RunCommands:
     @property
     def first_timestep(self) -> float | None:
         """
-        The step that a run was set up with; None where nothing tells it.
+        First time step of a run; None if it is unknown.
 
-        Runs that stop at contacts set other steps on the way; the first is that of the motion.
+        Runs that stop at contacts set other steps on the way. The first step belongs to the motion.
         """
         return _positive(next(iter(self._timesteps()), None))
 
     def _timesteps(self) -> list[float | None]:
-        """Return the steps that are set, in order; None where a script computes one."""
+        """Return the steps that a run sets, in order; None if a script computes one."""
         found, expanded = self.named("timestep")
         words = [w for commands in found.values() for c in commands for w in c[1:2]]
         kept = [w for w in words if _NUMBER.fullmatch(w) or ("$" in w and not expanded)]
@@ -125,7 +126,7 @@ class RunCommands:
 
     @property
     def setup(self) -> DeclaredSetup:
-        """Units, springs and walls; nothing is taken that several files say differently."""
+        """Units, springs and walls, without facts on which files disagree."""
         found, _ = self.named(*_SETUP)
         setups = [_setup_of([c for c in each if not is_computed(c)]) for each in found.values()]
         alike = setups and all(each == setups[0] for each in setups)

@@ -149,9 +149,9 @@ class TextFrames:
 
 def order_by_id(ids: Array, step: int, name: str) -> NDArray[np.int64] | None:
     """
-    Return the rows in order of id, or None where they are in it already.
+    Return the rows in the order of ids, or None if they are in order.
 
-    Raises InputError if there is none, or an id comes twice.
+    Raises InputError if there are no ids, or if an id occurs twice.
     """
     if not ids.size:
         raise InputError(

@@ -1,8 +1,8 @@
 """
 States of a chain as an MDAnalysis Universe.
 
-MDAnalysis keeps positions and velocities as float32: columns with all digits are in ``ts.data``,
-where its own reader of dumps puts those that it is asked for as `additional_columns`.
+MDAnalysis keeps positions and velocities as float32. Columns with all digits are in ``ts.data``,
+where its own reader of dumps puts `additional_columns`.
 """
 
 from collections.abc import Sequence
@@ -23,8 +23,9 @@ class ColumnsReader(MemoryReader):
     """
     MDAnalysis trajectory in memory, with the float64 columns of each frame in ``ts.data``.
 
-    `coordinate_array`, of shape (frames, n, 3), are positions, which MDAnalysis keeps as float32;
-    `columns` is what ``ts.data`` holds besides, frame by frame: columns by name, step and time.
+    `coordinate_array`, of shape (frames, n, 3), holds positions, which MDAnalysis keeps as float32.
+    `columns` holds, for each frame, the further content of ``ts.data``: columns by name, step and
+    time.
     """
 
     format = "CHAINCOLUMNS"
@@ -52,10 +53,9 @@ def universe_of_states(states: Sequence[ChainState], masses: Array) -> MDAnalysi
     """
     Return one or more states of a chain as an MDAnalysis Universe in reduced units.
 
-    `masses`, of shape (n,) or (n + M,), are the chain's, then a free target's. The Universe has
-    atoms with ids from 1 on, the chain's before the target's, masses, bonds between neighbours
-    and no box; float64 columns ``vx``, ``v_displacement`` and ``v_time`` in ``ts.data`` of each
-    frame.
+    `masses`, of shape (n,) or (n + M,), begin with the chain; a free target follows. The Universe
+    has atoms with ids from 1 on in this order, masses, bonds between neighbours, and no box. In
+    each frame ``ts.data`` holds the float64 columns ``vx``, ``v_displacement`` and ``v_time``.
     """
     n, times = masses.size, [state.time for state in states]
     universe = MDAnalysis.Universe.empty(n, trajectory=False, velocities=True)

@@ -46,8 +46,8 @@ class DumpView:
         """
         Return a frame in the chain's units.
 
-        Raises InputError if it has displacements, which are counted from a wall at 0, and the wall
-        is elsewhere.
+        Raises InputError if the wall is not at 0 and the frame has displacements, which count from
+        a wall at 0.
         """
         if (self.upwards or self.wall != 0.0) and DISPLACEMENT_COLUMN in frame.columns:
             raise InputError(
@@ -88,7 +88,7 @@ class DumpView:
         return values / scales.get(name, 1.0)
 
     def _resolution(self, frame: DumpFrame) -> float:
-        """Return what the shift of the wall leaves unseen: digits were printed of the unshifted."""
+        """Return the resolution of shifted positions, which were printed unshifted."""
         own = frame.absolute_resolution / min(self.units.length, self.units.speed)
         digits = frame.significant_digits() if self.wall != 0.0 else _EXACT_DIGITS
         name = next((name for name in _PLACES if name in frame.columns), None)

@@ -15,9 +15,9 @@ def printed_digits(path: Path) -> tuple[int, int | None]:
     """
     Return the significant digits of the numbers in an extended XYZ file, and their decimals.
 
-    The second is None where the numbers of the file do not all have the same decimals: ``%g``
-    drops zeros at the end, and ``%.8f`` keeps them. All frames count: a chain that starts with
-    round numbers shows its digits only later. Lines that are damaged are not counted.
+    The second value is None if the numbers have different numbers of decimals: ``%g`` drops zeros
+    at the end, and ``%.8f`` keeps them. All frames count, because a chain that starts with round
+    numbers shows its digits only later. Damaged lines do not count.
     """
     digits, decimals = _LEAST_DIGITS, set()
     with path.open("rb") as file:

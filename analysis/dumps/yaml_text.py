@@ -1,4 +1,4 @@
-"""Reader of LAMMPS ``dump yaml``, which has the columns of ``dump custom`` in another text."""
+"""Reader of LAMMPS ``dump yaml``, which has the columns of ``dump custom`` in another format."""
 
 from typing import IO, Any
 

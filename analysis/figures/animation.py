@@ -60,13 +60,13 @@ def animate_collision(
     """
     Write a collision as GIF, or as MP4 where ffmpeg is installed.
 
-    Above, the velocity of each particle; below, the chain itself, coloured by velocity: `frames`
-    pictures, 25 a second, evenly spaced in time between the states of shape (frames, n), with a
-    `title` above. The first `targets` of the particles are a free target's, from its far end to the
-    contact; where there are none a wall is drawn. A notebook shows meanwhile how many of the
-    pictures are drawn.
+    The upper panel shows the velocity of each particle, the lower panel the chain, coloured by
+    velocity. The `frames` pictures, 25 in a second, are evenly spaced in time between the states of
+    shape (frames, n). The first `targets` particles belong to a free target, from its far end to
+    the contact; without a target a wall is drawn. A notebook shows the number of pictures drawn so
+    far.
 
-    Raises InputError if the ending of the file is unknown, or MP4 is asked for without ffmpeg, or
+    Raises InputError if the ending of the file is unknown, if ffmpeg is missing for MP4, or if
     `frames` is no number of pictures.
     """
     from matplotlib.animation import FFMpegWriter, FuncAnimation, PillowWriter

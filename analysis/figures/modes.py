@@ -32,8 +32,8 @@ def plot_spectrum(
     Draw E_j/E of modes j >= 1 on logarithmic scales; E is the kinetic energy at impact.
 
     `mode_energies` are E_j for j >= 0, `theory` for j >= 1 after Basile and Dumont. Harmonic
-    energies of a chain that broke mean nothing: for such, give those of
-    ``chaincor.analysis.modes.kinetic_mode_energies``.
+    energies of a broken chain have no meaning; give
+    ``chaincor.analysis.modes.kinetic_mode_energies`` for such a chain.
     """
     from matplotlib.ticker import StrMethodFormatter
 

@@ -36,12 +36,12 @@ def plot_curves(
     """
     Draw one curve for each name, through its points in the order given.
 
-    `curves` maps names to (x, y), two arrays of one shape (points,); a curve with an empty name has
-    no entry in the legend. `x_name` and `y_name` are those of columns of a store, or fields of a
-    result: the axes are labelled by them. The x axis is logarithmic where values span more than a
-    factor of 30. More than 24 curves have no legend: if their names are values of one number, a
-    colour bar tells it, and otherwise the title says how many they are. Returns the axes, those of
-    a new figure where none are given.
+    `curves` maps names to (x, y), two arrays of one shape (points,). A curve with an empty name has
+    no entry in the legend. `x_name` and `y_name` are columns of a store or fields of a result, and
+    label the axes. The x axis is logarithmic if values span more than a factor of 30. More than 24
+    curves have no legend: a colour bar shows their names if these are values of one number, and
+    otherwise the title gives the number of curves. Returns the axes, which belong to a new figure
+    if none are given.
     """
     own = ax is None
     ax = choose_axes(ax)
@@ -73,7 +73,7 @@ def plot_curves(
 
 
 def _shades(ax: "Axes", labels: Sequence[str]) -> Array | None:
-    """Return a colour for each label like ``particles = 10``, with a bar; None for others."""
+    """Return a colour for each label like ``particles = 10``, and draw a colour bar."""
     keys = [_natural((label, None)) for label in labels]
     names = {name for name, _ in keys}
     if len(names) > 1 or not all(" = " in label for label in labels):
@@ -139,9 +139,9 @@ def plot_heat_map(
     """
     Draw a quantity as colour over two axes.
 
-    There is one collision a place; places without any stay empty. `labels` name the three columns;
-    axes are logarithmic where values span more than a factor of 30. Raises InputError if two
-    collisions lie at the same place.
+    Each place has one collision or stays empty. `labels` name the three columns. Axes are
+    logarithmic if values span more than a factor of 30. Raises InputError if two collisions lie at
+    the same place.
     """
     ax = choose_axes(ax)
     columns, at_column = np.unique(np.asarray(x, dtype=float), return_inverse=True)

@@ -49,7 +49,7 @@ def new_figure(rows: int = 1, columns: int = 1, **options: Any) -> "tuple[Figure
     """
     Make a figure and its panels in the common style, without a window and without global state.
 
-    `options` are those of ``Figure.subplots``, but for `figsize`.
+    `options` are `figsize` and the options of ``Figure.subplots``.
     """
     import matplotlib as mpl
     from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -64,10 +64,10 @@ def new_figure(rows: int = 1, columns: int = 1, **options: Any) -> "tuple[Figure
 
 def look(number: int) -> dict[str, str]:
     """
-    Return colour, marker and line style of a curve among others, counted from 0.
+    Return colour, marker and line style of a curve, counted from 0.
 
-    Any two of the first 28 differ in colour or line style, also where they have no markers, any two
-    of the first 196 in something.
+    The first 28 curves all differ in colour or line style, the first 196 in colour, line style or
+    marker.
     """
     turn, place = divmod(number, len(CYCLE))
     return {
@@ -100,8 +100,8 @@ def rest_positions(particles: int, targets: int = 0) -> Array:
     """
     Return the rest positions of particles, in natural bond lengths.
 
-    Particle 1 of the chain is at 0; the first `targets` are a free target's, from its far end to
-    the contact, which is at 0, too.
+    Particle 1 of the chain is at 0. The first `targets` particles belong to a free target, from its
+    far end to the contact, which is also at 0.
     """
     chain = np.arange(float(particles - targets))
     return np.concatenate((np.arange(1.0 - targets, 1.0), chain)) if targets else chain

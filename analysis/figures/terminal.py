@@ -27,13 +27,12 @@ def draw_moment(
     """
     Draw one state of a chain in characters.
 
-    Above, the velocities in units of v0, from -1.5 to 1.5 (those beyond are drawn at the edge);
-    below, the chain. If particles share a column, it shows their mean velocity.
+    The upper lines show velocities from -1.5 to 1.5 v0, with larger ones at the edge, and the last
+    line the chain. If particles share a column, it shows their mean velocity.
 
-    Particle 1 comes first, the wall is at x = 0; `longest` is the distance from it that the last
-    column shows. There are `rows` lines, an odd number, and one more. If the first `targets`
-    particles are those of a free target, from its far end, `lowest` is what the first column shows,
-    and no wall is drawn.
+    Particle 1 comes first. The wall is at x = 0, and the last column is at the distance `longest`
+    from it. Velocities take `rows` lines, an odd number. If the first `targets` particles belong to
+    a free target, from its far end, the first column is at x = `lowest`, and no wall is drawn.
     """
     u = np.asarray(displacements, dtype=float)
     x = u + rest_positions(u.size, targets)
@@ -69,10 +68,10 @@ def draw_histogram(values: ArrayLike, *, label: str, mark: float) -> str:
     """
     Draw a histogram in characters, a line for each bin.
 
-    Bins have a width of 1, 2 or 5 times a power of ten, of which about twenty hold the middle 99 %
-    of the values; the first and the last hold what is beyond. Each line, of 78 columns at most, has
-    the lower edge of its bin, a bar and the number of values; `mark` is an edge to point at, where
-    one lies in the range.
+    Bins have a width of 1, 2 or 5 times a power of ten. About twenty bins hold the middle 99 % of
+    the values; the first and the last bin also hold all values beyond. Each line, of at most 78
+    columns, has the lower edge of its bin, a bar and the number of values. An edge equal to `mark`
+    is pointed at.
     """
     x = np.sort(np.asarray(values, dtype=float))
     low, high = np.quantile(x, (0.005, 0.995))
@@ -99,7 +98,7 @@ _EIGHTHS = ("", "▏", "▎", "▍", "▌", "▋", "▊", "▉")
 
 
 def _round_width(width: float) -> float:
-    """Return the next 1, 2 or 5 times a power of ten; 1 for values that do not differ."""
+    """Round a width up to 1, 2 or 5 times a power of ten; return 1 for equal values."""
     if not width > 0.0:
         return 1.0
     power = 10.0 ** np.floor(np.log10(width))

@@ -34,7 +34,7 @@ def plot_energy_partition(
     """
     Draw translation and vibration as stacked shares of the energy at impact.
 
-    Energies are of shape (frames,); after `last_contact` nothing changes any more.
+    Energies have the shape (frames,). They do not change after `last_contact`.
     """
     ax = choose_axes(ax)
     ax.stackplot(
@@ -101,7 +101,7 @@ def plot_contact_speeds(
     """
     Draw the incoming speed of particle 1 against the number of the contact.
 
-    `pair_line` is the estimate from the n = 2 chain, which is for equal masses.
+    `pair_line` is the estimate from the n = 2 chain of equal masses.
     """
     speeds = np.asarray(contact_speeds, dtype=float) / impact_velocity
     line = PAIR_SPEED if pair_line else None

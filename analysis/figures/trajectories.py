@@ -38,12 +38,11 @@ def plot_trajectories(
     """
     Draw positions against time, with the sound of the first contact there and back.
 
-    `displacements`, u_i = x_i - (i - 1), are of shape (frames, n), times counted from the first
-    contact; the first `targets` of the particles are a free target's, from its far end to the
-    contact. `sound_speed` is that of small waves, sqrt(U''(1)); `end_time` by default a little
-    after the last contact. Displacements are magnified, as the axis says, by default as far as
-    shows them well and lets no lines cross; InputError if `magnification` is not a positive finite
-    number.
+    `displacements`, u_i = x_i - (i - 1), are of shape (frames, n), and times count from the first
+    contact. The first `targets` particles belong to a free target, from its far end to the contact.
+    `sound_speed` is the speed of small waves, sqrt(U''(1)). `end_time` is by default a little after
+    the last contact. Displacements are magnified, as the axis says, by default as far as no lines
+    cross. Raises InputError if `magnification` is not a positive finite number.
     """
     if magnification is not None:
         magnification = positive_number_given("magnification", magnification)
@@ -92,7 +91,7 @@ def plot_trajectories(
 
 
 def _choose_magnification(displacements: Array) -> float:
-    """Return 1, 2, 5, 10, ...: displacements up to a fifth of the chain, bonds longer than 0."""
+    """Return a round magnification: displacements stay within a fifth of the chain."""
     n = displacements.shape[1]
     squeeze = -float(np.min(np.diff(displacements, axis=1), initial=0.0))
     largest = float(np.max(np.abs(displacements)))
@@ -104,7 +103,7 @@ def _choose_magnification(displacements: Array) -> float:
 
 
 def _sound_path(times: Array, x: Array, sound_speed: float) -> tuple[Array, Array]:
-    """Follow the signal in the material, up to the free end and back, through all frames."""
+    """Return the path of the signal in the material, to the free end and back."""
     n = x.shape[1]
     fine = np.linspace(0.0, min(2.0 * (n - 1) / sound_speed, times[-1]), 20 * n)
     material = sound_speed * fine

@@ -175,11 +175,11 @@ def judge_means(steps: Array, values: Array, scatter: Array) -> Means:
     Bound the bias of every rung, and find the limit, from means and their errors.
 
     For each p of a few orders, :math:`y = A + B h^p` is fitted to the finest rungs by least
-    squares, weighted by the scatter. All p that the misfit does not exclude count: the limit lies
+    squares, weighted by the scatter. All p that the misfit does not exclude count. The limit lies
     in the union of their intervals, and the bias of a rung is at most the largest :math:`|B| h^p`
-    with its own error. The widest window of rungs that some p fits is taken; of three rungs, of
-    which one power or another always nearly fits, nothing is believed. If no power fits, the
-    steepest slope between the three finest rungs, twice, down to step 0, stands for what is left.
+    with its own error. The fit uses the widest window of rungs that some p fits. Windows of three
+    rungs are not used, because some power always nearly fits them. If no power fits, twice the
+    steepest slope between the three finest rungs, continued to step 0, bounds the rest.
 
     `steps` and `values`, of shape (R, M), are rung by rung from coarse to fine; `scatter`, of shape
     (R,), is the standard deviation of one run, by rung, positive; there are three rungs and two

@@ -35,14 +35,15 @@ def standard_error(series: Array) -> MeanError:
     .. math:: \sigma^2 = \frac{1}{N} \Big( \gamma_0 + 2 \sum_{k = 1}^{M - 1} \gamma_k \Big)
 
     with autocovariances :math:`\gamma_k`, summed over pairs of neighbouring lags as long as these
-    are positive and fall: the initial monotone sequence of Geyer (Statist. Sci. 7, 473, 1992).
-    They are taken about the mean of the series, which hides about the part :math:`(2M - 1)/N` of
-    their sum: :math:`\sigma` is divided by what is left. It is widened as Student's t is, for
-    :math:`N \gamma_0` over that sum independent samples, so that three of it hold as often as
-    three of a Gaussian. A series that looks like a random walk may be a short piece of a slower
-    one: by :math:`1 + (35/\nu)^3`, :math:`\nu = N \sum (x_{i+1} - x_i)^2 / \sum (x_i - \bar x)^2`,
-    it is made longer. The error is inf for fewer than 50 samples, and where it would exceed 1.5
-    standard deviations of the series: about four independent samples are needed.
+    are positive and fall: the initial monotone sequence of Geyer (Statist. Sci. 7, 473, 1992). The
+    autocovariances are about the mean of the series, which hides about the part :math:`(2M - 1)/N`
+    of their sum, so :math:`\sigma` is divided by the remaining part. The number of independent
+    samples is :math:`N \gamma_0` over this sum. As for Student's t with so many samples,
+    :math:`\sigma` is widened, so that three :math:`\sigma` hold as often as for a Gaussian. A
+    series that looks like a random walk may be a short piece of a slower series, so :math:`\sigma`
+    is multiplied by :math:`1 + (35/\nu)^3` with :math:`\nu = N \sum (x_{i+1} - x_i)^2 / \sum (x_i -
+    \bar x)^2`. The error is inf for fewer than 50 samples, and if it would exceed 1.5 standard
+    deviations of the series, which happens below about four independent samples.
     """
     from scipy.special import stdtrit
 

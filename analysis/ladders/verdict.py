@@ -1,4 +1,4 @@
-"""Classification of a number's error along a ladder of steps: regular, irregular or noise."""
+"""Classification of the error of a number along a ladder of steps: regular, irregular or noise."""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -56,10 +56,11 @@ class LadderVerdict:
     @property
     def promised(self) -> Array:
         """
-        Error that one run on each rung keeps, against the limit of fine values; of shape (R,).
+        Error of a single run on each rung against the limit of fine steps, of shape (R,).
 
-        The bound on its bias, with three standard deviations of single runs; never less than that
-        of a finer rung, since an error may vanish by luck at one step. inf where it is not known.
+        It is the bound on the bias plus three standard deviations of single runs. It is never less
+        than the error of a finer rung, because an error may vanish by chance at one step. It is inf
+        if unknown.
         """
         errors = self.bias + SCATTER_RESERVE * self.scatter
         return np.maximum.accumulate(errors[::-1])[::-1]
@@ -71,11 +72,11 @@ def judge_ladder(
     """
     Classify the error of a number, with the reason.
 
-    `steps` and `values`, of shape (R, M), are rung by rung from coarse to fine, the M steps of a
-    rung all a little different; `resolution` is the unit of the last digit that the number is given
-    with. `seeded` says that a column has one seed throughout: then seeds may differ by more than
-    the step changes, and each is compared with itself. Raises ValueError for fewer rungs or runs
-    than LEAST_RUNGS and LEAST_COLUMNS.
+    `steps` and `values`, of shape (R, M), have a row for each rung, from coarse to fine. The M
+    steps of a rung differ a little. `resolution` is the unit of the last printed digit. With
+    `seeded`, each column has one seed: seeds may then differ by more than the effect of the step,
+    so each seed is compared with itself. Raises ValueError for fewer rungs or runs than LEAST_RUNGS
+    and LEAST_COLUMNS.
     """
     rungs, columns = values.shape
     if rungs < LEAST_RUNGS or columns < LEAST_COLUMNS:
@@ -181,9 +182,9 @@ def _why_not(is_rough: bool, biased: bool, decay: float, decay_error: float, fit
 
 def _smooth_scatter(h: Array, scatter: Array) -> Array:
     """
-    Return the scatter of each rung halfway to the straight line through the logarithms of all.
+    Return the scatter of each rung, moved halfway to a common power law.
 
-    Single rungs tell their scatter badly.
+    The scatter of a single rung is uncertain.
     """
     x, y = np.log(h.mean(axis=1)), np.log(scatter)
     return np.exp(0.5 * (y + np.polyval(np.polyfit(x, y, 1), x)))
@@ -207,7 +208,7 @@ def _spread_of_rungs(h: Array, values: Array, resolution: float) -> Array:
 def _scatter_about_law(
     h: Array, values: Array, floor: float, seeded: bool
 ) -> tuple[Array, OrderFit]:
-    """Return the scatter about a smooth law, by rung, and that law; each needs the other."""
+    """Return the scatter of each rung about a smooth law, and the law, by iteration."""
     rough = np.hypot(values.std(axis=1, ddof=1), floor)
     fit = fit_order(h, values, rough)
     for _ in range(3):
@@ -220,9 +221,9 @@ def _scatter_about_law(
 
 def _seeds_apart(h: Array, values: Array, p: float, rough: Array) -> Array:
     """
-    Return the scatter about A + B h^p with A and B of each seed's own, where seeds have their own.
+    Return the scatter about A + B h^p, with separate A and B for each seed if seeds differ.
 
-    Whether they have is decided by an F test; `rough` is the scatter about a common law.
+    An F test decides whether seeds differ. `rough` is the scatter about a common law.
     """
     from scipy.stats import f
 

@@ -1,1 +1,1 @@
-"""The declarations of observables, by what they are about."""
+"""Declarations of observables, by subject."""

@@ -1,4 +1,4 @@
-"""Observables that say what collides."""
+"""Observables of the bodies that collide."""
 
 from dataclasses import dataclass, make_dataclass
 from typing import TYPE_CHECKING, Any

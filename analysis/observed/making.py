@@ -1,4 +1,4 @@
-"""Observables that say how a result was made."""
+"""Observables of the way in which a result was made."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -11,7 +11,7 @@ from chaincor.lammps_inputs.schemes import SCHEME_ORDERS
 
 @dataclass(frozen=True, repr=False, kw_only=True)
 class Making:
-    """How the result was made."""
+    """Engine, numerics and effort of a result."""
 
     tolerance: float | None = observable(
         "error asked of eta; null with explicit numerics", run=lambda r: r.asked

@@ -1,4 +1,4 @@
-"""One observable: what it means, how it is computed, and where it is shown."""
+"""Declaration of one observable: its meaning, its computation and its places of display."""
 
 from collections.abc import Callable
 from dataclasses import MISSING, dataclass, field
@@ -16,7 +16,7 @@ _OF_EVERY_DUMP = ("masses", "velocity_after")
 
 @dataclass(frozen=True)
 class TextRow:
-    """A line that results print, by which ``chaincor explain`` knows its observables."""
+    """Line that results print, with its label and the observables that it shows."""
 
     label: str  #: Name at the beginning of the line.
     #: Text of a run's result: a format that is filled with the result as ``{0}``, or a function of
@@ -70,12 +70,12 @@ class Observable:
 
     @property
     def only_two_bodies(self) -> bool:
-        """Whether dumps give it only where the chain meets a free target or a soft body."""
+        """Whether dumps give it only for a chain that hits a free target or a soft body."""
         return self.rare and self.name not in _OF_EVERY_DUMP
 
     @property
     def kind(self) -> str:
-        """Type of its values where there are any."""
+        """Type of its values, apart from None."""
         return self.dtype.removesuffix(" or None")
 
     @property
@@ -92,7 +92,7 @@ def observable(definition: str, *rows: TextRow, **facts: Any) -> Any:
 
 
 def dtype_of(annotation: Any) -> str:
-    """Return how pages call the type of an annotation."""
+    """Return the name of the type of an annotation on pages."""
     parts = getattr(annotation, "__args__", ())
     if type(annotation).__name__ == "UnionType" or type(None) in parts:
         return " or ".join(dtype_of(part) for part in parts)

@@ -1,4 +1,4 @@
-"""Readers of the analysis of a dump, for observables that are no plain attribute of it."""
+"""Readers of observables that are no plain attribute of the analysis of a dump."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -9,13 +9,13 @@ if TYPE_CHECKING:
 
 
 def energy_of_all(analysis: "CollisionAnalysis", name: str) -> float | None:
-    """Return the energy of all bodies; None where the bond is not known."""
+    """Return the energy of all bodies; None if the bond is unknown."""
     parts = [getattr(body, name) for body in analysis.bodies.values()]
     return None if None in parts else sum(float(part.total) for part in parts)
 
 
 def body_line(analysis: "CollisionAnalysis", owner: str) -> str | None:
-    """Return the line about a body of a dump; None where eta says all."""
+    """Return the line about a body of a dump; None if eta contains it."""
     if (analysis.target is None and not analysis.soft) or owner not in analysis.bodies:
         return None
     body = analysis.bodies[owner]
@@ -45,7 +45,7 @@ def of_target(name: str, absent: Any) -> Any:
 
 
 def contacts_line(analysis: "CollisionAnalysis") -> str:
-    """Say how many contacts a dump shows, and when the last is."""
+    """Return the number of contacts in a dump, and the time of the last one, as text."""
     if analysis.soft:
         return "not reported for soft bodies"
     found = analysis.contact_statistics

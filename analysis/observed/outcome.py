@@ -1,4 +1,4 @@
-"""Observables that say what came out of a collision."""
+"""Observables of the outcome of a collision."""
 
 from dataclasses import dataclass
 from typing import Any

@@ -1,1 +1,1 @@
-"""Results shown to people: digits that are known, and where they are shown."""
+"""Display of results: known digits, text lines and notebooks."""

@@ -19,13 +19,13 @@ _MOST_MASSES = 6
 def restitution_text(
     value: float, error: float | None, *, relative: bool, statistical: bool = False
 ) -> str:
-    """Return eta with its error bar, which is `statistical` for the stock wall."""
+    """Return eta with its error bar; `statistical` marks the bar of the stock wall."""
     level = ", statistical bar, 99.5 %" if statistical and error is not None else ""
     return f"eta = {with_error(value, error)}{_of(relative)}{level}"
 
 
 def restitution_of_dump(value: float, error: float | None, data_error: float) -> str:
-    """Return eta as a dump tells it, with the error of its digits."""
+    """Return eta from a dump, with the error of its digits."""
     return f"eta = {eta_of_dump(value, error, data_error)}"
 
 
@@ -35,12 +35,12 @@ def root_text(value: float, error: float | None, *, relative: bool = False) -> s
 
 
 def count_text(count: int, of_runs: Sequence[int] | None) -> str:
-    """Return a number of contacts, or the range of it where runs disagree."""
+    """Return a number of contacts, or its range if runs disagree."""
     return str(count) if of_runs is None else f"{of_runs[0]} to {of_runs[1]}"
 
 
 def ending_text(ending: str, *, missed: bool) -> str:
-    """Say how sure it is that no contact follows; a run that misses its tolerance proves less."""
+    """Return the certainty that no contact follows; a missed tolerance proves less."""
     certain = f"{ending} for this run" if missed and ending == "proved" else ending
     return f"{certain}: {ENDINGS[ending]}"
 
@@ -50,7 +50,7 @@ def _of(relative: bool) -> str:
 
 
 def bond_lengths(low: float, high: float, error: float | None) -> str:
-    """Say between what lengths bonds were, to the digits that looking at steps leaves."""
+    """Return the shortest and longest bond, with the digits that the spacing of steps leaves."""
     digits = 4 if not error else min(max(math.ceil(-math.log10(error)), 2), 6)
     shown = f"{low:.{digits}f} to {high:.{digits}f} up to the last contact"
     return shown + (f", +- {error:.1g}" if error else "")
@@ -59,7 +59,7 @@ def bond_lengths(low: float, high: float, error: float | None) -> str:
 def body_text(
     velocity: float | None, translation: float | None, vibration: float | None
 ) -> str | None:
-    """Say how a body moves; where its bond is not known, nothing of its energies."""
+    """Return the motion of a body as text, with its energies if the bond is known."""
     if velocity is None:
         return None
     text = f"velocity {velocity:.6g}"
@@ -71,18 +71,18 @@ def body_text(
 def run_text(
     engine: str, contact: str, scheme: str, timestep: float | None, table: str | None
 ) -> str:
-    """Say how a run was made."""
+    """Return the engine, numerics and effort of a run as text."""
     step = "" if timestep is None else f", H = {timestep:.4g}"
     return f"{engine}: {contact}, {scheme}{step}" + ("" if table is None else f", {table}")
 
 
 def contact_kind(wall: str, *, soft: bool, target: bool) -> str:
-    """Name what particle 1 meets: a wall only where there is one."""
+    """Return the kind of contact of particle 1, such as a wall."""
     return f"{'soft' if soft else wall} {'contact' if target else 'wall'}"
 
 
 def masses_text(masses: Sequence[float]) -> str:
-    """List the first few masses."""
+    """Return the first few masses as text."""
     shown = ", ".join(f"{mass:.6g}" for mass in masses[:_MOST_MASSES])
     return shown if len(masses) <= _MOST_MASSES else f"{shown}, ... ({len(masses)} in all)"
 

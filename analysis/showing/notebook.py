@@ -33,7 +33,7 @@ def _shell() -> Any:
 
 def session_bar(most: int) -> Callable[[float, str], None]:
     """
-    Show a bar in a notebook that needs no widgets; returns what to call with its length and words.
+    Show a bar in a notebook without widgets; return a function that sets its length and words.
 
     The bar stays when its length is `most`.
     """
@@ -58,7 +58,7 @@ def session_bar(most: int) -> Callable[[float, str], None]:
 
 def session_axes(settings: Any) -> "Axes":
     """
-    Return axes of a new figure that the session shows by itself.
+    Return the axes of a new figure, which the session displays.
 
     In a notebook the figure appears below its cell, with all later changes made in the cell. If the
     session has imported pyplot, ``plt.show()`` shows the figure; otherwise use
@@ -81,7 +81,7 @@ def session_axes(settings: Any) -> "Axes":
 
 @contextlib.contextmanager
 def _only(settings: Any) -> Iterator[None]:
-    """Let matplotlib have some settings for a while, and leave others alone."""
+    """Change some settings of matplotlib within a block."""
     from matplotlib import rcParams
 
     # rc_context would also undo the settings of a backend that is loaded meanwhile.

@@ -1,18 +1,18 @@
-"""Numbers with as many digits as are known, and the lines in which results are printed."""
+"""Numbers with their known digits, and the lines in which results are printed."""
 
 import math
 from collections.abc import Iterable
 
 
 def with_error(value: float, error: float | None) -> str:
-    """Return a number and its error bar; digits that the bar drowns are left out."""
+    """Return a number and its error bar, without digits below the error bar."""
     if error is None:
         return f"{value:.12g} (no error bar asked for)"
     return f"{known_digits(value, error)} +- {error:.1e}"
 
 
 def known_digits(value: float, error: float) -> str:
-    """Return a number without the digits that an error of this size drowns."""
+    """Return a number without digits below an error."""
     digits = 1
     while digits < 16 and error < 2.0 * 10.0**-digits:
         digits += 1
@@ -20,7 +20,7 @@ def known_digits(value: float, error: float) -> str:
 
 
 def root_of_known(root: float, error: float | None) -> str:
-    """Return a number, with six digits or as many as an error of its square leaves."""
+    """Return a number with six digits, or fewer if the error of its square leaves fewer."""
     lost = 0.0 if not error else error / max(2.0 * abs(root), math.sqrt(error))
     return f"{root:.6g}" if lost < 2e-6 else known_digits(root, lost)
 
@@ -30,7 +30,7 @@ _FINEST = 1e-12
 
 
 def eta_of_dump(value: float, error: float | None, data_error: float) -> str:
-    """Return a restitution read from a dump, with the error of the run and that of its digits."""
+    """Return a restitution from a dump, with the error of the run and the error of its digits."""
     data = f"format and reading +- {data_error:.1e}"
     if error is not None:
         return f"{with_error(value, error)} ({data})"
@@ -38,7 +38,7 @@ def eta_of_dump(value: float, error: float | None, data_error: float) -> str:
 
 
 def impact_speed(velocity: float, v_star: float | None) -> str:
-    """Say how fast a chain comes, and how much of v* that is, where its bond has one."""
+    """Return the impact speed as text, also in units of v* if the bond has one."""
     return f"v0 = {velocity:.6g}" + ("" if v_star is None else f" = {velocity / v_star:.6g} v*")
 
 

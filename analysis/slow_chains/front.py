@@ -187,7 +187,7 @@ class Grid:
         return 0.5 * erfc(z) + bell * (z**3 / 4.0 - 7.0 * z / 8.0)
 
     def _carried(self, front: Array, level: float, heads: tuple[float, float]) -> Array:
-        """Carry a front for the time 1, behind which is the level, with its head from and to."""
+        """Carry a front, with a level behind it and its head between two places, for time 1."""
         from chaincor.analysis.slow_chains.front_steps import REACH, compiled_steps
 
         advance = compiled_steps(self._power)
