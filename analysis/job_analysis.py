@@ -106,7 +106,7 @@ def analyze_job(
     if job.data is not None and not known.targets and not known.soft:
         _refuse_other_chain(job.data, layout.particles, job.dump)
     by_type = {kind: mass / units.mass for kind, mass in job.masses.by_type.items()}
-    bodies, told = masses_of_bodies(
+    bodies, declared = masses_of_bodies(
         first,
         layout,
         given=None if masses is None else np.asarray(masses, dtype=float) / units.mass,
@@ -114,7 +114,7 @@ def analyze_job(
         scene=scene,
     )
     known = replace(known, masses=bodies)
-    if not told:
+    if not declared:
         notes.append(
             "nothing tells the masses: particles are taken to be alike, of mass 1; --masses gives "
             "them"
@@ -148,42 +148,42 @@ def target_particles_of(job: Job, first: DumpFrame, given: int | None = None) ->
     column ``mol`` is 1 in the chain and 2 in the target. Raises InputError if these differ.
     """
     scene = job.told_scene
-    told: dict[str, int] = {}
+    counts: dict[str, int] = {}
     if given is not None:
-        told["--target-particles"] = given
+        counts["--target-particles"] = given
     if scene is not None:
-        told[str(job.scene)] = scene.target_particles or 0
+        counts[str(job.scene)] = scene.target_particles or 0
     if BODY_COLUMN in first.columns:
         numbers = first.column(BODY_COLUMN)
         if set(numbers.tolist()) == {1.0, 2.0}:
-            told[f"column {BODY_COLUMN} of the dump"] = int(np.sum(numbers == 2.0))
-    if len(set(told.values())) > 1:
-        shown = ", ".join(f"{source} {count}" for source, count in told.items())
+            counts[f"column {BODY_COLUMN} of the dump"] = int(np.sum(numbers == 2.0))
+    if len(set(counts.values())) > 1:
+        shown = ", ".join(f"{source} {count}" for source, count in counts.items())
         raise InputError(
             f"the numbers of particles of the free target differ: {shown}. Give one number"
         )
-    return next(iter(told.values()), 0)
+    return next(iter(counts.values()), 0)
 
 
-def _with_scene(told: Known, job: Job, layout: ChainLayout) -> tuple[Known, list[str]]:
+def _with_scene(known: Known, job: Job, layout: ChainLayout) -> tuple[Known, list[str]]:
     """Complete the user's data by the scene of the job, or by the springs of its script."""
     scene = job.told_scene
     if scene is None or job.scene is None:
-        if told.bond is not None or job.commands.setup.spring is None:
-            return told, []
+        if known.bond is not None or job.commands.setup.spring is None:
+            return known, []
         note = "script or log says bond_style harmonic: energies are those of such bonds"
-        return replace(told, bond=Harmonic()), [note]
+        return replace(known, bond=Harmonic()), [note]
     notes = []
-    if told.bond is not None and told.bond != scene.bond:
+    if known.bond is not None and known.bond != scene.bond:
         notes.append(
-            f"energies are those of {told.bond.name} bonds, as asked for, where {job.scene.name} "
+            f"energies are those of {known.bond.name} bonds, as asked for, where {job.scene.name} "
             f"has {scene.label} ones"
         )
     _expect_count(scene.problem.all_particles, job.scene, layout.all_particles, job.dump)
     known = replace(
-        told,
-        bond=told.bond or scene.bond,
-        impact_velocity=told.impact_velocity or scene.impact_velocity,
+        known,
+        bond=known.bond or scene.bond,
+        impact_velocity=known.impact_velocity or scene.impact_velocity,
     )
     return known, notes
 

@@ -18,9 +18,9 @@ from chaincor.workflows.engines.lammps import engine as lammps
 from chaincor.workflows.engines.rounding import rounding_error
 from chaincor.workflows.errors import RunError
 from chaincor.workflows.tradeoff.front import CheapestRow
+from chaincor.workflows.tradeoff.reference_solution import find_reference
 from chaincor.workflows.tradeoff.settings import time_unit
 from chaincor.workflows.tradeoff.study import tradeoff
-from chaincor.workflows.tradeoff.truth import find_truth
 
 SCENES = 20
 KEEPS, BREAKS = 2.0, 10.0
@@ -61,7 +61,7 @@ def promised_in(scene: Scene, row: CheapestRow) -> float:
 
 def errors_over_promises(scene: Scene, rows: list[CheapestRow]) -> np.ndarray:
     """Return error over promise of every row on a scene that was not measured."""
-    truth = find_truth(scene)
+    reference_value = find_reference(scene)
     found = []
     for row in rows:
         try:
@@ -69,7 +69,9 @@ def errors_over_promises(scene: Scene, rows: list[CheapestRow]) -> np.ndarray:
         except RunError:
             found.append(np.inf)
             continue
-        error = max(abs(outcome.eta - truth.restitution) - truth.restitution_error, 0.0)
+        error = max(
+            abs(outcome.eta - reference_value.restitution) - reference_value.restitution_error, 0.0
+        )
         found.append(error / promised_in(scene, row))
     return np.array(found)
 

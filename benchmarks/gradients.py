@@ -232,7 +232,7 @@ def main() -> None:
         for fields in scenes(given.scenes, given.seed, Path(name)):
             scene = Scene(engine="reference", **fields)
             result = collide(scene, 1e-10)
-            told, largest, open_ = [], 0.0, 0.0
+            printed, largest, open_ = [], 0.0, 0.0
             for what, slope, terms, changed, size in directions(scene, result, rng, Path(name)):
                 scale = max(abs(slope), terms)
                 wanted, half = _SHARE * given.most * scale, 0.5 * result.sensitivity.step
@@ -242,14 +242,14 @@ def main() -> None:
                 fails = differ > given.most or unsure > given.most
                 missed += fails
                 largest, open_ = max(largest, differ), max(open_, unsure)
-                told.append(what + (" TOO MUCH" if fails else ""))
+                printed.append(what + (" TOO MUCH" if fails else ""))
                 if given.each:
                     print(f"  {what:12} {slope:+.12g} {measured:+.12g} +- {off:.1e}", flush=True)
             runs = cost(scene, result)
             costs.append(runs)
             worst = max(worst, largest)
             print(
-                f"| {_described(scene)} | {result.restitution:.6f} | {', '.join(told)} | "
+                f"| {_described(scene)} | {result.restitution:.6f} | {', '.join(printed)} | "
                 f"{largest:.1e} | {open_:.1e} | {runs:.1f} |",
                 flush=True,
             )

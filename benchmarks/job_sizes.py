@@ -37,13 +37,13 @@ SIZES: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
 }
 
 
-def run(folder: Path, truth: float) -> str:
+def run(folder: Path, reference_value: float) -> str:
     """Run a job; return its number, its error and how far it is off, as cells of a table."""
     lmp = find_lmp_command() or "lmp"
     text, _ = processor_time([lmp, "-in", "in.chain"], folder)
     found = dict(re.findall(r"^(restitution|restitution_error) = (\S+)$", text, re.MULTILINE))
     eta, error = float(found["restitution"]), found.get("restitution_error", "-")
-    return f"{eta:.9f} | {error} | {abs(eta - truth):.1e}"
+    return f"{eta:.9f} | {error} | {abs(eta - reference_value):.1e}"
 
 
 def main() -> None:
@@ -56,15 +56,17 @@ def main() -> None:
     print("|---|---|---|---|---|---|---|")
     for name in given.scenes:
         scene, wishes = SCENES[name]
-        truth = 0.0
+        reference_value = 0.0
         if not given.no_run:
-            truth = collide(scene.replace(engine="reference"), tolerance=1e-10).restitution
+            reference_value = collide(
+                scene.replace(engine="reference"), tolerance=1e-10
+            ).restitution
         for size, (numerics, more) in SIZES.items():
             folder = Path(tempfile.mkdtemp(prefix="job-"))
             try:
                 write_job(scene.replace(**numerics), folder, **wishes, **more)
                 text = (folder / "in.chain").read_text()
-                cells = "- | - | -" if given.no_run else run(folder, truth)
+                cells = "- | - | -" if given.no_run else run(folder, reference_value)
                 counted = f"{len(commands_of(text))} | {len(text.splitlines())}"
                 print(f"| {name} | {size} | {counted} | {cells} |", flush=True)
             except SceneError as error:

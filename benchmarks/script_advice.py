@@ -72,14 +72,14 @@ def row(name: str) -> str:
             mean(study.ladders[0].values[-1] / finer, 1)
             for _ in range(4 * JUDGES if seeds else JUDGES)
         ]
-        truth = float(np.mean(judged))
+        reference_value = float(np.mean(judged))
         bar = 2.0 * float(np.std(judged, ddof=1)) / math.sqrt(len(judged))
-        errors = [abs(mean(advice.value, advice.runs) - truth) for _ in range(FRESH)]
+        errors = [abs(mean(advice.value, advice.runs) - reference_value) for _ in range(FRESH)]
     shutil.rmtree(study.kept, ignore_errors=True) if study.kept else None
     many = "" if advice.runs == 1 else f", mean of {advice.runs} seeds"
     kept = "yes" if max(errors) <= tolerance + bar else "NO"
     return (
-        f"{head} timestep {advice.value:g}{many} | {truth:.8g} +- {bar:.1e} | "
+        f"{head} timestep {advice.value:g}{many} | {reference_value:.8g} +- {bar:.1e} | "
         f"{max(errors):.1e} | {kept} |"
     )
 

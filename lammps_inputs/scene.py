@@ -28,7 +28,7 @@ from chaincor.lammps_inputs.scene_parts.identity import (
     plain_fields,
     shown_fields,
 )
-from chaincor.lammps_inputs.scene_parts.rules import check_together, told
+from chaincor.lammps_inputs.scene_parts.rules import check_together, scene_error
 from chaincor.lammps_inputs.scene_parts.scene_fields import FILE_KEYS as FILE_KEYS
 from chaincor.lammps_inputs.scene_parts.scene_fields import NUMERICS_KEYS as NUMERICS_KEYS
 from chaincor.lammps_inputs.scene_parts.scene_fields import OUTPUT_KEYS as OUTPUT_KEYS
@@ -67,7 +67,7 @@ class Scene(SceneFields):
         try:
             super().__init__(**fields)
         except ValidationError as error:
-            raise told(error, type(self).model_fields) from None
+            raise scene_error(error, type(self).model_fields) from None
 
     @model_validator(mode="after")
     def _check_together(self) -> Self:

@@ -109,8 +109,8 @@ def command_needs(findings: Sequence[Finding] = ()) -> list[dict[str, Any]]:
     found = []
     for command, facts in COMMANDS.items():
         missing = [name for name in (*facts.needs, *facts.also) if name in lacking]
-        told = {"command": command, "needs": facts.needs, "also": facts.also, "missing": missing}
-        found.append(told | {"works": not set(missing) & set(facts.needs)})
+        entry = {"command": command, "needs": facts.needs, "also": facts.also, "missing": missing}
+        found.append(entry | {"works": not set(missing) & set(facts.needs)})
     return found
 
 

@@ -12,7 +12,7 @@ from chaincor.lammps_inputs.small_file import refuse_endless, why_unreadable
 from chaincor.lammps_inputs.units.unit_system import CHAIN_UNITS, UnitSystem
 
 # These commands declare the setup. Logs contain many other lines.
-_TOLD = (
+_KEPT = (
     *("units", "lattice", "atom_style", "pair_style", "bond_style", "bond_coeff"),
     *("read_data", "mass", "set", "fix", "timestep"),
 )
@@ -63,9 +63,11 @@ class RunCommands:
     def read(cls, logs: Iterable[Path] = (), scripts: Iterable[Path] = ()) -> "RunCommands":
         """Read the files of a run."""
         # In a log LAMMPS has joined continued lines, and most lines are no commands.
-        told = {p: [r for r in _text(p).splitlines() if r.lstrip().startswith(_TOLD)] for p in logs}
+        kept_lines = {
+            p: [r for r in _text(p).splitlines() if r.lstrip().startswith(_KEPT)] for p in logs
+        }
         return cls(
-            {path: _commands(lines) for path, lines in told.items()},
+            {path: _commands(lines) for path, lines in kept_lines.items()},
             {path: _commands([_text(path)]) for path in scripts},
         )
 
@@ -144,7 +146,7 @@ def _text(path: Path) -> str:
 def _commands(parts: Iterable[str]) -> list[CommandWords]:
     """Return the commands in the parts of a file, each of which ends with a whole command."""
     commands = (words.split() for part in parts for words in commands_of(part))
-    return [command for command in commands if command[0] in _TOLD]
+    return [command for command in commands if command[0] in _KEPT]
 
 
 def _positive(step: float | None) -> float | None:

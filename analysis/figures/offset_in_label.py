@@ -8,17 +8,17 @@ class OffsetInLabel(ScalarFormatter):
 
     def __init__(self) -> None:
         super().__init__(useMathText=True)
-        self._plain = self._told = ""
+        self._plain = self._shown = ""
 
     def set_locs(self, locs: list[float]) -> None:
         """Set the places of the ticks, and write their common factor into the label."""
         super().set_locs(locs)
         label = self.axis.label  # type: ignore[union-attr]
-        if label.get_text() != self._told:  # the first time, or a new one since
+        if label.get_text() != self._shown:  # the first time, or a new one since
             self._plain = label.get_text()
         offset = super().get_offset()
-        self._told = f"{self._plain} ({offset})" if offset else self._plain
-        label.set_text(self._told)
+        self._shown = f"{self._plain} ({offset})" if offset else self._plain
+        label.set_text(self._shown)
 
     def get_offset(self) -> str:
         """Return an empty text, because the label has the offset."""

@@ -198,11 +198,11 @@ def _spread_of_rungs(h: Array, values: Array, resolution: float) -> Array:
     The scatter of such a rung comes from the rungs beside it.
     """
     spread = values.std(axis=1, ddof=1)
-    told = np.ptp(values, axis=1) > 0.0
-    if resolution > 0.0 or not np.any(told):
+    resolved = np.ptp(values, axis=1) > 0.0
+    if resolution > 0.0 or not np.any(resolved):
         return spread
     x = -np.log(h.mean(axis=1))
-    return np.where(told, spread, np.exp(np.interp(x, x[told], np.log(spread[told]))))
+    return np.where(resolved, spread, np.exp(np.interp(x, x[resolved], np.log(spread[resolved]))))
 
 
 def _scatter_about_law(

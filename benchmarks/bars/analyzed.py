@@ -31,7 +31,7 @@ from chaincor.workflows.collision import collide
 from chaincor.workflows.engines.lammps.library import find_lmp_command, lmp_environment
 
 _POTENTIALS = ("harmonic", "lj", "toda", "log")
-_TRUTH = 1e-10
+_REFERENCE = 1e-10
 
 
 @dataclass(frozen=True)
@@ -48,19 +48,19 @@ class Pair:
     restitution_error: float | None
     data_error: float
     printed: float
-    truth: float
+    reference_value: float
     exit_status: int
     why_null: str
 
     @property
     def error(self) -> float:
         """True error of the number."""
-        return abs(self.restitution - self.truth)
+        return abs(self.restitution - self.reference_value)
 
     @property
     def is_honest(self) -> bool:
         """Whether the reference, exact to its tolerance, lies within the bar."""
-        return self.restitution_error is None or self.error <= self.restitution_error + _TRUTH
+        return self.restitution_error is None or self.error <= self.restitution_error + _REFERENCE
 
     @property
     def is_read(self) -> bool:
@@ -96,7 +96,7 @@ def try_pair(scene: Scene, ratio: float, folder: Path) -> Pair:
     result = json.loads(out)
     numerics = dict.fromkeys(("wall", "scheme", "timestep"))
     exact = scene.replace(**numerics, error=True, engine="reference")
-    truth = collide(exact, tolerance=_TRUTH)
+    reference_value = collide(exact, tolerance=_REFERENCE)
     null = [caveat for caveat in result["caveats"] if "restitution_error is not known" in caveat]
     return Pair(
         potential=scene.label,
@@ -109,7 +109,7 @@ def try_pair(scene: Scene, ratio: float, folder: Path) -> Pair:
         restitution_error=result["restitution_error"],
         data_error=result["data_error"],
         printed=printed,
-        truth=truth.restitution,
+        reference_value=reference_value.restitution,
         exit_status=status,
         why_null=null[0].split(";")[0].split(": ")[1] if null else "",
     )

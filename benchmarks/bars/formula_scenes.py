@@ -22,22 +22,22 @@ class Three(NamedTuple):
     rest: float
 
 
-def morse_force(strain, told):
+def morse_force(strain, printed):
     """Return the force of D (1 - exp(-a s))^2, p being D and q a."""
-    less = math.expm1(-told.q * strain)
-    return 2.0 * told.p * told.q * less * (1.0 + less)
+    less = math.expm1(-printed.q * strain)
+    return 2.0 * printed.p * printed.q * less * (1.0 + less)
 
 
-def mie_force(strain, told):
+def mie_force(strain, printed):
     """Return the force of 4 eps ((sig/r)^12 - (sig/r)^6), p being eps and q sig."""
-    r = told.rest + strain
-    sixth = (told.q / r) ** 6
-    return 24.0 * told.p / r * sixth * (2.0 * sixth - 1.0)
+    r = printed.rest + strain
+    sixth = (printed.q / r) ** 6
+    return 24.0 * printed.p / r * sixth * (2.0 * sixth - 1.0)
 
 
-def quartic_force(strain, told):
+def quartic_force(strain, printed):
     """Return the force of k s^2/2 + c s^4, p being k and q c."""
-    return -strain * (told.p + 4.0 * told.q * strain * strain)
+    return -strain * (printed.p + 4.0 * printed.q * strain * strain)
 
 
 _FORMULAS = {
@@ -73,12 +73,12 @@ class FormulaCase:
         parameters = dict(zip(names, (self.p, self.q), strict=True))
         return Scene(potential="formula", energy=text, parameters=parameters, **fields)
 
-    def truth(self, folder: Path) -> tuple[float, float]:
+    def reference_value(self, folder: Path) -> tuple[float, float]:
         """Return eta by the judge, and its error."""
         force = morse_force if self.kind == "morse" else _FORMULAS[self.kind][2]
-        told = Three(self.p, self.q, 2.0 ** (1.0 / 6.0) * self.q if self.kind == "mie" else 1.0)
+        printed = Three(self.p, self.q, 2.0 ** (1.0 / 6.0) * self.q if self.kind == "mie" else 1.0)
         velocity = self.scene(folder).impact_velocity
-        return judge(force, told, np.inf, self.particles, velocity)
+        return judge(force, printed, np.inf, self.particles, velocity)
 
 
 def random_formula(random: np.random.Generator, engine: str | None = None) -> FormulaCase:

@@ -115,7 +115,7 @@ def try_in_batch(scene: Scene) -> Trial:
 def try_case(case: UserCase | FormulaCase) -> Trial:
     """Run a scene with a user's bond or a formula and judge it by another integrator."""
     with tempfile.TemporaryDirectory() as folder:
-        return _try(case.scene(Path(folder)), lambda _bar: case.truth(Path(folder)))
+        return _try(case.scene(Path(folder)), lambda _bar: case.reference_value(Path(folder)))
 
 
 def _try(
@@ -138,7 +138,7 @@ def _try(
         reason = f"{type(error).__name__}: {error}"
         return Trial(**common, **nothing, seconds=0.0, refusal=reason)
     try:
-        truth, judge_error = judged(result.restitution_error)
+        reference_value, judge_error = judged(result.restitution_error)
     except ChaincorError as error:
         reason = f"judge: {type(error).__name__}: {error}"
         return Trial(**common, **nothing, seconds=result.seconds_total, refusal=reason)
@@ -146,7 +146,7 @@ def _try(
         **common,
         scheme=result.scheme,
         reported=result.restitution_error,
-        true=abs(result.restitution - truth),
+        true=abs(result.restitution - reference_value),
         judge_error=judge_error,
         met=bool(result.tolerance_met),
         seconds=result.seconds_total,

@@ -25,14 +25,14 @@ def main() -> None:
         orders, values, kept = [], [], []
         for _ in range(options.draws):
             # The last run of each rung is not shown to the judge.
-            h, found, truth = draw(kind, options.rungs, options.columns + 1, random)
+            h, found, reference_value = draw(kind, options.rungs, options.columns + 1, random)
             verdict = judge_ladder(h[:, :-1], found[:, :-1])
             counts[verdict.kind] += 1
             if verdict.order is not None and order is not None:
                 orders.append(abs(verdict.order - order) <= verdict.order_error)
             if verdict.value is not None:
-                values.append(abs(verdict.value - truth) <= verdict.value_error)
-                kept += list(np.abs(found[:, -1] - truth) <= verdict.promised)
+                values.append(abs(verdict.value - reference_value) <= verdict.value_error)
+                kept += list(np.abs(found[:, -1] - reference_value) <= verdict.promised)
         shares = [100.0 * count / options.draws for count in counts.values()]
         bars = [f"{100.0 * np.mean(hits):.0f}" if hits else "-" for hits in (orders, values, kept)]
         cells = " | ".join([*(f"{share:.0f}" for share in shares), *bars])

@@ -51,7 +51,7 @@ def draw_scene(random: Random, most: int = 150, potentials: tuple[str, ...] = ()
     return Scene(**fields, speed=float(fastest * 10 ** random.uniform(-2, 0)))
 
 
-def find_truth(scene: Scene) -> ConvergedRun:
+def find_reference(scene: Scene) -> ConvergedRun:
     """Converge a scene as far as rounding lets it."""
     return converge(scene.problem, 3.0 * rounding_error("reference", scene.problem))
 
@@ -84,8 +84,8 @@ def proof_share(random: Random, count: int) -> Samples:
             scene = draw_scene(random, potentials=materials[wall])
             numerics = draw_numerics(random, scene, wall)
             try:
-                truth = find_truth(scene)
-                bonds = watched_on(truth).table_range()
+                reference_value = find_reference(scene)
+                bonds = watched_on(reference_value).table_range()
                 steps = [share * numerics.timestep for share in (1.0, *PROOF_STEPS)]
                 runs = lammps.run_at_steps(
                     scene.problem, replace(numerics, bond_range=bonds), steps
@@ -93,8 +93,8 @@ def proof_share(random: Random, count: int) -> Samples:
             except RunError:
                 continue
             etas = np.array([run.eta for run in runs])
-            known = truth.error + table_error(runs[0]) + rounding_of(runs[0])
-            error = max(abs(etas[0] - truth.restitution) - known, 0.0)
+            known = reference_value.error + table_error(runs[0]) + rounding_of(runs[0])
+            error = max(abs(etas[0] - reference_value.restitution) - known, 0.0)
             samples.append(error / max(float(np.max(np.abs(etas[1:] - etas[0]))), _TINY))
     return found
 
@@ -110,13 +110,15 @@ def adaptive_share(random: Random, count: int) -> Samples:
         scene = scene.replace(speed=4.0 * scene.speed)
         accuracy = float(10 ** random.uniform(-11, -5))
         try:
-            truth = adaptive.run(scene.problem, 1e-4 * accuracy if accuracy > 1e-9 else 1e-13).eta
+            reference_value = adaptive.run(
+                scene.problem, 1e-4 * accuracy if accuracy > 1e-9 else 1e-13
+            ).eta
             fine, coarse, coarser = (
                 adaptive.run(scene.problem, k * accuracy).eta for k in (1.0, 10.0, 100.0)
             )
         except RunError:
             continue
-        error = abs(fine - truth) - rounding_error("reference", scene.problem)
+        error = abs(fine - reference_value) - rounding_error("reference", scene.problem)
         difference = max(abs(coarse - fine), 0.4 * abs(coarser - fine))
         samples.append(max(error, 0.0) / max(difference, _TINY))
     return {"": samples}
@@ -135,13 +137,13 @@ def table_sensitivity(random: Random, count: int) -> Samples:
                 table=style,
             )
             try:
-                truth = find_truth(scene)
-                bonds = watched_on(truth).table_range()
+                reference_value = find_reference(scene)
+                bonds = watched_on(reference_value).table_range()
                 numerics = replace(numerics, bond_range=bonds)
                 rough = lammps.run(scene.problem, replace(numerics, table_points=rows))
             except RunError:
                 continue
-            error = abs(rough.eta - truth.restitution) - 1e-10
+            error = abs(rough.eta - reference_value.restitution) - 1e-10
             error -= rounding_of(rough)
             size = rough.details["table"]["force_error"] / scene.impact_velocity
             # Values below the step's own error and rounding show nothing.
@@ -175,7 +177,7 @@ def _slow_samples(random: Random, count: int, *, short: bool) -> list[float]:
         drift = scene.impact_velocity * stage
         if (drift < SHORT_DRIFT * scene.particles * grain) is not short:
             continue
-        error = abs(lammps.run(scene.problem, numerics).eta - find_truth(scene).restitution)
+        error = abs(lammps.run(scene.problem, numerics).eta - find_reference(scene).restitution)
         samples.append(max(error - goal, 0.0) / unit)
     return samples
 
@@ -200,7 +202,7 @@ def extrapolated_rounding(random: Random, count: int) -> Samples:
         # Steps finer than the target error needs are included.
         step = guess_step(scene.problem, name, goal) * float(10 ** random.uniform(-0.7, 0.0))
         run = lammps.run(scene.problem, Numerics(scheme=name, timestep=step))
-        error = abs(run.eta - find_truth(scene).restitution)
+        error = abs(run.eta - find_reference(scene).restitution)
         samples.append(max(error - goal, 0.0) / (unit * STEP_SCHEMES[name].amplification))
     return {"": samples}
 
@@ -251,8 +253,8 @@ def array_sensitivity(random: Random, count: int) -> Samples:
     while len(samples) < count:
         scene = draw_scene(random, most=100, potentials=("lj", "toda", "harmonic"))
         try:
-            truth = find_truth(scene)
-            bonds = watched_on(truth).table_range()
+            reference_value = find_reference(scene)
+            bonds = watched_on(reference_value).table_range()
             step = guess_step(scene.problem, "order8", 1e-12)
             run = lammps.run(
                 scene.problem, Numerics(scheme="order8", timestep=step, bond_range=bonds)
@@ -260,7 +262,7 @@ def array_sensitivity(random: Random, count: int) -> Samples:
         except RunError:
             continue
         floor = table_error(run) + rounding_of(run)
-        apart = differences(truth.outcome, run)
+        apart = differences(reference_value.outcome, run)
         v0 = scene.impact_velocity
         scales = {
             "contact_times": run.duration,
@@ -279,15 +281,15 @@ def unseen_stretch(random: Random, count: int) -> Samples:
     while len(samples) < count:
         scene = draw_scene(random, potentials=("lj", "toda", "log"))
         try:
-            truth = find_truth(scene)
-            low, high = watched_on(truth).table_range()
+            reference_value = find_reference(scene)
+            low, high = watched_on(reference_value).table_range()
             numerics = Numerics(timestep=guess_step(scene.problem, "order6", 1e-6))
             run = lammps.run(
                 scene.problem, replace(numerics, bond_range=(low, 1.0 + 1.5 * (high - 1.0)))
             )
         except RunError:
             continue
-        stretch = truth.outcome.bond_max - 1.0
+        stretch = reference_value.outcome.bond_max - 1.0
         samples.append(max(stretch - (run.bond_max - 1.0), 0.0) / stretch)
     return {"": samples}
 

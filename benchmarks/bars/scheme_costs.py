@@ -36,8 +36,8 @@ _REPEATS = 2
 def lammps_costs(random: Random, goal: float) -> dict[str, float]:
     """Return the seconds that each scheme takes to a target error in LAMMPS, in a random scene."""
     scene = draw_scene(random, most=300)
-    truth = converge(scene.problem, 0.03 * goal)
-    scouting = watched_on(truth)
+    reference_value = converge(scene.problem, 0.03 * goal)
+    scouting = watched_on(reference_value)
     model = shipped_cost_model()
     numerics = {}
     for scheme in LAMMPS_SCHEMES:
@@ -62,12 +62,16 @@ def lammps_costs(random: Random, goal: float) -> dict[str, float]:
 def reference_costs(random: Random, goal: float) -> dict[str, float]:
     """Return the seconds that each scheme of the reference engine takes to a target error."""
     scene = draw_scene(random, most=300, potentials=("lj", "toda", "log", "power"))
-    truth = converge(scene.problem, max(0.03 * goal, 3e-14 * scene.particles))
+    reference_value = converge(scene.problem, max(0.03 * goal, 3e-14 * scene.particles))
     costs = {}
     for scheme in IN_HOUSE_SCHEMES:
         wanted = 0.5 * goal / usual_share(scheme)
         coarse = find_step(
-            scene.problem, scheme, wanted, truth, guess_step(scene.problem, scheme, wanted)
+            scene.problem,
+            scheme,
+            wanted,
+            reference_value,
+            guess_step(scene.problem, scheme, wanted),
         )
         if coarse is not None:
             step = coarse / COARSER[0]

@@ -22,10 +22,10 @@ def main() -> None:
             series = [autoregressive(count, time, random) for _ in range(draws)]
             bars = np.array([standard_error(each).error for each in series])
             means = np.abs([each.mean() for each in series])
-            told = np.isfinite(bars)
-            cells = [f"{100 * np.mean(means[told] <= k * bars[told]):.0f}" for k in (1, 2, 3)]
-            ratio = np.median(bars[told]) / np.sqrt(np.mean(means**2))
-            share = f"{100 * np.mean(~told):.0f}"
+            printed = np.isfinite(bars)
+            cells = [f"{100 * np.mean(means[printed] <= k * bars[printed]):.0f}" for k in (1, 2, 3)]
+            ratio = np.median(bars[printed]) / np.sqrt(np.mean(means**2))
+            share = f"{100 * np.mean(~printed):.0f}"
             print(f"| {count} | {time} | {share} | {' | '.join(cells)} | {ratio:.2f} |", flush=True)
 
 

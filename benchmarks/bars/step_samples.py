@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from benchmarks.bars.samples import Random, Samples, draw_scene, find_truth
+from benchmarks.bars.samples import Random, Samples, draw_scene, find_reference
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.schemes import SCHEME_ORDERS, StepSchemeName
@@ -17,15 +17,15 @@ from chaincor.workflows.errors import RunError
 _PHASES = tuple(np.linspace(0.97, 1.0, 8).tolist())
 
 
-def _error(scene: Scene, scheme: StepSchemeName, truth: float) -> float:
+def _error(scene: Scene, scheme: StepSchemeName, reference_value: float) -> float:
     step = USUAL_STEPS[scheme] / frequency_ratio(scene.problem)
-    return abs(run_reference(scene.problem, scheme, step).eta - truth)
+    return abs(run_reference(scene.problem, scheme, step).eta - reference_value)
 
 
 def _lammps_errors(scene: Scene, shares: tuple[float, ...]) -> dict[str, float]:
     """Return the worst error by LAMMPS at some shares of each scheme's usual step."""
-    truth = find_truth(scene)
-    bonds = watched_on(truth).table_range()
+    reference_value = find_reference(scene)
+    bonds = watched_on(reference_value).table_range()
     worst = {}
     for scheme in COMPOSITIONS.values():
         steps = [
@@ -33,7 +33,7 @@ def _lammps_errors(scene: Scene, shares: tuple[float, ...]) -> dict[str, float]:
         ]
         numerics = Numerics(scheme=scheme.name, timestep=steps[0], bond_range=bonds)
         runs = lammps.run_at_steps(scene.problem, numerics, steps)
-        worst[str(scheme.name)] = max(abs(run.eta - truth.restitution) for run in runs)
+        worst[str(scheme.name)] = max(abs(run.eta - reference_value.restitution) for run in runs)
     return worst
 
 
@@ -49,8 +49,8 @@ def usual_error(random: Random, count: int) -> Samples:
     while len(found["verlet"]) < count:
         scene = draw_scene(random).replace(particles=int(random.integers(50, 200)))
         try:
-            truth = find_truth(scene).restitution
-            errors = [_error(scene, scheme, truth) for scheme in schemes]
+            reference_value = find_reference(scene).restitution
+            errors = [_error(scene, scheme, reference_value) for scheme in schemes]
         except RunError:
             continue
         for scheme, error in zip(schemes, errors, strict=True):

@@ -120,7 +120,7 @@ class UserCase:
         path.write_text("\n".join(["BOND", "N 301", "", *lines, ""]))
         return path
 
-    def truth(self, folder: Path) -> tuple[float, float]:
+    def reference_value(self, folder: Path) -> tuple[float, float]:
         """Return eta by the judge, and its error."""
         if self.kind == "table":
             spline = read_bond_table(self._table(folder)).users_force

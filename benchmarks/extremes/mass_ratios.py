@@ -34,13 +34,17 @@ def cell(scene: Scene, most_seconds: float) -> str:
     if found.ending == "open":
         return f"open, {bar:.0e}"
     try:
-        truth = judge_scene(scene, bar)
+        reference_value = judge_scene(scene, bar)
     except Unsure:
         return f"{bar:.0e}, not judged"
-    if truth.error > bar:
+    if reference_value.error > bar:
         return f"{bar:.0e}, not judged"
-    off = abs(found.restitution - truth.seen.restitution)
-    return f"{bar:.0e}" if off <= bar + 3.0 * truth.error else f"WRONG by {off:.0e}, bar {bar:.0e}"
+    off = abs(found.restitution - reference_value.seen.restitution)
+    return (
+        f"{bar:.0e}"
+        if off <= bar + 3.0 * reference_value.error
+        else f"WRONG by {off:.0e}, bar {bar:.0e}"
+    )
 
 
 def main() -> None:

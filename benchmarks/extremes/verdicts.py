@@ -60,7 +60,7 @@ def verdict(found: Found, judged: Found | None) -> Verdict:
         return Verdict("red", "L", f"says {found.met}, bar {bar:.2g}")
     by_limit = not needs_judge(found) if judged is None else found.scheme == "hard-sphere"
     if by_limit and (judged is None or judged.failure is not None):
-        truth, doubt, letter = 1.0, 0.0, "o"
+        reference_value, doubt, letter = 1.0, 0.0, "o"
     elif judged is None:
         return Verdict("unverified", "?", "not judged yet")
     elif judged.failure is not None:
@@ -70,10 +70,10 @@ def verdict(found: Found, judged: Found | None) -> Verdict:
     else:
         assert judged.restitution is not None
         assert judged.error is not None
-        truth, doubt, letter = judged.restitution, judged.error, ""
+        reference_value, doubt, letter = judged.restitution, judged.error, ""
         if doubt > SUREST_JUDGE:
             return Verdict("unverified", "?", f"the judge is sure to {doubt:.1g} only")
-    away = abs(found.restitution - truth)
+    away = abs(found.restitution - reference_value)
     if away > bar + doubt:
         return Verdict("red", "X", f"{away:.2g} from the judge, bar {bar:.2g} + {doubt:.1g}")
     if found.met:

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.tradeoff.reference_solution import find_reference
 from chaincor.workflows.tradeoff.settings import (
     STOCK_PHASES,
     Measurement,
@@ -19,7 +20,6 @@ from chaincor.workflows.tradeoff.settings import (
     stock_setting,
     time_unit,
 )
-from chaincor.workflows.tradeoff.truth import find_truth
 
 SCENES = (
     {"potential": "harmonic", "velocity": 0.1},
@@ -51,7 +51,7 @@ class EqualTime:
 def compare(fields: dict, phases: int = STOCK_PHASES) -> EqualTime:
     """Measure one scene."""
     scene = Scene(particles=100, **fields)
-    truth = find_truth(scene)
+    reference_value = find_reference(scene)
     spline = None if fields["potential"] == "harmonic" else "spline"
     stock = Measurement(stock_setting(scene))
     unit = time_unit(scene, "event")
@@ -63,12 +63,12 @@ def compare(fields: dict, phases: int = STOCK_PHASES) -> EqualTime:
     for phase in range(phases):
         for each in (stock, *events):
             if each.failure is None:
-                each.run(truth, phase / phases)
+                each.run(reference_value, phase / phases)
     ratios, best = {}, {}
     for factor in WANTED:
         quick = [e for e in events if not e.failure and e.time <= factor * stock.time]
         chosen = min(quick, key=lambda e: e.rms_error)
-        floor = max(chosen.rms_error, truth.restitution_error)
+        floor = max(chosen.rms_error, reference_value.restitution_error)
         ratios[factor] = stock.rms_error / floor
         setting = chosen.setting
         best[factor] = f"{setting.scheme} H {setting.timestep:.3g}: {floor:.1e}"

@@ -21,7 +21,7 @@ from benchmarks.peers.integrators import Dop853Chain, HeyokaChain, coarsest, tim
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.lammps import engine as lammps
-from chaincor.workflows.tradeoff.truth import find_truth
+from chaincor.workflows.tradeoff.reference_solution import find_reference
 
 ERROR = 1e-10
 LIMIT = 5.0  # the quicker of ours over heyoka, both with a look ahead
@@ -47,9 +47,9 @@ def lammps_seconds(scene: Scene, numerics: Numerics) -> float:
 def compare(repeats: int = 7) -> dict[str, float]:
     """Return settings, errors, times and ratios from one run."""
     scene = Scene(potential="lj", particles=100, speed=0.4)
-    truth = find_truth(scene)
-    last, end = truth.last_contact_time + 1e-3, truth.scouting.outcome.duration
-    bond_range = truth.scouting.table_range()
+    reference_value = find_reference(scene)
+    last, end = reference_value.last_contact_time + 1e-3, reference_value.scouting.outcome.duration
+    bond_range = reference_value.scouting.table_range()
 
     found: dict[str, float] = {}
     tasks: dict[str, Callable[[], float]] = {}
@@ -58,7 +58,7 @@ def compare(repeats: int = 7) -> dict[str, float]:
 
         def error_at(step: float, bare: Numerics = bare) -> float:
             outcome = lammps.run(scene.problem, replace(bare, timestep=step))
-            return abs(outcome.eta - truth.restitution)
+            return abs(outcome.eta - reference_value.restitution)
 
         step, found[f"{name}_error"] = coarsest(steps, error_at, ERROR)
         found[f"{name}_step"] = step
@@ -70,7 +70,7 @@ def compare(repeats: int = 7) -> dict[str, float]:
             chain = chains[tolerance]
             velocities = chain.run(chain.start, 0.0, last)[scene.particles :]
             eta = (velocities.mean() / scene.impact_velocity) ** 2
-            return abs(float(eta) - truth.restitution)
+            return abs(float(eta) - reference_value.restitution)
 
         tolerance, found[f"{name}_error"] = coarsest(TOLERANCES, error_of, ERROR)
         found[f"{name}_tolerance"] = tolerance

@@ -28,7 +28,7 @@ SCENES = {
     "harmonic": {"potential": "harmonic", "velocity": 0.1},
 }
 ERRORS = (1e-6, 1e-8, 1e-10, 1e-11)
-_TRUTH = 1e-13
+_REFERENCE = 1e-13
 # Steps of a ladder, from so many times an evaluation's share; each is shorter by this factor.
 _LONGEST, _LONGEST_PER_STAGE, _SHORTER, _RUNGS = 1.0, 0.03, 2.0**-0.4, 11
 
@@ -104,12 +104,12 @@ def main() -> None:
     parser.add_argument("--scene", nargs="+", choices=SCENES, default=list(SCENES))
     for name in parser.parse_args().scene:
         scene = Scene(particles=100, **SCENES[name])
-        truth = converge(scene.problem, _TRUTH)
-        last = float(truth.outcome.contact_times[-1]) + 1e-3
+        reference_value = converge(scene.problem, _REFERENCE)
+        last = float(reference_value.outcome.contact_times[-1]) + 1e-3
         print(f"\n| {name} | {' | '.join(f'{error:.0e}' for error in ERRORS)} |")
         print("|---" * (1 + len(ERRORS)) + "|")
         for label, candidate in CANDIDATES.items():
-            counts = climb(candidate, scene, truth.restitution, last)
+            counts = climb(candidate, scene, reference_value.restitution, last)
             shown = " | ".join("-" if np.isnan(c) else f"{round(c, -2):.0f}" for c in counts)
             print(f"| {label} | {shown} |", flush=True)
 

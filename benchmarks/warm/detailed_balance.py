@@ -65,9 +65,9 @@ def measure(
     speeds = np.maximum(speeds, 0.03 * math.sqrt(temperature / particles))
     started, cpu = time.perf_counter(), time.process_time()
     if timestep is None:
-        carried, told = _met(scene, speeds, workers)
+        carried, printed = _met(scene, speeds, workers)
     else:
-        carried, told = carry(scene, samples, timestep, speeds), {"timestep": timestep}
+        carried, printed = carry(scene, samples, timestep, speeds), {"timestep": timestep}
     sound = np.isfinite(carried.e)
     before = 0.5 * particles * speeds[sound] ** 2 / temperature
     after = before * carried.e[sound] ** 2
@@ -81,7 +81,7 @@ def measure(
         "engine": scene.engine,
         "samples": samples,
         "failed": samples - count,
-        **told,
+        **printed,
         "ends": dict(Counter(carried.endings)),
         "mean_contacts": float(np.mean(carried.contacts[sound])),
         "p_before": float(stats.kstest(before, "expon").pvalue),

@@ -64,7 +64,7 @@ class Toda(_Exponential):
     name = "toda"
     title = "Toda"
     keys: ClassVar = {"toda_b": "b"}
-    told = TodaParameters
+    parameters_type = TodaParameters
     force_kernel, curvature_kernel = map(staticmethod, _toda_kernels(exponential, exp_less_one))
     lammps_formula = "(exp(-{bond.b!r}*{s})-1.0+{bond.b!r}*{s})/({bond.b!r}*{bond.b!r})"
 
@@ -102,7 +102,7 @@ class Morse(_Exponential):
     name = "morse"
     title = "Morse"
     keys: ClassVar = {"morse_a": "a"}
-    told = MorseParameters
+    parameters_type = MorseParameters
     force_kernel, curvature_kernel = map(staticmethod, _morse_kernels(exponential, exp_less_one))
     lammps_formula = "(1.0-exp(-{bond.a!r}*{s}))^2/(2.0*{bond.a!r}*{bond.a!r})"
 

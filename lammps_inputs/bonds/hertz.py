@@ -56,7 +56,7 @@ class Hertz(NamedBond):
         "damping": "damping",
         "damping_law": "damping_law",
     }
-    told = HertzParameters
+    parameters_type = HertzParameters
     force_kernel = staticmethod(hertz_force)
     curvature_kernel = staticmethod(hertz_curvature)
     smooth = False

@@ -23,14 +23,16 @@ class NamedBond(Potential):
     #: Example values of the parameters without defaults, by their names in the class.
     example: ClassVar[dict[str, Any]] = {}
     #: NamedTuple of the parameters that the kernels take.
-    told: ClassVar[Any] = NoParameters
+    parameters_type: ClassVar[Any] = NoParameters
     #: Names in the closure of the kernel, with their formulas in the parameters.
     constants: ClassVar[dict[str, str]] = {}
 
     @property
     def parameters(self) -> tuple[Any, ...]:  # type: ignore[override]
         """Parameters of the kernels."""
-        return self.told._make(float(getattr(self, name)) for name in self.told._fields)
+        return self.parameters_type._make(
+            float(getattr(self, name)) for name in self.parameters_type._fields
+        )
 
     def as_keys(self) -> dict[str, Any]:
         """Return the parameters."""

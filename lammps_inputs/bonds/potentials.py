@@ -178,7 +178,7 @@ class Power(NamedBond):
     title = "power"
     keys: ClassVar = {"power_order": "order", "power_c": "c"}
     example: ClassVar = {"order": 4, "c": 1.0}
-    told = PowerParameters
+    parameters_type = PowerParameters
     constants: ClassVar = {"exponent": "order - 2", "factor": "order * (order - 1)"}
     lammps_formula = "{s}*{s}*(0.5+({bond.c!r})*{s}^({bond.order}-2))"
 

@@ -51,7 +51,7 @@ _OTHER_FILES = {
 _MOST_MISTAKES = 20
 
 
-def told(error: "ValidationError", known: Iterable[str]) -> SceneError:
+def scene_error(error: "ValidationError", known: Iterable[str]) -> SceneError:
     """Return the first mistakes of a scene, one line each; `known` are the keys it may have."""
     lines: dict[Any, str] = {}
     for problem in error.errors():

@@ -35,7 +35,7 @@ def run_job(scene, folder, units=CHAIN_UNITS):
 
 
 @pytest.fixture(scope="module")
-def truth():
+def reference_value():
     from chaincor import collide
 
     exact = SCENE.replace(scheme=None, timestep=None, error=True, engine="reference")
@@ -43,7 +43,7 @@ def truth():
 
 
 @pytest.mark.parametrize("wall", ["event", "reflect"])
-def test_two_steps_in_a_tree_tell_the_error(tmp_path, truth, wall, chaincor):
+def test_two_steps_in_a_tree_tell_the_error(tmp_path, reference_value, wall, chaincor):
     scene = SCENE.replace(wall=wall)
     run_job(scene, tmp_path / "coarse")
     fine = run_job(scene.replace(timestep=0.01), tmp_path / "fine")
@@ -52,7 +52,7 @@ def test_two_steps_in_a_tree_tell_the_error(tmp_path, truth, wall, chaincor):
     status, out, _ = chaincor("analyze", tmp_path, "--json")
     result = json.loads(out)
     assert status == 0
-    error = abs(result["restitution"] - truth)
+    error = abs(result["restitution"] - reference_value)
     # Verlet with impacts located: 1e-6 to 1e-5 here; the stock wall: 1e-3 to 1e-2.
     assert result["data_error"] < 1e-12 < error
     assert error <= result["restitution_error"] < (1e-3 if wall == "event" else 0.2)
@@ -64,15 +64,15 @@ def test_two_steps_in_a_tree_tell_the_error(tmp_path, truth, wall, chaincor):
     assert "there is one run, whose log does not tell it" in alone.caveats[-1]
 
 
-def test_a_job_with_another_step_below_it(tmp_path, truth):
+def test_a_job_with_another_step_below_it(tmp_path, reference_value):
     job = run_job(SCENE, tmp_path / "job")
     run_job(SCENE.replace(timestep=0.01), job / "half")
     found = analyze_folder(job, end_argument=argue_end)
     assert found.job.dump.parent == job / "half"
-    assert abs(found.restitution - truth) <= found.restitution_error
+    assert abs(found.restitution - reference_value) <= found.restitution_error
 
 
-def test_steps_are_compared_in_the_units_of_the_chain(tmp_path, truth):
+def test_steps_are_compared_in_the_units_of_the_chain(tmp_path, reference_value):
     """Of two runs in different units the numbers of the steps say nothing."""
     metal = UnitSystem(3.8, 40.0, 0.05, "metal")  # a time unit of the chain is 0.29 ps
     alike, metals, reduced = tmp_path / "alike", tmp_path / "metals", tmp_path / "reduced"
@@ -84,19 +84,19 @@ def test_steps_are_compared_in_the_units_of_the_chain(tmp_path, truth):
         run_job(SCENE.replace(timestep=0.01), folder / "b", units)
     found = analyze_folder(metals)
     assert found.job.dump.parent == metals / "b"
-    assert abs(found.restitution - truth) <= found.restitution_error
+    assert abs(found.restitution - reference_value) <= found.restitution_error
     # Lengths of 3.8 are rounded otherwise, which changes eta by some 1e-15.
     assert found.restitution_error == pytest.approx(
         analyze_folder(reduced).restitution_error, rel=1e-6
     )
 
 
-def test_what_the_run_itself_has_printed_is_its_error(tmp_path, truth):
+def test_what_the_run_itself_has_printed_is_its_error(tmp_path, reference_value):
     job = run_job(SCENE.replace(error=True), tmp_path / "job")
     printed = printed_numbers((job / "log.lammps").read_text(), ["restitution_error"])
     found = analyze_folder(job)
     assert found.restitution_error == printed["restitution_error"] + found.data_error
-    assert abs(found.restitution - truth) <= found.restitution_error < 1e-3
+    assert abs(found.restitution - reference_value) <= found.restitution_error < 1e-3
     assert "printed in log.lammps" in found.caveats[-1]
     # It knows more than a second run, whose log tells nothing.
     run_job(SCENE.replace(timestep=0.04), job / "coarse")

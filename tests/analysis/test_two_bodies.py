@@ -70,7 +70,7 @@ FULL = ("id", "mol", "x", "vx", "v_displacement", "v_time", "mass")
 MASSES = np.concatenate((SCENE.line.chain_masses, SCENE.line.target_masses))
 
 
-def told(job, given=None):
+def reported(job, given=None):
     return target_particles_of(job, open_trajectory(job.dump).first(), given)
 
 
@@ -92,7 +92,7 @@ def check(found, result):
 
 def test_our_own_dump(result, states, tmp_path):
     job = write_dump(tmp_path / "d", states, FULL, masses=MASSES)
-    assert told(job) == 4
+    assert reported(job) == 4
     found = analyze_job(job, target_particles=4, bond=SCENE.bond)
     check(found, result)
     assert abs(found.energy_drift) < 1e-7
@@ -108,8 +108,8 @@ def test_a_dump_of_bodies_told_by_their_places_alone(result, states, tmp_path):
     job = write_dump(
         tmp_path / "d", states, ("id", "x", "vx", "mass"), shift=0.5, order=order, masses=MASSES
     )
-    assert told(job) == 0
-    assert told(job, 4) == 4
+    assert reported(job) == 0
+    assert reported(job, 4) == 4
     found = analyze_job(job, target_particles=4)
     check(found, result)
     assert found.energy_end is None
@@ -129,7 +129,7 @@ def test_what_cannot_be_told_is_refused(states, tmp_path):
             analyze_job(job, target_particles=count)
     job = write_dump(tmp_path / "d", states, FULL, masses=MASSES)
     with pytest.raises(InputError, match=r"--target-particles 3, column mol of the dump 4"):
-        told(job, 3)
+        reported(job, 3)
     (tmp_path / "scene.toml").write_text('potential = "toda"\nparticles = 9\nvelocity = 0.1\n')
     for columns, given in ((FULL, None), (("id", "x", "vx"), 4)):
         job = write_dump(tmp_path / "d", states, columns, shift=0.5, masses=MASSES)

@@ -113,10 +113,10 @@ def faults(case: Case, answer: Answer) -> list[str]:
         lines = [line for line in lines if not line.startswith(fine)]
     if answer.status == 0 and lines:
         found.append(f"noise on success: {lines[0][:300]}")
-    if answer.status == 2 and lines and (told := _MISTAKES.search(lines[0])):
+    if answer.status == 2 and lines and (reported := _MISTAKES.search(lines[0])):
         # Several mistakes of one scene: a line for each.
         mistakes = [line for line in lines[1:] if line.startswith("  ") and len(line) < 1000]
-        if len(mistakes) == int(told[1]) == len(lines) - 1:
+        if len(mistakes) == int(reported[1]) == len(lines) - 1:
             lines = lines[:1]
     if answer.status == 2 and (len(lines) != 1 or answer.stdout.strip()):
         found.append(f"not one line: {answer.stderr[:500]!r} {answer.stdout[:100]!r}")

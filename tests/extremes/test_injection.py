@@ -71,22 +71,22 @@ def folder(tmp_path, monkeypatch):
 @contextlib.contextmanager
 def recorded_commands():
     """Record what LAMMPS is told, with the temporary folder's name taken out."""
-    told = []
+    printed = []
     original = LammpsChain.commands
 
     def record(self, text):
-        told.append(text.replace(self.folder.as_posix(), "FOLDER"))
+        printed.append(text.replace(self.folder.as_posix(), "FOLDER"))
         original(self, text)
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(LammpsChain, "commands", record)
-        yield told
+        yield printed
 
 
 @pytest.fixture
 def commands():
-    with recorded_commands() as told:
-        yield told
+    with recorded_commands() as printed:
+        yield printed
 
 
 def test_there_are_more_than_200_attempts():

@@ -149,25 +149,27 @@ def _try(scene: Scene, row: dict[str, Any], most_seconds: float) -> dict[str, An
     begun = time.process_time()
     is_open = found.ending == "open"
     try:
-        truth = judge_scene(scene, found.restitution_error, MULTIPLE_OPEN if is_open else MULTIPLE)
+        reference_value = judge_scene(
+            scene, found.restitution_error, MULTIPLE_OPEN if is_open else MULTIPLE
+        )
     except Unsure as error:
         return row | {"verdict": "judge unsure", "judge_reason": str(error)}
-    seen = truth.seen
+    seen = reference_value.seen
     off = abs(found.restitution - seen.restitution)
     row |= {
         "judge": seen.restitution,
-        "judge_error": truth.error,
+        "judge_error": reference_value.error,
         "judge_contacts": seen.contacts,
         "judge_last": seen.last_contact - seen.first_contact,
         "judge_drift": seen.energy_drift,
         "judge_seconds": time.process_time() - begun,
         "bars": off / max(found.restitution_error, 1e-300),
     }
-    if not truth.error <= 1e-4:
+    if not reference_value.error <= 1e-4:
         verdict = "judge unsure"
     elif is_open:
         verdict = "open"
-    elif off > found.restitution_error + 3.0 * truth.error + _ROUNDING * max(
+    elif off > found.restitution_error + 3.0 * reference_value.error + _ROUNDING * max(
         found.restitution, 1.0
     ):
         verdict = "outside"

@@ -19,8 +19,8 @@ MIE = {"energy": "4*eps*((sig/r)^12 - (sig/r)^6)", "parameters": {"eps": 0.02, "
 @pytest.mark.parametrize(("particles", "speed"), [(10, 0.1), (10, 2.0), (30, 0.5), (30, 1.0)])
 def test_morse_chains_are_those_of_another_integrator(particles, speed, engine):
     scene = Scene(potential="morse", particles=particles, speed=speed, engine=engine)
-    told = Three(1.0 / 72.0, 6.0, 1.0)
-    eta, error = judge(morse_force, told, np.inf, particles, scene.impact_velocity)
+    printed = Three(1.0 / 72.0, 6.0, 1.0)
+    eta, error = judge(morse_force, printed, np.inf, particles, scene.impact_velocity)
     result = collide(scene, tolerance=1e-7)
     assert result.tolerance_met
     assert abs(result.restitution - eta) <= result.restitution_error + error

@@ -109,10 +109,10 @@ def test_the_error_of_a_table_is_told_without_lammps(style):
     numerics = Numerics(
         scheme="order6", timestep=0.1, table=style, table_points=300, bond_range=(0.9, 1.1)
     )
-    told = interpolated_force_error(tabulate(scene.bond, (0.9, 1.1), style, 300), scene.bond)
+    reported = interpolated_force_error(tabulate(scene.bond, (0.9, 1.1), style, 300), scene.bond)
     certified = lammps.run(scene.problem, numerics).details["table"]["force_error"]
     # Asked at other places: some part of a row nearer to the steep end is much.
-    assert 0.99 * certified <= told <= 2.0 * certified
+    assert 0.99 * certified <= reported <= 2.0 * certified
 
 
 def test_another_velocity_has_an_error_of_its_own(tmp_path):

@@ -87,7 +87,7 @@ def batches(scenes: Sequence[Scene]) -> list[list[int]]:
     return found
 
 
-def _goal(scene: Scene, floor: float) -> float:
+def _target_error(scene: Scene, floor: float) -> float:
     asked = scene.asked_tolerance
     assert asked is not None
     return decade_above(floor, asked)
@@ -110,7 +110,7 @@ def solve_batch(scenes: Sequence[Scene]) -> list[tuple[BoundedRun, Array] | None
     problem = problems[0]
     batch = Batch(problem.line, problem.bond, scheme)
     floor = rounding_error("reference", problem)
-    target_errors = [_goal(scene, floor) for scene in scenes]
+    target_errors = [_target_error(scene, floor) for scene in scenes]
     steps = np.array(
         [first_step(p, scheme, max(g, floor)) for p, g in zip(problems, target_errors, strict=True)]
     )

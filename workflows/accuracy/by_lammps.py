@@ -66,7 +66,7 @@ from chaincor.workflows.measured import measured
 _TABLE_SHARE = 0.01
 # The target error of the reference run is this share of the tolerance, because its error is part of
 # the error bar.
-TRUTH_SHARE = 0.03
+REFERENCE_SHARE = 0.03
 # A tolerance may choose these schemes only after they were measured: for scripts, and with Python.
 SCRIPTED_SCHEMES: tuple[StepSchemeName, ...] = tuple(
     name for name in SCHEME_ORDERS if name in measured("usual_error")
@@ -118,7 +118,7 @@ class LammpsSearch:
         # Below the rounding a finer step gains nothing.
         self.reachable = max(target_error - self.floor, self.floor)
         solver_of(problem, (LAMMPS,))  # raises RunError if LAMMPS cannot run the scene
-        self.pilot = pilot_run(problem, TRUTH_SHARE * self.reachable, files=files)
+        self.pilot = pilot_run(problem, REFERENCE_SHARE * self.reachable, files=files)
         usual = usual_schemes(problem, self.reachable, schemes, sensitivity)
         self.numerics = choose_numerics(problem, self.reachable, self.pilot, usual)
 
@@ -139,16 +139,16 @@ class LammpsSearch:
 
     def attempt(self, step: float) -> Attempt[tuple[Outcome, Outcome]]:
         """Run at a step and at twice the step."""
-        problem, truth, target_error = self.problem, self.pilot.reference, self.target_error
+        problem, reference_run, target_error = self.problem, self.pilot.reference, self.target_error
         numerics = self.numerics = replace(self.numerics, timestep=step)
         fine, coarse = lammps.run_at_steps(
             problem, numerics, (step, COARSER * step), files=self.files
         )
         order = effective_order(problem, numerics.scheme)
         steps_record = share_of_difference(order, COARSER) * largest_difference(fine, [coarse])
-        error = max(steps_record, abs(fine.eta - truth.restitution)) + truth.error
+        error = max(steps_record, abs(fine.eta - reference_run.restitution)) + reference_run.error
         # If a late contact of the reference run is in doubt, so is a late contact of this run.
-        doubt = truth.outcome.ending.missed_momentum
+        doubt = reference_run.outcome.ending.missed_momentum
         fine = replace(fine, ending=fine.ending.doubted(doubt))
         bar = error_bar(fine, error, self.sensitivity)
         assert bar.total is not None
@@ -157,7 +157,9 @@ class LammpsSearch:
             or bar.rounding + bar.ending > target_error
             or error < 0.3 * self.floor
         )
-        done |= truth.kinked and step <= least_step(problem, self.pilot.end.last_contact_time)
+        done |= reference_run.kinked and step <= least_step(
+            problem, self.pilot.end.last_contact_time
+        )
         smaller = numerics
         wanted = STEP_SHARE * self.reachable
         if error > wanted:
@@ -238,25 +240,26 @@ def choose_numerics(
     """
     if problem.bond.only_pushes:
         return Numerics(scheme="verlet", timestep=granular_step(problem, tolerance))
-    truth = pilot.reference
+    reference_run = pilot.reference
     numerics = Numerics(scheme="verlet", bond_range=pilot.table_range())
     # A spline cannot represent a kink; straight lines between rows can, if one row lies on the
     # kink.
-    style: TableStyle = "linear" if truth.kinked and problem.bond.kinks else "spline"
+    style: TableStyle = "linear" if reference_run.kinked and problem.bond.kinks else "spline"
     if problem.bond.is_tabulated:
         force_error = _TABLE_SHARE * tolerance * problem.impact_velocity / TABLE_SENSITIVITY[style]
         numerics = replace(numerics, force_error=force_error)
-    if truth.kinked:
+    if reference_run.kinked:
         target_error = coarser_target_error(problem, "verlet", tolerance)
         start = guess_step(problem, "verlet", target_error)
-        found = find_step(problem, "verlet", target_error, truth, start) or 0.1 * start
+        found = find_step(problem, "verlet", target_error, reference_run, start) or 0.1 * start
         step = max(found / COARSER, least_step(problem, pilot.end.last_contact_time))
         return replace(numerics, timestep=step, table=style)
     target_errors = {scheme: coarser_target_error(problem, scheme, tolerance) for scheme in schemes}
     guessed: Iterable[tuple[StepSchemeName, float]] = (
         (scheme, estimate)
         for scheme in schemes
-        if (estimate := estimate_step(problem, scheme, target_errors[scheme], truth)) is not None
+        if (estimate := estimate_step(problem, scheme, target_errors[scheme], reference_run))
+        is not None
     )
     if not problem.line.has_equal_masses:
         # Sort by the costs that the estimated steps imply. Long flights between contacts, and heavy
@@ -264,7 +267,7 @@ def choose_numerics(
         # cost most.
         guessed = sorted(guessed, key=lambda each: STEP_SCHEMES[each[0]].evaluations / each[1])
     for scheme, guess in guessed:
-        coarse = find_step(problem, scheme, target_errors[scheme], truth, guess)
+        coarse = find_step(problem, scheme, target_errors[scheme], reference_run, guess)
         if coarse is not None:
             return replace(numerics, scheme=scheme, timestep=coarse / COARSER)
     raise RunError(

@@ -15,7 +15,7 @@ from chaincor.workflows.accuracy.bounded_run import PROOF_STEPS, decade_above
 from chaincor.workflows.accuracy.by_lammps import (
     COARSER,
     LAMMPS_RUNS,
-    TRUTH_SHARE,
+    REFERENCE_SHARE,
     coarser_target_error,
     least_step,
     usual_schemes,
@@ -225,7 +225,7 @@ def _with_lammps(problem: Problem, target_error: float) -> Plan:
         reference = Plan(problem, EXACT_MODES, None, None, (), target_error, seconds)
     else:
         # Trial steps for LAMMPS in the reference engine use this scheme, too.
-        reference = _with_fixed_steps(problem, TRUTH_SHARE * target_error, "order8")
+        reference = _with_fixed_steps(problem, REFERENCE_SHARE * target_error, "order8")
     usual = usual_schemes(problem, target_error)[0]
     numerics = _in_lammps(problem, usual, target_error)
     run = LAMMPS.forecast(problem, numerics)

@@ -164,14 +164,16 @@ def find_rounding_sensitivity(problem: Problem) -> float:
     return found
 
 
-def _error_at(problem: Problem, scheme: StepSchemeName, step: float, truth: ConvergedRun) -> float:
+def _error_at(
+    problem: Problem, scheme: StepSchemeName, step: float, reference_run: ConvergedRun
+) -> float:
     """Return the error of eta at a step; raises RunError if the step is too large to run."""
-    outcome = run_reference(problem, scheme, step, truth.outcome)
-    return max(abs(outcome.eta - truth.restitution), 1e-17)
+    outcome = run_reference(problem, scheme, step, reference_run.outcome)
+    return max(abs(outcome.eta - reference_run.restitution), 1e-17)
 
 
 def estimate_step(
-    problem: Problem, scheme: StepSchemeName, target_error: float, truth: ConvergedRun
+    problem: Problem, scheme: StepSchemeName, target_error: float, reference_run: ConvergedRun
 ) -> float | None:
     """
     Return an estimate of the step for a target error, from one run and with a reserve.
@@ -181,7 +183,7 @@ def estimate_step(
     order = effective_order(problem, scheme)
 
     def attempt(step: float) -> Attempt[float]:
-        error = _error_at(problem, scheme, step, truth)
+        error = _error_at(problem, scheme, step, reference_run)
         growth = by_order(_RESERVE * target_error, error, order, 0.1, 3.0)
         return Attempt(step, error, growth, done=True)
 
@@ -193,13 +195,17 @@ def estimate_step(
 
 
 def find_step(
-    problem: Problem, scheme: StepSchemeName, target_error: float, truth: ConvergedRun, start: float
+    problem: Problem,
+    scheme: StepSchemeName,
+    target_error: float,
+    reference_run: ConvergedRun,
+    start: float,
 ) -> float | None:
     """Return a step that reaches a target error, near the largest; None if none was found."""
     order = effective_order(problem, scheme)
 
     def attempt(step: float) -> Attempt[None]:
-        error = _error_at(problem, scheme, step, truth)
+        error = _error_at(problem, scheme, step, reference_run)
         smaller = step * by_order(_RESERVE * target_error, error, order, 0.25)
         return Attempt(step, error, done=error <= target_error, following=smaller)
 

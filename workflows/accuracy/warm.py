@@ -83,8 +83,8 @@ class WarmSolver:
 
     def __init__(self, problem: Problem, tolerance: float) -> None:
         self._problem, self._line = problem, problem.line
-        self._goal = decade_within(tolerance)
-        self.scheme = usual_scheme(self._goal)
+        self._target_error = decade_within(tolerance)
+        self.scheme = usual_scheme(self._target_error)
         self._rungs: dict[int, tuple[int, int]] = {}
         self._quiet = sound_round_trip(problem.particles, problem.slow_stiffness)
 
@@ -108,14 +108,14 @@ class WarmSolver:
         rungs, last_rungs = np.array([self._rungs_of(v) for v in velocities.tolist()]).T
         found = np.zeros(len(starts), MET).view(np.recarray)
         floor = found.rounding = self._rounding(starts, velocities)
-        left = (rungs >= 0) & (floor <= _ROUNDING_SHARE * self._goal)
+        left = (rungs >= 0) & (floor <= _ROUNDING_SHARE * self._target_error)
         tries = np.zeros(len(starts), np.int64)
         while np.any(left):
             now = np.flatnonzero(left)
             steps = np.array([self._step(rung) for rung in rungs[now].tolist()])
             begun = starts.chosen(now)
             runs, eta, errors = self._compare(begun, steps, velocities[now], floor[now])
-            met = errors + floor[now] <= self._goal
+            met = errors + floor[now] <= self._target_error
             done = now[met]
             found.met[done] = True
             found.restitution[done], found.step_error[done] = eta[met], errors[met]
@@ -134,12 +134,12 @@ class WarmSolver:
         velocity = self._problem.impact_velocity
         rung, last_rung = self._rungs_of(velocity)
         floor = float(self._rounding(StartStates.of([self._line]), np.array([velocity]))[0])
-        if rung < 0 or floor > _ROUNDING_SHARE * self._goal:
+        if rung < 0 or floor > _ROUNDING_SHARE * self._target_error:
             return None
         for tries in range(1, _MOST_REFINEMENTS + 1):
             step = self._step(rung)
             runs, error, over = self._compare_alone(step, floor)
-            if runs is not None and error + floor <= self._goal:
+            if runs is not None and error + floor <= self._target_error:
                 tried = {"timestep": step, "step_error": error}
                 return bounded_run(runs[0], error, runs[1], [tried])
             if over or rung >= last_rung:
@@ -156,7 +156,7 @@ class WarmSolver:
         place = math.ceil(math.log(energy) / _ENERGY_LADDER)
         if place not in self._rungs:
             energy = math.exp(place * _ENERGY_LADDER)
-            target_errors = (STEP_SHARE * self._goal, _SMALLEST_ERROR)
+            target_errors = (STEP_SHARE * self._target_error, _SMALLEST_ERROR)
             first, last = (self._rung_at(energy, target_error) for target_error in target_errors)
             self._rungs[place] = first, max(first, last)
         return self._rungs[place]
@@ -176,7 +176,7 @@ class WarmSolver:
     def _finer(self, rung: Any, error: Any, tries: Any) -> Any:
         """Return the rung to try next after a number of tries."""
         with np.errstate(divide="ignore"):
-            wanted = np.divide(STEP_SHARE * self._goal, error)
+            wanted = np.divide(STEP_SHARE * self._target_error, error)
         wanted = wanted ** (1.0 / STEP_SCHEMES[self.scheme].order)
         shrink = np.log(np.where(np.isfinite(error), wanted, 0.5)) / math.log(_STEP_LADDER)
         # A collision that amplifies errors of steps converges late and needs larger changes.
@@ -201,10 +201,10 @@ class WarmSolver:
                 self.batch.compare(chosen, times * steps, of.last_contact_times)
                 for times in COARSER
             ]
-            told = compare_many(
+            compared = compare_many(
                 self.scheme, steps, runs, velocities[sound], self._line, floor[sound]
             )
-            eta[sound], errors[sound], _ = told
+            eta[sound], errors[sound], _ = compared
         return fine, eta, errors
 
     def _may_come_late(self, runs: ManyRuns) -> NDArray[np.bool_]:

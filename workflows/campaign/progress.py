@@ -56,14 +56,14 @@ def _bar_or_line(
 
     console = Console(stderr=True)
     if not console.is_terminal or console.is_dumb_terminal:
-        yield lambda _done, _text, told, **_: line.tell(told)
+        yield lambda _done, _text, message, **_: line.tell(message)
         return
     with progress.Progress(
         *columns(progress), console=console, transient=True, auto_refresh=auto_refresh
     ) as bar:
         task = bar.add_task(first, total=1.0, rate="")
 
-        def show(done: float, text: str, _told: str, **fields: Any) -> None:
+        def show(done: float, text: str, _time_text: str, **fields: Any) -> None:
             bar.update(task, completed=done, description=text, refresh=not auto_refresh, **fields)
 
         yield show
@@ -153,8 +153,8 @@ def progress_bar(wanted: bool, points: int, seconds: float) -> Iterator[PointPro
 
         def show(share: float) -> None:
             rate = number / max(time.monotonic() - started, 1e-9)
-            told = f"{number} of {points} collisions, {100.0 * share:.0f} % of the work, done"
-            bar(share, f"{number}/{points}", told, rate=f"{rate:.2g}/s")
+            message = f"{number} of {points} collisions, {100.0 * share:.0f} % of the work, done"
+            bar(share, f"{number}/{points}", message, rate=f"{rate:.2g}/s")
 
         yield advance
 
@@ -214,13 +214,13 @@ def _show_elapsed(expected: float, known: str, done: threading.Event) -> None:
                 words = f"{begin}, compiling loops, as the first run of a kind of bond does"
             else:
                 elapsed -= compiled
-                words = _told(elapsed, expected, known, begin)
+                words = _time_text(elapsed, expected, known, begin)
             show(min(elapsed / expected, 1.0), words, f"running, {late} expected,")
             if done.wait(_REFRESH_SECONDS):
                 return
 
 
-def _told(elapsed: float, expected: float, known: str, begin: str) -> str:
+def _time_text(elapsed: float, expected: float, known: str, begin: str) -> str:
     if elapsed <= expected:
         return f"{begin}, {known} expected"
     if expected < _QUIET_SECONDS:

@@ -184,13 +184,13 @@ def _varying(rows: list[_Row], axes: tuple[str, ...]) -> list[str]:
         keys -= _IMPACT
     if any(row.scene["speed"] is None for row in rows):
         keys.discard("speed")
-    told: list[str] = []
+    chosen: list[str] = []
     groups = 1
     for key in sorted(keys, key=lambda key: (_FIRST.get(key, 1), key)):
-        finer = len({tuple(row.scene.get(name) for name in (*told, key)) for row in rows})
+        finer = len({tuple(row.scene.get(name) for name in (*chosen, key)) for row in rows})
         if finer > groups:
-            told, groups = [*told, key], finer
-    return told
+            chosen, groups = [*chosen, key], finer
+    return chosen
 
 
 def _scene_keys(rows: list[_Row]) -> set[str]:
@@ -296,7 +296,7 @@ def _labels(names: Sequence[str], keys: Iterable[tuple[Any, ...]]) -> list[str]:
     labels: list[str] = []
     for show in (_shown, str):
         values = ([_drawable(show(value)) for value in key] for key in keys)
-        labels = [", ".join(map(" = ".join, zip(names, told, strict=True))) for told in values]
+        labels = [", ".join(map(" = ".join, zip(names, words, strict=True))) for words in values]
         if len(set(labels)) == len(labels):
             break
     return labels

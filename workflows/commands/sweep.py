@@ -125,8 +125,8 @@ def sweep(
             kept = f"finished results are in {path}. Run the same command to continue"
             say(f"chaincor: {kept}", err=True)
             raise
-    told = {"store": str(path)} | asdict(into.tally)
-    tell(told, _report(into.tally, todo, path), as_json)
+    fields = {"store": str(path)} | asdict(into.tally)
+    tell(fields, _report(into.tally, todo, path), as_json)
     if into.tally.known_failures or into.tally.failed:
         raise click.exceptions.Exit(1)
 
@@ -169,9 +169,9 @@ def _print_forecast(
         cost = forecast_cells(cells, missing, arrays=wishes["arrays"], details=wishes["details"])
     forecast = asdict(cost) | {"workers": workers, "wall_seconds": cost.wall_seconds(workers)}
     count = cells.number_of_points
-    told = {"number_of_points": count, "points": points, "store": str(path)}
+    fields = {"number_of_points": count, "points": points, "store": str(path)}
     text = _forecast(points, count, axes, path, cost, workers)
-    tell(told | {"to_compute": forecast}, text, as_json)
+    tell(fields | {"to_compute": forecast}, text, as_json)
 
 
 def _forecast(

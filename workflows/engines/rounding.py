@@ -55,9 +55,9 @@ def rounding_error(engine: str, problem: Problem, stage: float | None = None) ->
     return arithmetic + share * grain / v0 * heat_of(problem) ** 0.5
 
 
-def rounding_matters(engine: str, problem: Problem, goal: float) -> bool:
+def rounding_matters(engine: str, problem: Problem, target_error: float) -> bool:
     """Return whether the rounding that a collision may amplify comes near a target error."""
-    return goal < _AMPLIFICATION_MATTERS * rounding_error(engine, problem)
+    return target_error < _AMPLIFICATION_MATTERS * rounding_error(engine, problem)
 
 
 def arithmetic_error(particles: int, heat: Any) -> Any:

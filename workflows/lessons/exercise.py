@@ -107,7 +107,7 @@ def judge(exercise: Exercise, answer: Any) -> AnswerVerdict:
         return AnswerVerdict(False, f"this is {kind}; expected: {exercise.asks}")
     answers = exercise.answers(*arguments)
     value, right = next(answers)
-    truth = np.ravel(np.asarray(value, dtype=float))
+    expected = np.ravel(np.asarray(value, dtype=float))
     what = "this is"
     if exercise.arguments is not None:
         what = "what your function returns is"
@@ -121,12 +121,12 @@ def judge(exercise: Exercise, answer: Any) -> AnswerVerdict:
     given = numbers_in(answer)
     if isinstance(given, str):
         return AnswerVerdict(False, f"{what} {given}; expected: {exercise.asks}")
-    if given.shape != truth.shape:
+    if given.shape != expected.shape:
         found = f"{given.size} number{'s' if given.size != 1 else ''}"
-        return AnswerVerdict(False, f"{found} where {truth.size} are expected: {exercise.asks}")
+        return AnswerVerdict(False, f"{found} where {expected.size} are expected: {exercise.asks}")
     typed = exercise.arguments is None
     comparison = AnswerComparison(given, exercise.tolerance, exercise.either_sign, rounded=typed)
-    return comparison.verdict(truth, right, answers)
+    return comparison.verdict(expected, right, answers)
 
 
 def _results(exercise: Exercise, function: Callable[..., Any]) -> Any:

@@ -61,35 +61,35 @@ class AnswerComparison:
     rounded: bool = True  #: Whether the numbers were typed and may be rounded.
 
     def verdict(
-        self, truth: Array, right: str, mistakes: Iterable[tuple[ArrayLike, str]]
+        self, expected: Array, right: str, mistakes: Iterable[tuple[ArrayLike, str]]
     ) -> AnswerVerdict:
         """
         Return the verdict on the answer.
 
         `right` is the text for a right answer. Each mistake has its own text.
         """
-        if self._near(truth, self.tolerance) or self._digits(truth) >= _ENOUGH_DIGITS:
+        if self._near(expected, self.tolerance) or self._digits(expected) >= _ENOUGH_DIGITS:
             return AnswerVerdict(True, right)
         near = min(self.tolerance, _NAMED_WITHIN)
         with np.errstate(all="ignore"):
             arrays = [(np.ravel(np.asarray(other, dtype=float)), says) for other, says in mistakes]
-            known = [(other, says) for other, says in arrays if other.size == truth.size]
-            general = list(_general_mistakes(truth)) if self.tolerance <= _SHARP else []
+            known = [(other, says) for other, says in arrays if other.size == expected.size]
+            general = list(_general_mistakes(expected)) if self.tolerance <= _SHARP else []
         for other, says in known:
             if self._near(other, near) or self._digits(other) >= _ENOUGH_DIGITS:
                 return AnswerVerdict(False, f"not yet: {says}")
         for other, says in general:
             if self._near(other, 1e-9) or self._shares_digits(other):
                 return AnswerVerdict(False, f"not yet: {says}")
-        if factor := self._common_factor(truth):
+        if factor := self._common_factor(expected):
             times = f"each number is {factor:.4g} times the right one"
             return AnswerVerdict(False, f"not yet: {times}: a constant factor is wrong")
-        if self._digits(truth) == 2:
+        if self._digits(expected) == 2:
             return AnswerVerdict(False, f"right to 2 digits: {self._asked_precision()}")
         for other, says in (*known, *general[:_CERTAIN]):
             if self._digits(other) == 2:
                 return AnswerVerdict(False, f"not yet: {says}")
-        return AnswerVerdict(False, f"not yet: {self._side(truth)}")
+        return AnswerVerdict(False, f"not yet: {self._side(expected)}")
 
     def _aligned(self, other: Array) -> Array:
         """Return the answer, with all signs reversed if that is allowed and fits better."""
@@ -120,12 +120,12 @@ class AnswerComparison:
         shown_digits = max(len(f"{abs(v):.15e}".split("e")[0].rstrip("0")) - 1 for v in self.given)
         return min(self._digits(other), shown_digits) >= _ENOUGH_DIGITS
 
-    def _common_factor(self, truth: Array) -> float | None:
+    def _common_factor(self, expected: Array) -> float | None:
         """Return the factor between all numbers of the answer and the right ones, or None."""
-        used = truth != 0.0
-        if truth.size < 3 or not used.any() or np.any(self.given[~used] != 0.0):
+        used = expected != 0.0
+        if expected.size < 3 or not used.any() or np.any(self.given[~used] != 0.0):
             return None
-        factors = self.given[used] / truth[used]
+        factors = self.given[used] / expected[used]
         factor = float(np.mean(factors))
         same = np.allclose(factors, factor, rtol=1e-6, atol=0.0)
         return factor if same and factor != 0.0 and abs(factor - 1.0) > 1e-3 else None
@@ -135,31 +135,34 @@ class AnswerComparison:
             return "give more digits, or an expression"
         return f"give it within {100.0 * self.tolerance:g} % of its value, or as an expression"
 
-    def _side(self, truth: Array) -> str:
+    def _side(self, expected: Array) -> str:
         """Describe the sign of the error, and say which of several numbers are wrong."""
-        given = self._aligned(truth)
-        if truth.size == 1:
-            return f"it is too {'large' if given[0] > truth[0] else 'small'}"
-        off = np.abs(given - truth) > self.tolerance * float(np.max(np.abs(truth)))
-        right = int(truth.size - np.count_nonzero(off))
+        given = self._aligned(expected)
+        if expected.size == 1:
+            return f"it is too {'large' if given[0] > expected[0] else 'small'}"
+        off = np.abs(given - expected) > self.tolerance * float(np.max(np.abs(expected)))
+        right = int(expected.size - np.count_nonzero(off))
         first = int(np.argmax(off))
-        side = "large" if given[first] > truth[first] else "small"
-        return f"{right} of {truth.size} numbers are right; number {first + 1} is too {side}"
+        side = "large" if given[first] > expected[first] else "small"
+        return f"{right} of {expected.size} numbers are right; number {first + 1} is too {side}"
 
 
-def _general_mistakes(truth: Array) -> Iterator[tuple[Array, str]]:
+def _general_mistakes(expected: Array) -> Iterator[tuple[Array, str]]:
     """Return mistakes that can occur in any exercise, to try after the exercise's own mistakes."""
-    yield -truth, "the sign is wrong: everything else is right"
-    yield 100.0 * truth, "this is right in per cent: give the number itself"
-    if truth.size > 1:
-        yield truth[::-1], "the numbers are right, but exchanged: give them in the order asked for"
-    yield 2.0 * truth, "this is twice the answer: a factor of 2 too much"
-    yield 0.5 * truth, "this is half the answer: a factor of 2 is missing"
-    yield truth**2, "this is the square of the answer: take the root"
-    yield np.sqrt(np.abs(truth)), "this is the square root of the answer"
-    yield 1.0 / truth, "this is the reciprocal: turn the fraction over"
-    yield 2.0 * np.pi * truth, "there is a factor of 2 pi too much"
-    yield truth / (2.0 * np.pi), "a factor of 2 pi is missing"
+    yield -expected, "the sign is wrong: everything else is right"
+    yield 100.0 * expected, "this is right in per cent: give the number itself"
+    if expected.size > 1:
+        yield (
+            expected[::-1],
+            "the numbers are right, but exchanged: give them in the order asked for",
+        )
+    yield 2.0 * expected, "this is twice the answer: a factor of 2 too much"
+    yield 0.5 * expected, "this is half the answer: a factor of 2 is missing"
+    yield expected**2, "this is the square of the answer: take the root"
+    yield np.sqrt(np.abs(expected)), "this is the square root of the answer"
+    yield 1.0 / expected, "this is the reciprocal: turn the fraction over"
+    yield 2.0 * np.pi * expected, "there is a factor of 2 pi too much"
+    yield expected / (2.0 * np.pi), "a factor of 2 pi is missing"
 
 
 def numbers_in(answer: Any) -> Array | str:

@@ -118,8 +118,8 @@ class _Runs:
     def failed(self, run: ScriptRun, rung: int, column: int = 0) -> ScriptRunError:
         """Return the exception for a failed run."""
         ladder = self.varied.ladder
-        told = {ladder.name: ladder.text(self.varied.value(rung, column)), **run.variables}
-        where = "at " + ", ".join(f"{name} = {value}" for name, value in told.items())
+        settings = {ladder.name: ladder.text(self.varied.value(rung, column)), **run.variables}
+        where = "at " + ", ".join(f"{name} = {value}" for name, value in settings.items())
         return self.runner.error(where, str(run.failure))
 
     def check_ends(self) -> None:

@@ -84,7 +84,9 @@ def _meanings(study: "ScriptStudy", each: ScriptLadder, answer: LadderAnswer) ->
     return lines
 
 
-def told(study: "ScriptStudy", each: ScriptLadder, number: NumberLadder) -> list[tuple[str, str]]:
+def number_rows(
+    study: "ScriptStudy", each: ScriptLadder, number: NumberLadder
+) -> list[tuple[str, str]]:
     """Return the results of one number as pairs of heading and text, with the advice last."""
     verdict = number.verdict
     said = [("verdict", f"{verdict.kind}: {verdict.reason}")]
@@ -107,7 +109,7 @@ def told(study: "ScriptStudy", each: ScriptLadder, number: NumberLadder) -> list
 
 def one_number(study: "ScriptStudy", each: ScriptLadder, number: NumberLadder) -> list[str]:
     """Return the results of a single number with one row per rung, and the advice."""
-    *said, advice = [f"{name:<12} {text}" for name, text in told(study, each, number)]
+    *said, advice = [f"{name:<12} {text}" for name, text in number_rows(study, each, number)]
     lines = [*said, ""]
     name = each.ladder.name
     lines.append(f"{name:>12} {'mean':>16} {'scatter':>10} {'error':>10} {'time':>9}")

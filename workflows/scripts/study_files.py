@@ -10,7 +10,7 @@ from chaincor.workflows.scripts.bottom_line import answer_of
 from chaincor.workflows.scripts.description import KINDS, notes
 from chaincor.workflows.scripts.energy_changes import EnergyChange
 from chaincor.workflows.scripts.ladder_runs import ScriptLadder
-from chaincor.workflows.scripts.number_text import advise, told
+from chaincor.workflows.scripts.number_text import advise, number_rows
 from chaincor.workflows.scripts.parting import PartingComparison
 from chaincor.workflows.scripts.study import ScriptStudy
 from chaincor.workflows.scripts.varied import SEED
@@ -204,7 +204,7 @@ def _page(study: ScriptStudy, plain: dict[str, Any]) -> dict[str, Any]:
     """Return the content of the page that other study pages do not have."""
     vary = study.ladder
     words = [
-        [(number.name, told(study, each, number)) for number in each.numbers]
+        [(number.name, number_rows(study, each, number)) for number in each.numbers]
         for each in study.ladders
     ]
     return {

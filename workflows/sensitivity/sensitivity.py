@@ -174,10 +174,10 @@ def sensitivity_of(
             "allowed). This collision amplifies rounding too much. Take a lower "
             "speed or fewer particles"
         )
-    return _told(scene, found, variants, step)
+    return _with_names(scene, found, variants, step)
 
 
-def _told(scene: Scene, found: Gradient, variants: list[Variant], step: float) -> Sensitivity:
+def _with_names(scene: Scene, found: Gradient, variants: list[Variant], step: float) -> Sensitivity:
     line = scene.line
     first, gap = line.first, line.gap
     size = math.hypot(np.linalg.norm(found.strains), np.linalg.norm(found.velocities))

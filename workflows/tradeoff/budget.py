@@ -4,6 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
+from chaincor.workflows.tradeoff.reference import ReferenceSolution
 
 from chaincor.analysis.restitution import restitution
 from chaincor.lammps_inputs.numerics import Numerics
@@ -19,7 +20,6 @@ from chaincor.workflows.tradeoff.oracles import (
     wider_floats,
 )
 from chaincor.workflows.tradeoff.settings import PHASE_WIDTH
-from chaincor.workflows.tradeoff.truth import Truth
 
 # The plan assumes these seconds per force call of bond_style lepton, and per step in NumPy.
 _LEPTON_CALL = 2e-4
@@ -73,7 +73,7 @@ def printed_restitution(scene: Scene, outcome: Outcome, pattern: str) -> float:
 
 
 def measure_budget(
-    truth: Truth,
+    reference: ReferenceSolution,
     name: str,
     numerics: Numerics,
     *,
@@ -89,9 +89,9 @@ def measure_budget(
     run, with exact bonds or with wider floats.
     """
     advance(0.0)
-    scene = truth.scene
+    scene = reference.scene
     full = located = lammps.run(scene.problem, numerics)
-    total = full.eta - truth.restitution
+    total = full.eta - reference.restitution
     advance(1.0 / (phases + 2))
     event = replace(numerics, wall="event")
     wall = None
@@ -103,7 +103,7 @@ def measure_budget(
             step = numerics.timestep * (1.0 - PHASE_WIDTH * phase / phases)
             stock = lammps.run(scene.problem, replace(numerics, timestep=step)).eta
             walls.append(stock - lammps.run(scene.problem, replace(event, timestep=step)).eta)
-            errors.append(stock - truth.restitution)
+            errors.append(stock - reference.restitution)
             advance((phase + 1.0) / (phases + 2))
         wall = float(np.sqrt(np.mean(np.square(walls))))
         total = float(np.sqrt(np.mean(np.square(errors))))
@@ -117,7 +117,7 @@ def measure_budget(
     integrator = rounding = None
     if wider_floats() and _WIDE_STAGE * located.force_evaluations < oracle_seconds:
         smooth = restitution_without_rounding(scene, event, located)
-        integrator = abs(smooth - truth.restitution)
+        integrator = abs(smooth - reference.restitution)
         # Without a run with exact bonds, this difference would include the error of the table.
         rounding = None if table is None else abs(exact - smooth)
     advance(1.0)
@@ -149,7 +149,7 @@ class TablePoint:
 
 
 def measure_tables(
-    truth: Truth,
+    reference: ReferenceSolution,
     numerics: Numerics,
     exact: float,
     *,
@@ -162,7 +162,7 @@ def measure_tables(
     `exact` is eta at these steps with exact bonds. With `quick`, tables cover only the scene's own
     range.
     """
-    scene, own = truth.scene, truth.bond_range
+    scene, own = reference.scene, reference.bond_range
     ranges = {"scene": own}
     if not quick and _WIDE[0] < own[0] and own[1] < _WIDE[1]:
         ranges["wide"] = _WIDE

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
+from chaincor.workflows.tradeoff.reference import Deviation, ReferenceSolution
 
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
@@ -16,7 +17,6 @@ from chaincor.workflows.accuracy.step_guess import frequency_ratio
 from chaincor.workflows.engines.lammps import engine as lammps
 from chaincor.workflows.engines.reference import stepping
 from chaincor.workflows.errors import RunError
-from chaincor.workflows.tradeoff.truth import Deviation, Truth
 
 _ENGINES = {"lammps": lammps, "reference": stepping}
 _ENGINE_NAMES = {"lammps": "LAMMPS", "reference": "reference"}
@@ -186,19 +186,19 @@ class Measurement:
         """Median processor time of the integration, in seconds."""
         return float(np.median(self.seconds))
 
-    def run(self, truth: Truth, phase: float) -> None:
+    def run(self, reference: ReferenceSolution, phase: float) -> None:
         """Run the setting at a `phase` from 0 to 1, as in :meth:`Setting.numerics`."""
-        numerics = self.setting.numerics(truth.scene, truth.bond_range, phase)
+        numerics = self.setting.numerics(reference.scene, reference.bond_range, phase)
         started, worked = time.perf_counter(), time.thread_time()
         try:
-            outcome = _ENGINES[self.setting.engine].run(truth.scene.problem, numerics)
+            outcome = _ENGINES[self.setting.engine].run(reference.scene.problem, numerics)
         except RunError as error:
             self.failure = str(error)
             return
         total, busy = time.perf_counter() - started, time.thread_time() - worked
         # Processor time does not count the load of other programs.
         integration = outcome.seconds * min(busy / total, 1.0)
-        self.deviations.append(truth.deviation(outcome))
+        self.deviations.append(reference.deviation(outcome))
         self.seconds.append(integration)
         self.setup_seconds.append(max(busy - integration, 0.0))
         self.force_evaluations = outcome.force_evaluations
@@ -206,7 +206,7 @@ class Measurement:
 
 
 def measure_ladders(
-    truth: Truth,
+    reference: ReferenceSolution,
     ladders: list[list[Setting]],
     *,
     quick: bool,
@@ -225,7 +225,7 @@ def measure_ladders(
     for coarsest, *_ in ladders:
         # Compiled loops are loaded before the clock starts.
         if coarsest.engine == "reference":
-            Measurement(coarsest).run(truth, 0.0)
+            Measurement(coarsest).run(reference, 0.0)
     started = time.thread_time()
 
     def spent() -> float:
@@ -233,19 +233,19 @@ def measure_ladders(
         return time.thread_time() - started
 
     def run(measurement: Measurement, phase: float) -> None:
-        measurement.run(truth, phase)
+        measurement.run(reference, phase)
         advance(min(1.0, spent() / seconds))
 
     # The first pass runs all ladders, with the cheapest step first, in at most half the time.
     measured: list[list[Measurement]] = [[] for _ in ladders]
     rungs = [(k, setting) for k, ladder in enumerate(ladders) for setting in ladder]
-    rungs.sort(key=lambda rung: expected_seconds(truth, rung[1]))
+    rungs.sort(key=lambda rung: expected_seconds(reference, rung[1]))
     longest = _LONGEST_SHARE * seconds
     for k, setting in rungs:
         before = [m for m in measured[k] if m.failure is None]
         if before and before[-1].median_error < _FLOOR_SHARE * floor:
             continue
-        expected = expected_seconds(truth, setting)
+        expected = expected_seconds(reference, setting)
         if before and (expected > longest or spent() + expected > 0.6 * seconds):
             continue
         measurement = Measurement(setting)
@@ -266,11 +266,11 @@ def measure_ladders(
     return found
 
 
-def expected_seconds(truth: Truth, setting: Setting) -> float:
+def expected_seconds(reference: ReferenceSolution, setting: Setting) -> float:
     """Return the approximate time of one run of a setting in seconds, for the plan."""
-    numerics = setting.numerics(truth.scene)
+    numerics = setting.numerics(reference.scene)
     seconds = cost_model().integration(
-        truth.scene.problem, numerics, truth.scouting.end.last_contact_time
+        reference.scene.problem, numerics, reference.scouting.end.last_contact_time
     )
     if setting.engine == "reference":
         return _IN_HOUSE_COST * seconds

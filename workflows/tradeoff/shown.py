@@ -55,7 +55,7 @@ REPORT = StudyReport(
 _SETTING = ("engine", "wall", "scheme", "table")
 _ERRORS = ("median_error", "rms_error", "worst_error", "contact_time_error", "mode_energy_error")
 # JSON has these additional fields of the reference run and of the budgets, in this order.
-_TRUTH = (
+_REFERENCE = (
     *("restitution", "restitution_error", "last_contact_time", "last_contact_time_error"),
     *("mode_energies_error", "contacts", "source"),
 )
@@ -64,10 +64,10 @@ _BUDGET = ("name", "scheme", "timestep", "total", "output_exact", *CAUSES)
 
 def describe_study(study: Tradeoff) -> str:
     """Describe a study in words: the cheapest settings, the error budgets and the advice."""
-    truth, scene = study.truth, study.scene
+    reference, scene = study.reference, study.scene
     lines = [
         f"{scene.particles} particles, {scene.label} bonds, v0 = {scene.impact_velocity:.6g}",
-        f"eta = {truth.restitution:.14g} +- {truth.restitution_error:.0e} ({truth.source})",
+        f"eta = {reference.restitution:.14g} +- {reference.restitution_error:.0e} ({reference.source})",
         "",
         "cheapest settings: promised error of eta, with a safety factor; measured errors",
         "of eta, of the last contact's time, of mode energies; time of the integration",
@@ -98,8 +98,8 @@ def describe_study(study: Tradeoff) -> str:
     )
     if study.own_tables:
         lines += ["", "error of eta due to linear tables over the bond lengths of this scene:"]
-        told = (f"{p.rows} rows {p.restitution_error:.0e}" for p in study.own_tables)
-        lines.append("    " + ", ".join(told))
+        cells = (f"{p.rows} rows {p.restitution_error:.0e}" for p in study.own_tables)
+        lines.append("    " + ", ".join(cells))
     if study.stock:
         lines += ["", "the stock reflecting wall (median, rms, worst over phases):"]
         lines += [
@@ -142,14 +142,14 @@ def _cheapest_row(row: CheapestRow) -> dict[str, Any]:
 
 def to_dict(study: Tradeoff) -> dict[str, Any]:
     """Return a study as plain values."""
-    truth, scene = study.truth, study.scene
+    reference, scene = study.reference, study.scene
     front = {id(m) for m in pareto_front(study.measurements)}
     promises = promised_errors(study.measurements)
     return {
         "potential": scene.label,
         "particles": scene.particles,
         "velocity": scene.impact_velocity,
-        "truth": {name: finite(getattr(truth, name)) for name in _TRUTH},
+        "truth": {name: finite(getattr(reference, name)) for name in _REFERENCE},
         "settings": [
             measurement_row(study, m, id(m) in front, promises.get(m.setting))
             for m in study.measurements
@@ -178,7 +178,7 @@ def write_study(study: Tradeoff, folder: Path) -> None:
     plain = to_dict(study)
     rows = (plain["settings"], plain["budgets"], plain["tables"])
     tables = {name: each for name, each in zip(REPORT.tables, rows, strict=True) if each}
-    floor = study.truth.restitution_error
+    floor = study.reference.restitution_error
     drawn = {"work_precision": plot_work_precision(study.measurements, floor)}
     if study.budgets:
         drawn["error_budget"] = plot_error_budget(study.budgets)
@@ -189,15 +189,15 @@ def write_study(study: Tradeoff, folder: Path) -> None:
 
 def _page(study: Tradeoff) -> dict[str, Any]:
     """Return the content of the page that the pages of other studies do not have."""
-    truth, scene = study.truth, study.scene
+    reference, scene = study.reference, study.scene
     shown = f"{scene.particles} particles, {scene.label} bonds"
     return {
         "shown": shown,
         "heading": f"{shown}, v0 = {scene.impact_velocity:.6g}",
-        "eta": known_digits(truth.restitution, truth.restitution_error),
-        "eta_error": f"{truth.restitution_error:.0e}",
-        "source": truth.source,
-        "contacts": truth.contacts,
+        "eta": known_digits(reference.restitution, reference.restitution_error),
+        "eta_error": f"{reference.restitution_error:.0e}",
+        "source": reference.source,
+        "contacts": reference.contacts,
         "advice": study.advice,
         "cheapest": {
             "LAMMPS" if engine == "lammps" else "reference engine": [

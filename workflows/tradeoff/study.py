@@ -1,6 +1,7 @@
 """Run a whole trade-off study: reference run, ladders, budgets, tables, advice."""
 
 import time
+import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -23,6 +24,7 @@ from chaincor.workflows.tradeoff.front import (
     cheapest_settings,
     give_advice,
 )
+from chaincor.workflows.tradeoff.reference_solution import ReferenceSolution, find_reference
 from chaincor.workflows.tradeoff.settings import (
     STOCK_PHASES,
     Measurement,
@@ -31,7 +33,6 @@ from chaincor.workflows.tradeoff.settings import (
     stock_setting,
     study_settings,
 )
-from chaincor.workflows.tradeoff.truth import Truth, find_truth
 
 ENGINES: tuple[Engine, ...] = ("lammps", "reference")
 
@@ -50,7 +51,7 @@ class Tradeoff:
     ----------
     scene : Scene
         The collision.
-    truth : Truth
+    reference : ReferenceSolution
         Converged values of the reference run.
     measurements : tuple of Measurement
         All measured settings.
@@ -69,7 +70,7 @@ class Tradeoff:
     """
 
     scene: Scene
-    truth: Truth
+    reference: ReferenceSolution
     measurements: tuple[Measurement, ...]
     cheapest: dict[str, list[CheapestRow]]
     budgets: tuple[ErrorBudget, ...]
@@ -77,6 +78,12 @@ class Tradeoff:
     tolerance: float
     advice: str
     seconds: float
+
+    @property
+    def truth(self) -> ReferenceSolution:
+        """Former name of `reference`."""
+        warnings.warn("truth is now named reference", DeprecationWarning, stacklevel=2)
+        return self.reference
 
     @property
     def stock(self) -> list[Measurement]:
@@ -150,13 +157,13 @@ def tradeoff(
     tolerance = scene.tolerance or DEFAULT_TOLERANCE
     scene = bare_scene(scene)
     progress("converged value", 0.0)
-    truth = find_truth(scene)
+    reference = find_reference(scene)
     measurements = measure_ladders(
-        truth,
+        reference,
         study_settings(scene, quick),
         quick=quick,
         seconds=ladder_seconds,
-        floor=truth.restitution_error + 0.1 * rounding_error("lammps", scene.problem),
+        floor=reference.restitution_error + 0.1 * rounding_error("lammps", scene.problem),
         advance=_share_of(progress, "settings", 0.05, 0.65),
     )
     if all(m.failure for m in measurements):
@@ -165,11 +172,11 @@ def tradeoff(
         engine: cheapest_settings(scene, measurements, engine) for engine in ENGINES
     }
     chosen = _setting_of(measurements, cheapest["lammps"], tolerance)
-    budgets, tables = _find_causes(truth, chosen, oracle_seconds, quick, progress)
+    budgets, tables = _find_causes(reference, chosen, oracle_seconds, quick, progress)
     progress("done", 1.0)
     return Tradeoff(
         scene=scene,
-        truth=truth,
+        reference=reference,
         measurements=tuple(measurements),
         cheapest=cheapest,
         budgets=budgets,
@@ -198,7 +205,7 @@ def _setting_of(
 
 
 def _find_causes(
-    truth: Truth,
+    reference: ReferenceSolution,
     setting: Setting | None,
     oracle_seconds: float,
     quick: bool,
@@ -206,14 +213,14 @@ def _find_causes(
 ) -> tuple[tuple[ErrorBudget, ...], tuple[TablePoint, ...]]:
     if setting is None:
         return (), ()
-    scene, numerics = truth.scene, setting.numerics(truth.scene, truth.bond_range)
+    scene, numerics = reference.scene, setting.numerics(reference.scene, reference.bond_range)
     asked = [("advised", numerics, 1, 0.66, 0.74)]
     if not quick:
-        stock = stock_setting(scene).numerics(scene, truth.bond_range)
+        stock = stock_setting(scene).numerics(scene, reference.bond_range)
         asked.append(("stock recipe", stock, STOCK_PHASES, 0.74, 0.9))
     budgets = tuple(
         measure_budget(
-            truth,
+            reference,
             name,
             each,
             phases=phases,
@@ -226,7 +233,7 @@ def _find_causes(
     exact = budgets[0].exact_restitution
     if exact is not None and not scene.bond.is_harmonic:
         advance = _share_of(progress, "tables", 0.9, 1.0)
-        tables = measure_tables(truth, numerics, exact, quick=quick, advance=advance)
+        tables = measure_tables(reference, numerics, exact, quick=quick, advance=advance)
     return budgets, tuple(tables)
 
 

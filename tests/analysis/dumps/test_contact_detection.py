@@ -108,8 +108,8 @@ def test_interpolation_is_off_by_the_third_order_of_the_time(harmonic20):
             # The mean of two velocities is off from that over the time t between them by t^2/12
             # times their second derivative: the velocity of particle 2 less that of particle 1.
             mean = 0.5 * (speed - frames[0].opening), 0.5 * (speed + frames[1].opening)
-            for known, told, slow in zip((ahead, since), found, mean, strict=True):
-                assert abs(told - known) < known**3 * fastest / (6.0 * slow)
+            for known, printed, slow in zip((ahead, since), found, mean, strict=True):
+                assert abs(printed - known) < known**3 * fastest / (6.0 * slow)
 
 
 def test_where_particle_1_does_not_move_towards_the_wall_interpolation_knows_no_time():

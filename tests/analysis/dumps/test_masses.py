@@ -198,7 +198,7 @@ def test_two_steps_tell_the_error_of_the_run(job, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("scripts", "told"),
+    ("scripts", "reported"),
     [
         (["set type 1 mass 2.0"], "'set type 1 mass 2.0' in in.0 changes masses or types"),
         (["set atom 3 type 2"], "'set atom 3 type 2' in in.0 changes masses or types"),
@@ -209,11 +209,11 @@ def test_two_steps_tell_the_error_of_the_run(job, tmp_path):
         (["mass * 1.0", "mass 1 1.0"], None),
     ],
 )
-def test_commands_that_leave_masses_unclear_are_named(tmp_path, scripts, told):
+def test_commands_that_leave_masses_unclear_are_named(tmp_path, scripts, reported):
     paths = [tmp_path / f"in.{k}" for k in range(len(scripts))]
     for path, text in zip(paths, scripts, strict=True):
         path.write_text(f"{text}\n")
-    assert declared_masses(None, RunCommands.read((), paths)).unclear == told
+    assert declared_masses(None, RunCommands.read((), paths)).unclear == reported
 
 
 @pytest.mark.parametrize("section", ["1 heavy", "1", "one 1.0"])

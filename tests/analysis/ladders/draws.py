@@ -32,16 +32,24 @@ def draw(kind, rungs, columns, random):
     """Return steps, values and the truth of one ladder."""
     steps = SPAN ** (-np.arange(rungs) / (rungs - 1))
     h = steps[:, None] * random.uniform(0.98, 1.02, (rungs, columns))
-    truth, sign = random.normal(), random.choice([-1.0, 1.0])
+    reference_value, sign = random.normal(), random.choice([-1.0, 1.0])
     next_power, chance = random.choice([1, 2]), random.normal(size=h.shape)
     if kind in ("order 1", "order 2", "order 4"):
         bent = 1.0 + 1e-3 * random.uniform(-1.0, 1.0) * h**next_power
         tiny = 10.0 ** random.uniform(-11.0, -7.0)
-        return h, truth + sign * 1e-2 * h ** int(kind[6]) * bent + tiny * chance, truth
+        return (
+            h,
+            reference_value + sign * 1e-2 * h ** int(kind[6]) * bent + tiny * chance,
+            reference_value,
+        )
     if kind.endswith("large next term"):
         bent = 1.0 + 0.3 * random.uniform(-1.0, 1.0) * h**next_power
         tiny = 10.0 ** random.uniform(-11.0, -7.0)
-        return h, truth + sign * 1e-2 * h ** int(kind[6]) * bent + tiny * chance, truth
+        return (
+            h,
+            reference_value + sign * 1e-2 * h ** int(kind[6]) * bent + tiny * chance,
+            reference_value,
+        )
     jumps = random.uniform(-1.0, 1.0, h.shape)
     errors = {
         "irregular, bounded": 1e-3 * h * (jumps + random.uniform(-0.5, 0.5)),
@@ -53,7 +61,7 @@ def draw(kind, rungs, columns, random):
         "order 2 and irregular": sign * 1e-2 * h**2 + 1e-3 * h * jumps,
         "irregular and noise": 1e-3 * h * jumps + 2e-4 * chance,
     }
-    return h, truth + errors[kind], truth
+    return h, reference_value + errors[kind], reference_value
 
 
 def autoregressive(count, correlation_time, random):

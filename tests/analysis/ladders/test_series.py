@@ -33,13 +33,13 @@ def test_means_of_short_series_are_within_three_bars_or_not_told(count, time):
     series = [autoregressive(count, time, random) for _ in range(2000)]
     bars = np.array([standard_error(each).error for each in series])
     means = np.abs([each.mean() for each in series])
-    told = np.isfinite(bars)
+    printed = np.isfinite(bars)
     # Three standard deviations above 5 in 100 of 2000.
-    misled = told & (means > 3.0 * bars)
+    misled = printed & (means > 3.0 * bars)
     assert np.mean(misled) < 0.05 + 3.0 * np.sqrt(0.05 * 0.95 / 2000)
     # Series of 30 correlation times have bars, and no bar is far beyond the series.
-    assert count < 30 * time or np.mean(told) > 0.95
-    assert np.all(bars[told] <= 1.5 * np.std(series, axis=1)[told] * (1.0 + 1e-9))
+    assert count < 30 * time or np.mean(printed) > 0.95
+    assert np.all(bars[printed] <= 1.5 * np.std(series, axis=1)[printed] * (1.0 + 1e-9))
 
 
 def test_standard_errors_of_what_is_no_series():

@@ -15,21 +15,21 @@ DRAWS = 12
 @pytest.mark.slow_cases
 def test_no_kind_is_taken_for_another(kind):
     random = np.random.default_rng(17)
-    wrong = told = outside = 0
+    wrong = printed = outside = 0
     for _ in range(DRAWS):
-        h, values, truth = draw(kind, 8, 8, random)
+        h, values, reference_value = draw(kind, 8, 8, random)
         verdict = judge_ladder(h, values)
         wrong += verdict.kind in WRONG[kind]
         if verdict.value is not None:
-            outside += abs(verdict.value - truth) > verdict.value_error
+            outside += abs(verdict.value - reference_value) > verdict.value_error
         if verdict.order is not None and ORDERS[kind] is not None:
-            told += 1
+            printed += 1
             wrong += abs(verdict.order - ORDERS[kind]) > 0.5
     assert wrong == 0
     # Bars hold in 95 of 100 cases: 4 of 12 outside has a chance of 0.2 %.
     assert outside <= 3
     if kind in ("order 1", "order 2", "order 4", "irregular, bounded"):
-        assert told >= DRAWS - 3
+        assert printed >= DRAWS - 3
 
 
 @pytest.mark.slow
@@ -38,9 +38,9 @@ def test_bars_hold_where_ladders_are_weakest():
     random = np.random.default_rng(22)
     held = []
     for _ in range(200):
-        h, values, truth = draw("order 2 in strong noise", 4, 4, random)
+        h, values, reference_value = draw("order 2 in strong noise", 4, 4, random)
         verdict = judge_ladder(h, values)
-        held.append(abs(verdict.value - truth) <= verdict.value_error)
+        held.append(abs(verdict.value - reference_value) <= verdict.value_error)
     # 95 of 100, less three standard deviations of 200 draws.
     assert np.mean(held) > 0.95 - 3.0 * np.sqrt(0.95 * 0.05 / 200)
 

@@ -20,10 +20,10 @@ def exact(scene):
 @pytest.mark.parametrize("particles", [pytest.param(42, marks=pytest.mark.slow), 65, 80])
 def test_near_grazing_contacts_are_in_the_bar_of_the_event_wall(particles):
     scene = Scene(potential="harmonic", particles=particles)
-    truth = exact(scene)
+    reference_value = exact(scene)
     result = collide(scene.replace(scheme="verlet", timestep=0.005))
-    error = abs(result.restitution - truth.restitution)
-    assert error <= result.restitution_error + truth.restitution_error
+    error = abs(result.restitution - reference_value.restitution)
+    assert error <= result.restitution_error + reference_value.restitution_error
     # Nor is the bar wide: the error is c h^2 with a c below 1.
     assert result.restitution_error <= 0.005**2
 
@@ -31,12 +31,12 @@ def test_near_grazing_contacts_are_in_the_bar_of_the_event_wall(particles):
 @pytest.mark.parametrize("timestep", [0.01, 0.014233, 0.01873, 0.0237])
 def test_the_bar_of_the_stock_wall_holds(timestep):
     scene = Scene(potential="lj", particles=10, speed=0.4)
-    truth = exact(scene)
+    reference_value = exact(scene)
     result = collide(
         scene.replace(wall="reflect", scheme="verlet", timestep=timestep, table="linear")
     )
-    error = abs(result.restitution - truth.restitution)
-    assert error <= result.restitution_error + truth.restitution_error
+    error = abs(result.restitution - reference_value.restitution)
+    assert error <= result.restitution_error + reference_value.restitution_error
     # Each of up to n contacts errs by up to 2 a h/(n v0), with a below v0: 2 h in all, if they all
     # conspired, and the share that runs apart by as much are counted with.
     assert result.restitution_error <= 2.0 * PROOF_SHARE["reflect"] * timestep
@@ -55,7 +55,7 @@ def test_extrapolated_steps_in_lammps_have_a_bar():
     scene = Scene(potential="harmonic", particles=10, velocity=1e-5)
     outcome = lammps.run(scene.problem, Numerics(scheme="extrapolated14", timestep=0.4))
     bar = error_bar(outcome, 1e-12)
-    truth = modal.run(scene.problem).eta
-    assert abs(outcome.eta - truth) <= bar.total
+    reference_value = modal.run(scene.problem).eta
+    assert abs(outcome.eta - reference_value) <= bar.total
     # The mixture amplifies rounding: 10 eps/v0 = 2e-10 times 6, by some tens at most.
     assert bar.total <= 1e-7

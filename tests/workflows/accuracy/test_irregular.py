@@ -90,11 +90,11 @@ def test_bars_hold_with_kinks_nobody_named(engine, stiffness, strain):
             * (np.maximum(s - strain, 0.0) if strain >= 0.0 else np.minimum(s - strain, 0.0))
         ),
     )
-    truth, _ = judge(bent_force, Bend(stiffness, strain), strain, 8, 0.1)
+    reference_value, _ = judge(bent_force, Bend(stiffness, strain), strain, 8, 0.1)
     scene = Scene(potential=bond, particles=8, velocity=0.1, engine=engine)
     result = collide(scene, tolerance=1e-5)
     assert result.tolerance_met
-    assert abs(result.restitution - truth) <= result.restitution_error
+    assert abs(result.restitution - reference_value) <= result.restitution_error
 
 
 @pytest.mark.slow
@@ -133,8 +133,8 @@ def test_any_function_runs(engine, force):
     plain = Scene(potential="harmonic", particles=3, velocity=0.1, engine="reference")
     scene = Scene(potential=bond, particles=3, velocity=0.1, engine=engine)
     result = collide(scene, tolerance=1e-4)
-    truth = collide(plain).restitution
-    assert abs(result.restitution - truth) <= result.restitution_error <= 1e-4
+    reference_value = collide(plain).restitution
+    assert abs(result.restitution - reference_value) <= result.restitution_error <= 1e-4
 
 
 @pytest.mark.slow

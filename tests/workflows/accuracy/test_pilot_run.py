@@ -19,9 +19,9 @@ def test_scouted_bonds_are_those_of_the_collision():
     exact = collide(Scene(particles=10, speed=0.4, engine="reference", tolerance=1e-8))
     assert found.end.contacts == exact.contacts
     # Seen at the ends of steps: a share of the strain is missed, at most a tenth.
-    told = found.to_dict()
-    assert told["bond_min"] - 1.0 == pytest.approx(exact.bond_min - 1.0, rel=0.1)
-    assert told["bond_max"] - 1.0 == pytest.approx(exact.bond_max - 1.0, rel=0.1)
+    printed = found.to_dict()
+    assert printed["bond_min"] - 1.0 == pytest.approx(exact.bond_min - 1.0, rel=0.1)
+    assert printed["bond_max"] - 1.0 == pytest.approx(exact.bond_max - 1.0, rel=0.1)
 
 
 @pytest.mark.parametrize(("particles", "speed"), [(6, 0.4), (10, 0.4), (20, 0.1), (10, 0.8)])

@@ -150,9 +150,9 @@ def test_a_tolerance_below_the_rounding_of_lammps_is_refused_with_an_honest_bar(
     result = collide(scene, tolerance=1e-10)
     assert not result.tolerance_met
     assert "rounding" in result.reason
-    truth = collide(scene.replace(engine="reference"), tolerance=1e-10)
-    assert truth.tolerance_met
-    error = abs(result.restitution - truth.restitution)
+    reference_value = collide(scene.replace(engine="reference"), tolerance=1e-10)
+    assert reference_value.tolerance_met
+    error = abs(result.restitution - reference_value.restitution)
     assert error <= result.restitution_error <= 1e-3
 
 

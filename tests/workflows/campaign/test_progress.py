@@ -42,13 +42,13 @@ def test_a_first_run_says_that_it_compiles(capsys, monkeypatch):
 
 
 def test_what_is_known_of_a_long_run():
-    told = progress._told
+    printed = progress._time_text
     long = "at least 110 s, perhaps several times that"
-    assert told(30.0, 113.0, long, "30 s") == f"30 s, {long} expected"
+    assert printed(30.0, 113.0, long, "30 s") == f"30 s, {long} expected"
     late = "3.3 min, 110 s were expected; how much longer is not known"
-    assert told(200.0, 113.0, long, "3.3 min") == late
+    assert printed(200.0, 113.0, long, "3.3 min") == late
     short = "4 s, of which the collision itself needs about 0.03 s"
-    assert told(4.0, 0.03, "about 0.03 s", "4 s") == short
+    assert printed(4.0, 0.03, "about 0.03 s", "4 s") == short
 
 
 def test_a_run_that_is_stopped_says_what_is_known(capsys, monkeypatch):
@@ -89,19 +89,19 @@ def test_a_sweep_tells_a_log_how_far_it_is(capsys, monkeypatch):
 
 
 def test_the_command_shows_what_its_scene_is_expected_to_take(chaincor, monkeypatch):
-    told = []
+    printed = []
 
     @contextlib.contextmanager
     def note(expected, at_least):
-        told.extend((expected, at_least))
+        printed.extend((expected, at_least))
         yield
-        told.append("over")
+        printed.append("over")
 
     monkeypatch.setattr(progress, "show_elapsed", note)
     command = ("run", "--potential", "harmonic", "--particles", "3", "--engine", "reference")
     assert chaincor(*command)[0] == 0
     scene = Scene(potential="harmonic", particles=3, engine="reference")
-    assert told == [plan(scene).seconds, False, "over"]
+    assert printed == [plan(scene).seconds, False, "over"]
     # What was measured is told as it is; longer chains may take several times that.
     assert plan(Scene(particles=5000, speed=0.4, tolerance=1e-3)).may_take_longer
     assert not plan(Scene(particles=500)).may_take_longer

@@ -86,8 +86,8 @@ def test_output_holds_plots_tables_and_pictures(job, tmp_path, chaincor):
     assert not any(name.startswith(".") for name in written)
     page = read_page(out / "analysis.html")
     check_file_list(page, out, beside={"analysis.html", "c.xyz"})
-    told = words_of(page)
-    assert str(out / "c.xyz") in told
+    reported = words_of(page)
+    assert str(out / "c.xyz") in reported
     # What the terminal says is there, each name explained, and every figure that was drawn.
     _, text, _ = chaincor("analyze", job, "--potential", "harmonic")
     lines = text.partition("\n\n")[2].partition("\n\n")[0].splitlines()

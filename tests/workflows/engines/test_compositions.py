@@ -50,7 +50,7 @@ def test_order_on_a_pendulum(scheme):
     # 3^-p, at most 2e-4, of the smallest here.
     counts = np.unique(np.geomspace(12, 36, 7).astype(int))
     with mpmath.workdps(25):
-        truth = pendulum(max(COMPOSITIONS.values(), key=lambda one: one.order), 108)
-        errors = [float(abs(pendulum(scheme, int(count)) - truth)) for count in counts]
+        reference_value = pendulum(max(COMPOSITIONS.values(), key=lambda one: one.order), 108)
+        errors = [float(abs(pendulum(scheme, int(count)) - reference_value)) for count in counts]
     slope = np.polyfit(np.log(6.0 / counts), np.log(errors), 1)[0]
     assert slope == pytest.approx(scheme.order, abs=0.5)

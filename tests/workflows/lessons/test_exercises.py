@@ -216,10 +216,10 @@ CASES = [(name, k) for name, cases in WRONG.items() for k in range(len(cases))]
 @pytest.mark.parametrize(("name", "case"), CASES)
 @pytest.mark.slow_cases
 def test_a_wrong_answer_is_named(name, case):
-    answer, told = WRONG[name][case]
+    answer, reported = WRONG[name][case]
     verdict = check(name, answer)
     assert not verdict
-    assert told in verdict.says
+    assert reported in verdict.says
 
 
 @pytest.mark.parametrize("lesson", LESSONS)
@@ -243,7 +243,7 @@ def squares(x):
 
 
 @pytest.mark.parametrize(
-    ("answer", "told"),
+    ("answer", "reported"),
     [
         (..., "no answer yet"),
         ("much", "'much'; expected: one number"),
@@ -266,10 +266,10 @@ def squares(x):
         (2.0, "too small"),
     ],
 )
-def test_any_answer_is_judged(answer, told):
+def test_any_answer_is_judged(answer, reported):
     verdict = judge(Exercise("one number", knows(3.0)), answer)
     assert not verdict
-    assert told in repr(verdict)
+    assert reported in repr(verdict)
 
 
 def test_a_number_in_place_of_a_function_and_one_of_many():
@@ -296,7 +296,7 @@ def fails(x):
 
 
 @pytest.mark.parametrize(
-    ("function", "told"),
+    ("function", "reported"),
     [
         (fails, f"raised KeyError: 4 in its line {fails.__code__.co_firstlineno + 1}; expected: a"),
         (lambda x: sys.exit(3), "raised SystemExit: 3 in its line"),
@@ -311,10 +311,10 @@ def fails(x):
         (lambda x: 10**400, "what your function returns is 1000"),
     ],
 )
-def test_a_function_that_fails_is_judged_in_one_line(function, told):
+def test_a_function_that_fails_is_judged_in_one_line(function, reported):
     verdict = judge(squares, function)
     assert not verdict
-    assert told in repr(verdict)
+    assert reported in repr(verdict)
     assert repr(verdict).isprintable()
 
 

@@ -96,12 +96,12 @@ def test_the_command_line_prints_and_writes(law, tmp_path, chaincor):
     assert names == {"timestep.html", "timestep.json", "runs.csv", *pictures}
     page = read_page(out / "timestep.html")
     check_file_list(page, out, beside={"timestep.html"})
-    told = words_of(page)
-    assert "regular" in told
-    assert "0.1:0.02:4" in told
+    reported = words_of(page)
+    assert "regular" in reported
+    assert "0.1:0.02:4" in reported
     # Each line of the terminal's ladder is on the page.
     for rung in json.loads((out / "timestep.json").read_text())["observables"][0]["rungs"]:
-        assert f"{rung['mean']:.10g}" in told
+        assert f"{rung['mean']:.10g}" in reported
     assert hashlib.sha256(law.read_bytes()).hexdigest() in page
 
 
@@ -264,7 +264,9 @@ def test_orders_of_scripts_and_advice_that_is_followed(
         return one_run(script, variables, pattern)
 
     fine = study.ladder.fine / (1.0 if kind == "noise" else 4.0)
-    truth = np.mean([value(fine * (1.0 - 0.003 * k), 100 + k) for k in range(6 if seeds else 2)])
+    reference_value = np.mean(
+        [value(fine * (1.0 - 0.003 * k), 100 + k) for k in range(6 if seeds else 2)]
+    )
     for k in (1, 2):
         followed = value(advice.value * (1.0 - 0.007 * k), 7000 + k)
-        assert abs(followed - truth) <= tolerance
+        assert abs(followed - reference_value) <= tolerance

@@ -367,20 +367,22 @@ def _sizes(case, span):
     return fine, local_size(case.force, fine)
 
 
-def judged(folder, names=tuple(FAULTS), *, tolerance=0.01, seed=1, cases=SOUND, truth=None):
+def judged(
+    folder, names=tuple(FAULTS), *, tolerance=0.01, seed=1, cases=SOUND, reference_value=None
+):
     """Yield kind of fault, case, true error and report of each spoiled table."""
-    truth = truth or error_of_lammps
+    reference_value = reference_value or error_of_lammps
     path = Path(folder) / "t.table"
     for number, sound in enumerate(cases):
         write(sound, path, sound.columns())
         whole = check_table(path, kind=sound.kind, style=sound.style, tolerance=tolerance)
-        yield "sound", sound, truth(sound, path, whole, whole.range), whole
+        yield "sound", sound, reference_value(sound, path, whole, whole.range), whole
         for name in names:
             rng = np.random.default_rng([seed, number, list(FAULTS).index(name)])
             case, data, slopes = FAULTS[name](sound, sound.columns(), rng)
             write(case, path, data, slopes)
             report = check_table(path, kind=sound.kind, style=sound.style, tolerance=tolerance)
-            yield name, sound, truth(sound, path, report, whole.range), report
+            yield name, sound, reference_value(sound, path, report, whole.range), report
 
 
 def main():
@@ -393,9 +395,13 @@ def main():
     names = options.kind or tuple(FAULTS)
     counts = {name: [0, 0, 0, 0] for name in ("sound", *names)}
     with tempfile.TemporaryDirectory() as folder:
-        truth = error_of_model if options.model else error_of_lammps
+        reference_value = error_of_model if options.model else error_of_lammps
         for name, case, true, report in judged(
-            folder, names, tolerance=options.tolerance, seed=options.seed, truth=truth
+            folder,
+            names,
+            tolerance=options.tolerance,
+            seed=options.seed,
+            reference_value=reference_value,
         ):
             wrong = true > options.tolerance
             row = counts[name]

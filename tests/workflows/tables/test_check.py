@@ -196,9 +196,9 @@ def test_faulty_tables_are_told(tmp_path, name):
     assert not report.is_good
     assert said in " ".join(report.faults)
     # What is beyond a tolerance is told without one, too, and judged by the user.
-    told = check_table(path, kind=kind)
-    assert told.is_good == (name in ("8 rows", "noise", "one decimal", "a gap", "a kink"))
-    assert said in " ".join(told.faults + told.notes)
+    printed = check_table(path, kind=kind)
+    assert printed.is_good == (name in ("8 rows", "noise", "one decimal", "a gap", "a kink"))
+    assert said in " ".join(printed.faults + printed.notes)
 
 
 def test_a_file_without_a_header_or_rows(tmp_path):

@@ -9,10 +9,10 @@ _TOLERANCE = 0.01
 _PART = 0.01
 
 
-def _counts(folder, cases, truth, names=tuple(FAULTS)):
+def _counts(folder, cases, reference_value, names=tuple(FAULTS)):
     missed, refused, spoiled, sound = [], [], 0, 0
     for name, case, true, report in judged(
-        folder, names, tolerance=_TOLERANCE, cases=cases, truth=truth
+        folder, names, tolerance=_TOLERANCE, cases=cases, reference_value=reference_value
     ):
         if name == "sound":
             sound += 1

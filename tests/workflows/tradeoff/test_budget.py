@@ -17,15 +17,15 @@ from chaincor.workflows.tradeoff.oracles import (
     restitution_without_rounding,
     wider_floats,
 )
-from chaincor.workflows.tradeoff.truth import find_truth
+from chaincor.workflows.tradeoff.reference_solution import find_reference
 
 SCENE = Scene(particles=6)
 needs_wider_floats = pytest.mark.skipif(not wider_floats(), reason="long double is a double")
 
 
 @pytest.fixture(scope="module")
-def truth():
-    return find_truth(SCENE)
+def reference_value():
+    return find_reference(SCENE)
 
 
 @pytest.mark.parametrize("scheme", ["verlet", "order6"])
@@ -65,9 +65,9 @@ def test_a_bond_given_by_a_file_has_no_formula(tmp_path):
 
 
 @needs_wider_floats
-def test_the_parts_of_an_event_wall_budget_make_up_its_error(truth):
+def test_the_parts_of_an_event_wall_budget_make_up_its_error(reference_value):
     numerics = Numerics(scheme="order6", timestep=0.2, bond_range=(0.9, 1.2))
-    budget = measure_budget(truth, "advised", numerics, phases=1, oracle_seconds=5.0)
+    budget = measure_budget(reference_value, "advised", numerics, phases=1, oracle_seconds=5.0)
     assert budget.wall is None
     assert budget.integrator > 1e3 * max(budget.table, budget.rounding)
     parts = budget.integrator + budget.table + budget.rounding
@@ -76,9 +76,9 @@ def test_the_parts_of_an_event_wall_budget_make_up_its_error(truth):
     assert budget.output > 0.0
 
 
-def test_the_stock_recipes_error_is_the_walls(truth):
+def test_the_stock_recipes_error_is_the_walls(reference_value):
     numerics = Numerics(wall="reflect", scheme="verlet", timestep=0.005, bond_range=(0.9, 1.2))
-    budget = measure_budget(truth, "stock", numerics, phases=4, oracle_seconds=0.0)
+    budget = measure_budget(reference_value, "stock", numerics, phases=4, oracle_seconds=0.0)
     assert budget.wall > 10.0 * abs(budget.total - budget.wall)
     # No time for the slow oracles: said, not guessed.
     assert budget.table is None
@@ -95,19 +95,19 @@ def test_six_digits_cost_more_than_seventeen():
 
 
 @pytest.mark.slow
-def test_errors_of_tables_fall_with_their_rows_and_with_a_narrower_range(truth):
-    numerics = Numerics(scheme="order6", timestep=0.1, bond_range=truth.bond_range)
+def test_errors_of_tables_fall_with_their_rows_and_with_a_narrower_range(reference_value):
+    numerics = Numerics(scheme="order6", timestep=0.1, bond_range=reference_value.bond_range)
     outcome = lammps.run(SCENE.problem, numerics)
     exact = restitution_with_exact_bonds(SCENE, numerics, outcome)
     points = {
         (p.style, p.bond_range, p.rows): p
-        for p in measure_tables(truth, numerics, exact, quick=False)
+        for p in measure_tables(reference_value, numerics, exact, quick=False)
     }
     narrow = points["linear", "scene", 1001].force_error
     wide = points["linear", "wide", 1001].force_error
     # Linear interpolation errs by U''' times the spacing squared over 8.
     assert points["linear", "scene", 101].force_error == pytest.approx(100 * narrow, rel=0.3)
-    ratio = (1.0 / np.ptp(truth.bond_range)) ** 2
+    ratio = (1.0 / np.ptp(reference_value.bond_range)) ** 2
     assert wide > ratio * narrow
     assert points["spline", "scene", 1001].force_error < 1e-5 * narrow
     assert points["linear", "scene", 101].restitution_error > 1e-7

@@ -9,8 +9,8 @@ from chaincor.workflows.tradeoff.figures import (
     plot_table_errors,
     plot_work_precision,
 )
+from chaincor.workflows.tradeoff.reference_solution import Deviation
 from chaincor.workflows.tradeoff.settings import Measurement, Setting
-from chaincor.workflows.tradeoff.truth import Deviation
 
 
 def measured(series, *errors):

@@ -14,8 +14,8 @@ from chaincor.workflows.tradeoff.front import (
     pareto_front,
     promised_errors,
 )
+from chaincor.workflows.tradeoff.reference_solution import Deviation
 from chaincor.workflows.tradeoff.settings import Measurement, Setting, time_unit
-from chaincor.workflows.tradeoff.truth import Deviation
 
 VERLET = ("lammps", "event", "verlet", "spline")
 ORDER8 = ("lammps", "event", "order8", "spline")

@@ -67,8 +67,8 @@ class CoarseRun:
         for begin in range(0, steps, most):
             part = min(most, steps - begin)
             asked = part, self._step, self._clearance, begin == 0, begin + part == steps
-            told = self.moving.ledger, state, asked, stepper.rule.parameters
-            taken = stepper.kernels.take_coarse_steps(*told)
+            arguments = self.moving.ledger, state, asked, stepper.rule.parameters
+            taken = stepper.kernels.take_coarse_steps(*arguments)
             done += taken
             if taken < part:
                 break

@@ -92,7 +92,7 @@ def test_a_forecast_that_fails_is_noticed_and_taken_back(wall, monkeypatch):
     scene = Scene(potential="lj", particles=20, speed=1.0)
     numerics = Numerics(wall=wall, scheme="verlet", timestep=0.01, bond_range=(0.7, 8.0))
     with blind_steps.asking_every_step():
-        truth = lammps.run(scene.problem, numerics)
+        reference_value = lammps.run(scene.problem, numerics)
     kept = []
 
     class Misled(WallGuard):
@@ -110,7 +110,7 @@ def test_a_forecast_that_fails_is_noticed_and_taken_back(wall, monkeypatch):
     monkeypatch.setattr(flight, "WallGuard", Misled)
     misled = lammps.run(scene.problem, numerics)
     assert kept.count(False) >= 5, "hardly a window was taken back, so little was tested"
-    assert bitwise_equal(misled, truth)
+    assert bitwise_equal(misled, reference_value)
 
 
 def test_windows_that_fail_again_and_again_get_shorter(monkeypatch):
@@ -168,9 +168,9 @@ def test_all_contacts_of_a_chain_whose_last_one_is_slow(timestep):
 def test_a_tolerance_finds_the_slow_contact():
     scene = Scene(potential="harmonic", particles=87, velocity=0.1)
     result = collide(scene, tolerance=1e-3)
-    truth = collide(scene.replace(engine="reference"), tolerance=1e-9)
-    assert result.contacts == truth.contacts == 76
-    assert abs(result.restitution - truth.restitution) < result.restitution_error
+    reference_value = collide(scene.replace(engine="reference"), tolerance=1e-9)
+    assert result.contacts == reference_value.contacts == 76
+    assert abs(result.restitution - reference_value.restitution) < result.restitution_error
 
 
 # What the chain of a passage is, but for its state.

@@ -303,7 +303,7 @@ def test_steps_keep_their_order_in_a_soft_contact(exponent):
     scene = soft_scene(
         exponent, particles=6, masses=(1, 2), target_particles=4, contact_stiffness=0.5
     )
-    truth = plain_soft_eta(scene, 60.0)
+    reference_value = plain_soft_eta(scene, 60.0)
     for scheme, order, steps in (
         ("verlet", 2, (0.04, 0.02)),
         ("order4", 4, (0.2, 0.05)),
@@ -311,7 +311,9 @@ def test_steps_keep_their_order_in_a_soft_contact(exponent):
         ("order8", 8, (0.8, 0.4)),
     ):
         coarse, fine = (
-            abs(lammps.run(scene.problem, Numerics(scheme=scheme, timestep=h)).eta - truth)
+            abs(
+                lammps.run(scene.problem, Numerics(scheme=scheme, timestep=h)).eta - reference_value
+            )
             for h in steps
         )
         assert math.log2(coarse / fine) / math.log2(steps[0] / steps[1]) > order - 0.7
@@ -319,10 +321,10 @@ def test_steps_keep_their_order_in_a_soft_contact(exponent):
 
 def test_a_stiff_wall_is_hit_many_times():
     scene = soft_scene(1.5, particles=12, contact_stiffness=100.0)
-    truth = plain_soft_eta(scene, 60.0)
+    reference_value = plain_soft_eta(scene, 60.0)
     outcome = lammps.run(scene.problem, Numerics(scheme="order8", timestep=0.1))
     assert len(outcome.contact_times) > 5
-    assert outcome.eta == pytest.approx(truth, abs=1e-9)
+    assert outcome.eta == pytest.approx(reference_value, abs=1e-9)
     chain, _, came = momenta(scene, outcome)
     assert np.sum(outcome.impulses) / came == pytest.approx(chain, abs=1e-12)
 

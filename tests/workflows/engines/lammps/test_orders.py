@@ -30,16 +30,19 @@ def restitution_of(run, scheme, timestep):
 
 
 @pytest.fixture(scope="module")
-def truth():
+def reference_value():
     """Return eta by the reference engine, good to 1e-13: (0.04/0.15)^8 of 3e-10."""
     return restitution_of(stepping.run, "order8", 0.03)
 
 
-def rms_errors(scheme, timesteps, truth):
+def rms_errors(scheme, timesteps, reference_value):
     return [
         np.sqrt(
             np.mean(
-                [(restitution_of(lammps.run, scheme, h * p) - truth) ** 2 for p in PHASES.tolist()]
+                [
+                    (restitution_of(lammps.run, scheme, h * p) - reference_value) ** 2
+                    for p in PHASES.tolist()
+                ]
             )
         )
         for h in timesteps.tolist()
@@ -48,9 +51,9 @@ def rms_errors(scheme, timesteps, truth):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("scheme", RANGES)
-def test_fitted_order(scheme, truth):
+def test_fitted_order(scheme, reference_value):
     timesteps = np.geomspace(*RANGES[scheme], 8)
-    errors = rms_errors(scheme, timesteps, truth)
+    errors = rms_errors(scheme, timesteps, reference_value)
     slope = np.polyfit(np.log(timesteps), np.log(errors), 1)[0]
     # 0.3 is what irregular contact phases leave of a fit over eight steps.
     assert slope == pytest.approx(COMPOSITIONS[scheme].order, abs=0.3)
@@ -58,22 +61,24 @@ def test_fitted_order(scheme, truth):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("scheme", ["extrapolated12", "extrapolated14"])
-def test_extrapolated_steps_converge_at_their_order_down_to_rounding(scheme, truth):
+def test_extrapolated_steps_converge_at_their_order_down_to_rounding(scheme, reference_value):
     timesteps = np.geomspace(0.34, 1.0, 10)
-    slope = np.polyfit(np.log(timesteps), np.log(rms_errors(scheme, timesteps, truth)), 1)[0]
+    slope = np.polyfit(
+        np.log(timesteps), np.log(rms_errors(scheme, timesteps, reference_value)), 1
+    )[0]
     # Steps as long as the time between two contacts: whether one falls into a step or between two
     # makes a factor of ten, which over a range of three is 2 in the slope.
     assert slope == pytest.approx(STEP_SCHEMES[scheme].order, abs=2.0)
     # The mixture multiplies the rounding of coordinates up to 10 by up to 60, over v0 = 0.05.
-    assert rms_errors(scheme, np.array([0.25]), truth)[0] < 1e-10
+    assert rms_errors(scheme, np.array([0.25]), reference_value)[0] < 1e-10
 
 
-def test_the_reflecting_wall_is_far_from_second_order(truth):
+def test_the_reflecting_wall_is_far_from_second_order(reference_value):
     # Its error is of first order and of either sign: the reason for the event wall.
     def error(wall, timestep):
         numerics = Numerics(wall=wall, scheme="verlet", timestep=timestep, bond_range=BOND_RANGE)
         outcome = lammps.run(SCENE.problem, numerics)
-        return abs(restitution(outcome.velocities, SCENE.impact_velocity) - truth)
+        return abs(restitution(outcome.velocities, SCENE.impact_velocity) - reference_value)
 
     steps = (0.005 * PHASES).tolist()
     stock = np.sqrt(np.mean([error("reflect", h) ** 2 for h in steps]))

@@ -232,12 +232,14 @@ class Batch:
                 ahead.append((s, now, max(1, math.ceil((certain - now) / step)), step, clearance))
         if ahead:
             chosen, since, counts, steps, clearances = map(np.array, zip(*ahead, strict=True))
-            told = rows.ledgers, rows.strains, rows.velocities
-            ledgers, strains, velocities = (each[chosen] for each in told)
+            arrays = rows.ledgers, rows.strains, rows.velocities
+            ledgers, strains, velocities = (each[chosen] for each in arrays)
             ledgers["strain_ceiling"] = coarse_ceiling(bond)
             ledgers["strain_max"] = np.max(strains, axis=1)
-            done, told = np.zeros(len(chosen), np.int64), self._stepper.rule.parameters
-            self._many_ahead(ledgers, strains, velocities, counts, steps, clearances, done, told)
+            done, parameters = np.zeros(len(chosen), np.int64), self._stepper.rule.parameters
+            self._many_ahead(
+                ledgers, strains, velocities, counts, steps, clearances, done, parameters
+            )
             found = zip((done == counts).tolist(), (since + done * steps).tolist(), strict=True)
             seen.update(zip(chosen.tolist(), found, strict=True))
             rows.ledgers["evaluations"][chosen] = ledgers["evaluations"]

@@ -189,9 +189,9 @@ def test_who_holds_a_name_for_too_long_is_waited_for_no_more(tmp_path, monkeypat
 
 def test_functions_of_other_libraries_are_called_by_address(tmp_path, monkeypatch):
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
-    told = []
+    reported = []
     listener = ctypes.CFUNCTYPE(None, ctypes.c_int64, ctypes.c_int64)(
-        lambda first, second: told.append((first, second))
+        lambda first, second: reported.append((first, second))
     )
     tell_address("chaincor_test_listener", listener)
 
@@ -210,7 +210,7 @@ def test_functions_of_other_libraries_are_called_by_address(tmp_path, monkeypatc
         assert kernel.compiled == compiled
         run()
         run()
-    assert told == 4 * [(2, 20), (3, 30)]
+    assert reported == 4 * [(2, 20), (3, 30)]
 
 
 def test_what_is_bound_keeps_its_arguments(tmp_path, monkeypatch):

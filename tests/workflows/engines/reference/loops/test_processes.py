@@ -59,18 +59,18 @@ def test_what_another_process_compiled_meanwhile_is_loaded(tmp_path, monkeypatch
 
 
 def test_it_is_told_while_a_loop_is_compiled_and_not_while_it_is_loaded(monkeypatch):
-    told = []
+    printed = []
     compiled = CachedKernel._compile
 
     def noted(self, arguments):
-        told.append(processes.COMPILING.is_set())
+        printed.append(processes.COMPILING.is_set())
         return compiled(self, arguments)
 
     monkeypatch.setattr(CachedKernel, "_compile", noted)
     for _ in range(2):
         loop(add)(np.arange(4.0))
-        told.append(processes.COMPILING.is_set())
-    assert told == [True, False, False]
+        printed.append(processes.COMPILING.is_set())
+    assert printed == [True, False, False]
 
 
 def test_no_process_is_started_where_nothing_is_compiled(tmp_path, monkeypatch):

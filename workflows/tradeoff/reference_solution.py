@@ -30,7 +30,7 @@ class Deviation:
 
 
 @dataclass(frozen=True)
-class Truth:
+class ReferenceSolution:
     """Converged values of a collision."""
 
     scene: Scene
@@ -64,7 +64,7 @@ class Truth:
         )
 
 
-def find_truth(scene: Scene) -> Truth:
+def find_reference(scene: Scene) -> ReferenceSolution:
     """
     Compute converged values of a collision with the reference engine.
 
@@ -81,7 +81,7 @@ def find_truth(scene: Scene) -> Truth:
         source = f"reference engine, order {order}, H = {found.outcome.timestep:.4g}"
     outcome = found.outcome
     rounding = np.finfo(float).eps * scene.particles
-    bare = Truth(
+    bare = ReferenceSolution(
         scene=scene,
         restitution=found.restitution,
         restitution_error=found.error,
