@@ -4,7 +4,6 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from chaincor.workflows.tradeoff.reference import ReferenceSolution
 
 from chaincor.analysis.restitution import restitution
 from chaincor.lammps_inputs.numerics import Numerics
@@ -19,6 +18,7 @@ from chaincor.workflows.tradeoff.oracles import (
     restitution_without_rounding,
     wider_floats,
 )
+from chaincor.workflows.tradeoff.reference_solution import ReferenceSolution
 from chaincor.workflows.tradeoff.settings import PHASE_WIDTH
 
 # The plan assumes these seconds per force call of bond_style lepton, and per step in NumPy.

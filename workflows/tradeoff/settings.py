@@ -6,7 +6,6 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
-from chaincor.workflows.tradeoff.reference import Deviation, ReferenceSolution
 
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
@@ -17,6 +16,7 @@ from chaincor.workflows.accuracy.step_guess import frequency_ratio
 from chaincor.workflows.engines.lammps import engine as lammps
 from chaincor.workflows.engines.reference import stepping
 from chaincor.workflows.errors import RunError
+from chaincor.workflows.tradeoff.reference_solution import Deviation, ReferenceSolution
 
 _ENGINES = {"lammps": lammps, "reference": stepping}
 _ENGINE_NAMES = {"lammps": "LAMMPS", "reference": "reference"}

@@ -67,7 +67,8 @@ def describe_study(study: Tradeoff) -> str:
     reference, scene = study.reference, study.scene
     lines = [
         f"{scene.particles} particles, {scene.label} bonds, v0 = {scene.impact_velocity:.6g}",
-        f"eta = {reference.restitution:.14g} +- {reference.restitution_error:.0e} ({reference.source})",
+        f"eta = {reference.restitution:.14g} +- {reference.restitution_error:.0e} "
+        f"({reference.source})",
         "",
         "cheapest settings: promised error of eta, with a safety factor; measured errors",
         "of eta, of the last contact's time, of mode energies; time of the integration",
