@@ -1,4 +1,4 @@
-"""Options and settings that all tests share."""
+"""Define options and settings that all tests share."""
 
 import faulthandler
 import os

@@ -1,4 +1,4 @@
-"""A real Dask cluster for tests: scheduler and workers as processes of their own."""
+"""Start a real Dask cluster for tests, with scheduler and workers in separate processes."""
 
 import contextlib
 import os

@@ -1,4 +1,4 @@
-"""Harmonic bodies that meet as hard particles, in 50 digits, without modes: Taylor series."""
+"""Compute collisions of harmonic bodies by Taylor series in 50 digits, without modes."""
 
 from dataclasses import dataclass
 from decimal import Decimal, localcontext

@@ -1,5 +1,5 @@
 """
-The suite on machines other than this one, as far as this one can play them.
+Run the suite as on other machines, as far as this machine can imitate them.
 
     make test-elsewhere                                        (all settings, the whole suite)
     python -m tests.elsewhere [SETTING ...] [-- PYTEST ARGUMENTS]

@@ -1,4 +1,4 @@
-"""Interrupt a Python session as a user would, while it works."""
+"""Interrupt a Python session while it works, as a user would."""
 
 import signal
 import subprocess

@@ -1,4 +1,4 @@
-"""LAMMPS as users run it: by its command, in the folder of a job, with nothing else."""
+"""Run LAMMPS as users do: by its command, in the folder of a job."""
 
 import re
 import subprocess

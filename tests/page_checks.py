@@ -1,4 +1,4 @@
-"""What every page that a command writes must be: whole in one file, with links that lead."""
+"""Check that a written page is a single file whose links work."""
 
 import hashlib
 import html

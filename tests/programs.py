@@ -1,4 +1,4 @@
-"""Programs of a few lines that tests run in a process of their own."""
+"""Provide short programs that tests run in separate processes."""
 
 import os
 import subprocess

@@ -1,4 +1,4 @@
-"""The published reference values: collisions and their converged results."""
+"""Provide the published reference values: collisions and their converged results."""
 
 import json
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""The plan of the house names what is there, and nothing slow is imported before it is needed.
+"""Test that the described structure exists, and that slow libraries are imported only when needed.
 
 Which way imports point is held by `make check`: the contracts are in pyproject.toml.
 """

@@ -1,4 +1,4 @@
-"""The public face: every name it offers is there, and nothing else is needed to run it."""
+"""Test that every public name exists, and that nothing else is needed to run it."""
 
 import subprocess
 import sys

@@ -1,4 +1,4 @@
-"""The subjects of commits since the release are checked where the history is known."""
+"""Test the subjects of commits since the release, if the history is available."""
 
 import os
 import subprocess

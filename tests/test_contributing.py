@@ -1,4 +1,4 @@
-"""The walk-throughs of CONTRIBUTING.md are patches that apply, and what they add works."""
+"""Test that the patches in CONTRIBUTING.md apply, and that their additions work."""
 
 import re
 import shutil

@@ -1,4 +1,4 @@
-"""What the build backend puts into wheels, of a checkout with symbolic links and without."""
+"""Test the wheels of the build backend, from checkouts with and without symbolic links."""
 
 import re
 import runpy

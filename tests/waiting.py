@@ -1,5 +1,5 @@
 """
-Waiting for what must happen: a test goes on when it has, and fails by the clock only if it hangs.
+Wait for an event: a test goes on as soon as it occurs, and fails by the clock only if it hangs.
 
 No machine is so busy that it needs these seconds; how fast it is decides nothing.
 """

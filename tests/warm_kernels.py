@@ -1,5 +1,5 @@
 """
-Compile loops of the named bonds once, before the tests start, in as many processes as cores.
+Compile loops of the named bonds before the tests, in one process per core.
 
     python -m tests.warm_kernels [all]
 

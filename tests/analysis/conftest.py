@@ -1,4 +1,4 @@
-"""An exact harmonic collision, and dumps written by hand: independent of the code under test."""
+"""Build an exact harmonic collision and handwritten dumps without the code under test."""
 
 import gzip
 from dataclasses import dataclass

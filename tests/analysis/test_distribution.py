@@ -1,4 +1,4 @@
-"""Distributions of samples: errors of means, quantiles and probabilities, against many draws."""
+"""Test errors of means, quantiles and probabilities of samples against many draws."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""What a dump or a user says is used or refused: coordinates, box, images, units, digits, time."""
+"""Test that every fact in a dump or an option is used or refused."""
 
 import numpy as np
 import pytest

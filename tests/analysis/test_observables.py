@@ -1,4 +1,4 @@
-"""The one list of observables, and what is made from it."""
+"""Test the list of observables, and the outputs generated from it."""
 
 import dataclasses
 import re

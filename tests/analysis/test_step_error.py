@@ -1,4 +1,4 @@
-"""The error of a run from its log, or from a run at another step, or null: run as a user does."""
+"""Test the error of a run from its log or from a run at another step, or null."""
 
 import json
 import shutil

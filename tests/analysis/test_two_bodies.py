@@ -1,4 +1,4 @@
-"""Dumps of two bodies: what both do is read from the frames, by any way to tell them apart."""
+"""Test that dumps of two bodies are analysed, however the bodies are told apart."""
 
 import json
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""A job of ours edited for two kinds of particles and run by LAMMPS, and its exact restitution."""
+"""Build a job with two kinds of particles, run it by LAMMPS, and give its exact restitution."""
 
 import re
 from pathlib import Path

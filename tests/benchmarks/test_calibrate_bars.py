@@ -1,4 +1,4 @@
-"""Constants on file: a few more scenes stay within them, and the file is complete."""
+"""Test that new scenes agree with the measured constants, and that the file is complete."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Schemes from the literature have the order that their coefficients promise."""
+"""Test that schemes from the literature have the order of their coefficients."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Restitutions that were proved lie within what the engines say, and wrong numbers do not."""
+"""Test that proved restitutions lie within the error bars, and that wrong numbers do not."""
 
 from itertools import pairwise
 

@@ -1,4 +1,4 @@
-"""The history of the standing benchmarks: what is written is read, and what got worse is named."""
+"""Test that the history of the benchmarks is read back and names what became slower."""
 
 import pytest
 

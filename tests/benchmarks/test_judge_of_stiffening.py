@@ -1,4 +1,4 @@
-"""Bonds that stiffen like powers of the strain, which are never hard spheres, against a judge."""
+"""Test bonds that stiffen like powers of the strain against a judge."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""Error bars of plain cold chains at neighbouring speeds, against runs 1000 times tighter."""
+"""Test error bars of chains at rest at neighbouring speeds, against runs 1000 times tighter."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Bar of the limit of slow chains: it covers the form of the approach, which is not derived."""
+"""Test that the error bar of the limit of slow chains covers the form of the approach."""
 
 import numpy as np
 import pytest

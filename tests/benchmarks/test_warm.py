@@ -1,4 +1,4 @@
-"""Warm chains obey detailed balance and the second law, and become cold ones."""
+"""Test that warm chains obey detailed balance and the second law, with the cold limit."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""Run the code of a Markdown document: Python, console and TOML blocks, in order, in one folder."""
+"""Run the Python, console and TOML blocks of a Markdown document, in order, in one folder."""
 
 import os
 import re

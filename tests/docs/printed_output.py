@@ -1,4 +1,4 @@
-"""Compare printed output with a page: numbers within their bars, times by pattern, text exactly."""
+"""Compare printed output with a page: numbers within error bars, times by pattern."""
 
 import math
 import re

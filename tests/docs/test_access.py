@@ -1,4 +1,4 @@
-"""Pages can be read by keyboard; without a browser the check by axe says what is missing."""
+"""Test that pages can be read by keyboard; without a browser, report what is not checked."""
 
 import importlib.util
 

@@ -1,4 +1,4 @@
-"""Examples in the docstrings of what users call run as they stand."""
+"""Test that the examples in docstrings of public functions run."""
 
 import doctest
 

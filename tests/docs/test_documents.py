@@ -1,4 +1,4 @@
-"""Every code block of the documentation runs and prints what the page says."""
+"""Test that every code block of the documentation runs and prints what the page shows."""
 
 import re
 

@@ -1,4 +1,4 @@
-"""Every named error has its section on the page that messages point to, and no section is stale."""
+"""Test that each named error has a section on the page of errors, and that no section is stale."""
 
 import importlib
 import math

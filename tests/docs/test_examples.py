@@ -1,4 +1,4 @@
-"""The scenes under docs/examples run as they stand, and are shown in the reference."""
+"""Test that the scenes under docs/examples run and appear in the reference."""
 
 import pytest
 

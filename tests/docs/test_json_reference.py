@@ -1,4 +1,4 @@
-"""The page of JSON keys names what the commands print, all of it and nothing else."""
+"""Test that the page of JSON keys names exactly the keys that commands print."""
 
 import json
 import re

@@ -1,4 +1,4 @@
-"""Lessons need no more than chaincor, and the course is what it says it is."""
+"""Test that lessons need only chaincor, and that the course matches its description."""
 
 import ast
 import re

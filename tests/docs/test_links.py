@@ -1,4 +1,4 @@
-"""Links and pictures of the pages lead somewhere; the check of the site finds what does not."""
+"""Test that links and pictures of the pages exist, and that the check finds broken ones."""
 
 import importlib.util
 import re

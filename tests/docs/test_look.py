@@ -1,4 +1,4 @@
-"""How the pages look: one kind of mathematics, a schematic made by code, a search for users."""
+"""Test the look of the pages: mathematics, the schematic, and the search."""
 
 import html
 import json

@@ -1,4 +1,4 @@
-"""Pages are held against what commands print, as exactly as their error bars allow."""
+"""Test the comparison of pages with printed output."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""Each fault reported in docs/upstream is there in the versions at hand, and the page quotes it."""
+"""Test that each fault reported in docs/upstream occurs in the installed versions."""
 
 import os
 import re

@@ -1,4 +1,4 @@
-"""Run documents and copy the pictures their code draws to docs/images."""
+"""Run documents, and copy the pictures that their code draws to docs/images."""
 
 import re
 import shutil

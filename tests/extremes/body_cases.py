@@ -1,4 +1,4 @@
-"""Bad inputs of masses, targets, contacts and states, made by a numbered random generator."""
+"""Generate bad inputs of masses, targets, contacts and states, by a seed."""
 
 import math
 from itertools import pairwise

@@ -1,4 +1,4 @@
-"""Bad inputs for every command, made from valid ones by a numbered random generator."""
+"""Generate bad inputs for every command from valid inputs, by a seed."""
 
 import math
 import re

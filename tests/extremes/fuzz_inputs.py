@@ -1,5 +1,5 @@
 """
-Bad input to every command: what comes back is an answer or one clear line.
+Give bad inputs to every command, and check for an answer or one clear line.
 
     python -m tests.extremes.fuzz_inputs [--cases 20000] [--processes 200] [--workers 2]
         [--bodies]

@@ -1,4 +1,4 @@
-"""Calling the command line with a case, and judging how it answers."""
+"""Call the command line with a case, and judge its answer."""
 
 import contextlib
 import io

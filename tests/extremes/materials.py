@@ -1,4 +1,4 @@
-"""Valid inputs of every kind, small and quick, from which bad ones are made."""
+"""Provide small and quick valid inputs of every kind, from which bad inputs are made."""
 
 import io
 from dataclasses import dataclass

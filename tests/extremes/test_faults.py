@@ -1,4 +1,4 @@
-"""What the machine does to a run: one clear line, and what was there before stays."""
+"""Test that faults of the machine give one clear line and damage no earlier results."""
 
 import os
 import re

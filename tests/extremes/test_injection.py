@@ -1,4 +1,4 @@
-"""Nothing that a user writes becomes a command of LAMMPS, of a shell or of Python."""
+"""Test that no user text becomes a command of LAMMPS, of a shell or of Python."""
 
 import contextlib
 import itertools

@@ -1,4 +1,4 @@
-"""The bounded map of the extremes: no cell is wrong."""
+"""Test that no cell in the bounded map of the extremes is wrong."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""What holds for every chain, whatever the bond, the speed and the length."""
+"""Test properties that hold for every chain at every bond, speed and length."""
 
 import tomllib
 

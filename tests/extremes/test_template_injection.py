@@ -1,4 +1,4 @@
-"""Hostile settings, names and templates: none gets a command into a job, or code out of jinja2."""
+"""Test that hostile settings and templates add no command to a job and run no code in jinja2."""
 
 import itertools
 import random

@@ -1,5 +1,5 @@
 """
-Fuzzing for as long as one likes, all kinds in turn; prints every finding and the sizes reached.
+Fuzz all kinds of files in turn for a given time, and print each finding and the sizes reached.
 
 Files of findings are kept in ``tests/fuzz/found``, where the tests try them again.
 

@@ -1,4 +1,4 @@
-"""Spoilt files and command lines, and what a command may never do with them."""
+"""Spoil files and command lines, and check what a command must never do with them."""
 
 from collections import Counter
 from hashlib import sha256

@@ -1,4 +1,4 @@
-"""Kinds of files that commands read: a valid one of each, its commands, and how it is spoilt."""
+"""List the kinds of files that commands read: a valid file, its commands, and how to spoil it."""
 
 import contextlib
 import sqlite3

@@ -1,4 +1,4 @@
-"""A minute of fuzzing; ``make fuzz MINUTES=60`` goes on for longer."""
+"""Fuzz for a minute; ``make fuzz MINUTES=60`` fuzzes longer."""
 
 from collections import Counter
 from random import Random

@@ -1,4 +1,4 @@
-"""The compiled steps of the judge of two bodies, see ``bodies``."""
+"""Compile the steps of the judge of two bodies, see ``bodies``."""
 
 import numpy as np
 from numba import njit

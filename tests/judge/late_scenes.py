@@ -1,4 +1,4 @@
-"""Random scenes that are hard to tell: late contacts, breaking bonds, long chains, loose wishes."""
+"""Draw random scenes that are hard to judge: late contacts, breaking bonds, long chains."""
 
 import math
 from typing import Any

@@ -1,4 +1,4 @@
-"""The judge's own force laws: energies as functions of the strain, without cancellation."""
+"""Define the judge's own force laws as functions of the strain, without cancellation."""
 
 from collections.abc import Callable
 from dataclasses import dataclass

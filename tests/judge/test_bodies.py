@@ -1,4 +1,4 @@
-"""The judge of two bodies on a line: against published values, exact modes, and closed forms."""
+"""Test the judge of two bodies against published values, exact modes, and closed forms."""
 
 import ast
 import json

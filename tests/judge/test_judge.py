@@ -1,4 +1,4 @@
-"""The independent judge: against published values, exact modes, and its own refusals."""
+"""Test the independent judge against published values and exact modes, and test its refusals."""
 
 import ast
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Bond tables as numbers and text; what LAMMPS makes of them is tested with the engine."""
+"""Test bond tables as numbers and text."""
 
 import re
 

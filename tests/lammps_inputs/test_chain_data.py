@@ -1,4 +1,4 @@
-"""The data file goes through LAMMPS and through lammpsio without losing a bit."""
+"""Test that the data file passes through LAMMPS and lammpsio without loss of a bit."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""The text of a script is read as LAMMPS reads it."""
+"""Test that the text of a script is read as LAMMPS reads it."""
 
 import time
 

@@ -1,4 +1,4 @@
-"""The annotated job says the same to LAMMPS as the lean one, and leaves no command unexplained."""
+"""Test that an annotated job has the commands of the plain job, and explains each of them."""
 
 import re
 from itertools import pairwise

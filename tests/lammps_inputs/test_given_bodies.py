@@ -1,4 +1,4 @@
-"""Masses, targets, contacts and states of a scene: read, checked, one scene by every spelling."""
+"""Test masses, targets, contacts and states of a scene: reading, checks, equal spellings."""
 
 import math
 import os

@@ -1,4 +1,4 @@
-"""The state of a chain from a CSV file: read exactly, or refused in one line."""
+"""Test that the state of a chain is read exactly from CSV, or refused in one line."""
 
 import os
 

@@ -1,4 +1,4 @@
-"""One line of particles with one bond missing: what it says of both bodies."""
+"""Test the line of particles with one missing bond that describes both bodies."""
 
 import math
 

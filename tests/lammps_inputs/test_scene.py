@@ -1,4 +1,4 @@
-"""Scenes: every bad input is one clear line; TOML and hashes are stable."""
+"""Test that each bad scene gives one clear line, and that TOML and hashes are stable."""
 
 import math
 import os

@@ -1,4 +1,4 @@
-"""Rendered inputs: the golden text of each kind, and exact numbers."""
+"""Test rendered inputs: the golden text of each kind, and exact numbers."""
 
 import struct
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""Warm bodies: draws against theory, where they start, and what a seed means."""
+"""Test warm bodies: draws against theory, initial positions, and seeds."""
 
 import math
 from dataclasses import replace

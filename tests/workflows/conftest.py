@@ -1,4 +1,4 @@
-"""Collisions that cost nothing, for tests of what is done with them."""
+"""Provide collisions without cost, for tests of what is done with them."""
 
 from collections.abc import Callable, Iterator
 from pathlib import Path

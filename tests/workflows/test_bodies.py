@@ -1,4 +1,4 @@
-"""What a result says of both bodies: balances, modes, labels; nothing of them in plain results."""
+"""Test results on both bodies: balances, modes and labels, which plain results lack."""
 
 import json
 import math

@@ -1,4 +1,4 @@
-"""Several scenes given to collide: results in order, whoever carries them out."""
+"""Test that collide returns results of several scenes in order, for every executor."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""Morse chains and bonds by formula collide, by both engines, against other integrators."""
+"""Test Morse chains and bonds by formula in both engines against other integrators."""
 
 import numpy as np
 import pytest

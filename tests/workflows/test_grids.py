@@ -1,4 +1,4 @@
-"""Grids of jobs: written, run by the array script, killed, broken, collected, run again."""
+"""Test grids of jobs: written, run by the array script, killed, collected, run again."""
 
 import csv
 import os

@@ -1,4 +1,4 @@
-"""Ctrl-C in a session that goes on, such as a notebook: short to show, and nothing is broken."""
+"""Test that Ctrl-C in a notebook gives a short message and breaks nothing."""
 
 import pytest
 

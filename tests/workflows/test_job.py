@@ -1,4 +1,4 @@
-"""Jobs for `lmp -in`: complete, safe to write, and equal to the run driven from Python."""
+"""Test that jobs for `lmp -in` are complete and equal the run from Python."""
 
 import re
 from dataclasses import replace

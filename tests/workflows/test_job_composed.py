@@ -1,4 +1,4 @@
-"""Jobs of composed steps, and of a tolerance: what `lmp` alone prints, with its error."""
+"""Test the output of jobs with composed steps or a tolerance, run by `lmp` alone."""
 
 import math
 import re

@@ -1,4 +1,4 @@
-"""Jobs of collisions whose restitution the reference engine does not know either."""
+"""Test jobs of collisions whose restitution the reference engine cannot determine."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""Dumps of jobs and of users' own runs: other readers, and what lies beside them."""
+"""Test dumps of jobs and of users' runs, with other readers and other files beside them."""
 
 import json
 import warnings

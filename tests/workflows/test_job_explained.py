@@ -1,4 +1,4 @@
-"""The annotated job runs under `lmp` and gives the very numbers of the lean one."""
+"""Test that the annotated job runs under `lmp` and gives the numbers of the plain job."""
 
 import pytest
 

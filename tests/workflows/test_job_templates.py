@@ -1,4 +1,4 @@
-"""Templates of the user's own: what they add runs in LAMMPS, what a job cannot bear is refused."""
+"""Test that users' templates run in LAMMPS, and that unsuitable ones are refused."""
 
 import re
 from pathlib import Path

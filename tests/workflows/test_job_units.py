@@ -1,4 +1,4 @@
-"""Jobs in LAMMPS's own units, and dumps of other people: the numbers of the reduced scene."""
+"""Test that jobs and dumps in LAMMPS's units give the numbers of the reduced scene."""
 
 import json
 

@@ -1,4 +1,4 @@
-"""Jobs with other velocities and wider tables, resumed in mid collision, on several processes."""
+"""Test jobs at other velocities, with wider tables, resumed, and on several processes."""
 
 import re
 from pathlib import Path

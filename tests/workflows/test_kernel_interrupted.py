@@ -1,4 +1,4 @@
-"""The notebook's stop button: the cell ends, says so in short, and the kernel goes on."""
+"""Test that the notebook's stop button ends the cell and keeps the kernel."""
 
 import queue
 import time

@@ -1,4 +1,4 @@
-"""Doctor's findings: yes on this machine, and a remedy where something is missing."""
+"""Test the findings of doctor, and the remedy for a missing part."""
 
 from dataclasses import asdict
 

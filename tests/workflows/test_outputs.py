@@ -1,4 +1,4 @@
-"""What a collision is asked to write takes the place of its own earlier files alone."""
+"""Test that outputs of a collision replace only its own earlier files."""
 
 import os
 

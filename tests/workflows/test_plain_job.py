@@ -1,4 +1,4 @@
-"""The shortest script: some twenty commands, which LAMMPS alone runs to the engine's number."""
+"""Test that the shortest script gives the engine's number in LAMMPS."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""Row labels and heads of columns that commands print: `explain` knows each of them."""
+"""Test that `explain` knows the row labels and column heads that commands print."""
 
 import re
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""The result of a collision: JSON without surprises, arrays in a file of their own."""
+"""Test the JSON and the arrays of a collision's result."""
 
 import dataclasses
 import json

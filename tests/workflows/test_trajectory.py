@@ -1,4 +1,4 @@
-"""The motion behind a result, for users of ASE and MDAnalysis."""
+"""Test the motion behind a result, for users of ASE and MDAnalysis."""
 
 import dataclasses
 import pickle

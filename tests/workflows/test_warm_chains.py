@@ -1,4 +1,4 @@
-"""Warm chains by both engines: against the cold number, against each other, and above one."""
+"""Test warm chains in both engines, also with eta above 1."""
 
 import json
 import math

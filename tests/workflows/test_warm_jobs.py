@@ -1,4 +1,4 @@
-"""Warm chains in files: scripted jobs, dumps, and what `analyze` makes of both."""
+"""Test warm chains in scripted jobs and dumps, and their analysis."""
 
 import json
 

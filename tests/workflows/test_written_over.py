@@ -1,4 +1,4 @@
-"""No command writes over what it reads, or over what is none of its own."""
+"""Test that no command overwrites its inputs or files of others."""
 
 import os
 

@@ -1,4 +1,4 @@
-"""Devices and pipes in the place of files, which may never end, are refused at once."""
+"""Test that devices and pipes in place of files, which may never end, are refused at once."""
 
 import os
 import shutil

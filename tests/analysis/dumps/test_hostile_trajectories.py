@@ -1,4 +1,4 @@
-"""Damaged and hostile trajectories for ASE: refused in one line, and nothing in them runs."""
+"""Test that damaged and hostile trajectories for ASE are refused in one line and run no code."""
 
 import os
 import pickle

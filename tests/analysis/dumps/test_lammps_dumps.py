@@ -1,4 +1,4 @@
-"""Dumps that real LAMMPS wrote: by the engine, and by a plain script of a user."""
+"""Test dumps that LAMMPS wrote for the engine and for a user's plain script."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Masses of a dump, of the job or given weigh every number; unknown ones are asked for."""
+"""Test that masses from dump, job or user weight all numbers, or are refused if unknown."""
 
 import contextlib
 import json

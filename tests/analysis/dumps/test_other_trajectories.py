@@ -1,4 +1,4 @@
-"""Trajectories of other programs: read by ASE or MDAnalysis, or refused by name."""
+"""Test that trajectories of other programs are read by ASE or MDAnalysis, or refused by name."""
 
 import contextlib
 import warnings

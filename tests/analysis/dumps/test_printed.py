@@ -1,4 +1,4 @@
-"""Numbers that a script printed, from its log."""
+"""Test the numbers that a script printed into its log."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""Commands of a run: by its logs, which say what variables stand for, else by its scripts."""
+"""Test that the commands of a run are read from its logs, or otherwise from its scripts."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""What MDAnalysis's own reader makes of a dump, as the how-to page says."""
+"""Test that MDAnalysis reads a dump as the how-to page says."""
 
 import numpy as np
 import pytest

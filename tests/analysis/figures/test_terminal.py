@@ -1,4 +1,4 @@
-"""The drawing of one moment in characters says where particles are and how fast they go."""
+"""Test that the picture of a moment in characters shows positions and velocities."""
 
 import numpy as np
 

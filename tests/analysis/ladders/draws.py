@@ -1,4 +1,4 @@
-"""Ladders with errors of known kinds, drawn without a word of the code that judges them."""
+"""Draw ladders with errors of known kinds, without the code that judges them."""
 
 import numpy as np
 from scipy.signal import lfilter

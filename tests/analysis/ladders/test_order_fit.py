@@ -1,4 +1,4 @@
-"""Bounds from means alone."""
+"""Test bounds on the error from means alone."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Standard errors of correlated series."""
+"""Test standard errors of correlated series."""
 
 import numpy as np
 import pytest

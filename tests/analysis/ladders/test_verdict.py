@@ -1,4 +1,4 @@
-"""What is said of an error, on errors that are known."""
+"""Test verdicts on errors that are known."""
 
 import numpy as np
 import pytest

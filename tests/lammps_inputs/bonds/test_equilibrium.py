@@ -1,4 +1,4 @@
-"""The distribution of one bond's strain at a temperature, against closed forms and quadrature."""
+"""Test the thermal distribution of a bond's strain against closed forms and quadrature."""
 
 import math
 from itertools import pairwise

@@ -1,4 +1,4 @@
-"""Bonds by formula: the text and what it may hold, digits, natural length, what is refused."""
+"""Test bonds by formula: allowed text, digits, natural length, and refusals."""
 
 import math
 import pickle

@@ -1,4 +1,4 @@
-"""The series against 60-digit decimal arithmetic, which is an independent implementation."""
+"""Test the series against independent decimal arithmetic with 60 digits."""
 
 import sys
 from decimal import Decimal, localcontext

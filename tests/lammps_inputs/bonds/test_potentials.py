@@ -1,4 +1,4 @@
-"""Potentials: no cancellation, forces as derivatives of energies, the speed scale v*."""
+"""Test potentials: no cancellation, forces as derivatives of energies, the speed scale v*."""
 
 import math
 import sys

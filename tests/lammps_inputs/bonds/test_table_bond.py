@@ -1,4 +1,4 @@
-"""Users' tables: few digits are enough, faults are named, and loops take SciPy's spline."""
+"""Test users' tables: few digits suffice, faults are named, and loops use SciPy's spline."""
 
 import hashlib
 import pickle

@@ -1,4 +1,4 @@
-"""Bonds of users: what is found out about them, and what is refused."""
+"""Test users' bonds: the properties that are derived, and the refusals."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""Cold chains carried out together: each as by itself, whoever else is there."""
+"""Test that chains carried out together give the results of single runs."""
 
 from dataclasses import fields
 

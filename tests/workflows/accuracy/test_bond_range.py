@@ -1,4 +1,4 @@
-"""Ranges of bonds go from the first contact to the last, for both engines."""
+"""Test that ranges of bonds cover the time from first to last contact, for both engines."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Restitution of the reference engine beside a LAMMPS result."""
+"""Test the restitution of the reference engine beside a LAMMPS result."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Calibration: costs that are a machine's, and that foretell the time of a run."""
+"""Test that calibrated costs belong to a machine and predict the time of a run."""
 
 from dataclasses import asdict
 

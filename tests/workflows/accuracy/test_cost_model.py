@@ -1,4 +1,4 @@
-"""The cost model: what it charges for, and where it comes from."""
+"""Test which costs the cost model includes, and where it comes from."""
 
 import json
 import math

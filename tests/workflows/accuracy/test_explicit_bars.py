@@ -1,4 +1,4 @@
-"""Error bars of explicit numerics: they hold, with either wall and any scheme."""
+"""Test that error bars of explicit numerics hold for both walls and every scheme."""
 
 import pytest
 

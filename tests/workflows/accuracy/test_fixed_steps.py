@@ -1,4 +1,4 @@
-"""Error bars of long chains, where contacts that graze hide that steps are too long."""
+"""Test error bars of long chains, in which grazing contacts hide that steps are too long."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""Bonds whose smoothness is not known: error bars that hold, and honest refusals."""
+"""Test bonds of unknown smoothness: error bars hold, and other cases are refused."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""PilotRun: where it helps, and where LAMMPS is left to say what it cannot follow."""
+"""Test when a pilot run is made, and when LAMMPS reports by itself what it cannot follow."""
 
 from dataclasses import replace
 

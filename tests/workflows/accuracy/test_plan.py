@@ -1,4 +1,4 @@
-"""The plan: which solver and which numerics a scene gets, and that runs follow it."""
+"""Test which solver and numerics a scene gets, and that runs follow the plan."""
 
 import json
 

@@ -1,4 +1,4 @@
-"""What several runs of one collision say together: the best of them, and what it errs by."""
+"""Test the best of several runs of a collision, and its error."""
 
 import math
 from dataclasses import replace

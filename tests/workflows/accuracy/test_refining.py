@@ -1,4 +1,4 @@
-"""The one loop for all that is refined: when it goes on, stops, stalls and refuses."""
+"""Test when the loop of refinement continues, stops, stalls and refuses."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""A tolerance in, an error bar out: met, honest, and no tighter than it costs."""
+"""Test that a tolerance is met by an honest error bar at low cost."""
 
 import math
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""What three runs tell of the error of a step, and where they tell nothing."""
+"""Test what three runs prove about the error of a step, and when they prove nothing."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""The bar of a tabulated bond holds what its rows and digits leave open of the function itself."""
+"""Test that the error bar covers what rows and digits of a bond table leave open."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""A collision takes no longer than it may, and what it has by then is the answer."""
+"""Test that a collision keeps its time limit and returns what it has by then."""
 
 import contextlib
 import time

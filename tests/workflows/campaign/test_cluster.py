@@ -1,4 +1,4 @@
-"""A Dask cluster: the same results as the processes of one machine, and clear ends."""
+"""Test that a Dask cluster gives the results of local processes, and ends clearly."""
 
 import json
 import signal

@@ -1,4 +1,4 @@
-"""Many collisions: the same numbers as one by one, on any number of workers, honest bars."""
+"""Test that many collisions give the numbers of single ones, on any number of workers."""
 
 import json
 import re

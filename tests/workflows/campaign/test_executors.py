@@ -1,4 +1,4 @@
-"""Executors of users: the same results as new processes give, and clear ends."""
+"""Test that users' executors give the results of new processes, and end clearly."""
 
 import multiprocessing
 import os

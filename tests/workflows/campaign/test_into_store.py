@@ -1,4 +1,4 @@
-"""Sweeps: only what is missing, whatever dies on the way."""
+"""Test that sweeps compute only missing results, whatever dies on the way."""
 
 import itertools
 import os

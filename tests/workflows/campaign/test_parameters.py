@@ -1,4 +1,4 @@
-"""Parameters of a formula as axes of a sweep, and as columns of its store."""
+"""Test parameters of a formula as axes of a sweep and as columns of its store."""
 
 import json
 

@@ -1,4 +1,4 @@
-"""Processes of which any may die: each death costs the one task it had."""
+"""Test that the death of a worker process costs only the task that it had."""
 
 import gc
 import os

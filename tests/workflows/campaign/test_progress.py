@@ -1,4 +1,4 @@
-"""What a run shows on a terminal while it takes long."""
+"""Test what a long run shows on a terminal."""
 
 import contextlib
 import time

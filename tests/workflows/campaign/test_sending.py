@@ -1,4 +1,4 @@
-"""What cannot be pickled is refused in the same words, wherever it was to be sent."""
+"""Test that objects that cannot be pickled are refused with one message for all destinations."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""Parts of a sweep for job arrays: disjoint, complete, alike."""
+"""Test that the parts of a sweep for job arrays are disjoint, complete and equal in size."""
 
 from collections import Counter
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Sweeps from Python: a row for each point, in order."""
+"""Test that sweeps from Python give one row for each point, in order."""
 
 import sys
 

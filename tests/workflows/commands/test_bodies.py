@@ -1,4 +1,4 @@
-"""Sweeps and plots over masses, targets and contacts."""
+"""Test sweeps and plots over masses, targets and contacts."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""The command line as a whole: statuses, help, and never a traceback."""
+"""Test the command line as a whole: statuses, help, and no traceback."""
 
 import importlib
 import json

@@ -1,4 +1,4 @@
-"""``chaincor doctor``: yes and status 0, or no, status 1 and what to do."""
+"""Test ``chaincor doctor``: yes and status 0, or no, status 1 and a remedy."""
 
 import json
 import os

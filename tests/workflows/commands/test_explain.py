@@ -1,4 +1,4 @@
-"""Words that results print, and errors, explained by the program itself."""
+"""Test that the program explains the words in results, and its errors."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""``chaincor inputs``: files where they were asked for, one line for what is wrong."""
+"""Test that ``chaincor inputs`` writes the requested files, or one line about an error."""
 
 import pytest
 

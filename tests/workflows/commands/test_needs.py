@@ -1,4 +1,4 @@
-"""What doctor says a command needs is what the command loads."""
+"""Test that doctor lists the libraries that each command loads."""
 
 import ast
 import json

@@ -1,4 +1,4 @@
-"""What a user gives is used, or refused by name: keys and options that were passed over."""
+"""Test that every key and option is used or refused by name."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""chaincor plot draws one curve for each scene, and averages none."""
+"""Test that chaincor plot draws one curve for each scene and averages none."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""``chaincor run``: the JSON contract, options that win over files, one line for what is wrong."""
+"""Test ``chaincor run``: the JSON contract, options that override files, one line per error."""
 
 import contextlib
 import json

@@ -1,4 +1,4 @@
-"""``chaincor run --samples``: what is printed, and what is refused."""
+"""Test the output and the refusals of ``chaincor run --samples``."""
 
 import json
 

@@ -1,4 +1,4 @@
-"""chaincor sweep, show, plot and store as a user meets them."""
+"""Test chaincor sweep, show, plot and store as users run them."""
 
 import json
 

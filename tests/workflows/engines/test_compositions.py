@@ -1,4 +1,4 @@
-"""Compositions: symmetric, of weight one, and of the order they claim on a pendulum."""
+"""Test that compositions are symmetric, have weight one, and have their order on a pendulum."""
 
 import math
 

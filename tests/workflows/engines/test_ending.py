@@ -1,4 +1,4 @@
-"""The end of a collision, against states that are known and runs that went on."""
+"""Test the end of a collision against known states and longer runs."""
 
 import math
 

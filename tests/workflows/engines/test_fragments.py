@@ -1,4 +1,4 @@
-"""What keeps the pieces of a broken chain apart, against minimisation and against the judge."""
+"""Test the barrier between fragments of a chain against minimisation and the judge."""
 
 import math
 

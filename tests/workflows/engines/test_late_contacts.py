@@ -1,4 +1,4 @@
-"""Collisions whose last contact comes after long silence, and ends that stay open."""
+"""Test collisions with a late last contact, and ends that stay open."""
 
 from dataclasses import replace
 

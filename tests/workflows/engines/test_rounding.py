@@ -1,4 +1,4 @@
-"""The digits of a number that rounding leaves."""
+"""Test how many digits of a number rounding leaves."""
 
 from dataclasses import replace
 

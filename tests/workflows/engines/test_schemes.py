@@ -1,4 +1,4 @@
-"""Extrapolated steps: as many rows of Verlet steps as their order needs, and weights that fit."""
+"""Test the number of Verlet rows and the weights of extrapolated steps."""
 
 from fractions import Fraction
 from typing import get_args

@@ -1,4 +1,4 @@
-"""Compiled loops come back to Python, where signals are heard, and go on as if they had not."""
+"""Test that compiled loops return to Python for signals and continue without a change."""
 
 import signal
 import subprocess

@@ -1,4 +1,4 @@
-"""A job's dump analysed from Python, as the command does it."""
+"""Test that Python analyses a job's dump as the command does."""
 
 import json
 

@@ -1,4 +1,4 @@
-"""The first cell of a lesson: a new folder each time, and commands that the shell finds."""
+"""Test the first cell of a lesson: a new folder, and a shell that finds commands."""
 
 import os
 import shutil

@@ -1,4 +1,4 @@
-"""Every exercise knows its answer, and tells apart the usual ways to go wrong."""
+"""Test that every exercise knows its answer and tells usual mistakes apart."""
 
 import math
 import sys

@@ -1,4 +1,4 @@
-"""Right answers in odd forms are right, and no wrong one is accused of another mistake."""
+"""Test that right answers in odd forms are right, and that mistakes are named correctly."""
 
 import math
 from fractions import Fraction

@@ -1,4 +1,4 @@
-"""The lessons as notebooks: made from their pages, and run from a clean kernel."""
+"""Test that lessons become notebooks and run from a new kernel."""
 
 import base64
 import json

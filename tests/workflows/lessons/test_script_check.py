@@ -1,4 +1,4 @@
-"""Students' scripts: faults are named part by part, and LAMMPS judges the rest."""
+"""Test that faults in students' scripts are named, and that LAMMPS judges the rest."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""Figures and files as a page shows them."""
+"""Test figures and files as a page shows them."""
 
 import base64
 

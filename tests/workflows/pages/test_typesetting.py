@@ -1,4 +1,4 @@
-"""What numbers look like to a reader."""
+"""Test how numbers look to a reader."""
 
 import pytest
 

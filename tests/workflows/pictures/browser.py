@@ -1,4 +1,4 @@
-"""A headless Chromium, spoken to over a pipe in its DevTools protocol: no driver is needed."""
+"""Control a headless Chromium over a pipe by its DevTools protocol, without a driver."""
 
 import base64
 import contextlib

@@ -1,4 +1,4 @@
-"""Thirty scenes for the live page, and what the reference engine makes of them."""
+"""Provide thirty scenes for the live page, with the results of the reference engine."""
 
 from functools import cache
 from typing import Any

@@ -1,4 +1,4 @@
-"""Pictures of a free target, of unequal masses and of soft bodies."""
+"""Test pictures of a free target, of unequal masses and of soft bodies."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""The kernel of the live page under Node: bonds, modes, draws and collisions as the program's."""
+"""Test the kernel of the live page under Node against the program."""
 
 import json
 import math

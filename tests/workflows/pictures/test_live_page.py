@@ -1,4 +1,4 @@
-"""The live page: self-contained, labelled, legible; in a browser it computes what collide does."""
+"""Test that the live page is self-contained and legible, and computes what collide computes."""
 
 import json
 import re

@@ -1,4 +1,4 @@
-"""Frames for pictures, and the moving picture that `run --animate` writes."""
+"""Test the frames for pictures, and the animation of `run --animate`."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""`run --watch` plays the collision in a terminal, and nowhere else."""
+"""Test that `run --watch` shows the collision in a terminal and nowhere else."""
 
 import io
 

@@ -1,4 +1,4 @@
-"""Verdicts follow from the margins, and from nothing else."""
+"""Test that verdicts follow from the margins alone."""
 
 import math
 import re

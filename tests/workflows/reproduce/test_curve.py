@@ -1,4 +1,4 @@
-"""Curves of points: exact laws and minima come back exactly, scatter gives its textbook error."""
+"""Test that fits of curves return exact laws and minima, and textbook errors for scatter."""
 
 from dataclasses import replace
 from functools import partial

@@ -1,4 +1,4 @@
-"""Where the lost energy sits, and the pieces of broken chains, against sums and another method."""
+"""Test the forms of the lost energy and the fragments of chains by another method."""
 
 import math
 from dataclasses import replace

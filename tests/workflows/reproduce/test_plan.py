@@ -1,4 +1,4 @@
-"""Both plans hold what the paper's figures need."""
+"""Test that both plans have the scenes for the paper's figures."""
 
 from itertools import product
 

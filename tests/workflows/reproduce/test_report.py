@@ -1,4 +1,4 @@
-"""The report is complete, stands alone, and is not computed twice."""
+"""Test that the report is complete, self-contained, and computed only once."""
 
 import csv
 import json

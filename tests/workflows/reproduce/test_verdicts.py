@@ -1,4 +1,4 @@
-"""Verdicts are computed from the data: wrong physics or a crude wall turns them red."""
+"""Test that wrong physics or a crude wall makes verdicts fail."""
 
 from dataclasses import replace
 from functools import partial

@@ -1,4 +1,4 @@
-"""The bottom line: one step for all numbers, crashed rungs, causes, and advice to carry out."""
+"""Test the bottom line: one step for all numbers, crashed rungs, causes, and advice."""
 
 import json
 import re

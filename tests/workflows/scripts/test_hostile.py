@@ -1,4 +1,4 @@
-"""Nothing that stands in an option becomes a command, and every refusal is one line."""
+"""Test that no option becomes a command, and that every refusal is one line."""
 
 import contextlib
 import random

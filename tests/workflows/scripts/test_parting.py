@@ -1,4 +1,4 @@
-"""Runs that differ in roundings: a liquid's part when Lyapunov says, a crystal's do not."""
+"""Test runs that differ by roundings: runs of a liquid part, runs of a crystal do not."""
 
 import math
 

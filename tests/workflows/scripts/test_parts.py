@@ -1,4 +1,4 @@
-"""Ladders, patterns and script texts, one by one."""
+"""Test ladders, patterns and script texts separately."""
 
 import numpy as np
 import pytest

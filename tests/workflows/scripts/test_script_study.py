@@ -1,4 +1,4 @@
-"""Studies of scripts by the real lmp command."""
+"""Test studies of scripts by the real lmp command."""
 
 import hashlib
 import json

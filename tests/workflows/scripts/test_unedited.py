@@ -1,4 +1,4 @@
-"""Scripts that nobody edited: time is kept, dumps are left out, and what counts steps is told."""
+"""Test unedited scripts: time is kept, dumps are left out, step counts are reported."""
 
 import json
 

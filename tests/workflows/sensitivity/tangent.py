@@ -1,4 +1,4 @@
-"""What becomes of a small change of a state, in NumPy: the reference of the derivatives' loops."""
+"""Follow a small change of a state in NumPy, as a reference for the derivatives' loops."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Derivatives of eta: adjoint against tangent, both against differences of whole collisions."""
+"""Test derivatives of eta against the tangent motion and against differences."""
 
 import json
 import math

@@ -1,4 +1,4 @@
-"""Results that show themselves: text, a table of HTML, pictures on the axes one gives."""
+"""Test results as text, as an HTML table, and as pictures on given axes."""
 
 import dataclasses
 import io

@@ -1,4 +1,4 @@
-"""What a store has of masses, targets and contacts: in any store, old or new."""
+"""Test masses, targets and contacts in old and new stores."""
 
 import contextlib
 import dataclasses

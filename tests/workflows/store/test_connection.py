@@ -1,4 +1,4 @@
-"""Files that cannot be used as stores, full disks, and several writers at once."""
+"""Test files that are no stores, full disks, and several writers at once."""
 
 import contextlib
 import multiprocessing

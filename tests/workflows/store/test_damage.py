@@ -1,4 +1,4 @@
-"""A damaged store is refused in one line by every command that reads it; none replaces a file."""
+"""Test that every command refuses a damaged store in one line and replaces no file."""
 
 import contextlib
 import sqlite3

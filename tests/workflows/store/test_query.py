@@ -1,4 +1,4 @@
-"""Merging stores, asking them, exporting them."""
+"""Test merging, querying and exporting stores."""
 
 import contextlib
 import sys

@@ -1,4 +1,4 @@
-"""The results store: one row a collision, the smaller error stays."""
+"""Test the results store: one row per collision, with the smallest error."""
 
 import numpy as np
 import pytest

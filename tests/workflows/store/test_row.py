@@ -1,4 +1,4 @@
-"""The one rule for which of two stored results stays, by itself and wherever it is asked."""
+"""Test the rule that decides which of two stored results is kept."""
 
 import functools
 import itertools

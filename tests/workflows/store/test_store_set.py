@@ -1,4 +1,4 @@
-"""Several stores that are read as one: shards, copies, and rows that they share."""
+"""Test several stores that are read as one: shards, copies, and common rows."""
 
 import shutil
 

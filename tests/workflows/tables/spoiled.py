@@ -1,5 +1,5 @@
 """
-Tables of known functions, sound and spoiled in 16 ways, judged against the functions.
+Spoil tables of known functions in 16 ways, and judge them against the functions.
 
 Run: python -m tests.workflows.tables.spoiled [--tolerance 0.01] [--seed 1] [--kind KIND]
 

@@ -1,4 +1,4 @@
-"""Tables of known functions, good and spoilt: what is told, and that nothing good is refused."""
+"""Test good and spoiled tables of known functions; no good table is refused."""
 
 import json
 import re

@@ -1,4 +1,4 @@
-"""Faults of real files: what is named, what LAMMPS itself says, and how reports show themselves."""
+"""Test faults of real files against LAMMPS's messages, and how reports are shown."""
 
 import json
 import re

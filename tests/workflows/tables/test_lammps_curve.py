@@ -1,4 +1,4 @@
-"""The model of LAMMPS's tables against the installed LAMMPS."""
+"""Test the model of LAMMPS's tables against the installed LAMMPS."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Spoiled tables of known functions: none is called good whose force in LAMMPS is wrong."""
+"""Test that no spoiled table with a wrong force in LAMMPS is called good."""
 
 import pytest
 

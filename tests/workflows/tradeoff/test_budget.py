@@ -1,4 +1,4 @@
-"""The oracles that lack one source of error each, and the budget made of them."""
+"""Test the runs that lack one source of error, and the budget from them."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Figures of the study of accuracy: what is drawn is what was measured, and nothing covers it."""
+"""Test that figures of the study show the measured values, and that nothing covers them."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""What is taken from a study: promises, the Pareto front, the cheapest setting, the advice."""
+"""Test promised errors, the Pareto front, the cheapest setting, and the advice."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""What a study compares, and how its steps carry over to other scenes."""
+"""Test the settings of a study, and how their steps carry over to other scenes."""
 
 import pytest
 

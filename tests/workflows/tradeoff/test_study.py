@@ -1,4 +1,4 @@
-"""A whole study, on a chain so short that it takes seconds."""
+"""Test a whole study of a chain so short that it takes seconds."""
 
 import csv
 import json

@@ -1,4 +1,4 @@
-"""A user's own integrator of two bodies, which gets them as one line of particles."""
+"""Test a user's integrator of two bodies, which gets one line of particles."""
 
 import json
 

@@ -1,4 +1,4 @@
-"""Who is right: agreement where both are, and wrong integrators caught."""
+"""Test that right integrators agree and wrong ones are found."""
 
 import json
 from dataclasses import replace

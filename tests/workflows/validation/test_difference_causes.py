@@ -1,4 +1,4 @@
-"""Causes of a difference, and the template of an integrator: mistakes made in it are named."""
+"""Test that mistakes made in the template of an integrator are named."""
 
 import json
 

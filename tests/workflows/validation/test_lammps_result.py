@@ -1,4 +1,4 @@
-"""LAMMPS results of the user's own against the in-house judge, and the order of a user's steps."""
+"""Test users' LAMMPS results against the reference engine, and the order of users' steps."""
 
 import json
 

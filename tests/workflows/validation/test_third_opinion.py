@@ -1,4 +1,4 @@
-"""A third opinion: ASE and SciPy, which share nothing with either engine but the potentials."""
+"""Test both engines against ASE and SciPy, which share only the potentials."""
 
 import numpy as np
 import pytest

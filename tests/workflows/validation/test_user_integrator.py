@@ -1,4 +1,4 @@
-"""A user's own integrator: what it may return, and one line for whatever it does wrong."""
+"""Test what a user's integrator may return, and one line for every fault."""
 
 import numpy as np
 import pytest

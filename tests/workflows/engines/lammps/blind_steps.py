@@ -1,4 +1,4 @@
-"""Compare Verlet runs that are blind between contacts with runs that ask for the wall every step.
+"""Compare Verlet runs without wall checks between contacts with runs that check every step.
 
 Random scenes of all potentials, short and long, slow and fast, with fine and very coarse steps and
 both walls. Contacts, their times and speeds, the final state and the end must be the same to the

@@ -1,4 +1,4 @@
-"""Columns of beads by LAMMPS's granular styles: engine, jobs, and the order of their steps."""
+"""Test columns of beads in LAMMPS's granular styles: engine, jobs, order of the steps."""
 
 import subprocess
 

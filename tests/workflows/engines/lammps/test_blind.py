@@ -1,4 +1,4 @@
-"""Running blind between contacts changes nothing, to the last bit."""
+"""Test that runs without wall checks between contacts change no bit."""
 
 from contextlib import contextmanager
 

@@ -1,4 +1,4 @@
-"""What LAMMPS makes of a table: read back from LAMMPS, and wrong where the table is wrong."""
+"""Test that LAMMPS's version of a table is read back, and is wrong where the table is wrong."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""The LAMMPS engine against the published reference values, and the identities of a collision."""
+"""Test the LAMMPS engine against published values and the identities of a collision."""
 
 import sys
 from dataclasses import replace

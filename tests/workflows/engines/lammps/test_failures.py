@@ -1,4 +1,4 @@
-"""Every failure has a name and one line that says what to do."""
+"""Test that each failure has a name and one line that says what to do."""
 
 import importlib.machinery
 import importlib.util

@@ -1,4 +1,4 @@
-"""Bonds that change over to the far table, and several runs in one LAMMPS instance."""
+"""Test bonds that change to the far table, and several runs in one LAMMPS instance."""
 
 from dataclasses import replace
 

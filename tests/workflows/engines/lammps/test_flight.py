@@ -1,4 +1,4 @@
-"""When particle 1 crosses the wall within a composed step."""
+"""Test the time at which particle 1 crosses the wall within a composed step."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Two bodies in LAMMPS: unequal masses, free targets, soft contacts and given initial states."""
+"""Test two bodies in LAMMPS: unequal masses, free targets, soft contacts, initial states."""
 
 import math
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""The fitted order of the error of eta is the order each composition declares."""
+"""Test that the error of eta has the declared order of each composition."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Steps in LAMMPS by heavier or lighter particles, against their parts by other timesteps."""
+"""Test LAMMPS steps with other masses against steps composed of other time steps."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""The adaptive engine: agreement with stepping, extremes of compression, errors within accuracy."""
+"""Test the adaptive engine: agreement with stepping, extreme compression, errors."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Many collisions side by side: the motion of single ones, at the same step."""
+"""Test that collisions in a batch have the motion of single collisions at the same step."""
 
 import numpy as np
 import pytest

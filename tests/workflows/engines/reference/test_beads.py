@@ -1,4 +1,4 @@
-"""Beads that only push: known losses, the scaling law, the proved end, and other integrators."""
+"""Test beads that only push: known losses, scaling law, proved end, other integrators."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Long chains on several cores: the same to the last bit, however they are cut into blocks."""
+"""Test that long chains on several cores are equal to the last bit for every division."""
 
 from concurrent.futures import ThreadPoolExecutor
 

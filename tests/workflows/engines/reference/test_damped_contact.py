@@ -1,4 +1,4 @@
-"""A contact law with damping, in both methods of the reference engine."""
+"""Test a contact law with damping in both methods of the reference engine."""
 
 from dataclasses import dataclass, replace
 from typing import NamedTuple

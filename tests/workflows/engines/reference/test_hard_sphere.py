@@ -1,4 +1,4 @@
-"""The hard-sphere limit against naive event-driven spheres and against the bonds themselves."""
+"""Test the hard-sphere limit against event-driven spheres and against the bonds."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""The loops: compiled against NumPy, kept on disk without mixing potentials, contacts found."""
+"""Test the loops: compiled against NumPy, cached per potential, with all contacts found."""
 
 import os
 import subprocess

@@ -1,4 +1,4 @@
-"""Two bodies on a line: known values, invariances, balances, soft contacts, and their ends."""
+"""Test two bodies on a line: known values, invariances, balances, soft contacts, ends."""
 
 import json
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Looking ahead: results stay what they are, and the policy says when nothing has been said."""
+"""Test that looking ahead changes no result, and test its policy."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""The modal propagator against stepping, against high precision, and against what is known."""
+"""Test the modal propagator against stepping, high precision and known values."""
 
 import math
 

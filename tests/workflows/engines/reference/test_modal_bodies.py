@@ -1,4 +1,4 @@
-"""Exact collisions of two harmonic bodies: against 50 digits, and against what is known."""
+"""Test exact collisions of two harmonic bodies against 50 digits and known values."""
 
 import json
 import math

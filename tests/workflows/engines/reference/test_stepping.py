@@ -1,4 +1,4 @@
-"""The stepping engine: known values, orders, reversal, rounding floor, and its named failures."""
+"""Test the stepping engine: known values, orders, reversal, rounding, named failures."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""The largest overlap, which the loops of the reference engine follow."""
+"""Test the largest overlap, which the loops of the reference engine follow."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""What is said of the points themselves: which comparisons prove little, what has none."""
+"""Test the statements on points: comparisons that prove little, and points without one."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""Hard spheres, event by event, against what sorting velocities must give."""
+"""Test hard spheres, event by event, against sorted velocities."""
 
 from fractions import Fraction
 

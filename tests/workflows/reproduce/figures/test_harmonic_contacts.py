@@ -1,4 +1,4 @@
-"""Claims on the harmonic chain of 500, from the exact propagator, and from eq. (7) alone."""
+"""Test claims on the harmonic chain of 500 by the exact propagator and eq. (7)."""
 
 import numpy as np
 import pytest

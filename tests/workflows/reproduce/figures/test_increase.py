@@ -1,4 +1,4 @@
-"""Powers of the increase: one range for all, and the limit of low speed apart from it."""
+"""Test powers of the increase over one common range and in the limit of low speed."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Claims on eta against speed: made-up curves whose answers are known."""
+"""Test claims on eta against speed by artificial curves with known answers."""
 
 import math
 from dataclasses import replace

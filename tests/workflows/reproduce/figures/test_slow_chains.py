@@ -1,4 +1,4 @@
-"""Slow chains on one curve: which chains count, and what is said of C, bond by bond."""
+"""Test which slow chains count on the common curve, and the C of each bond."""
 
 import pytest
 

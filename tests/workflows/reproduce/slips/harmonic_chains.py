@@ -1,4 +1,4 @@
-"""Slips of the paper's sections I and II, harmonic chains: each with a check computed anew."""
+"""Check the slips of the paper's sections I and II, on harmonic chains."""
 
 import math
 from collections.abc import Callable

@@ -1,4 +1,4 @@
-"""Slips of the paper's section III, nonlinear chains: each with a check computed anew."""
+"""Check the slips of the paper's section III, on nonlinear chains."""
 
 import math
 from collections.abc import Callable

@@ -1,4 +1,4 @@
-"""One slip of the paper, with the check of it."""
+"""Define a slip of the paper and its check."""
 
 from dataclasses import dataclass
 from enum import StrEnum

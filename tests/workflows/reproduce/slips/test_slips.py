@@ -1,5 +1,5 @@
 """
-Every slip's check comes out as said, and the page about them is the one they make.
+Test that every slip's check gives its statement, and that the page of slips is current.
 
 ``python -m tests.workflows.reproduce.slips.test_slips`` writes the page anew.
 """

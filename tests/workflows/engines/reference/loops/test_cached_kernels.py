@@ -1,4 +1,4 @@
-"""Compiled loops kept as object code: found, trusted, and told apart."""
+"""Test that cached object code of compiled loops is found, trusted and kept apart."""
 
 import ctypes
 import math

@@ -1,4 +1,4 @@
-"""A loop that another process compiles while one is compiled here."""
+"""Test a loop that another process compiles at the same time."""
 
 import os
 
