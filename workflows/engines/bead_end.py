@@ -1,4 +1,4 @@
-"""Proof that beads which only push never touch their target again, from one state."""
+"""Prove from one state that beads never touch their target again."""
 
 import numpy as np
 
@@ -8,11 +8,11 @@ from chaincor.lammps_inputs.line import Line
 
 def bodies_part(line: Line, potential: float, gap: float, velocities: Array) -> bool:
     """
-    Return whether the bodies, which are `gap` apart, are proved to have parted for ever.
+    Return whether it is proved that bodies at a distance `gap` never touch again.
 
-    `velocities` are those along x, of shape (N,), and `potential` is at least the energy of all
-    overlaps within bodies. The proof is that of :mod:`.reference.bead_loops`: no bead leaves
-    velocities w that rise along x by more than the energy of the motion relative to w allows.
+    `velocities` are along x, of shape (N,). `potential` is an upper bound on the energy of all
+    overlaps within the bodies. :mod:`.reference.bead_loops` has the proof: energy limits how far
+    the velocity of a bead can differ from velocities w that rise along x.
     """
     if gap < 0.0:
         return False
@@ -20,7 +20,7 @@ def bodies_part(line: Line, potential: float, gap: float, velocities: Array) -> 
     v, masses = velocities[first:], line.masses[first:]
     low = np.minimum.accumulate(v[::-1])[::-1]
     high = np.maximum.accumulate(v)
-    if line.rigid:  # the wall stays
+    if line.rigid:  # a rigid wall does not move
         low, high = np.maximum(low, 0.0), np.maximum(high, 0.0)
     rising = 0.5 * (low + high)
     energy = 0.5 * float(masses @ (v - rising) ** 2) + potential

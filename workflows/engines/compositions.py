@@ -37,11 +37,11 @@ _HALVES: dict[Scheme, tuple[float, ...]] = {
 
 @dataclass(frozen=True)
 class Composition:
-    """A palindromic sequence of Verlet steps w_k H."""
+    """Palindromic sequence of Verlet steps w_k H."""
 
     name: Scheme  #: Name of the scheme in scenes.
     order: int  #: Order of the error of one run against H.
-    weights: tuple[float, ...]  #: w_k, in the order in which the steps are taken; they sum to 1.
+    weights: tuple[float, ...]  #: Weights w_k in the order of the steps; their sum is 1.
 
 
 def _compose(name: Scheme) -> Composition:

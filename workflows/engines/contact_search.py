@@ -1,15 +1,16 @@
 r"""
-Contact search of both engines: the time within a step at which the gap closes, to rounding.
+Find the time within a step at which the gap closes, to rounding, for both engines.
 
 The path of particle 1 over a step, x(s) for 0 <= s <= H, is the path of the composed map itself,
-:math:`x(s) = x_1(\Phi_s(z))`, so a contact is located to rounding at any order. At most as many
-particles as the map has stages can act on particle 1 within one step, and the search moves only
-these.
+:math:`x(s) = x_1(\Phi_s(z))`, so a contact is located to rounding at any order. Within one step,
+only as many particles as the map has stages can act on particle 1. The search moves only these
+particles.
 
 The search starts from the quintic that fits position, velocity and acceleration at both ends. Its
-Bernstein coefficients change sign at least as often as it has roots (Descartes' rule). No change
-means no contact and one change exactly one contact; with more changes, the step is halved until one
-of these cases holds. A departure from the wall at s = 0 does not count, because zeros have no sign.
+Bernstein coefficients change sign at least as often as it has roots (Descartes' rule). Without a
+sign change there is no contact; with one, there is exactly one contact. With more, the step is
+halved until one of these cases holds. A departure from the wall at s = 0 does not count, because
+zeros have no sign.
 """
 
 from collections.abc import Callable, Sequence
@@ -68,7 +69,7 @@ def count_sign_changes(start: PathPoint, end: PathPoint, step: float) -> int:
 
 def first_root(coefficients: Sequence[float] | Array, end: float) -> float:
     """
-    Return the first zero of a polynomial that starts positive, by steps that cannot pass it.
+    Return the first zero of a polynomial that starts positive, by steps that cannot pass a zero.
 
     From x > 0 with slope v and a bound B on the curvature, no zero is nearer than the positive root
     of x + v d - B d^2/2; near a zero this is Newton's step. The coefficients belong to rising
@@ -121,7 +122,7 @@ def narrow(
     low: float, high: float, time: float, point: PathPoint
 ) -> tuple[float, float, float, bool]:
     """
-    Take one step towards the zero of a path between two times; `point` is the path at `time`.
+    Take one step towards the zero of a path between two times; `point` is the point at `time`.
 
     Return narrower bounds, a better time within them, and whether this time is the zero to
     rounding.
@@ -166,7 +167,7 @@ SEARCH_FIELDS = [
 
 class SearchSteps(NamedTuple):
     """
-    Parts of a search, which requests one point of a path after the other.
+    Functions of a search, which requests the points of a path one by one.
 
     The ledger holds the state of the search, see `SEARCH_FIELDS`.
     """

@@ -1,4 +1,4 @@
-"""Search for the end of a collision, and the time for which a collision is followed."""
+"""Search for the end of a collision, and limit the time for which a collision is followed."""
 
 import math
 from collections.abc import Sequence
@@ -50,7 +50,7 @@ LOOK_GROWTH = 1.4
 
 
 def longest_collision(particles: int, stiffness: float, last_contact: float) -> float:
-    """Return the time after the first contact after which an end that is not argued is open."""
+    """Return the time since the first contact from which an end that is not argued is open."""
     crossing = (particles + 5.0) / stiffness**0.5
     followed = FOLLOWED_TIMES * last_contact + LEAST_CROSSINGS * crossing
     return min(followed, MOST_CROSSINGS * crossing)
@@ -108,11 +108,11 @@ def _share(first: float, second: float) -> float:
 
 class EndWatch:
     """
-    Search for the end of a collision, with a memory of how long the end has been argued.
+    Search for the end of a collision; it records how long the end has been argued.
 
-    `particles` is their number in the chain. `stiffness` is U''(1) over the mean mass, by default
-    the stiffness of the bond. `risk_allowed` is the risk of a return below which an end is argued
-    after a sound round trip.
+    `particles` is the number of particles of the chain. `stiffness` is U''(1) over the mean mass,
+    by default the stiffness of the bond. `risk_allowed` is the risk of a return below which an end
+    is argued after a sound round trip.
     """
 
     def __init__(
@@ -139,8 +139,8 @@ class EndWatch:
         Return the end of the collision, or None if the bodies must be followed further.
 
         No contact comes if neither body returns to a plane between them, whatever the position and
-        speed of this plane. `bodies` are the chain, and a target if it is free; the times are now
-        and the time of the last contact so far.
+        speed of this plane. `bodies` are the chain and, if it is free, the target. The times are
+        the present time and the time of the last contact so far.
         """
         bond = self._bond
         if last_contact != self._last_contact:
@@ -214,7 +214,7 @@ class EndWatch:
         return max(longest, self._arrival)
 
     def next_look(self, now: float, last_contact: float) -> float:
-        """Return the time of the next look: seldom, but not after an argument becomes complete."""
+        """Return the time of the next look, no later than an argument may be complete."""
         later = last_contact + LOOK_GROWTH * (now - last_contact)
         argued = self._calm_since + self._quiet * (1.0 + 1e-12)
         calm = self._calm_since < now

@@ -1,7 +1,7 @@
 r"""
-End of a collision: evidence that no further contact comes, or the risk of one.
+Judge whether a collision is over, from the evidence that no further contact comes.
 
-The restitution belongs to the limit of long times, so a late contact counts like any other. To
+The restitution is defined in the limit of long times, so late contacts count as well. To
 judge a state, the chain is cut into fragments that stay apart (see ``fragments``), and the first
 fragment is examined. Particle 1 can be at the wall only if the bonds of this fragment stretch as
 far as its mean has moved. To hit the wall, the particle must move against the mean:
@@ -70,7 +70,7 @@ class Ending:
 
     def doubted(self, momentum: float) -> "Ending":
         """
-        Return the end if late contacts of some momentum, 0 for none, are in doubt.
+        Return the end if late contacts with a given momentum, or 0 for no contacts, are in doubt.
 
         Nearly equal motions disagree on these contacts. The end is open if the contacts could give
         more than the momentum that is already missing.
@@ -101,7 +101,7 @@ def return_risk(pieces: Fragments, bond: Potential) -> float:
         return pieces.return_risk
     breaking = breaking_energy(bond)
     if free < breaking or displacement < reach(bond, PAID * breaking, lever):
-        return 1.0  # not far enough yet: no bond need break
+        return 1.0  # particle 1 can still be at the wall without breaking a bond
     alone = escape_risk(bond, energy, lever, speed, VIBRATIONS * float(pieces.sizes.sum()))
     return min(1.0, pieces.return_risk + alone)
 
@@ -110,9 +110,9 @@ def approach(*bodies: Fragments) -> float:
     r"""
     Return the largest impulse at the wall on a first fragment that approaches it.
 
-    At most it leaves with all its energy: :math:`m |V| + \sqrt{2 m (I + m V^2/2)}`. For two bodies,
-    the chain and a free target, m is the reduced mass of the first fragments, V their relative
-    velocity and I the sum of their internal energies.
+    The bound is reached if it leaves with all its energy: :math:`m |V| + \sqrt{2 m (I + m V^2/2)}`.
+    For two bodies, the chain and a free target, m is the reduced mass of the first fragments, V
+    their relative velocity and I the sum of their internal energies.
     """
     masses = [float(pieces.weights[0]) for pieces in bodies]
     mass = masses[0] if len(masses) == 1 else 1.0 / sum(1.0 / each for each in masses)

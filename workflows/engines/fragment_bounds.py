@@ -1,5 +1,5 @@
 r"""
-Bounds on one fragment of a chain: the reach of its end particle, and the risk of its ejection.
+Bound the reach of the end particle of a fragment, and estimate the risk of its ejection.
 
 Inside a fragment, the end particle is displaced from its place relative to the mean by :math:`D =
 \sum_i w_i s_i`, where :math:`w_i` is the share of the mass beyond bond i; with equal masses
@@ -35,7 +35,7 @@ def breaking_energy(bond: Potential) -> float:
 
 
 class Lever(NamedTuple):
-    """Lever of the bonds of a fragment on one of its end particles, against the mean."""
+    """Leverage of the bonds of a fragment on the distance of an end particle from the mean."""
 
     particles: int  #: Number of particles of the fragment.
     #: Sum of the weights w_i.
@@ -102,7 +102,7 @@ def _extent(bond: Potential, energy: float) -> tuple[float, float]:
     lowest, longest = bond.strain_range(energy)
     strains = np.linspace(lowest, longest, 66)
     strains = strains[strains != 0.0]
-    with np.errstate(divide="ignore"):  # a bond compressed to nothing
+    with np.errstate(divide="ignore"):  # a bond of zero length
         softest = 2.0 * float(np.min(bond.energy(strains) / strains**2))
     return longest, min(bond.stiffness, softest)
 
@@ -113,13 +113,13 @@ def escape_risk(
     r"""
     Return the estimated probability that a fragment ejects its end particle with a speed.
 
-    This needs the energy :math:`E^* = U(\infty) + \frac12 u^2 \frac{m_1 M}{M - m_1}` with the
-    masses :math:`m_1` of the particle and M of the fragment. Less energy is a proof. More energy is
-    judged like unimolecular decay. The energy I is shared freely by m - 1 vibrations, and one of
-    them has E* or more with the probability :math:`(1 - E^*/I)^{m-2}`, at each vibration. A
-    fragment that decays at all does so with this energy in :math:`((I - E^*)/(I -
-    U(\infty)))^{m-2}` of the cases, and cools. Over a barrier, beyond which a bond gains energy
-    without bound, :math:`E^*` is the barrier alone, whatever the speed. If nothing binds the
+    An ejection needs the energy :math:`E^* = U(\infty) + \frac12 u^2 \frac{m_1 M}{M - m_1}` with
+    the masses :math:`m_1` of the particle and M of the fragment. With less energy, an ejection is
+    impossible. With more, it is judged like unimolecular decay. The energy I is shared freely by m
+    - 1 vibrations, and one of them has E* or more with the probability :math:`(1 - E^*/I)^{m-2}`,
+    at each vibration. A fragment that decays at all does so with this energy in :math:`((I -
+    E^*)/(I - U(\infty)))^{m-2}` of the cases, and cools. Over a barrier, beyond which a bond gains
+    energy without bound, :math:`E^*` is the barrier alone, whatever the speed. If nothing binds the
     particles, no energy needs to gather, because they pass their velocities on.
 
     `energy` is the internal energy and `speed` is relative to the mean of the fragment. The result

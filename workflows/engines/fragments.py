@@ -1,5 +1,5 @@
 r"""
-Fragments of a broken chain, and the proof that they stay apart.
+Divide a broken chain into fragments, and prove that they stay apart.
 
 A stretched bond only pulls its ends towards each other. A fragment in front of a stretched bond is
 therefore pulled away from the wall, never towards it, and the effect of the rest of the chain on it
@@ -78,7 +78,7 @@ class Body(NamedTuple):
 
     def pieces(self, bond: Potential) -> Fragments:
         """
-        Return the fragments of the body: as many as move apart, at least one.
+        Return the fragments of the body that move apart; at least one.
 
         Fragments that approach each other, or whose motion does not break the bond between them,
         count as one.
@@ -253,7 +253,7 @@ class _Chain:
         return reach(bond, paid, lever), math.sqrt(rest)
 
     def _pull(self, gaps: Array, growths: Array, where: NDArray[np.bool_]) -> Array:
-        """Return the momentum that the pull across gaps gives in all future."""
+        """Return the momentum that the pull across each gap can ever give."""
         bond = self.bond
         gaps, growths = np.where(where, gaps, 1.0), np.where(where, growths, 1.0)
         return np.where(where, (bond.dissociation - bond.energy(gaps)) / growths, 0.0)

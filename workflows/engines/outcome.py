@@ -133,7 +133,7 @@ class Outcome:
 
     @property
     def separation_velocity(self) -> float:
-        """Velocity with which the centres of mass of both bodies separate."""
+        """Velocity at which the centres of mass of both bodies separate."""
         line = self.problem.line
         target = self.target_velocities[::-1] if line.targets else np.zeros(1)
         return line.separation(np.concatenate((target, self.velocities)))

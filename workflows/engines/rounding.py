@@ -1,4 +1,4 @@
-"""Rounding error of eta in each engine, and its amplification by a collision."""
+"""Estimate the rounding error of eta in each engine, and its amplification by a collision."""
 
 import sys
 from typing import Any
@@ -56,12 +56,12 @@ def rounding_error(engine: str, problem: Problem, stage: float | None = None) ->
 
 
 def rounding_matters(engine: str, problem: Problem, target_error: float) -> bool:
-    """Return whether the rounding that a collision may amplify comes near a target error."""
+    """Return whether rounding, if amplified by the collision, may come near a target error."""
     return target_error < _AMPLIFICATION_MATTERS * rounding_error(engine, problem)
 
 
 def arithmetic_error(particles: int, heat: Any) -> Any:
-    """Return the rounding error of eta from arithmetic; `heat`, or an array, is from `heat_of`."""
+    """Return the arithmetic rounding error of eta; `heat`, from `heat_of`, may be an array."""
     return ARITHMETIC_FLOOR * particles * heat
 
 
@@ -69,8 +69,9 @@ def heat_of(problem: Problem) -> float:
     """
     Return the initial energy of two bodies over the energy of their relative translation.
 
-    The ratio is 1 for a cold chain. A chain that vibrates rounds velocities that are larger than
-    its own by the root of this ratio, and may leave faster than it came.
+    The ratio is 1 for a cold chain. In a vibrating chain, the velocities that are rounded exceed
+    the velocity of its centre of mass by the root of this ratio. Such a chain may leave faster than
+    it came.
     """
     if problem.line.cold:
         return 1.0
@@ -107,7 +108,7 @@ def rounding_of_steps(problem: Problem, scheme: str, timestep: float) -> float:
 
 
 def coarsening(scheme: str) -> float:
-    """Return the rounding error in LAMMPS relative to composed steps."""
+    """Return the ratio of the rounding error in LAMMPS to the rounding error of composed steps."""
     if scheme in COMPOSITIONS:
         return 1.0
     extrapolated = EXTRAPOLATED_ROUNDING * STEP_SCHEMES[scheme].amplification

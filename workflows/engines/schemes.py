@@ -1,10 +1,10 @@
 r"""
-One step of the chain away from the wall: split into drifts and kicks, or extrapolated.
+Define the steps of a chain away from the wall: split into drifts and kicks, or extrapolated.
 
 *Splitting*: drifts and kicks alternate, mostly from consecutive Verlet steps of w_k H
 (``compositions``). The map stays symmetric and symplectic. Drifts and kicks that do not form Verlet
 steps are possible as well, because forces depend on positions alone and the kinetic energy is
-quadratic. LAMMPS cannot take these, since its steps tie each kick to the drifts beside it.
+quadratic. LAMMPS cannot take such steps, because its Verlet steps fix the drifts beside each kick.
 
 *Extrapolation* (Gragg, Bulirsch and Stoer, with Störmer's rule): the step H is taken k times, with
 1, 2, ... k Verlet steps. The error of each result is a series in even powers of H/m, and the
@@ -12,9 +12,10 @@ combination
 
 .. math:: z = \sum_m c_m z_m, \qquad c_m = \prod_{l \ne m} \frac{m^2}{m^2 - l^2},
 
-is of order 2k. With 1, 2, ... k it takes k(k + 1)/2 force evaluations for a step that may be ten
-times longer than a composed one. Numbers further apart take more evaluations and amplify rounding
-less. Source: Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I, II.9 and II.14.
+is of order 2k. With 1, 2, ... k, a step needs k(k + 1)/2 force evaluations, but may be ten times
+longer than a composed step. Numbers that are farther apart need more evaluations and amplify
+rounding less. Source: Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I, II.9
+and II.14.
 """
 
 import math

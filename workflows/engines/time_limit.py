@@ -1,4 +1,4 @@
-"""Time limits: of a collision, and of a compiled loop before it returns to Python."""
+"""Limit the time of a collision, and the time for which a compiled loop runs before Python."""
 
 import ctypes
 import math
@@ -76,7 +76,7 @@ def check_time() -> None:
 
 
 class _OutOfTime(BaseException):
-    """Raised in the thread of a collision when its time is over; no library catches it."""
+    """Exception that ends a collision when its time is over; no library catches it."""
 
 
 @contextmanager
@@ -84,8 +84,8 @@ def stopped_at_limit() -> Iterator[None]:
     """
     Stop Python code within the block at the time limit; raises CostError.
 
-    The block is for code that cannot call :func:`check_time`, such as the compiler of loops. It
-    stops between two steps of Python.
+    The block is for code that cannot call :func:`check_time`, such as the compiler of loops. The
+    block stops between two instructions of Python.
     """
     check_time()
     limit = _current.get()
@@ -116,7 +116,7 @@ def stopped_at_limit() -> Iterator[None]:
         finally:
             with lock:
                 finished.set()
-            # An exception that is on its way would be raised after the block.
+            # An exception that was already sent would be raised after the block.
             ctypes.pythonapi.PyThreadState_SetAsyncExc(thread, None)
             sys.unraisablehook = hook
     except _OutOfTime:

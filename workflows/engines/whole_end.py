@@ -1,12 +1,11 @@
 r"""
-End of a chain that cannot break: the time from which energy alone keeps it off the wall.
+Find the time from which energy alone keeps a chain that cannot break off the wall.
 
-After the last contact the mean velocity V is constant, and so is the energy I that is not in V. No
-contact comes once the mean displacement D is larger than the distance by which particle 1 can be
-behind it with that energy (``ending``). This time is known beforehand, because D grows by V t. It
-remains to see that particle 1 stays off the wall until then, and coarse steps show this
-(``look_ahead``). Loops over many chains check whether it is so already, by bounds computed for a
-ladder of energies.
+After the last contact, the mean velocity V and the internal energy I are constant. With the energy
+I, particle 1 can be behind the mean by at most a certain distance (``ending``). No contact comes
+once the mean displacement D exceeds this distance. This time is known beforehand, because D grows
+as V t. Coarse steps show that particle 1 stays off the wall until then (``look_ahead``). Loops over
+many chains check whether the time has come, by bounds for a ladder of energies.
 """
 
 import math
@@ -38,12 +37,12 @@ def certain_at(
     masses: Array | None = None,
 ) -> float:
     """
-    Return the time from which energy keeps a cold chain off the wall, if it stays off until then.
+    Return the time from which energy keeps a cold chain off the wall, if no contact comes before.
 
-    The chain came with the impact velocity, which is all its energy, and now has a positive
-    momentum. Times count from the first contact. The result is `now` if the end is certain already.
-    It is inf if it never is, or not while collisions are followed: a bond may break, or the chain
-    is too slow.
+    All energy of the chain comes from its impact velocity, and its momentum is now positive. Times
+    count from the first contact. The result is `now` if the end is certain already. It is inf if a
+    bond may break, or if the chain is so slow that the end is not certain while collisions are
+    followed.
     """
     particles = len(strains) + 1
     lever, shares = _equal_leverage(particles) if masses is None else _leverage(masses)
@@ -64,13 +63,13 @@ def _equal_leverage(particles: int) -> tuple[Lever, Array]:
 
 
 def _leverage(masses: Array) -> tuple[Lever, Array]:
-    """Return the lever of all bonds on particle 1 against the mean, and the share of each bond."""
+    """Return the lever of all bonds on particle 1, and the share of each bond."""
     beyond = np.cumsum(masses[:0:-1])[::-1]
     return Lever.of(masses), beyond / np.sum(masses)
 
 
 def next_look(now: float, last_contact: float, seen: float) -> float:
-    """Return the time of the next look; the chain was `seen` near the wall after `now`."""
+    """Return the time of the next look, after the time `seen` at which the chain was near the wall."""
     return max(seen, last_contact + LOOK_GROWTH * (now - last_contact))
 
 
@@ -117,7 +116,7 @@ def is_over(
     distance: float, strain: Array, velocity: Array, energy: float, bounds: EndBounds
 ) -> bool:
     """
-    Return whether a chain can never return to the wall with all its energy.
+    Return whether a chain has too little energy to ever return to the wall.
 
     `distance` is the distance of particle 1 from the wall. The function is a loop for the compiler.
     """

@@ -1,4 +1,4 @@
-"""Run of a column of beads in LAMMPS, by its granular styles."""
+"""Run a column of beads in LAMMPS with its granular styles."""
 
 import tempfile
 import time
@@ -37,8 +37,8 @@ def run_beads(
     """
     Run one column at several steps in one LAMMPS instance; only the first run has frames.
 
-    LAMMPS takes Verlet steps. A hard wall is located: the step that would end behind it is cut
-    there. Soft bodies overlap by LAMMPS's own force. Raises a RunError that names the failure.
+    LAMMPS takes Verlet steps. A step that would end behind a hard wall is shortened to end at the
+    wall. Soft bodies overlap by LAMMPS's own force. Raises a RunError that names the failure.
     """
     outcomes = []
     with (
@@ -65,7 +65,8 @@ class _Column:
         n, targets = problem.particles, problem.line.targets
         self._rest = bead_rests(problem.line)
         beads = problem.line.diameters
-        # At this sum of neighbouring gaps beads reach the next bead but one, or the wall.
+        # If two neighbouring gaps have this sum, a bead overlaps the next bead but one, or the
+        # wall.
         self._reach = -(np.ones(n + targets) if beads is None else beads)[
             : n + targets - 1 - bool(targets)
         ]
@@ -107,7 +108,7 @@ class _Column:
             self._frames.append((flight.time, *self._state()))
 
     def _watch(self) -> bool:
-        """Note the range of bonds; return whether the bodies have parted."""
+        """Update the range of bonds; return whether the bodies have parted."""
         line = self._line
         u, v = self._state()
         gaps = np.diff(u)
@@ -170,7 +171,7 @@ class _Column:
         u, v = self._last
         began = contacts[0].time
         energy_start, energy_end = self._problem.start_energy, line.energy(bond, np.diff(u), v)
-        # LAMMPS does not add up what damping takes.
+        # LAMMPS does not sum the energy that damping takes.
         missing = energy_start - energy_end if bond.damping > 0.0 else None
         displacements, velocities = u[first:].copy(), v[first:].copy()
         frames = [(moment - began, x, w) for moment, x, w in self._frames]

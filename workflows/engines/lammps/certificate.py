@@ -1,4 +1,4 @@
-"""Errors of a bond table as LAMMPS interpolates it, compared with the potential."""
+"""Measure the errors of a bond table, as LAMMPS interpolates it, against the potential."""
 
 from dataclasses import dataclass
 
@@ -37,7 +37,7 @@ def certify_table(chain: LammpsChain, table: BondTable, bond: Potential) -> Tabl
     """
     Return the largest differences between LAMMPS and the potential, between the rows of a table.
 
-    Errors of an energy contain no constant.
+    A constant difference of the energies is not an error.
     """
     parts = [_largest_errors(chain, 1, table, bond)]
     if table.far is not None:
@@ -88,7 +88,7 @@ def _errors(
     span: tuple[float, float, float],
     asked: int,
 ) -> NDArray[np.float64]:
-    """Return `asked` lengths over a span, and the errors of force and energy there."""
+    """Return `asked` lengths in an interval, and the errors of force and energy there."""
     first, last, width = span
     file = chain.folder / _FILE
     chain.commands(

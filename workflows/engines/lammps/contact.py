@@ -1,4 +1,4 @@
-"""Contact of two bodies in LAMMPS: their gap, and the effect of the contact."""
+"""Follow the gap of two bodies in LAMMPS, and apply their contacts."""
 
 import math
 from dataclasses import dataclass
@@ -23,14 +23,14 @@ class ContactRecord:
     """Contact of particle 1 with the target."""
 
     time: float  #: Time since the first contact; for soft bodies, when they touched.
-    speed: float  #: Closing speed then, positive.
+    speed: float  #: Closing speed at this time, positive.
     impulse: float  #: Momentum given to the chain.
     end: float  #: Time at which the bodies parted; equal to `time` for hard bodies.
 
 
 class Meeting:
     """
-    Contact of two hard bodies, as a gap whose fall through zero is an event.
+    Contact of two hard bodies; the event is the fall of their gap through zero.
 
     The bodies exchange the momentum 2 mu w, where mu is the reduced mass of the two particles in
     contact and w the closing speed.
@@ -58,7 +58,7 @@ class Meeting:
 
     def arrive(self, time: float) -> ContactRecord | None:
         """
-        Apply the event, to which the bodies have come within rounding.
+        Apply the event, at which the bodies have arrived up to rounding.
 
         Return the contact that ends with the event, or None.
         """
@@ -160,7 +160,7 @@ class SoftMeeting(Meeting):
     def _switch(self, on: bool) -> None:
         self.touching = on
         commands = contact_force_on(self.line) if on else contact_force_off(self.line)
-        # A run of no steps makes the change known to LAMMPS and computes the forces.
+        # A run of zero steps lets LAMMPS apply the change and computes the forces.
         self.chain.commands("\n".join([*commands, "run 0 post no"]))
 
 

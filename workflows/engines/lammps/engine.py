@@ -1,4 +1,4 @@
-"""LAMMPS engine: one collision through LAMMPS's Python module."""
+"""Run one collision through LAMMPS's Python module."""
 
 import shutil
 import tempfile
@@ -46,10 +46,10 @@ _WIDENING = 1.5
 _MOST_WIDENINGS = 12
 # A kept job has this folder for files that the engine itself does not use.
 _KEPT = "kept"
-# Bonds are examined only at intervals, so this share of the stretch of the longest one may be
+# Bonds are examined only at intervals, so this share of the stretch of the longest bond may be
 # missed.
 _UNSEEN: float = measured("unseen_stretch")
-# A run with a larger rounding error of eta is useless.
+# A run with a larger rounding error of eta than this is useless.
 _LARGEST_FLOOR = 0.1
 
 
@@ -179,7 +179,7 @@ def _run_in_folder(
         held = seen < table.longest - _unsure_end(table, numerics)
         if error is not None:
             if isinstance(error, BondRangeError) and np.isnan(error.length):
-                raise error  # the data of the bond end, and no table can be wider
+                raise error  # the bond has no data beyond this length, so no table can be wider
             length = error.length if isinstance(error, BondRangeError) else np.inf
             if _is_impossible(problem, length):
                 # Within a bin beyond the last row LAMMPS reads undefined memory and may move a bond
@@ -191,8 +191,8 @@ def _run_in_folder(
                     )
                 excused, length = True, table.longest
             if runs.outcomes and held and numerics.bond_range is not None:
-                # Longer steps, which only check the first, have other bonds. They get a wider
-                # table, which is less exact, for themselves.
+                # Runs with longer steps only check the first run, and have other bond lengths. They
+                # get a wider, less accurate table of their own.
                 wider = replace(numerics, bond_range=_widened(bond, table, length))
                 left = timesteps[len(runs.outcomes) :]
                 return (*runs.outcomes, *run_at_steps(problem, wider, left))
@@ -220,14 +220,14 @@ def guess_bond_range(problem: Problem) -> tuple[float, float]:
 
 
 def _unsure_end(table: BondTable, numerics: Numerics) -> float:
-    """Return the distance from the end of a table within which unseen bonds may have left it."""
+    """Return the distance from the end of a table within which a bond may have left it unseen."""
     if numerics.bond_range is None:
         return _UNSEEN * (table.longest - 1.0)
     return (table.far or table).spacing
 
 
 def _is_impossible(problem: Problem, length: float) -> bool:
-    """Return whether a bond of a length has, or needs, more energy than the chain came with."""
+    """Return whether a bond of this length needs more energy than the chain had at impact."""
     energy = problem.start_energy
     # The bounds are all energy in one bond, or in two particles that separate for the longest time.
     speed = 2.0 * (energy / problem.line.lightest) ** 0.5

@@ -1,4 +1,4 @@
-"""Bonds in LAMMPS that become so long that they need the table for long bonds."""
+"""Assign the table for long bonds to bonds in LAMMPS that become very long."""
 
 from typing import TYPE_CHECKING
 
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 class FarBonds:
-    """State and changes of the tables of all bonds; at first every bond has the near table."""
+    """Assignment of tables to bonds; at first every bond has the near table."""
 
     def __init__(self, chain: "LammpsChain") -> None:
         self._chain = chain
@@ -20,13 +20,14 @@ class FarBonds:
         self.far = np.zeros(len(chain.lengths()), dtype=bool)
 
     def steps_left(self) -> int:
-        """Return a number of Verlet steps during which no bond can need its other table."""
+        """Return a number of Verlet steps during which no bond can need to change its table."""
         lengths = self._chain.lengths()
         room = FAR_OUT - np.max(lengths, where=~self.far, initial=-np.inf)
         room = min(room, np.min(lengths, where=self.far, initial=np.inf) - FAR_BACK)
         fastest = float(np.max(np.abs(self._chain.between(self._chain.v))))
-        # Use half the room, because bonds may speed up while they contract. The step of the change
-        # is then independent of the division of steps into runs.
+        # Only half the distance to the end of the table is used, because bonds may speed up while
+        # they contract. The step at which a table changes then does not depend on the division of
+        # steps into runs.
         return max(1, int(0.5 * room / max(fastest * self._chain.timestep, 1e-9)))
 
     def change_tables(self) -> None:

@@ -1,4 +1,4 @@
-"""Flights from contact to contact: checks for the wall, and the treatment of contacts."""
+"""Move the bodies from contact to contact in LAMMPS."""
 
 import math
 from abc import ABC, abstractmethod
@@ -28,7 +28,7 @@ _RESOLUTION = 1e-3
 
 def first_crossing(start: PathPoint, end: PathPoint, step: float) -> float | None:
     """
-    Return the time at which x(t) first reaches zero within a step; None if it does not.
+    Return the time at which x(t) first reaches zero within a step, or None.
 
     x(t) is the quintic through position, velocity and acceleration at both ends. A start at the
     wall (x = 0, moving away) is not a crossing.
@@ -69,8 +69,8 @@ class LammpsFlight(ABC):
         """
         Move to the next contact and apply it.
 
-        Return the contact, or None if a step first ends at or past the time limit, or if soft
-        bodies start to touch.
+        Return the contact. Return None if a step ends at or after the time limit before a contact,
+        or if soft bodies start to touch.
         """
 
 
@@ -78,15 +78,15 @@ class VerletFlight(LammpsFlight):
     """
     Flight by single Verlet steps, with either wall.
 
-    The end of each step is known exactly beforehand, x + v h + f h^2/2, and a step that would end
-    behind the wall is a contact. With the event wall this step is cut at the wall and particle 1 is
-    reversed there, also if x + v t + f t^2/2 reaches the wall and turns within the step. With the
-    reflecting wall, LAMMPS's own fix reflects a particle that ends behind it.
+    The end of each step, x + v h + f h^2/2, is known exactly beforehand. A step that would end
+    behind the wall has a contact. With the event wall, this step is cut at the wall and particle 1
+    is reversed there. The same happens if x + v t + f t^2/2 reaches the wall and turns within the
+    step. With the reflecting wall, LAMMPS's own fix reflects a particle that ends behind it.
 
-    Many steps are taken at once, without checks, while particle 1 is some time away from the wall.
-    Its acceleration changes meanwhile, so a `guard` watches these steps: if one of them ends closer
-    to the wall than a contact can be, all are undone and checked one by one. Without a guard, all
-    steps are checked.
+    While particle 1 is far from the wall, many steps are taken at once, without checks. Its
+    acceleration may change in this time, so a `guard` watches these steps. If a step ends closer to
+    the wall than a contact allows, all steps are undone and checked one by one. Without a guard,
+    all steps are checked.
     """
 
     def __init__(
@@ -186,7 +186,7 @@ class ComposedFlight(LammpsFlight):
                 if taken is not None:
                     self.time += taken
                     return self.meeting.arrive(self.time)
-                # The polynomial reached the wall, but the motion did not.
+                # The polynomial has reached the wall, but the motion has not.
                 chain.restore(whole)
                 if after[0] < 0.0:
                     raise TimestepError(

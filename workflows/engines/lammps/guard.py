@@ -1,4 +1,4 @@
-"""Guard that stops LAMMPS when particle 1 reaches the wall: a wall fix that exerts no force."""
+"""Stop LAMMPS when particle 1 reaches the wall, by a wall fix that exerts no force."""
 
 import numpy as np
 
@@ -37,7 +37,7 @@ def largest_tension(problem: Problem) -> float:
 
 class WallGuard:
     """
-    Guard of Verlet steps without checks for the wall: LAMMPS itself stops at it.
+    Guard of Verlet steps without checks; LAMMPS itself stops when particle 1 reaches the guard.
 
     LAMMPS's wall potentials end the run with an error if a particle is behind their wall. A wall
     potential of depth zero and no reach does nothing else. It acts on particle 1 only while its
@@ -73,7 +73,7 @@ class WallGuard:
         )
 
     def _groups(self, command: str) -> int:
-        """Return the groups of particle 1: the group of all, and the one that a command makes."""
+        """Return two groups of particle 1: of all particles, and from a command."""
         self._mask[0] = 1
         self._chain.commands(command)
         return int(self._mask[0])
@@ -95,7 +95,7 @@ class WallGuard:
         return True
 
     def run_blind(self, now: PathPoint, most: int) -> int:
-        """Take steps as far as is safe, and undo them if they were not; return their number."""
+        """Take the steps that are predicted to be safe, or undo them; return their number."""
         chain = self._chain
         safe = min(self.longest, _BLIND_SHARE * self._time_left(now))
         steps = min(int(self._share * safe / chain.timestep), most)
@@ -117,7 +117,7 @@ class WallGuard:
         x -= self.position
         if x > 0.0:
             return time_to_zero(x, v, a)
-        # The particle leaves the wall; the end of its first step is known exactly.
+        # The particle leaves the wall, and the end of its first step is known exactly.
         h = self._chain.timestep
         x += h * (v + 0.5 * h * a)
         return h + time_to_zero(x, v + h * a, a) if v > 0.0 and x > 0.0 else 0.0

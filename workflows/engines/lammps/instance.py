@@ -1,4 +1,4 @@
-"""Chain in one LAMMPS instance: commands, live state, and steps of any composition."""
+"""Control a chain in one LAMMPS instance: its commands, state and steps."""
 
 import ctypes
 from collections.abc import Callable
@@ -117,7 +117,7 @@ class LammpsChain:
         self._current = numerics.timestep
         self._initial = self.snapshot()
         self._take_step: Callable[[], None] = partial(self._send, self._handle, _RUN_ONE)
-        if numerics.scheme != "verlet":  # one run, which needs no loop
+        if numerics.scheme != "verlet":  # this scheme is a single Verlet step and needs no loop
             self._take_step = whole_step(self.lammps, scheme, count)
 
     def __enter__(self) -> Self:
@@ -147,14 +147,14 @@ class LammpsChain:
             self._current = timestep
 
     def lengths(self) -> NDArray[np.float64]:
-        """Return the lengths of all bonds, the chain's first, each body's from the contact on."""
+        """Return the lengths of all bonds of the chain, then of the target, from the contact on."""
         return self.between(self.x)
 
     def between(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the differences along x of coordinates or velocities, one for each bond."""
         n = self.particles
         if self._alone:
-            return x[1:] - x[:-1]  # half the time of np.diff
+            return x[1:] - x[:-1]  # this takes half the time of np.diff
         return np.concatenate((x[1:n] - x[: n - 1], x[n:-1] - x[n + 1 :]))
 
     def run(self, steps: int) -> None:

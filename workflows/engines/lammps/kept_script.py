@@ -1,4 +1,4 @@
-"""Input script of a collision that the engine ran command by command, for a kept job."""
+"""Write the input script of a kept job, whose collision the engine ran command by command."""
 
 from dataclasses import replace
 
@@ -86,7 +86,7 @@ def flown_on(problem: Problem) -> float:
 
 
 def scouted_end(outcome: Outcome) -> ScoutedEnd:
-    """Return the facts about the end of a collision that a script needs to run it again."""
+    """Return the data on the end of a collision that a script needs to repeat it."""
     times = outcome.contact_times
     last, kind = float(times[-1]), outcome.ending.kind
     return ScoutedEnd(last, len(times), kind, outcome.lasted, outcome.bond_min)

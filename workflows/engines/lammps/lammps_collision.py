@@ -1,4 +1,4 @@
-"""Run of one collision in LAMMPS: contacts, bonds, frames and the end."""
+"""Run one collision in LAMMPS: its contacts, bonds, frames and end."""
 
 import math
 from dataclasses import replace
@@ -26,7 +26,7 @@ from chaincor.workflows.errors import (
 )
 
 # The reference engine looks for the end this long after a contact, in units of 1/sqrt(U'').
-# Contacts are 1.4 to 2.3 apart and seldom more than this, so an earlier look would be cheap but
+# Contacts are 1.4 to 2.3 apart and seldom farther than this time, so an earlier look would be
 # useless.
 PATIENCE = 3.5
 
@@ -56,12 +56,12 @@ class ChainCollision:
         self._order = np.append(np.arange(n + targets)[: n - 1 : -1], np.arange(n))
         self.contacts: list[ContactRecord] = []
         self.after_contact = self._state()
-        # Shortest and longest bond since the first contact, including the flight after the
-        # last contact; then the values up to the last contact.
+        # The first pair is the shortest and longest bond since the first contact, also after the
+        # last contact. The second pair ends with the last contact.
         lengths = self.chain.lengths() if problem.longest_body > 1 else np.ones(1)
         self.shortest_seen, self.longest_seen = float(lengths.min()), float(lengths.max())
         self.shortest, self.longest = self.shortest_seen, self.longest_seen
-        # Longest bond at any time, which a bond table has to hold.
+        # A bond table must cover the longest bond at any time.
         self.longest_ever = self.longest_seen
         self._touched = False
         self.ending: Ending | None = None
@@ -73,12 +73,13 @@ class ChainCollision:
         self.frame_interval = frame_interval
         self.next_frame = np.inf if frame_interval is None else 0.0
         self.frames: list[tuple[float, Array, Array]] = []
-        # Time after a contact until the next one is late, and the present such time.
+        # A contact is late if it does not follow within this time; `overdue` is when the next
+        # contact is late.
         self.patience = PATIENCE / problem.slow_stiffness**0.5
         self.overdue = np.inf
-        # Time at which the end was found, and time until which frames are needed.
+        # The end was found at the first time, and frames are needed until the second.
         self.ended_at, self.flown_on = 0.0, np.inf
-        # Momentum of late contacts on which nearly equal motions disagree.
+        # Nearly equal motions disagree on late contacts with this momentum.
         self.doubt = 0.0
 
     def _state(self) -> tuple[Array, Array]:
@@ -88,7 +89,7 @@ class ChainCollision:
 
     def carry_out(self) -> None:
         """Run from contact to contact until no further contact can come."""
-        if self.problem.longest_body == 1:  # neither body has parts
+        if self.problem.longest_body == 1:  # neither body has bonds
             self._bounce_once()
             return
         self._approach()
@@ -203,7 +204,7 @@ class ChainCollision:
             )
 
     def _ask_what_comes(self) -> None:
-        """Ask the reference engine whether another contact comes."""
+        """Ask the reference engine whether another contact follows."""
         now, last = self.flight.time, self.contacts[-1].end
         displacements, velocities = self._state()
         if self.line.is_standard and not self.line.separation(velocities) > 0.0:

@@ -1,4 +1,4 @@
-"""Search for LAMMPS and its MPI library, and translation of LAMMPS errors."""
+"""Find LAMMPS and its MPI library, and translate errors of LAMMPS."""
 
 import ctypes
 import importlib
@@ -58,7 +58,7 @@ def find_lmp_command() -> str | None:
 
 
 def lmp_environment() -> dict[str, str]:
-    """Return the environment in which the ``lmp`` command finds its MPI library."""
+    """Return environment variables with which the ``lmp`` command finds its MPI library."""
     library, variable = find_mpi_library(), "LD_LIBRARY_PATH"
     if library is None:
         return dict(os.environ)
@@ -122,8 +122,8 @@ def load_lammps() -> ModuleType:
     return module
 
 
-# LAMMPS prints these messages about coordinates that are not finite or far away. The last one is
-# from a table.
+# LAMMPS prints these messages about coordinates that are not finite or far away. The last message
+# is about a table.
 _EXPLODED = ("Lost atoms", "Non-numeric", "out of range", "Illegal bond")
 _BOND_LENGTH = re.compile(
     r"Bond length ([<>]) table (?:inner|outer) cutoff: type \d+ length ([-+.\deE]+)"

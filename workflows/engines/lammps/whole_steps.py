@@ -1,9 +1,9 @@
 """
-Composed or extrapolated steps in LAMMPS, with all Verlet steps sent from one compiled loop.
+Take composed or extrapolated steps in LAMMPS from one compiled loop.
 
 A Verlet step of w H equals a Verlet step of H by particles that are :math:`w^{-2}` times as heavy
-and w times as fast. LAMMPS's timestep H therefore stays the same; to change it takes as long as
-half a Verlet step of a hundred particles.
+and w times as fast. LAMMPS's timestep H therefore stays the same. A change of the timestep would
+take as long as half a Verlet step of a hundred particles.
 """
 
 from collections.abc import Callable
@@ -42,7 +42,7 @@ def build_composition(command: Callable) -> Callable:
     ) -> None:
         before = 1.0
         for weight in weights:
-            # Neighbouring weights may be equal.
+            # If neighbouring weights are equal, masses and velocities need no change.
             if weight != before:
                 faster = weight / before
                 for i in range(len(v) // 3):

@@ -1,1 +1,1 @@
-"""The engines of our own: stepping, adaptive, modal and hard spheres."""
+"""Reference engines: stepping, adaptive, modal and hard spheres."""

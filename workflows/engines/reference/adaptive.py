@@ -1,4 +1,4 @@
-"""Adaptive engine, for bonds so compressed that no fixed step resolves them."""
+"""Run collisions with adaptive steps, for bonds so compressed that no fixed step resolves them."""
 
 import math
 import time
@@ -45,7 +45,7 @@ LOCAL_SHARE = 0.03
 # Below this error, rounding decides and would only mislead the step-size control.
 FINEST_LOCAL = 1e-15
 
-# A bond this short leaves no digits in its strain, so the end is not argued.
+# The strain of a bond this short has no correct digits, so the end is not argued.
 _LOG_LENGTH_TO_ARGUE = -20.0
 
 
@@ -56,8 +56,8 @@ def run(problem: Problem, accuracy: float, frame_interval: float | None = None) 
     Run the collision of a chain with steps that adapt to the stiffest bond.
 
     `accuracy` is the target error of the restitution; a run at a tenth of it shows the error
-    reached. Snapshots at multiples of `frame_interval` are taken by partial steps that leave the
-    motion unchanged. Raises TimestepError if no step, however small, is accurate, and the errors of
+    reached. Partial steps give snapshots at multiples of `frame_interval` and leave the motion
+    unchanged. Raises TimestepError if no step, however small, is accurate, and the errors of
     ``stepping.run``.
     """
     if problem.bond.only_pushes:
@@ -95,7 +95,7 @@ def run(problem: Problem, accuracy: float, frame_interval: float | None = None) 
 
 @dataclass(frozen=True)
 class BondLoops:
-    """Compiled loops for one potential, and the meaning of its coordinate y."""
+    """Compiled loops for one potential, with functions of the bond coordinate y."""
 
     advance: Callable  #: Loop over steps, see ``adaptive_loops``.
     parameters: tuple[float, ...]  #: Parameters of the force; NamedTuple.

@@ -8,7 +8,7 @@ import numpy as np
 from chaincor.workflows.engines.reference.adaptive_loops import PAUSE, Tableau
 from chaincor.workflows.engines.time_limit import check_time, steps_at_once
 
-STAGES = 12  # of the method of Dormand and Prince
+STAGES = 12  # stages of the method of Dormand and Prince
 
 
 def dormand_prince() -> Tableau:

@@ -1,5 +1,5 @@
 r"""
-Loops of the adaptive engine: the order-8 method of Dormand and Prince, with contacts on the step.
+Build the loops of the adaptive engine: the method of Dormand and Prince, with contacts.
 
 The state is one array, :math:`(x_1, y_1 \dots y_{n-1}, v_1 \dots v_n)`. The coordinate y of a bond
 is its strain or, for bonds that shrink without bound, the logarithm of its length:
@@ -7,8 +7,8 @@ is its strain or, for bonds that shrink without bound, the logarithm of its leng
 .. math:: \dot x_1 = v_1, \qquad \dot y_i = \frac{v_{i+1} - v_i}{dr/dy}, \qquad
           \dot v_i = F(y_{i-1}) - F(y_i).
 
-The same method that takes the step also takes the partial step to the moment of contact, so no
-interpolation limits the accuracy of contacts.
+The method has order 8. It also takes the partial step to the moment of contact, so no interpolation
+limits the accuracy of contacts.
 """
 
 from collections.abc import Callable
@@ -85,7 +85,7 @@ class AdaptiveArrays(NamedTuple):
 
 
 class AdaptivePath(NamedTuple):
-    """Path on which a contact is searched: one step of any size from the state before the step."""
+    """Path on which a contact is searched: steps of any size from the state before the step."""
 
     arrays: AdaptiveArrays
     method: Tableau
@@ -141,7 +141,7 @@ def array_rates(force: Callable) -> Callable:
 
 def build_step(rates: Callable, register: Callable) -> tuple[Callable, Callable]:
     """
-    Return ``take``, one step of any size, and ``estimate``, its error over the allowed error.
+    Return ``take``, one step of any size, and ``estimate``, the ratio of its error to the allowed.
 
     Both work on a path of `AdaptiveArrays` or of arrays with the same names.
     """

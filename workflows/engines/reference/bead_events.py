@@ -1,4 +1,4 @@
-"""Events of columns of beads, for compiled loops: begin and end of a contact, and the last end."""
+"""Build the events of columns of beads: begin and end of a contact, and the last end."""
 
 from collections.abc import Callable
 from typing import Any
@@ -22,7 +22,8 @@ def build_end(bond: Callable, register: Callable) -> Callable:
         beads = masses.shape[0]
         if ledger.touching or state[1 + gap] < 0.0:
             return False
-        # Each w is the mean of the largest velocity up to a bead and the smallest from it on.
+        # Each w is the mean of two velocities: the largest up to a bead, and the smallest from that
+        # bead on.
         first = 1 if masses[0] == np.inf else 0
         top = 0.0 if first else -np.inf
         for i in range(first, beads):
@@ -39,7 +40,7 @@ def build_end(bond: Callable, register: Callable) -> Callable:
             energy += 0.5 * masses[i] * (state[beads + i] - rising[i]) ** 2
         for i in range(beads - 1):
             if i != gap and state[1 + i] < 0.0:
-                # This is at least U, because the force rises with the overlap.
+                # This bound is at least U, because the force rises with the overlap.
                 push = parameters.stiffness[i] * bond(state[1 + i], parameters.bond)
                 energy -= state[1 + i] * push
         faster = np.sqrt(2.0 * energy * parameters.inverse[gap])
@@ -98,9 +99,9 @@ def build_contact(register: Callable) -> tuple[Callable, Callable, Callable]:
 
 def build_moment(take: Callable, register: Callable) -> Callable:
     """
-    Return ``moment_of(step, sign, path)``: when the gap, times `sign`, becomes positive in a step.
+    Return ``moment_of(step, sign, path)``: the time in a step when sign*gap becomes positive.
 
-    `take` is one step of any size.
+    `take` takes one step of any size.
     """
 
     @register

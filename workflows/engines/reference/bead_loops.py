@@ -1,16 +1,16 @@
 r"""
-Loops for beads that only push: adaptive steps of order 8 that end where the bodies touch.
+Build the loops for beads: adaptive steps of order 8 that end where the bodies touch.
 
 The state of N beads along x is one array, :math:`(x_1, s_1 \dots s_{N-1}, v_1 \dots v_N, Q)`, with
 the energy Q that damping took. One of the gaps s lies between the bodies, with a contact law of its
 own. A step on which the bodies touch
 or part ends there; the same method takes the step to that moment.
 
-A bound on an energy proves the end. Take velocities w that rise along x and are as close to the
-velocities of the beads as possible. No pair pulls, so the forces do no work against a motion at w;
-damping only takes energy. So :math:`K = \sum m (v - w)^2/2 + U` never grows. No bead is ever faster
-against its w than :math:`\sqrt{2 K/m}`. If two bodies that are apart have velocities w that differ
-by more than the sum of these bounds, they never touch again.
+A bound on an energy proves that the bodies never touch again. Take velocities w that rise along x
+and are as close as possible to the velocities of the beads. No pair pulls, so the forces do no work
+against a motion at w; damping only takes energy. So :math:`K = \sum m (v - w)^2/2 + U` never grows.
+No bead is ever faster against its w than :math:`\sqrt{2 K/m}`. If two bodies that are apart have
+velocities w that differ by more than the sum of these bounds, they never touch again.
 """
 
 from collections.abc import Callable
@@ -50,7 +50,7 @@ LEDGER: Any = np.dtype(
             ("last_contact", "f8"),  # time at which the last contact ended
             ("strain_min", "f8"),  # smallest and largest strain so far
             ("strain_max", "f8"),
-            ("contact_min", "f8"),  # the same up to the last contact
+            ("contact_min", "f8"),  # smallest and largest strain up to the last contact
             ("contact_max", "f8"),
             ("gap", "i8"),  # index of the gap among the strains
             ("soft", "i8"),  # whether bodies overlap in a contact
@@ -134,7 +134,7 @@ def bead_rates(bond: Callable, contact: Callable, drag: Callable | None = None) 
             elif parameters.damping > 0.0 and strain < 0.0:
                 factor = parameters.damping * (-strain) ** parameters.damping_power
             if factor > 0.0 and (i != parameters.gap or ahead > 0.0):
-                taken = min(factor * opening, ahead)  # beads that part do not pull
+                taken = min(factor * opening, ahead)  # separating beads do not pull
                 ahead -= taken
                 loss += taken * opening
             out[1 + i] = opening
@@ -196,7 +196,7 @@ def build_bead_flight(bond: Callable, rates: Callable, register: Callable) -> Ca
             if not error < 1.0:
                 np.positive(kept, state)
                 ledger.step = step * max(SHRINK, SAFETY * error ** (-1.0 / ORDER))
-                # A NaN compares as false.
+                # The comparison is false for a NaN.
                 if not ledger.step > 0.0:
                     ledger.step = step * SHRINK
                 refusals += 1

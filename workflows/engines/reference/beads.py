@@ -1,4 +1,4 @@
-"""Adaptive engine for beads that only push, before a wall or a target, hard or soft."""
+"""Run collisions of beads with a wall or a target, hard or soft, with adaptive steps."""
 
 import math
 import time
@@ -41,9 +41,9 @@ def run(problem: Problem, accuracy: float, frame_interval: float | None, scheme:
     """
     Run the collision of beads with steps that adapt to their overlaps.
 
-    `accuracy` is the target error of the restitution. Snapshots at multiples of `frame_interval`
-    are taken by partial steps that leave the motion unchanged. Raises TimestepError if no step,
-    however small, is accurate, and UnfinishedCollisionError if the bodies do not part.
+    `accuracy` is the target error of the restitution. Partial steps give snapshots at multiples of
+    `frame_interval` and leave the motion unchanged. Raises TimestepError if no step, however small,
+    is accurate, and UnfinishedCollisionError if the bodies do not part.
     """
     flight = _Flight(problem, accuracy, frame_interval)
     flight.warm_up()
@@ -135,7 +135,7 @@ class _Flight(AdaptiveFlight):
         self._until(OVER)
 
     def fly_on(self) -> None:
-        """Record snapshots for a fifth of the collision more and some times of one contact."""
+        """Record snapshots for a fifth of the collision's duration and a few contacts more."""
         self.ledger.free = 1
         self.ledger.longest = 1.2 * self.ledger.time + _SHOWN * self._unit
         self._until(LATE)

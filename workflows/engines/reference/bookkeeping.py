@@ -35,14 +35,14 @@ LEDGER: Any = np.dtype(
             ("first_contact", "f8"),  # time of the first contact
             ("last_contact", "f8"),  # time at which the last contact ended
             ("argue_after", "f8"),  # time after the last contact from which the end is argued
-            ("argue_first", "f8"),  # the same time after the first contact
+            ("argue_first", "f8"),  # this time, if only the first contact has occurred
             ("patience", "f8"),  # this time in mean intervals between contacts
             # shortest substep near touching and parting, in parts of a step
             ("shortest_share", "f8"),
             ("grading", "f8"),  # length of graded substeps over the distance of their nearer end
             ("strain_min", "f8"),  # smallest and largest strain since the first contact
             ("strain_max", "f8"),
-            ("contact_min", "f8"),  # the same up to the last contact
+            ("contact_min", "f8"),  # smallest and largest strain up to the last contact
             ("contact_max", "f8"),
             ("strain_floor", "f8"),  # strains outside these stop the run
             ("strain_ceiling", "f8"),
@@ -99,7 +99,7 @@ def record_contact(ledger: Any, contacts: Array, moment: float, speed: float) ->
 
 
 def begin_range(ledger: Any, low: float, high: float) -> None:
-    """Let the range of strains begin at the first contact, whose extremes are `low` and `high`."""
+    """Begin the range of strains at the first contact, with the extremes `low` and `high`."""
     if ledger.contacts == 1 and low <= high:
         ledger.strain_min = low
         ledger.strain_max = high

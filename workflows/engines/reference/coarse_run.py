@@ -1,12 +1,13 @@
 """
-Look-ahead runs: coarse steps that show that no further contact comes.
+Look ahead with coarse steps, which show that no further contact comes.
 
 The result of a collision is the state right after its last contact. The motion after that state
 only has to show that no contact follows. Particle 1 is then so far from the wall that coarse Verlet
-steps show this as well as exact ones, as long as no bond comes near to breaking. If a bond does, or
-if the coarse motion comes near the wall, the look-ahead run decides nothing: the engine continues
-the exact run, and looks ahead again only after the time that the look-ahead run reached. A chain
-that broke is followed exactly for one sound round trip, and coarsely from then on.
+steps show this as well as exact ones, as long as no bond comes near to breaking. If a bond comes
+near to breaking, or the coarse motion comes near the wall, the look-ahead run decides nothing. The
+engine then continues the exact run, and looks ahead again only after the time that the look-ahead
+run reached. A chain that broke is followed exactly for one sound round trip, and coarsely from then
+on.
 """
 
 import math
@@ -25,9 +26,9 @@ from chaincor.workflows.engines.time_limit import steps_at_once
 # near the wall, the error of its position is below v0/1e3. Later the phase errors are larger, but
 # the particle is far away.
 COARSE_STEP = 0.1
-# Particle 1 must also keep clear of a wall that is closer by half its distance.
+# The run must also stay off a wall that is closer by half the distance of particle 1.
 CLEARANCE = 0.5
-# The clearance is at least this, in units of v0/sqrt(U''), the amplitude of the bonds.
+# The clearance is at least this number times the amplitude of the bonds, v0/sqrt(U'').
 LEAST_CLEARANCE = 0.1
 
 

@@ -1,4 +1,4 @@
-"""Compilation of loops around the force of a bond, and their reuse between processes."""
+"""Compile loops around the force of a bond, and reuse them between processes."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -64,7 +64,7 @@ def scalar_force(bond: Potential) -> ScalarForce | None:
     strains = np.linspace(-0.25, 0.25, 11)
     try:
         compiled = [single(strain, bond.parameters) for strain in strains.tolist()]
-    except CostError:  # the time limit, which says nothing about the function
+    except CostError:  # a time limit is no fault of the function
         raise
     except Exception:  # also any error that the function itself raises
         return None

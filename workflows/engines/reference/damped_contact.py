@@ -1,5 +1,5 @@
 r"""
-Force of a damped contact during one kick, in which positions stand still.
+Compute the force of a damped contact during one kick, in which positions do not change.
 
 Two bodies that open their gap at the speed w feel the force :math:`f(w) = \max(F - c w, 0)`: bodies
 that part do not pull. With the sum 1/mu of their inverse masses and the acceleration a of the gap

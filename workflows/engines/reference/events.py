@@ -1,11 +1,11 @@
 r"""
-Contact events of the stepping loops: a substep ends when the gap of a line passes zero.
+Build the contact events of the stepping loops, which end a substep when the gap passes zero.
 
 Hard bodies exchange the momentum :math:`2 \mu w` if their gap closes with the speed w; a rigid wall
 reverses particle 1. Soft bodies overlap for a while. A step is shortened where they touch and where
 they part, because the force has no derivatives there. Near such a moment the force grows as a power
-of the time that need not be an integer, and no order of a scheme resolves it. The substeps there
-are therefore at most as long as their distance in time from this moment, down to a small part of
+of the time that need not be an integer, and no order of a scheme resolves it. Substeps there are
+therefore no longer than their distance in time from this moment, but at least a small fraction of
 the step.
 """
 
@@ -40,13 +40,16 @@ class ContactFunctions(NamedTuple):
     position of the first particle.
     """
 
-    gap_derivatives: Callable  #: Returns the gap and its first and second derivatives in time.
-    close: Callable  #: Sets the gap to zero and returns the position of the first particle.
-    bounce: Callable  #: Exchanges a momentum, the second argument, between hard bodies in contact.
+    #: Function that returns the gap and its first and second derivatives in time.
+    gap_derivatives: Callable
+    #: Function that sets the gap to zero and returns the position of the first particle.
+    close: Callable
+    #: Function that exchanges a momentum, its second argument, between hard bodies in contact.
+    bounce: Callable
 
 
 def build_contact(source: KernelSpec) -> ContactFunctions:
-    """Return the contact of a kind of line."""
+    """Return the functions of the contact of a kind of line."""
     return _at_wall(source) if source.kind.at_wall else _of_two(source)
 
 

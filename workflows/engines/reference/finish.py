@@ -1,4 +1,4 @@
-"""Construction of an outcome from the state after the last contact, for all reference engines."""
+"""Construct the outcome from the state after the last contact, for all reference engines."""
 
 import math
 from dataclasses import dataclass, field
@@ -47,7 +47,8 @@ class LastContact:
     position: float = 0.0  #: Displacement of the first particle along x.
     lasted: float = 0.0  #: Time from the initial state to the end of the last contact.
     bond_range: tuple[float, float] = (1.0, 1.0)  #: Shortest and longest bond so far.
-    dissipated: float | None = None  #: Energy that damping took until then; None without damping.
+    #: Energy that damping took until the end of the last contact; None without damping.
+    dissipated: float | None = None
     tracked: dict[str, float] = field(default_factory=dict)  #: Values of `tracked.TRACKED`.
     energy: float | None = None  #: Total energy; needed if the strains do not give all its digits.
 
@@ -57,7 +58,7 @@ class End(NamedTuple):
 
     ending: Ending  #: Evidence that no further contact comes.
     time: float  #: Time since the first contact at which the end was found.
-    evaluations: int  #: Evaluations of all bond forces until then.
+    evaluations: int  #: Evaluations of all bond forces until that time.
 
 
 def displacements_from(position: float, strains: Array) -> Array:
@@ -93,7 +94,7 @@ def finish(
         )
     taken = last.dissipated
     if taken is None and line.contact.damped:
-        taken = energy_start - energy_end  # fixed steps do not add up what damping takes
+        taken = energy_start - energy_end  # fixed steps do not sum the energy that damping takes
     low, high = last.bond_range
     displacements = displacements_from(last.position, last.strains)
     first, targets = (0, 0) if line.at_wall else (line.first, line.targets)

@@ -1,5 +1,5 @@
 r"""
-Limit of high speed, in which bonds act like hard spheres.
+Treat collisions in the limit of high speed, in which bonds act like hard spheres.
 
 If the impact is so fast that the cohesion of the bonds does not matter, two neighbours that collide
 exchange velocities. Every particle then has one of the two velocities -v0 and v0, and each exchange
@@ -80,16 +80,16 @@ def deviation(problem: Problem) -> float:
     A pair keeps its energy exactly, and a triple is the smallest chain that does not. A chain of n
     particles has (n - 1)(n - 2)/2 encounters of three. The bound is this number times the loss of a
     triple at the same speed. In all comparisons with the adaptive engine (n = 4 to 50, lj, toda,
-    log, at 3 to 100 v*) it exceeded the true loss, by a factor of 1 to 10 and by more in longer
-    chains. It is a measured rule, not a theorem.
+    log, at 3 to 100 v*), the bound exceeded the true loss by a factor of 1 to 10, and by more in
+    longer chains. The bound is a measured rule, not a theorem.
 
     The rule holds if the loss falls with the speed as for those bonds. The loss is therefore also
-    measured at half the speed, and inf is returned if it falls more slowly: a bond that stiffens
-    like a power of the strain keeps its loss at any speed. The loss is taken from the vibration
-    energy of the triple, which is far below the rounding of eta. At speeds at which no triple can
-    be followed, the loss is extrapolated with the slowest measured fall for bonds that are known to
-    become hard; for other bonds inf is returned. Raises TimestepError if bonds become hard but no
-    triple can be followed at any speed.
+    measured at half the speed. The result is inf if the loss falls more slowly, as for bonds that
+    stiffen like a power of the strain. The loss is taken from the vibration energy of the triple,
+    which is far below the rounding of eta. At speeds at which no triple can be followed, the loss
+    is extrapolated with the slowest measured fall for bonds that are known to become hard; for
+    other bonds inf is returned. Raises TimestepError if bonds become hard but no triple can be
+    followed at any speed.
     """
     particles, bond = problem.particles, problem.bond
     if particles < 3:
@@ -123,7 +123,7 @@ def deviation(problem: Problem) -> float:
 
 def vibration(problem: Problem) -> float | None:
     """
-    Return the vibration energy of three particles after their collision, as a part of all energy.
+    Return the share of vibration in the energy of three particles after their collision.
 
     Return None if the bonds are too short to be stepped.
     """

@@ -1,4 +1,4 @@
-"""Loops of the stepping engine for one potential and kind of line, compiled if possible."""
+"""Make the loops of the stepping engine for one potential and kind of line."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -30,7 +30,7 @@ class Kernels:
     #: ``loop(build, *of)`` compiles the function that ``build(source, stages, *of)`` returns. It is
     #: None if the force of the bond cannot be compiled; NumPy then steps the chain.
     loop: Callable[..., Callable] | None = None
-    #: Set once `advance` and `take_coarse_steps` have been called in this process.
+    #: Whether `advance` and `take_coarse_steps` have been called in this process.
     loaded: Event = field(default_factory=Event, compare=False)
 
     @property

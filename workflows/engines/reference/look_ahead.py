@@ -1,4 +1,4 @@
-"""Search for the end of a collision, or for the next contact, ahead of the exact run."""
+"""Search for the end of a collision, or the next contact, ahead of the exact run."""
 
 import math
 from collections.abc import Callable
@@ -41,8 +41,8 @@ STEP = 0.3
 _SAMPLES = (0.97, 0.91, 0.83, 0.77)
 _MORE_SAMPLES = (0.95, 0.88, 0.8, 0.74)
 _MOST_SAMPLED = 400
-# A run is followed on alone for this time, in sound round trips. The time lets fragments separate,
-# and leaves a round trip in which a return must be unlikely.
+# A run alone is followed for this many sound round trips. Fragments separate in this time, and
+# during its last round trip a return must be unlikely.
 _CALM = 3.0
 # A contact in one of a few motions may be harder by this factor in the true motion. Like the
 # numbers of motions, this is a choice; `tests.judge.plain` counts how often the error bars hold.
@@ -197,7 +197,7 @@ class LookAhead:
         return None if ending is None or ending.kind == "proved" else (ahead, ending)
 
     def _sample(self, now: float, last: float) -> tuple[CoarseRun, Ending] | None:
-        """Follow several motions to their ends, first with steps like the run's, then coarsely."""
+        """Follow several motions to their ends, first with steps like the run's."""
         shares = _SAMPLES[:1] if self._long else _SAMPLES
         ends = [self._follow_again(share, now, last) for share in shares]
         settled = [end for end in ends if isinstance(end, tuple)]

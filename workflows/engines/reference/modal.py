@@ -1,5 +1,5 @@
 r"""
-Exact collisions of harmonic bodies with any masses and hard contacts.
+Compute exact collisions of harmonic bodies with any masses and hard contacts.
 
 Between contacts the gap is a linear term and a sum of sines,
 
@@ -49,11 +49,11 @@ _MOST_SAMPLES = 40_000
 # Contacts are searched after a particle at rest on the target has moved for this part of the Taylor
 # window.
 _FIRST_MOVE = 1e-3
-# A sum below this part of its terms counts as zero.
+# A sum below this fraction of its terms counts as zero.
 _ROUNDINGS = 1e-14
 # A flight without contact stops after this much work, in windows times modes: it takes minutes.
 _MOST_WORK = 2e9
-_WORK_AT_ONCE = WORK_AT_ONCE / 60  # in bond forces
+_WORK_AT_ONCE = WORK_AT_ONCE / 60  # one window of one mode costs 60 bond forces
 # All masses are multiplied by these factors. Powers of 4 are left out, because their roots would
 # cause no rounding.
 _FACTORS = (0.61, 1.7, 2.3)
@@ -164,7 +164,7 @@ class _Collision:
         self.contact_times: list[float] = []
         self.contact_speeds: list[float] = []
         self.time = 0.0
-        # From the first contact to the last.
+        # The range covers the time from the first contact to the last.
         self.strain_min, self.strain_max = math.inf, -math.inf
 
     def run(self) -> Ending:
@@ -249,7 +249,7 @@ class _Collision:
         return False
 
     def _missed(self) -> float:
-        """Return the largest impulse that later contacts could give with all energy there is."""
+        """Return the largest impulse that later contacts could give with all energy."""
         mass, gap_derivatives = self._line.reduced_mass, self._gap.gap_derivatives
         vibrating = self._gap.strain_modes[1:] ** 2 + self._gap.velocity_modes[1:] ** 2
         return mass * gap_derivatives + math.sqrt(

@@ -1,5 +1,5 @@
 r"""
-Two harmonic bodies in their modes, and the gap between them as a sum over the modes.
+Represent two harmonic bodies by their modes, and the gap as a sum over the modes.
 
 A mode is stored as its velocity :math:`p_j` and its strain-like amplitude :math:`e_j = \omega_j
 q_j`, with :math:`q_j = \sum_i a_{ij} \sqrt{m_i} u_i`. The motion of a mode is then a rotation, and

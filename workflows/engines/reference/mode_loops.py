@@ -1,4 +1,4 @@
-"""Compiled loops over the modes of harmonic bodies."""
+"""Build compiled loops over the modes of harmonic bodies."""
 
 import math
 from collections.abc import Callable
@@ -96,7 +96,7 @@ def taylor_window(modes: Modes, wall_distance: float) -> float:
     Return the time over which a Taylor series of the gap holds.
 
     With m terms the remainder is below :math:`\sum_j |c_j| r_j (\omega_j t)^{m - 1} t/m!`. A fast
-    mode counts in it only as much as it moves the gap.
+    mode enters only by its share in the gap.
     """
     strain_modes, velocity_modes, omega, shape = modes
     fastest, total, share = 0.0, 0.0, 0.0

@@ -1,4 +1,4 @@
-"""Loops over the steps of a line: from event to event, and coarse steps between contacts."""
+"""Build the loops over the steps of a line: from event to event, and coarse steps."""
 
 from collections.abc import Callable
 from typing import Any, NamedTuple

@@ -1,4 +1,4 @@
-"""Bodies of a line in motion, in the form that the loops of the stepping engine need."""
+"""Hold the bodies of a line in motion, as the loops of the stepping engine need them."""
 
 import math
 from dataclasses import dataclass, replace
@@ -120,7 +120,7 @@ class Motion:
     @classmethod
     def at_start(cls, problem: Problem, stepper: Stepper) -> "Motion":
         """
-        Return the bodies of a scene at t = 0; if they touch and approach, with their first contact.
+        Return the bodies of a scene at t = 0, after the first contact if they touch and approach.
 
         The line has at least one bond. In a cold chain at a hard wall only the bonds near the wall
         move.
@@ -239,7 +239,7 @@ class Motion:
         """
         Return an independent copy with room for `room` contacts.
 
-        It keeps at most the first contact in its count; scratch arrays are shared.
+        The copy counts at most the first contact, and shares the scratch arrays.
         """
         ledger = self.ledger.copy()
         ledger["contacts"] = min(int(ledger["contacts"]), 1)

@@ -1,4 +1,4 @@
-"""Snapshots of a motion at multiples of an interval after the first contact."""
+"""Record snapshots of a motion at multiples of an interval after the first contact."""
 
 import math
 

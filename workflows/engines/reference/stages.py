@@ -1,5 +1,5 @@
 r"""
-Stages of one Verlet step of a line, as loops for the compiler and as NumPy expressions.
+Build the stages of a Verlet step, as loops for the compiler and as NumPy expressions.
 
 The state consists of the distance of particle 1 from the wall, the bond strains :math:`s_i =
 u_{i+1} - u_i` and the velocities :math:`v_i`. A slow chain then loses no digits to absolute
@@ -326,7 +326,7 @@ def _looks(count: Callable, spread: Callable, kind: LineTraits, register: Callab
         place = parameters.gap
         low, high = spread(strain[:place], place)
         lower, higher = spread(strain[place + 1 :], bonds - place - 1)
-        # A NaN stays.
+        # The result is NaN if any strain is NaN.
         low = low if low <= lower or low != low else lower
         high = high if high >= higher or high != high else higher
         return low, high

@@ -1,4 +1,4 @@
-"""Stepping engine: steps of one size by any scheme, with contacts located to rounding."""
+"""Run collisions with steps of one size by any scheme, and contacts located to rounding."""
 
 import math
 import time

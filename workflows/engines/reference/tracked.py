@@ -1,4 +1,4 @@
-"""Quantities of the contact that the loops follow through all substeps in which bodies overlap."""
+"""Track quantities of a contact through all substeps in which the bodies overlap."""
 
 from collections.abc import Callable
 from typing import NamedTuple

@@ -1,1 +1,1 @@
-"""Batches: many chains before a hard wall in one compiled loop."""
+"""Many chains before a hard wall in one compiled loop."""

@@ -1,4 +1,4 @@
-"""Collisions of a batch: initial states, chains in motion, and results."""
+"""Hold the collisions of a batch: initial states, chains in motion and results."""
 
 import math
 from dataclasses import dataclass, fields
@@ -39,7 +39,7 @@ class StartStates(Rows):
     """Initial states of collisions of one chain."""
 
     strains: Array  #: Gap to the wall, then strains of the bonds; of shape (samples, n).
-    velocities: Array  #: Positive away from the wall; of shape (samples, n).
+    velocities: Array  #: Velocities, positive away from the wall; of shape (samples, n).
 
     @classmethod
     def of(cls, lines: list[Line]) -> "StartStates":
@@ -63,10 +63,11 @@ class StartStates(Rows):
 class ManyRuns(Rows):
     """Results of many runs."""
 
-    #: Whether the run reached an end; the other fields count only then; of shape (runs,).
+    #: Whether the run reached an end, without which the other fields have no meaning; of shape
+    #: (runs,).
     settled: NDArray[np.bool_]
-    #: Whether no end was found for as long as collisions are followed, so that other steps find
-    #: none either; of shape (runs,).
+    #: Whether the run was followed as long as allowed and had no end, which other steps would not
+    #: find either; of shape (runs,).
     endless: NDArray[np.bool_]
     #: End of each run, or None if it was not sought; of shape (runs,).
     endings: NDArray[np.object_]
@@ -132,7 +133,7 @@ def each_sum(terms: Array) -> Array:
 
 class Chains:
     """
-    Chains in motion: like ``Motion``, with a row for each chain.
+    Chains in motion, as ``Motion`` is for one chain; arrays have a row for each chain.
 
     `stepper` holds what all chains share; `starts` and `steps` give the initial state and the step
     H of each chain. `speeds` are the speeds of approach to the wall, by default of the centres of
@@ -204,11 +205,11 @@ class Chains:
         return np.asarray(np.maximum(distance, 0.0) / ledgers["impact_velocity"])
 
     def follow_until(self, times: Array) -> None:
-        """Set the goals of all chains to times since their starts."""
+        """Set the numbers of steps of all chains to reach these times since their starts."""
         self.rows.goals[:] = np.ceil(times / self.rows.steps)
 
     def follow_on(self, s: int, until: float) -> None:
-        """Set the goal of one chain to a time, at least one step ahead."""
+        """Set the number of steps of one chain to reach a time, at least one step ahead."""
         done, goal = int(self.rows.ledgers["steps"][s]), math.ceil(until / self.rows.steps[s])
         self.rows.goals[s], self.rows.statuses[s] = max(done + 1, goal), MOVING
 

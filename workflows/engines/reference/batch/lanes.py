@@ -1,5 +1,5 @@
 r"""
-Lanes of a batch: steps of many chains side by side, each with a step size of its own.
+Step many chains side by side in SIMD lanes, each with its own step size.
 
 A chain of twenty is too short for the vector units of a processor: its loops spend most time at
 their beginnings and ends. Here each chain has a SIMD lane. Number i of lane k lies at :math:`i L +
@@ -26,8 +26,8 @@ LANES = 16
 MOVING = -1
 PROVED, ENDLESS, ENDED = 5, 6, 7
 
-# A lane knows about the next move of its chain: nothing; that a contact ends the move; that no
-# contact ends it; or that no contact ends it, and that the move itself had to be repeated to show
+# The knowledge of a lane about the next move of its chain has four values: nothing; a contact ends
+# the move; no contact ends the move; no contact ends it, and the move had to be repeated to show
 # this.
 OPEN, MEETS, FREE, REPEATED = range(4)
 

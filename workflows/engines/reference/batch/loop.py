@@ -1,5 +1,5 @@
 """
-Loop over many chains before a hard wall side by side, without Python in between.
+Build the loop that moves many chains before a hard wall side by side.
 
 Each pass moves all SIMD lanes (``lanes``), each by its own step. If a chain reaches the wall in a
 step, or may reach it, it waits outside the lanes until the time of the contact is found. It then
@@ -7,8 +7,8 @@ takes a free lane up to the contact. A search is a sequence of steps of the part
 and each step size depends on the steps before. The particles of one chain are too few for the
 vector units of a processor, so that one search takes as long as several steps of a whole chain of
 twenty. Searches therefore wait until they fill the lanes, and then run side by side as well. All
-decisions follow ``motion`` in the same order, so the result of a chain is the result that it has
-alone, to the last bit.
+decisions follow ``motion`` in the same order, so a chain in a batch has, to the last bit, the
+result of a chain run alone.
 """
 
 from collections.abc import Callable
@@ -128,7 +128,7 @@ def build_carry(source: KernelSpec, _stages: VerletKernels, split: bool) -> Call
     def next_in(
         last: int, more: bool, rows: ChainRows, places: Places, parameters: Parameters
     ) -> tuple[int, int]:
-        # Return the chain that takes the next lane (-1 for none) and the last chain begun.
+        # Return the chain that takes the next lane, or -1, and the last chain that was begun.
         if places.found.held[0] > 0:
             return pop(places.found), last
         while more and last + 1 < rows.statuses.shape[0]:

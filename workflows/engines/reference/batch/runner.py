@@ -1,4 +1,4 @@
-"""Runner of a batch: many collisions of one chain with a hard wall, each with its own step."""
+"""Run many collisions of one chain with a hard wall, each with its own step."""
 
 import math
 import time
@@ -32,7 +32,7 @@ from chaincor.workflows.engines.time_limit import WORK_AT_ONCE, steps_at_once
 from chaincor.workflows.engines.whole_end import EndBounds, certain_at, next_look
 from chaincor.workflows.errors import RunError
 
-# Longer chains fill the vector units by themselves. This affects only the cost.
+# Longer chains fill the vector units by themselves. The limit affects only the cost.
 LONGEST_IN_LANES = 128
 # A collision of n particles usually lasts this many sound crossings.
 _USUAL_CROSSINGS = 5.0
@@ -48,7 +48,7 @@ class Batch:
     """
     Collisions of one chain with a hard wall, which differ in initial state and step.
 
-    `line`, which :func:`supports` accepts, gives what all collisions share: the masses, and whether
+    :func:`supports` must accept `line`, which gives the masses of all collisions and says whether
     the chains are cold. `scheme` is one of ``schemes``.
     """
 
@@ -74,7 +74,7 @@ class Batch:
         n = self.particles
         duration = _USUAL_CROSSINGS * 2.0 * (n + 10.0) / self._stiffness**0.5
         work = duration / step * self._scheme.evaluations * n
-        # The number is large enough that few lanes are empty towards the end.
+        # With this number, few lanes are empty towards the end.
         return int(min(max(WORK_AT_ONCE / work, 4 * LANES), 1024))
 
     def follow(self, starts: StartStates, steps: Array) -> ManyRuns:
@@ -184,7 +184,8 @@ class Batch:
     def _follow_alone(self, problem: Problem, group: Chains, s: int) -> Ending | None:
         """Follow a chain that may break to its end; None if it needs a single run."""
         chain = group.chain(s)
-        chain.ledger["active"] = self.particles - 1  # as lanes move all bonds
+        # lanes move all bonds, so the single chain does as well
+        chain.ledger["active"] = self.particles - 1
         try:
             ending, group.durations[s], evaluations = follow_on(problem, chain)
         except RunError:

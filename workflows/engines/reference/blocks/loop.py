@@ -1,4 +1,4 @@
-"""Loop that moves one block of a chain through many substeps."""
+"""Build the loop that moves one block of a chain through many substeps."""
 
 from collections.abc import Callable
 
@@ -65,7 +65,7 @@ def build_move(source: KernelSpec, stages: VerletKernels, build_step: Callable) 
             mine = strain[own : end - begin]
             if log[1, k] > 0.0:
                 contacts += 1.0
-                if contacts == 1.0:  # the range of strains begins here
+                if contacts == 1.0:  # the range of strains begins at the first contact
                     low, high = extremes(mine, end - first, rule.parameters)
                 if begin == 0:
                     velocity[0] = abs(velocity[0])

@@ -35,7 +35,7 @@ ALIGNED = 64
 # A block is at least this many times as large as its margin. In a smaller block too many bonds are
 # computed twice.
 LEAST_MARGINS = 8
-# A second core pays from this number of moving bonds on.
+# A second core saves time from this number of moving bonds on.
 LEAST_ACTIVE = 6000
 
 
@@ -45,7 +45,7 @@ _Scratch = tuple[State, State, State]
 
 
 def pays(active: int, steps: int) -> bool:
-    """Return whether several cores pay for this number of moving bonds and of steps."""
+    """Return whether several cores save time for this number of moving bonds and of steps."""
     return active >= LEAST_ACTIVE and steps >= SUBSTEPS
 
 
@@ -90,7 +90,7 @@ def advance(
             if known and substeps.shape[1] > 0:
                 known = blocks.move(states[0], states[1], substeps, helpers)
             if not known:
-                # This is rare; the loop over the whole chain then reports the error.
+                # An invalid strain is rare; the loop over the whole chain then reports the error.
                 whole = arrays._replace(now=states[0])
                 until = min(goal, int(ledger["steps"]) + SUBSTEPS)
                 status = stepper.advance(ledger, whole, until)

@@ -92,7 +92,7 @@ class CachedKernel:
             found = _read(path, key)
             if found is None:
                 with a_loop_is_compiled(), one_process(path.parent, path.name):
-                    found = _read(path, key)  # another process may have compiled it
+                    found = _read(path, key)  # another process may have compiled the loop
                     if found is None:
                         found = self._compile(arguments)
                         _write(path, key, found)
@@ -181,7 +181,7 @@ def _address(array: Any) -> int:
     """Return the address of an array, four times as fast as ``array.ctypes.data``."""
     try:
         return ctypes.addressof(ctypes.c_char.from_buffer(array))
-    except (TypeError, ValueError, BufferError):  # empty, read-only or with gaps
+    except (TypeError, ValueError, BufferError):  # the array is empty, read-only or not contiguous
         return array.ctypes.data
 
 

@@ -1,5 +1,5 @@
 """
-Coordination of processes: which cores each may use, and which process compiles a loop.
+Decide which cores each process may use, and which process compiles a loop.
 
 If one process compiles a loop, others that need it wait and then load it. Numba compiles one loop
 at a time in a process, and a first collision needs two. This process compiles the loop that takes
@@ -31,10 +31,10 @@ function, arguments = pickle.load(sys.stdin.buffer)
 function(*arguments)
 """
 # The parent process waits this many seconds for the helper. The helper started first and has less
-# to do, so if it is later than this, something delays it.
+# to do, so a later helper must have been delayed.
 _HELPER_TIMEOUT = 10.0
 
-# Set while a loop is compiled; displays of the running time then say so.
+# This event is set while a loop is compiled, so that displays of the running time can say so.
 COMPILING = threading.Event()
 
 _START: ContextVar[Callable[[], None] | None] = ContextVar("_START", default=None)
@@ -56,8 +56,8 @@ def own_cores() -> int:
     """
     Return the number of cores that belong to this process.
 
-    It is one in worker processes and in threads other than the main one, because collisions run
-    side by side there. Otherwise it is the number of cores that the process may use.
+    The number is one in worker processes and in all threads but the main thread, because collisions
+    run side by side there. Otherwise it is the number of cores that the process may use.
     """
     if parent_process() is not None or threading.current_thread() is not threading.main_thread():
         return 1
