@@ -29,6 +29,8 @@ _BEGINS_BADLY = re.compile(
     r"(?:What|Where|Of|Those|That of|None of|None)\b(?!.*\?$)(?! (?:course|type|kind)\b)", re.DOTALL
 )
 _PRIVATE = re.compile(r"\btold\b", re.IGNORECASE)
+# Git marks both sides of a conflict by such lines.
+_CONFLICT = re.compile(r"[<>]{7} ")
 _SENTENCE = re.compile(r"(?<=[.!?])\s+(?=[A-Z`\"'(*\[])")
 
 
@@ -113,7 +115,11 @@ def check(path: Path) -> list[str]:
     python = path.suffix == ".py"
     texts: Iterable[tuple[int, str]] = (texts_of_python if python else texts_of_page)(source)
     most = None if python else MOST_WORDS
-    return [f"{path}:{line}: {found}" for line, text in texts for found in findings(text, most)]
+    found = [(line, each) for line, text in texts for each in findings(text, most)]
+    for number, line in enumerate(source.splitlines(), 1):
+        if _CONFLICT.match(line):
+            found.append((number, f"is left from a merge: {line[:70]}"))
+    return [f"{path}:{line}: {each}" for line, each in found]
 
 
 def files() -> list[Path]:
