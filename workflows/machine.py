@@ -98,7 +98,7 @@ def command_needs(findings: Sequence[Finding] = ()) -> list[dict[str, Any]]:
     """
     Return the libraries that each command needs, and those that are missing or do not load.
 
-    A command works if no library is missing that it always needs. `findings` are results of an
+    A command works if all libraries that it always needs are present. `findings` are results of an
     earlier examination, so that a LAMMPS that hangs is tried only once.
     """
     named = {name for facts in COMMANDS.values() for name in (*facts.needs, *facts.also)}

@@ -24,7 +24,7 @@ def result_of(
     """
     Return the result of a collision from the run and error bar in `bounded_run`.
 
-    `started` is the ``time.perf_counter`` at the begin of the work. `energies`, of shape (n,), are
+    `started` is the ``time.perf_counter`` when the work began. `energies`, of shape (n,), are
     the mode energies, if they are already known.
     """
     outcome, found = bounded_run.outcome, bounded_run.details

@@ -74,8 +74,8 @@ def inputs(
 
     if dry_run == (output is not None):
         raise InputError(
-            "neither or both of -o and --dry-run given. Give -o DIR, the folder "
-            "for the job, or --dry-run"
+            "exactly one of -o and --dry-run is needed. Give -o DIR, the folder for the job, "
+            "or --dry-run"
         )
     wishes = _wishes_in(options)
     if scene_file is not None and is_sweep(Path(scene_file)):

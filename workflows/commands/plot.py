@@ -93,7 +93,7 @@ _LISTS = ("masses", "target_masses")
 _ABSENT = {"contact": "hard"}
 # Both columns give the impact speed, in different units.
 _IMPACT = {"speed", "velocity"}
-# Labels list keys in this order. The keys that tell most come first. A later key that follows from
+# Labels list keys in this order. The most important keys come first. A later key that follows from
 # them adds nothing and is left out.
 _FIRST = {"potential": -2, "particles": -1, "speed": 2, "velocity": 3}
 

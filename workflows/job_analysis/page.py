@@ -117,5 +117,5 @@ def write_analysis_page(
     write_page(folder / PAGE, "chaincor.workflows.job_analysis", contents)
 
 
-# These labels on the page are no names of numbers.
+# The page also explains these labels, which are no names of observables.
 _BESIDE = ("v*", "frames", "format and reading", "anharmonic remainder")

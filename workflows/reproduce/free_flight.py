@@ -17,8 +17,8 @@ from chaincor.workflows.engines.reference.look_ahead import STEP
 from chaincor.workflows.engines.reference.moving import Motion, Stepper
 from chaincor.workflows.reproduce.measurements import Answer, MeasuredPoint, Measurements
 
-# Times since the last contact are in sound crossings of n - 1. Kinetic energies are averaged over
-# the first crossings, of this number.
+# Times since the last contact are in sound crossings of n - 1. Kinetic energies are
+# averaged over this many crossings after the last contact.
 AVERAGED_OVER = 10.0
 LAST = 40.0
 # Fragments are counted at these moments, which also give the curves against speed.

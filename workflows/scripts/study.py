@@ -54,7 +54,8 @@ class ScriptStudy:
     ladders : tuple of ScriptLadder
         One for each combination of fixed values.
     comparisons : tuple of Comparison
-        Runs beside the first one: on other processes, with a last digit changed, from a restart.
+        Comparisons of the first run with runs on other processes, with another last digit,
+        or from a restart.
     crashes : tuple of CrashedRun
         Runs that failed, one for each value, the coarsest first.
     changes : tuple of EnergyChange

@@ -34,8 +34,8 @@ _WANTED, _MOST_HALVINGS = 1e-8, 6
 _RESERVE = 10.0
 # A derivative with a larger relative error is not returned.
 _WORST = 0.1
-# Rounding to nearest has this variance, over the square of the number: a twelfth of the squared
-# last place, which is on average 0.54 (machine epsilon times the number)^2.
+# The variance of rounding, over the square of the number. It is a twelfth of the squared last
+# place, which is on average 0.54 (machine epsilon times the number)^2.
 _ROUNDED = 0.54 / 12.0 * np.finfo(float).eps ** 2
 # Bond parameters are varied by this fraction. The error of the differences is of the order of its
 # square.
@@ -94,7 +94,7 @@ class Sensitivity:
     step: float = field(repr=False, default=0.0)
 
     def __getattr__(self, name: str) -> float | None:
-        """Return the derivative by a key of the contact law; None if the contact has no such."""
+        """Return the derivative by a key of the contact law, or None if the law has no such key."""
         if name in CONTACT_KEYS:
             return self.contact.get(name)
         raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")

@@ -72,14 +72,14 @@ def other_faults(report: TableReport, judge: Judge, section: Section) -> list[st
 
 
 def _fault_of_natural_length(natural: float, judge: Judge) -> list[str]:
-    """Return a fault if EQ is far from every zero of the force, or None."""
+    """Return a fault if EQ is far from every zero of the force, or an empty list."""
     x, forces = judge.table.lengths, judge.table.forces
     if not x[0] <= natural <= x[-1]:
         return []
     crossing = np.flatnonzero(forces[:-1] * forces[1:] <= 0.0)
     room = max(2.0 * float(np.max(np.diff(x))), 0.02 * float(x[-1] - x[0]))
     zeros = [*x[crossing], *x[crossing + 1]]
-    # The sine of an angle vanishes at both ends, and so may the natural angle.
+    # The natural angle may lie at an end, because the sine of the angle vanishes there.
     ends = [x[0], x[-1]] if judge.table.kind == "angle" else []
     if not zeros or np.min(np.abs(np.array([*zeros, *ends]) - natural)) <= room:
         return []

@@ -167,7 +167,7 @@ def tradeoff(
         advance=_share_of(progress, "settings", 0.05, 0.65),
     )
     if all(m.failure for m in measurements):
-        raise RunError(f"no setting runs this scene: {measurements[0].failure}")
+        raise RunError(f"no setting can run this scene: {measurements[0].failure}")
     cheapest: dict[str, list[CheapestRow]] = {
         engine: cheapest_settings(scene, measurements, engine) for engine in ENGINES
     }

@@ -20,7 +20,7 @@ def _force(lengths: Array) -> Array:
 @cache
 def _more_rows(style: str) -> float:
     """Return the factor on the number of rows for a force that is a hundred times more exact."""
-    # The exponent follows from the largest errors of the force with a number of rows and with twice
+    # The exponent follows from the largest error of the force at one number of rows and at twice
     # that number.
     between = np.linspace(0.9, 1.1, 4001)
     errors = []
