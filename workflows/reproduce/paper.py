@@ -74,20 +74,22 @@ def readings(measured: Measurements) -> dict[str, str]:
     return {
         "Does v₀ in its figures mean v₀/v*?": _answer(restitution_curves.unit_of_speed, measured),
         "What is the v of its formulas?": (
-            "In section II the speed at which particle 1 comes to the wall. In eqs. (16) to (20) "
-            "the tilde of v₀/v* is dropped soon: v ≪ 1, C v and v > 1 are in units of v*, and C is "
-            "(1 − η)/(v₀/v*). This report writes v₀/v* there."
+            "In section II, v is the speed at which particle 1 reaches the wall. "
+            "In eqs. (16) to (20), the paper soon drops the tilde of v₀/v*, so v ≪ "
+            "1, C v and v > 1 are in units of v*, and C is (1 − η)/(v₀/v*). This "
+            "report writes v₀/v* there."
         ),
         "In eqs. (18) and (20), is it 1 − η or its increase?": (
-            "The increase over the harmonic chain of the same length, as figure 6 plots it. They "
-            "are derived for n → ∞, where the harmonic chain loses nothing and both are the same; "
-            f"at n = {measured.plan.curve_particles} a slow chain loses {harmonic_loss} "
-            "for being harmonic alone."
+            "They give the increase over the harmonic chain of the same length, as "
+            "in figure 6. The equations are derived for n → ∞, where the harmonic "
+            "chain loses nothing and both quantities are equal. At n = "
+            f"{measured.plan.curve_particles}, a harmonic chain loses "
+            f"{harmonic_loss}."
         ),
         "How long are its chains?": (
-            f"It says 100 for figure 4 only. Figures 6 and 7 are computed here with "
-            f"n = {measured.plan.curve_particles} as well; for C = 0.66, which depends on the "
-            "length, with several."
+            "The paper says 100 for figure 4 only. Figures 6 and 7 are also "
+            f"computed here with n = {measured.plan.curve_particles}. C = 0.66 "
+            "depends on the length and is computed here for several lengths."
         ),
         "What do the three middle speeds of figure 5 say?": lj_lengths.middle_speeds(measured),
         "Which of its statements have no verdict?": (
@@ -96,15 +98,16 @@ def readings(measured: Measurements) -> dict[str, str]:
             "and experiments in section I (two are among the [slips](#slips))."
         ),
         "Were its figures compared point by point?": (
-            "No. This report knows the paper's text, formulas and captions; verdicts are on the "
-            "numbers and words in them. Our figures show the same quantities, for readers who "
-            "have the paper beside them."
+            "No. This report uses the paper's text, formulas and captions, and "
+            "judges the numbers and words in them. Our figures show the same "
+            "quantities, so that readers can compare them with the paper."
         ),
         "Over which ranges did it fit?": (
-            "It does not say, neither for C = 0.66 nor for the slopes of figure 6. One decade is "
-            "taken for all of them, from 0.01 to 0.1 v*: its slowest speed is 0.008 v*, and its "
-            "text speaks of v ≪ 1. The halves of that decade, and going on to the "
-            "fastest speed computed, tell how much depends on it."
+            "The paper states no range, neither for C = 0.66 nor for the slopes of "
+            "figure 6. We fit all of them over one decade, from 0.01 to 0.1 v*, "
+            "because the paper's slowest speed is 0.008 v* and its text speaks of "
+            "v ≪ 1. Fits over the halves of this decade, and up to the fastest "
+            "speed, show how much the results depend on the range."
         ),
     }
 

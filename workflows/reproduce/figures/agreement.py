@@ -102,18 +102,21 @@ def figure(measured: Measurements) -> Figure:
         key="agreement",
         title="LAMMPS against the reference engine",
         caption=(
-            f"The differences themselves, of all {len(points)} points that both engines computed: "
-            f"half are below {median:.1g}, {np.count_nonzero(found > asked)} are above the error "
-            "asked (line). A point disagrees if it differs by more than LAMMPS's run and another "
-            "at twice its step do, with its table and rounding and the reference error bar: "
-            f"{np.count_nonzero(found > allowed)} do; none differs by more than {worst:.2g} of "
-            "that sum, which is wide and could hardly fail. LAMMPS's error bar is shorter, and has "
-            "no part in this: it holds the distance to a reference run ([how far to trust "
-            "this](#trust))."
+            f"The figure shows the differences at all {len(points)} points that "
+            f"both engines computed. Half of them are below {median:.1g}, and "
+            f"{np.count_nonzero(found > asked)} are above the target error (line). "
+            "A point disagrees if the engines differ by more than the sum of the "
+            "difference between LAMMPS's runs at one and two steps, the errors "
+            "from table and rounding, and the error bar of the reference engine. "
+            f"This is so at {np.count_nonzero(found > allowed)} points, and the "
+            f"largest ratio to that sum is {worst:.2g}. The sum is wide, so this "
+            "test could hardly fail. LAMMPS's error bar is shorter, but is not "
+            "used here, because it contains the distance to a reference run ([how "
+            "far to trust this](#trust))."
         ),
         alt=(
-            "Nearly all differences lie far below the error asked; those of chains that break, "
-            "near the speed of sound, reach 1e-2."
+            "Nearly all differences lie far below the target error. Differences "
+            "for chains that break, near the speed of sound, reach 1e-2."
         ),
         draw=draw,
         records=[point_record(p) for p in measured.all_points()],

@@ -34,21 +34,25 @@ def figure(flights: tuple[FreeFlight, ...]) -> Figure:
         key="breaking_and_two_restitutions",
         title="Beyond the paper: breaking chains, and the two coefficients of restitution",
         caption=(
-            "Top: pieces of lj chains so many crossings of sound, n − 1, after the last contact; "
-            "middle: the larger count at all speeds and times. For when chains are in pieces see "
-            "[beyond the paper](#beyond). A bond counts as broken when the kinetic energy of its "
-            "two sides moving apart exceeds its remaining binding energy; pieces are what is left "
-            "between broken bonds. They can be one again: by a third piece, or by their own "
-            f"vibration{_rejoined(flights)}. The state that LAMMPS ended in and that of the "
-            "reference engine are both right within the error bar of η, but chains with much inner "
-            "energy make such differences grow: where the counts from the two states differ, a "
-            "line joins them above, and a white dot is in the middle: there the count is "
-            "undetermined. Bottom: e = √η, the ratio of speeds that others call the coefficient of "
+            "Top: number of pieces of lj chains at several times after the last "
+            "contact, in crossings of sound (n − 1). Middle: the larger count at "
+            "all speeds and times. The section [beyond the paper](#beyond) says "
+            "when chains are in pieces. A bond counts as broken when the kinetic "
+            "energy of its two sides moving apart exceeds its remaining binding "
+            "energy. Pieces are the parts between broken bonds. They can join "
+            "again through a third piece or through their own "
+            f"vibration{_rejoined(flights)}. The final states of LAMMPS and of the "
+            "reference engine are both right within the error bar of η, but their "
+            "difference grows in chains with much internal energy. Where the two "
+            "counts differ, a line joins them in the top panel, a white dot marks "
+            "them in the middle panel, and the count is undetermined. Bottom: e = "
+            "√η, the ratio of speeds, which others call the coefficient of "
             "restitution, beside the paper's η."
         ),
         alt=(
-            "Chains between 0.75 and 7.5 v* are in pieces after 40 crossings, up to 8 at 1.5 v*; "
-            "their number grows with time and is least certain near 1.5 v*."
+            "Chains between 0.75 and 7.5 v* are in pieces after 40 crossings, in "
+            "up to 8 pieces at 1.5 v*. The number of pieces grows with time and is "
+            "least certain near 1.5 v*."
         ),
         draw=draw,
         records=[
@@ -84,10 +88,12 @@ def breaking(flights: tuple[FreeFlight, ...]) -> str:
     fewest, largest = most.pieces_at(LAST)
     count = f"{largest}" if fewest == largest else f"{fewest} or {largest}"
     return (
-        f"When a chain is in pieces depends on when one looks: {'; '.join(parts)}. Most, {count}, "
-        f"there are at {most.speed:.3g} v* after {LAST:g} crossings (n = {most.point.particles}; "
-        "[the figure](#breaking_and_two_restitutions)). A chain that is left with more inner "
-        "energy than a bond takes goes on losing pieces: there is no last moment to count them at."
+        "The speeds at which a chain is in pieces depend on the time: "
+        f"{'; '.join(parts)}. Most, {count}, there are at {most.speed:.3g} v* "
+        f"after {LAST:g} crossings (n = {most.point.particles}; [the "
+        "figure](#breaking_and_two_restitutions)). A chain whose internal "
+        "energy exceeds the energy of a bond goes on losing pieces, so there "
+        "is no final count."
     )
 
 

@@ -126,7 +126,8 @@ def _rise_of_both(measured: Measurements) -> ClaimFinding:
         f"{fast.restitution:.3f}. f/n rises from its floor, {lowest:g}, beyond {onset:.2g} v*, η "
         f"from its minimum at {points[low].speed:.2g} v*"
         + (f"; f/n is 1 from {full[0]:.3g} v* on" if full else "")
-        + ". That values just below and just above v* are compared is our reading",
+        + ". We read the claim as a comparison of values just below and just "
+        "above v*",
         points,
     )
 
@@ -180,9 +181,10 @@ def figure(measured: Measurements) -> Figure:
         key=_KEY,
         title="Contacts per particle and restitution against speed",
         caption=(
-            f"The paper's figure 7, lj, n = {measured.plan.curve_particles}. Filled: LAMMPS; open: "
-            f"in-house.{describe_open(points)} f/n reaches 1, the value of hard spheres, at "
-            f"{full:.3g} v*; η rises with it, and goes on rising. Error bars of η are smaller than "
+            f"The paper's figure 7, lj, n = {measured.plan.curve_particles}. "
+            f"Filled: LAMMPS; open: in-house.{describe_open(points)} f/n reaches 1, "
+            f"the value of hard spheres, at {full:.3g} v*. η rises with f/n and "
+            "goes on rising beyond this speed. Error bars of η are smaller than "
             f"the symbols{describe_bars(points)}; f is a whole number."
         ),
         alt=(

@@ -222,8 +222,9 @@ def _contacts_of_two(measured: Measurements) -> ClaimFinding:
     return ClaimFinding(
         share,
         share * error / interval,
-        "f Δt = 2n, contacts for as long as sound goes there and back, with Δt of "
-        f"{chain.origin}. That it follows from n = 2 alone does not hold, see the [slips](#slips)",
+        "f Δt = 2n, because contacts last as long as sound travels to the free "
+        f"end and back, with Δt of {chain.origin}. This does not follow from n "
+        "= 2 alone, see the [slips](#slips)",
         [chain],
     )
 

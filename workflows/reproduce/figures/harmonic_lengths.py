@@ -130,11 +130,12 @@ def _harmonic_prefactor(measured: Measurements) -> ClaimFinding:
     return ClaimFinding(
         limit,
         error,
-        f"limit of exact collisions around n = {means} (each {_PHASES} lengths within 6 %), less "
-        f"the lead of the front, 2β n^(−1/3) with β = {FRONT_LEAD:.4f}, and a term in n^(−2/3) "
-        f"that is fitted; derived without a fit it is {harmonic_dissipation_limit():.4f}. The mean "
-        f"falls with the length: {by_range}. Judged in digits and as the limit, because the paper "
-        "derives it as the limit of long chains",
+        f"limit of exact collisions around n = {means} (each {_PHASES} lengths "
+        "within 6 %), less the lead of the front, 2β n^(−1/3) with β = "
+        f"{FRONT_LEAD:.4f}, and a term in n^(−2/3) that is fitted; derived "
+        f"without a fit it is {harmonic_dissipation_limit():.4f}. The mean "
+        f"falls with the length: {by_range}. The claim is judged by its digits "
+        "and as a limit, because the paper derives it for long chains",
         _long(measured).points,
     )
 
@@ -190,20 +191,23 @@ def figure(measured: Measurements) -> Figure:
         key=_KEY,
         title="Dissipation of harmonic chains against their length",
         caption=(
-            "The paper's figure 3. Filled: LAMMPS; open: more lengths, by the echo of their free "
-            f"end; n = 2, which loses nothing, has no place. 1 − η ∝ n^p, n = {fit.first:.0f} to "
-            f"{fit.last:.0f}: p = {fit.exponent:.3f} ± {fit.exponent_error:.3f}; over other ranges "
-            "see [the fits](#fits). Below, n^(2/3)(1 − η): its scatter is no noise (error bars are "
-            "smaller than the dots), but comes from the last contacts, whose times change with n. "
-            f"Its mean falls with the length, to {harmonic_dissipation_limit():.4f} (dotted), the "
-            "limit of a front that disperses as Airy's function; black dots: means over "
-            f"{_PHASES} lengths of longer chains; solid: 0.652, the limit of the paper's "
-            "approximate formula, which they fall through."
+            "The paper's figure 3. Filled: LAMMPS; open: more lengths, by the echo "
+            "of the free end. The chain with n = 2 loses nothing and is not shown. "
+            f"1 − η ∝ n^p, n = {fit.first:.0f} to {fit.last:.0f}: p = "
+            f"{fit.exponent:.3f} ± {fit.exponent_error:.3f}; over other ranges see "
+            "[the fits](#fits). Below: n^(2/3)(1 − η). Its scatter is no noise, "
+            "because error bars are smaller than the dots. It comes from the last "
+            "contacts, whose times change with n. The mean falls with the length "
+            f"to {harmonic_dissipation_limit():.4f} (dotted), the limit of a front "
+            "that disperses as an Airy function. Black dots are means over "
+            f"{_PHASES} lengths of longer chains. They fall below the solid line, "
+            "which is 0.652, the limit of the paper's approximate formula."
         ),
         alt=(
-            "1 − η falls along a straight line of slope −2/3 from n = 30 on; below, multiplied by "
-            "n^(2/3), it scatters between 0.6 and 0.85 around 0.68, less the longer the chain, and "
-            "its mean falls through 0.652 to 0.62 at n = 30000, above the dotted limit of 0.5626."
+            "1 − η falls along a straight line of slope −2/3 from n = 30 on; "
+            "below, n^(2/3)(1 − η) scatters between 0.6 and 0.85 around 0.68, with "
+            "less scatter for longer chains, and its mean falls below 0.652 to "
+            "0.62 at n = 30000, above the dotted limit of 0.5626."
         ),
         draw=draw,
         records=[point_record(p) for p in points],

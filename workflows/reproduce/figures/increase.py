@@ -140,8 +140,8 @@ def _contact_time(order: int) -> Claim:
         return limit_power(
             shortening,
             order,
-            f"what t_c of U = s²/2 + c s^{order}, n = {shortening.points[0].particles}, is shorter "
-            "by than that of the harmonic chain,",
+            "the difference between t_c of the harmonic chain and t_c for U = s²/2 "
+            f"+ c s^{order}, n = {shortening.points[0].particles},",
         )
 
     return power
@@ -228,16 +228,18 @@ def figure(measured: Measurements) -> Figure:
         key=_KEY,
         title="Increase of dissipation for potentials of order 3, 4 and 5",
         caption=(
-            f"The paper's figure 6, n = {measured.plan.curve_particles}: 1 − η of chains with U = "
-            "s²/2 + c s^r less that of the harmonic chain. Full lines: power laws fitted from "
-            f"{FIT_RANGE[0]} to {FIT_RANGE[1]} v*; dashed: the paper's slopes, whose range it does "
-            f"not say, through the same middle. Data go on to {fastest:g} v*. Below, the local "
-            "power d ln(η_harmonic − η)/d ln v₀, from neighbouring points: it tends to r − 2 "
-            "(dotted) at low speed, rises, and jumps where the number of contacts changes, so that "
-            f"a fitted slope depends on its range. c is {constants}; its sign is the paper's, "
-            "which stiffens compression, and its size does not matter: with strains in units of "
-            f"|c|^(−1/(r−2)), as v* is, c is ±1. The largest error bar is {100 * worst:.2g} % of "
-            "the increase it belongs to."
+            f"The paper's figure 6, n = {measured.plan.curve_particles}: 1 − η of "
+            "chains with U = s²/2 + c s^r less 1 − η of the harmonic chain. Full "
+            f"lines: power laws fitted from {FIT_RANGE[0]} to {FIT_RANGE[1]} v*; "
+            "dashed: the paper's slopes through the same middle; the paper does "
+            f"not state their range. Data extend to {fastest:g} v*. Below: the "
+            "local power d ln(η_harmonic − η)/d ln v₀ from neighbouring points. It "
+            "tends to r − 2 (dotted) at low speed, rises, and jumps where the "
+            "number of contacts changes. A fitted slope therefore depends on its "
+            f"range. c is {constants}; its sign is the paper's, which stiffens "
+            "compression. Its size does not matter, because c is ±1 if strains, "
+            "like v*, are in units of |c|^(−1/(r−2)). The largest error bar is "
+            f"{100 * worst:.2g} % of the increase it belongs to."
         ),
         alt=(
             "Three nearly straight lines of slopes near 1, 2 and 3; below, their local powers "

@@ -76,11 +76,15 @@ def _long_chains_slow(measured: Measurements) -> ClaimFinding:
     ]
     return replace(
         found,
-        text=f"{found.text}. That {_SLOW:g} v*, its slowest, is very low, and that the law of "
-        f"model A is expected there, is our reading{''.join(before)}. The paper's own eq. (18), "
-        "which is for n → ∞, gives 1 − η = C v₀/v* > 0 at every v₀: read as v₀ → 0 as well, "
-        "the statement holds"
-        + (f". In-house alone from n = {min(alone)} on: no LAMMPS check there" if alone else ""),
+        text=f"{found.text}. We read {_SLOW:g} v*, its slowest speed, as very low, "
+        f"and expect the law of model A there{''.join(before)}. The paper's own "
+        "eq. (18), which is for n → ∞, gives 1 − η = C v₀/v* > 0 at every v₀: "
+        "read as v₀ → 0 as well, the statement holds"
+        + (
+            f". From n = {min(alone)} on, only the reference engine computed the chains"
+            if alone
+            else ""
+        ),
         brief=f"as we read it: at {_SLOW:g} v* 1 − η stays near "
         f"{found.points[-1].dissipation:.4f}, about C v₀/v*, as the paper's own eq. (18) implies; "
         "it vanishes if v₀ → 0 too",
@@ -159,8 +163,8 @@ def middle_speeds(measured: Measurements) -> str:
         if speed in PAPER_SIZE_SPEEDS[1:-1]
     ]
     return (
-        "The paper plots them without a word, so there is no verdict. They change by a few per "
-        "cent at most: " + "; ".join(parts) + "."
+        "The paper plots these curves without comment, so there is no verdict. "
+        "They change by a few per cent at most: " + "; ".join(parts) + "."
     )
 
 
@@ -182,17 +186,18 @@ def figure(measured: Measurements) -> Figure:
         key=_KEY,
         title="Dissipation of Lennard-Jones chains against their length, at five speeds",
         caption=(
-            "The paper's figure 5, carried on to longer chains. Filled: LAMMPS; open: "
-            "reference engine. "
-            "Grey: the harmonic chain, whose dissipation vanishes as n^(−2/3). A curve that levels "
-            "off stays finite in the limit of long chains; there is no sign here that "
-            "one does not. Exponent of 1 − η from a fifth of the longest chain on: "
+            "The paper's figure 5, carried on to longer chains. Filled: LAMMPS; "
+            "open: reference engine. Grey: the harmonic chain, whose dissipation "
+            "vanishes as n^(−2/3). A curve that levels off stays finite in the "
+            "limit of long chains, and all curves level off here. Exponent of 1 − "
+            "η from a fifth of the longest chain on: "
             + ", ".join(
                 f"{format_fitted(law.exponent, law.exponent_error)} at {speed:.3f} v* "
                 f"({law.points} points to n = {law.last:.0f})"
                 for speed, law in laws.items()
             )
-            + ". Bars of fits to three or four points are formal: their scatter alone."
+            + ". Error bars of fits to three or four points contain only their "
+            "scatter and are formal."
         ),
         alt=(
             "1 − η against n at five speeds: flat at 0.78, 0.39 and 0.16 v*; falling and then flat "

@@ -28,23 +28,28 @@ def figure(flights: tuple[FreeFlight, ...]) -> Figure:
         key="mode_spectra",
         title="Beyond the paper: where the lost energy sits",
         caption=(
-            f"Free flight after the last contact (lj, n = {worst.point.particles}), as shares of "
-            "the energy at impact. Top and middle: kinetic energy of each mode j ≥ 1, mean over "
-            f"{AVERAGED_OVER:g} crossings of sound. Its sum over j is the kinetic energy of all "
-            "internal motion, whatever the bonds do; in small vibrations it is half of the energy "
-            "of the mode. In a broken chain j is no mode, only a wave number: how finely the "
-            "velocity varies along the chain. Bottom: what is lost, 1 − η, is kinetic energy and "
-            "energy of the bonds (means over the same time); orange: the kinetic energy of whole "
-            f"pieces that fly apart, after {LAST:g} crossings. Dotted: the sum of harmonic "
-            "energies of all modes at the last contact, as far as it is 1 − η within 1 %, below "
-            f"{until:.2g} v*. Beyond it grows wrong, at worst {worst.harmonic:.3f} where "
-            f"{worst.point.dissipation:.3f} is lost, at {worst.speed:.3g} v*, and is not drawn: a "
-            "stretched bond holds less than a spring, and harmonic energies of a broken chain mean "
-            "nothing."
+            "The figure shows the free flight after the last contact (lj, n = "
+            f"{worst.point.particles}), as fractions of the energy at impact. Top "
+            "and middle: kinetic energy of each mode j ≥ 1, mean over "
+            f"{AVERAGED_OVER:g} crossings of sound. The sum over j is the kinetic "
+            "energy of all internal motion for any bonds. In small vibrations the "
+            "kinetic energy is half of the mode's energy. In a broken chain, j is "
+            "only a wave number, which says how finely the velocity varies along "
+            "the chain. Bottom: the lost energy 1 − η consists of kinetic energy "
+            "and energy of the bonds (means over the same time). Orange: the "
+            f"kinetic energy of whole pieces that fly apart, after {LAST:g} "
+            "crossings. Dotted: the sum of harmonic energies of all modes at the "
+            f"last contact, as far as it is 1 − η within 1 %, below {until:.2g} v*. "
+            "At higher speeds this sum is wrong and is not drawn. At worst it is "
+            f"{worst.harmonic:.3f} instead of the lost "
+            f"{worst.point.dissipation:.3f}, at {worst.speed:.3g} v*, because a "
+            "stretched bond contains less energy than a spring, and harmonic "
+            "energies of a broken chain are meaningless."
         ),
         alt=(
-            "Slow chains keep energy in long waves, faster ones in all wavelengths; of what is "
-            "lost above 1 v*, about half is motion of pieces apart."
+            "Slow chains keep energy in long waves, and faster chains in all "
+            "wavelengths. Above 1 v*, about half of the lost energy is motion of "
+            "separate pieces."
         ),
         draw=draw,
         records=[

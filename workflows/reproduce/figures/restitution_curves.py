@@ -228,7 +228,8 @@ def describe_open(points: Sequence[MeasuredPoint]) -> str:
         return ""
     speeds = ", ".join(f"{p.speed:.3g}" for p in missed)
     return (
-        f" At the open {missed[0].scene.label} points ({speeds} v*) LAMMPS misses the error asked."
+        f" At the open {missed[0].scene.label} points ({speeds} v*), LAMMPS "
+        "misses the target error."
     )
 
 
@@ -240,12 +241,14 @@ def _not_given(points: Sequence[MeasuredPoint]) -> str:
         return ""
     last = max(p.speed for p in points if p.source == "lammps")
     text = (
-        f" Above {last:.3g} v* log chains, whose bonds would be compressed to nearly nothing, are "
-        f"not given to LAMMPS: they are in-house, integrated to {max(integrated):.2g} v*"
+        f" Above {last:.3g} v* LAMMPS does not run log chains, whose bonds "
+        "would be compressed to nearly zero length. The reference engine "
+        f"integrates them to {max(integrated):.2g} v*"
     )
     if any(p.is_limit for p in ours):
         text += (
-            "; above that (crosses) set equal to hard spheres, with the bound on the error as bar"
+            "; at higher speeds (crosses) they are set equal to hard spheres, with "
+            "the bound on the error as error bar"
         )
     return text + "."
 
@@ -257,9 +260,10 @@ def describe_bars(points: Sequence[MeasuredPoint]) -> str:
         return ""
     names = ", ".join(f"{p.scene.label} at {p.speed:.3g} v*{_left_open(p)}" for p in seen)
     return (
-        f", but where a later contact could still come (dotted: what it could change; {names})"
+        ", except where a later contact could still come (dotted bars show its "
+        f"possible effect; {names})"
         if all(p.is_open for p in seen)
-        else f", but where roundings decide whether a late contact comes ({names})"
+        else f", except where roundings decide whether a late contact comes ({names})"
     )
 
 

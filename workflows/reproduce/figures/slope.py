@@ -71,8 +71,8 @@ def _theoretical_slope(measured: Measurements) -> ClaimFinding:
     return ClaimFinding(
         _theory(),
         0.0,
-        "4α: eq. (7) with v² = (π²/8) v₀² kept, as the 0.652 of the harmonic law has it; see "
-        "eqs. (16), (18) among the [slips](#slips)",
+        "4α, from eq. (7) with v² = (π²/8) v₀², as in the 0.652 of the "
+        "harmonic law; see eqs. (16), (18) among the [slips](#slips)",
     )
 
 
@@ -195,13 +195,15 @@ def figure(measured: Measurements) -> Figure:
         key=_KEY,
         title="The constant C of the low-speed law, against speed and length",
         caption=(
-            "(η_harmonic − η)/(v₀/v*) of lj chains (filled: LAMMPS; open: reference engine): "
-            "a law 1 − η = "
-            "C v₀/v* would be a horizontal line. The paper prints 0.66 from its simulation and "
-            "2.61 from its theory, and says that they disagree: the theory with its dropped factor "
-            f"put back gives {_theory():.2f}, further still from every value here. C depends on "
-            "the speed and on n, by [the curve of slow chains](#slow_chains); dotted, its limit for"
-            f" n → ∞ and then v₀ → 0. Chains beyond {compared} are by the reference engine alone."
+            "(η_harmonic − η)/(v₀/v*) of lj chains (filled: LAMMPS; open: "
+            "reference engine): the law 1 − η = C v₀/v* would be a horizontal "
+            "line. The paper prints 0.66 from its simulation and 2.61 from its "
+            "theory, and says that they disagree. With its dropped factor, the "
+            f"theory gives {_theory():.2f}, which is even further from every value "
+            "here. C depends on the speed and on n, as [the curve of slow "
+            "chains](#slow_chains) shows. The dotted line is its limit for n → ∞ "
+            "and then v₀ → 0. Only the reference engine computed chains longer "
+            f"than {compared}."
         ),
         alt=(
             "Curves mostly rise with speed, to 0.6 at n = 100 and 0.85 at n = 2000, and fall again "

@@ -89,10 +89,10 @@ def _order_of_particles(measured: Measurements) -> ClaimFinding:
     return ClaimFinding(
         float(not passed),
         0.0,
-        f"harmonic, n = {points[0].particles}: particles pass through each other at v₀ = "
-        f"{', '.join(f'{v:g}' for v in passed) or 'none'} speeds of sound, and not at "
-        f"{', '.join(f'{v:g}' for v in kept) or 'none'}. A spring does not know that its length "
-        "cannot be negative; slow chains keep the order",
+        f"harmonic, n = {points[0].particles}: particles pass through each "
+        f"other at v₀ = {', '.join(f'{v:g}' for v in passed) or 'none'} speeds "
+        f"of sound, and not at {', '.join(f'{v:g}' for v in kept) or 'none'}. A "
+        "spring may have a negative length; slow chains keep the order",
         points,
         brief=f"not from {min(passed):g} speeds of sound on" if passed else "",
     )
