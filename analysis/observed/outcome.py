@@ -273,12 +273,12 @@ class MeasuredOutcome:
             also=("reference_error",),
         ),
         rare=True,
-        run=lambda r: r.details.get("choice", {}).get("in_house_restitution"),
+        run=lambda r: r.details.get("choice", {}).get("reference_restitution"),
     )
     reference_error: float | None = observable(
         "error bar of eta by the reference engine",
         rare=True,
-        run=lambda r: r.details.get("choice", {}).get("in_house_error"),
+        run=lambda r: r.details.get("choice", {}).get("reference_error"),
     )
     contact_times: FloatArray = observable(
         "times of the contacts",

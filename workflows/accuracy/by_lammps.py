@@ -75,7 +75,7 @@ LAMMPS_SCHEMES: tuple[StepSchemeName, ...] = (*SCRIPTED_SCHEMES, "extrapolated12
 _ALWAYS: StepSchemeName = "order8"
 # LAMMPS's steps kick, drift and kick; those of the reference engine drift first. The errors have
 # this ratio.
-_LAMMPS_OVER_IN_HOUSE = 2.0
+_LAMMPS_OVER_REFERENCE = 2.0
 # The run that proves a LAMMPS run has a step longer by this factor.
 COARSER = 2.0
 # Both runs together cost this many single runs. They may be expected to take this share of the
@@ -216,8 +216,8 @@ def solve_with_lammps(
         return solve_with_lammps(problem, target_error, sensitivity, SCRIPTED_SCHEMES, files)
     found.details["choice"] |= {
         "seconds": chosen,
-        "in_house_restitution": reference.restitution,
-        "in_house_error": search.reference_error(),
+        "reference_restitution": reference.restitution,
+        "reference_error": search.reference_error(),
         # This error comes from LAMMPS alone: it is the difference between its two runs.
         "error_alone": found.error - error + largest_difference(fine, [coarse]),
     }
@@ -279,7 +279,7 @@ def choose_numerics(
 def coarser_target_error(problem: Problem, scheme: StepSchemeName, target_error: float) -> float:
     """Return the reference engine's error at `COARSER` times the step that LAMMPS needs."""
     share = share_of_difference(effective_order(problem, scheme), COARSER)
-    return STEP_SHARE * target_error / (_LAMMPS_OVER_IN_HOUSE * share)
+    return STEP_SHARE * target_error / (_LAMMPS_OVER_REFERENCE * share)
 
 
 def least_step(problem: Problem, duration: float) -> float:

@@ -16,7 +16,7 @@ from chaincor.workflows.accuracy.solvers import (
     EXACT_MODES,
     FIXED_STEPS,
     HARD_SPHERES,
-    IN_HOUSE,
+    REFERENCE_SOLVERS,
     solver_of,
 )
 from chaincor.workflows.accuracy.step_guess import is_smooth
@@ -54,7 +54,7 @@ def solve_with_reference(
     `sensitivity` is the rounding sensitivity of eta, if it matters. `known` is the collision
     followed to its end at some step; by default this is done here.
     """
-    solver = solver_of(problem, IN_HOUSE)
+    solver = solver_of(problem, REFERENCE_SOLVERS)
     if solver is EXACT_MODES:
         outcome = EXACT_MODES.run(problem)
         return bounded_run(outcome, modal_error(problem), outcome)

@@ -26,9 +26,9 @@ from chaincor.workflows.accuracy.solvers import (
     EXACT_MODES,
     FIXED_STEPS,
     HARD_SPHERES,
-    IN_HOUSE,
     LAMMPS,
     OVERHEAD,
+    REFERENCE_SOLVERS,
     Solver,
     duration_of,
     solver_of,
@@ -47,7 +47,7 @@ from chaincor.workflows.errors import CostError, RunError
 
 # The reference runs, until they agree or until the step of LAMMPS is chosen, cost this many runs of
 # one step.
-_IN_HOUSE_RUNS = 2.1
+_REFERENCE_RUNS = 2.1
 # If the energy suffices to break this many bonds, motions usually differ so much that one step
 # seldom reaches a target error.
 _SHATTERED = 33.0
@@ -168,7 +168,7 @@ def _given(scene: Scene) -> Plan:
 
 
 def _with_reference(problem: Problem, target_error: float) -> Plan:
-    solver = solver_of(problem, IN_HOUSE)
+    solver = solver_of(problem, REFERENCE_SOLVERS)
     if solver is FIXED_STEPS:
         return _with_fixed_steps(problem, target_error)
     seconds = solver.forecast(problem, None)
@@ -203,7 +203,7 @@ def _with_fixed_steps(
         # Steps during a stiff contact are shortened below the least step of the flight.
         shorter = first_step(problem, plain_scheme(problem, target_error, 0.0), reachable)
         forecast_with = replace(numerics, timestep=min(step, shorter))
-    seconds = OVERHEAD["reference"] + _IN_HOUSE_RUNS * FIXED_STEPS.forecast(problem, forecast_with)
+    seconds = OVERHEAD["reference"] + _REFERENCE_RUNS * FIXED_STEPS.forecast(problem, forecast_with)
     return Plan(problem, FIXED_STEPS, scheme, numerics, proofs, target_error, seconds)
 
 
@@ -266,8 +266,8 @@ def refuse_endless(scene: Scene, planned: Plan, most_seconds: float) -> None:
         else ""
     )
     if scene.engine != "reference" and not scene.explicit:
-        in_house = plan(scene.replace(engine="reference")).seconds
-        cheaper += f", or use engine 'reference' (about {format_duration(in_house)})"
+        by_reference = plan(scene.replace(engine="reference")).seconds
+        cheaper += f", or use engine 'reference' (about {format_duration(by_reference)})"
     raise CostError(
         f"{scene.particles} particles would take about {format_duration(expected)} on "
         f"one core, but {format_duration(most_seconds)} are allowed. Take fewer "

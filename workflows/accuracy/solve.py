@@ -49,9 +49,9 @@ def solve_to_tolerance(planned: Plan) -> BoundedRun:
     if is_warm(planned) and (usual := WarmSolver(problem, tolerance).solve_alone()):
         return usual
     target_error, sensitivity = target_error_of(planned)
-    in_house = planned.solver is not LAMMPS
+    by_reference = planned.solver is not LAMMPS
     with_lammps = partial(solve_with_lammps, files=planned.files)
-    solve_goal: Callable[..., BoundedRun] = solve_with_reference if in_house else with_lammps
+    solve_goal: Callable[..., BoundedRun] = solve_with_reference if by_reference else with_lammps
     loosest = target_error * 10.0**_MOST_LOOSER
     best = found = solve_goal(problem, target_error, sensitivity)
     for _ in range(_MOST_LOOSER):
@@ -71,7 +71,7 @@ def solve_to_tolerance(planned: Plan) -> BoundedRun:
         target_error *= 10.0
         # The amplification of rounding belongs to the collision, at any step.
         sensitivity = max(sensitivity, found.rounding_sensitivity)
-        known = (found.outcome,) if in_house else ()
+        known = (found.outcome,) if by_reference else ()
         found = solve_goal(problem, target_error, sensitivity, *known)
         best = min(best, found, key=lambda each: each.error)
     eta = best.outcome.eta

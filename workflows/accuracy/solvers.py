@@ -25,10 +25,10 @@ from chaincor.workflows.errors import RunError
 # Processor seconds of a collision beside its runs, with LAMMPS and with the reference engine,
 # measured for 130 collisions of 10 to 500 particles at 0.01 to 4 v* and tolerances of 1e-4 to 1e-9.
 _LAMMPS_SECONDS = 0.025
-_IN_HOUSE_SECONDS = 0.002
+_REFERENCE_SECONDS = 0.002
 # Seconds of one stage of the reference engine, and of one bond in this stage.
-_IN_HOUSE_STAGE = 1e-7
-_IN_HOUSE_BOND = 1e-9
+_REFERENCE_STAGE = 1e-7
+_REFERENCE_BOND = 1e-9
 # Seconds of modes for each pair of a mode and a window of time, measured for 1000 to 4000
 # particles. There are as many modes, and as many windows, as particles.
 _MODAL_PAIR = 7e-8
@@ -100,7 +100,7 @@ class ExactModes(Solver):
 
     def forecast(self, problem: Problem, numerics: Numerics | None = None) -> float:
         """Return the expected seconds."""
-        return _IN_HOUSE_SECONDS + _MODAL_PAIR * problem.longest_body**2
+        return _REFERENCE_SECONDS + _MODAL_PAIR * problem.longest_body**2
 
     def run(
         self,
@@ -135,7 +135,7 @@ class FixedSteps(Solver):
         assert numerics is not None
         evaluations = STEP_SCHEMES[numerics.scheme].evaluations
         stages = evaluations * duration_of(problem) / numerics.timestep
-        return stages * (_IN_HOUSE_STAGE + _IN_HOUSE_BOND * problem.all_particles)
+        return stages * (_REFERENCE_STAGE + _REFERENCE_BOND * problem.all_particles)
 
     def run(
         self,
@@ -170,7 +170,7 @@ class AdaptiveSteps(Solver):
     def forecast(self, problem: Problem, numerics: Numerics | None = None) -> float:
         """Return the expected seconds."""
         if problem.bond.only_pushes:
-            return _IN_HOUSE_SECONDS + _BEAD_PAIR * problem.all_particles**2
+            return _REFERENCE_SECONDS + _BEAD_PAIR * problem.all_particles**2
         return _ADAPTIVE_PAIR * problem.particles**2 * math.log10(frequency_ratio(problem))
 
     def run(
@@ -199,7 +199,7 @@ class HardSpheres(Solver):
 
     def forecast(self, problem: Problem, numerics: Numerics | None = None) -> float:
         """Return the expected seconds, which a run of three particles takes."""
-        return _IN_HOUSE_SECONDS
+        return _REFERENCE_SECONDS
 
     def run(
         self,
@@ -276,9 +276,9 @@ SOLVERS: tuple[Solver, ...] = (
     HARD_SPHERES,
     LAMMPS,
 )
-IN_HOUSE = tuple(solver for solver in SOLVERS if solver.engine == "reference")
+REFERENCE_SOLVERS = tuple(solver for solver in SOLVERS if solver.engine == "reference")
 # Overhead in seconds of any collision besides its runs.
-OVERHEAD = {"lammps": _LAMMPS_SECONDS, "reference": _IN_HOUSE_SECONDS}
+OVERHEAD = {"lammps": _LAMMPS_SECONDS, "reference": _REFERENCE_SECONDS}
 
 
 def solver_of(problem: Problem, among: Iterable[Solver]) -> Solver:

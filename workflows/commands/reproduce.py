@@ -88,7 +88,7 @@ def _curve_lines(points: list[dict[str, Any]]) -> list[str]:
     for speed in sorted({speed for speed, _ in cells}):
         row = "".join(f"{cells.get((speed, name), '-'):<18}" for name in names)
         lines.append(f"{speed:8.4g} {row}")
-    if any(p["source"] == "in-house" for p in points):
+    if any(p["source"] == "reference" for p in points):
         refused = [p["lammps_failure"] for p in points if p["lammps_failure"]]
         reason = f"not run by LAMMPS: {refused[0]}" if refused else None
         lines += ["", f"* reference engine; {reason or 'LAMMPS missed the target error'}"]

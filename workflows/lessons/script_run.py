@@ -138,14 +138,14 @@ def faults_of_run(run: StudentRun) -> Iterator[str]:
 
 
 def _faults_of_motion(run: StudentRun, first: Array, last: Array) -> Iterator[str]:
-    from chaincor.workflows.lessons.exercises import in_house
+    from chaincor.workflows.lessons.exercises import by_reference
 
     before, after = float(first[:, 2].mean()), float(last[:, 2].mean())
     if before >= 0.0:
         moves = "flies away from the wall" if before > 0.0 else "is at rest before the first step"
         yield f"the chain {moves}: its velocity must be negative, as in chain.data"
         return
-    chain = in_house(potential="harmonic", particles=len(first), velocity=0.1)
+    chain = by_reference(potential="harmonic", particles=len(first), velocity=0.1)
     start = float(first[0, 1]) / -before
     needed = start + chain.last_contact_time
     if run.time < needed:

@@ -85,7 +85,7 @@ def point_record(point: MeasuredPoint) -> dict[str, Any]:
         "source": point.source,
         "agrees": point.agrees,
     }
-    for engine, answer in (("lammps", point.lammps), ("in_house", point.in_house)):
+    for engine, answer in (("lammps", point.lammps), ("reference", point.reference)):
         result = {} if answer is None else answer.result
         record |= {
             f"{engine}_{name}": result.get(name)
@@ -132,7 +132,7 @@ def draw_points(
     looks: dict[str, Any] = {"color": color, "markersize": size, "markeredgewidth": 0.9}
     for kind, marks, face in (
         ("lammps", marker, color),
-        ("in-house", marker, "white"),
+        ("reference", marker, "white"),
         ("limit", "x", color),
     ):
         chosen = kinds == kind

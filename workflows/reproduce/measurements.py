@@ -38,29 +38,29 @@ class MeasuredPoint:
 
     scene: Scene
     lammps: Answer | None
-    in_house: Answer | None
+    reference: Answer | None
 
     @property
     def source(self) -> str | None:
         """
-        Engine whose number is shown, ``lammps`` or ``in-house``; None without a number.
+        Engine whose number is shown, ``lammps`` or ``reference``; None without a number.
 
         LAMMPS's number is shown if it meets the target error. Otherwise the reference engine's
         number is shown, if it meets the target error or has the smaller error bar. LAMMPS can miss
         the target error, because rounding of its absolute coordinates limits the accuracy.
         """
-        ours, other = ({} if a is None else a.result for a in (self.lammps, self.in_house))
+        ours, other = ({} if a is None else a.result for a in (self.lammps, self.reference))
         if not ours or not other:
-            return "lammps" if ours else "in-house" if other else None
+            return "lammps" if ours else "reference" if other else None
         if ours["tolerance_met"] is not False:
             return "lammps"
         bars = [_number(result["restitution_error"], math.inf) for result in (ours, other)]
-        return "in-house" if other["tolerance_met"] or bars[1] < bars[0] else "lammps"
+        return "reference" if other["tolerance_met"] or bars[1] < bars[0] else "lammps"
 
     @property
     def engine_name(self) -> str:
         """Name of the source in texts; a dash if there is none."""
-        return {"lammps": "LAMMPS", "in-house": "reference", None: "–"}[self.source]
+        return {"lammps": "LAMMPS", "reference": "reference", None: "–"}[self.source]
 
     @property
     def origin(self) -> str:
@@ -70,13 +70,13 @@ class MeasuredPoint:
     @property
     def answer(self) -> Answer:
         """Result that is plotted and fitted; an empty result if there is none."""
-        shown = {"lammps": self.lammps, "in-house": self.in_house, None: None}[self.source]
+        shown = {"lammps": self.lammps, "reference": self.reference, None: None}[self.source]
         return shown or Answer({})
 
     @property
     def answers(self) -> list[Answer]:
         """Results of the engines that have one, with LAMMPS first."""
-        return [a for a in (self.lammps, self.in_house) if a is not None and a.result]
+        return [a for a in (self.lammps, self.reference) if a is not None and a.result]
 
     @property
     def restitution(self) -> float:

@@ -22,18 +22,18 @@ def measure(
 ) -> Measurements:
     """Compute the points of all studies in one call of `run`; a failed scene has no result."""
     for_lammps = dict.fromkeys(scene for study in planned for scene in study.scenes)
-    in_house = {scene: _reference_twin(scene) for scene in for_lammps}
-    for scene in (scene for study in planned for scene in study.in_house):
-        in_house.setdefault(scene, scene.replace(wall=None, engine="reference"))
-    wanted = list(dict.fromkeys([*for_lammps, *in_house.values()]))
+    reference = {scene: _reference_twin(scene) for scene in for_lammps}
+    for scene in (scene for study in planned for scene in study.reference):
+        reference.setdefault(scene, scene.replace(wall=None, engine="reference"))
+    wanted = list(dict.fromkeys([*for_lammps, *reference.values()]))
     answers = dict(zip(wanted, run(wanted), strict=True))
     echoed = by_echo([scene for study in planned for scene in study.echoed])
 
     def point(scene: Scene) -> MeasuredPoint:
-        if scene not in in_house:
+        if scene not in reference:
             return MeasuredPoint(scene, None, echoed[scene])
         by_lammps = answers[scene] if scene in for_lammps else None
-        return MeasuredPoint(scene, by_lammps, answers[in_house[scene]])
+        return MeasuredPoint(scene, by_lammps, answers[reference[scene]])
 
     points = {study.key: tuple(map(point, study.all_scenes)) for study in planned}
     return Measurements(plan, planned, points)

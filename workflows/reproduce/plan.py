@@ -64,14 +64,14 @@ class Study:
     title: str  #: Title in the table of times.
     scenes: tuple[Scene, ...]  #: Scenes for LAMMPS and the reference engine.
     #: Scenes for the reference engine only, which take LAMMPS too long in this plan.
-    in_house: tuple[Scene, ...] = ()
+    reference: tuple[Scene, ...] = ()
     #: Harmonic chains of 20 particles or more, by the echo of their free end.
     echoed: tuple[Scene, ...] = ()
 
     @property
     def all_scenes(self) -> tuple[Scene, ...]:
         """Scenes of the study for all engines."""
-        return (*self.scenes, *self.in_house, *self.echoed)
+        return (*self.scenes, *self.reference, *self.echoed)
 
 
 def harmonic_chains(

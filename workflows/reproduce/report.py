@@ -159,7 +159,7 @@ def _runs(points: Iterable[MeasuredPoint]) -> list[dict[str, Any]]:
             "seconds": answer.result["seconds_total"],
         }
         for point in points
-        for engine, answer in (("LAMMPS", point.lammps), ("in-house", point.in_house))
+        for engine, answer in (("LAMMPS", point.lammps), ("reference", point.reference))
         if answer is not None and answer.result
     ]
 
@@ -167,12 +167,12 @@ def _runs(points: Iterable[MeasuredPoint]) -> list[dict[str, Any]]:
 def _work(measured: Measurements, study: Study) -> dict[str, Any]:
     """Return the number of points of a study, and the seconds that each engine took."""
     runs = _runs(measured.points[study.key])
-    lammps, in_house = (
+    lammps, reference = (
         sum(run["seconds"] for run in runs if run["engine"] == engine)
-        for engine in ("LAMMPS", "in-house")
+        for engine in ("LAMMPS", "reference")
     )
     points = len(study.all_scenes)
-    return {"study": study.title, "points": points, "lammps": lammps, "in_house": in_house}
+    return {"study": study.title, "points": points, "lammps": lammps, "reference": reference}
 
 
 def _dearest(measured: Measurements) -> list[dict[str, Any]]:

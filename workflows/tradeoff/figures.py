@@ -57,7 +57,7 @@ def plot_work_precision(measurements: Sequence[Measurement], floor: float | None
         lowest = np.maximum([m.errors.min() for m in own], _LEAST)
         highest = np.array([m.worst_error for m in own])
         setting = own[0].setting
-        stock, in_house = setting.wall == "reflect", setting.engine == "reference"
+        stock, by_reference = setting.wall == "reflect", setting.engine == "reference"
         colour, marker = (GREY, "X") if stock else _SCHEMES.get(setting.scheme, _OTHER_SCHEME)
         ax.errorbar(
             [m.time for m in own],
@@ -65,9 +65,13 @@ def plot_work_precision(measurements: Sequence[Measurement], floor: float | None
             yerr=np.maximum([error - lowest, highest - error], 0.0),
             color=BLACK if stock else colour,
             marker=marker,
-            markerfacecolor="white" if in_house and not stock else None,
+            markerfacecolor="white" if by_reference and not stock else None,
             markersize=6.0 if stock else 4.0,
-            linestyle="--" if setting.table == "linear" else ":" if in_house and not stock else "-",
+            linestyle="--"
+            if setting.table == "linear"
+            else ":"
+            if by_reference and not stock
+            else "-",
             elinewidth=0.7,
             linewidth=1.2,
             label=series,

@@ -33,7 +33,7 @@ _FLOOR_SHARE = 3.0
 # One run of the first pass may take at most this fraction of the time.
 _LONGEST_SHARE = 0.08
 # The plan assumes that a step of the reference engine costs this fraction of a step of LAMMPS.
-_IN_HOUSE_COST = 0.1
+_REFERENCE_COST = 0.1
 
 
 @dataclass(frozen=True)
@@ -273,5 +273,5 @@ def expected_seconds(reference: ReferenceSolution, setting: Setting) -> float:
         reference.scene.problem, numerics, reference.scouting.end.last_contact_time
     )
     if setting.engine == "reference":
-        return _IN_HOUSE_COST * seconds
+        return _REFERENCE_COST * seconds
     return seconds if math.isfinite(seconds) else 0.0

@@ -94,7 +94,7 @@ class Validation:
         difference = abs(restitution - judge.restitution)
         allowed = error + (judge.restitution_error or 0.0)
         comparisons = (Comparison("restitution", difference, allowed), *others)
-        return cls(scene, subject, "in-house", restitution, judge.restitution, comparisons)
+        return cls(scene, subject, "reference", restitution, judge.restitution, comparisons)
 
     @property
     def agrees(self) -> bool:

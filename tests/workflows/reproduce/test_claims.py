@@ -31,11 +31,11 @@ def made(margin, **more):
 CLAIM = made(words(2.0), correction="x is {value:.1f}")
 
 
-def point(lammps: float, in_house: float, bar: float = 1e-6) -> MeasuredPoint:
+def point(lammps: float, reference: float, bar: float = 1e-6) -> MeasuredPoint:
     def answer(eta):
         return Answer({"restitution": eta, "restitution_error": bar})
 
-    return MeasuredPoint(Scene(), answer(lammps), answer(in_house))
+    return MeasuredPoint(Scene(), answer(lammps), answer(reference))
 
 
 @pytest.mark.parametrize(
@@ -142,27 +142,27 @@ def test_bar_of_a_compared_value_covers_the_difference():
 
 
 @pytest.mark.parametrize(
-    ("lammps", "in_house", "source"),
+    ("lammps", "reference", "source"),
     [
         ((True, 1e-6), (True, 1e-9), "lammps"),
         ((None, 1e-6), (True, 1e-9), "lammps"),
-        ((False, 1e-2), (True, 1e-6), "in-house"),
-        ((False, 1e-2), (False, 1e-3), "in-house"),
+        ((False, 1e-2), (True, 1e-6), "reference"),
+        ((False, 1e-2), (False, 1e-3), "reference"),
         ((False, 1e-3), (False, 1e-2), "lammps"),
-        ((False, None), (False, 1e-2), "in-house"),
-        (None, (False, 1e-2), "in-house"),
+        ((False, None), (False, 1e-2), "reference"),
+        (None, (False, 1e-2), "reference"),
         ((False, 1e-2), None, "lammps"),
         (None, None, None),
     ],
 )
-def test_value_shown_is_that_of_lammps_unless_it_misses_what_was_asked(lammps, in_house, source):
+def test_value_shown_is_that_of_lammps_unless_it_misses_what_was_asked(lammps, reference, source):
     def answer(said):
         if said is None:
             return Answer({}, failure="RunError: no")
         met, bar = said
         return Answer({"restitution": 0.9, "restitution_error": bar, "tolerance_met": met})
 
-    assert MeasuredPoint(Scene(), answer(lammps), answer(in_house)).source == source
+    assert MeasuredPoint(Scene(), answer(lammps), answer(reference)).source == source
 
 
 def test_claims_are_consistent():

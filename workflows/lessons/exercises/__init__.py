@@ -9,6 +9,6 @@ from chaincor.workflows.result import Collision
 
 
 @cache
-def in_house(tolerance: float = 1e-8, **fields: Any) -> Collision:
+def by_reference(tolerance: float = 1e-8, **fields: Any) -> Collision:
     """Return a collision of the reference engine, which each process computes once."""
     return collide(Scene(engine="reference", tolerance=tolerance, **fields))

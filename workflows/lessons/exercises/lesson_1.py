@@ -4,14 +4,14 @@ import numpy as np
 
 from chaincor.analysis.modes import mode_frequencies
 from chaincor.workflows.lessons.exercise import RIGHT, exercise
-from chaincor.workflows.lessons.exercises import in_house
+from chaincor.workflows.lessons.exercises import by_reference
 from chaincor.workflows.lessons.judging import Answers
 
 _LINEAR = "springs are linear: all displacements double, and no ratio changes"
 
 
 def _eta(particles: int = 10, velocity: float = 0.1) -> float:
-    return in_house(potential="harmonic", particles=particles, velocity=velocity).restitution
+    return by_reference(potential="harmonic", particles=particles, velocity=velocity).restitution
 
 
 @exercise("two numbers: eta of one particle, and of two joined by a spring")

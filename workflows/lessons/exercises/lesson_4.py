@@ -4,7 +4,7 @@ import numpy as np
 
 from chaincor.analysis.modes import mode_frequencies
 from chaincor.workflows.lessons.exercise import RIGHT, exercise
-from chaincor.workflows.lessons.exercises import in_house
+from chaincor.workflows.lessons.exercises import by_reference
 from chaincor.workflows.lessons.judging import Answers
 
 _N = 10
@@ -56,7 +56,7 @@ def _exercise_2() -> Answers:
 
 @exercise("one number: the share of the vibration in modes 50 to 99", tolerance=0.01)
 def _exercise_3() -> Answers:
-    energies = in_house(potential="harmonic", particles=100, velocity=0.1).mode_energies
+    energies = by_reference(potential="harmonic", particles=100, velocity=0.1).mode_energies
     yield float(energies[50:].sum() / energies[1:].sum()), RIGHT
     yield (
         float(energies[50:].sum() / energies.sum()),

@@ -5,7 +5,7 @@ import numpy as np
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.bonds.potentials import LennardJones, Power, Toda
 from chaincor.workflows.lessons.exercise import RIGHT, exercise
-from chaincor.workflows.lessons.exercises import in_house
+from chaincor.workflows.lessons.exercises import by_reference
 from chaincor.workflows.lessons.judging import Answers
 
 _SPEED = 0.8
@@ -66,7 +66,7 @@ def _exercise_3() -> Answers:
 )
 def _exercise_4() -> Answers:
     slow, fast = (
-        in_house(1e-6, potential="lj", particles=100, speed=speed).contacts / 100
+        by_reference(1e-6, potential="lj", particles=100, speed=speed).contacts / 100
         for speed in (0.1, 2.0)
     )
     yield [slow, fast], RIGHT

@@ -7,14 +7,14 @@ from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.potentials import LennardJones
 from chaincor.workflows.engines.compositions import COMPOSITIONS
 from chaincor.workflows.lessons.exercise import RIGHT, exercise
-from chaincor.workflows.lessons.exercises import in_house
+from chaincor.workflows.lessons.exercises import by_reference
 from chaincor.workflows.lessons.judging import Answers
 
 _HALF = "half of the forces are missing: each bond acts on the particles at both its ends"
 
 
 def _contacts() -> tuple[Array, int, float]:
-    chain = in_house(potential="lj", particles=20, speed=0.4)
+    chain = by_reference(potential="lj", particles=20, speed=0.4)
     return chain.contact_speeds, chain.particles, chain.velocity
 
 

@@ -4,7 +4,7 @@ import numpy as np
 
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.workflows.lessons.exercise import RIGHT, exercise
-from chaincor.workflows.lessons.exercises import in_house
+from chaincor.workflows.lessons.exercises import by_reference
 from chaincor.workflows.lessons.judging import Answers
 
 _LENGTHS = (10, 20, 40)
@@ -13,13 +13,13 @@ _SPEEDS = np.linspace(0.1, 2.0, 12)
 
 def _etas(potential: str, particles: int, speeds: Array) -> Array:
     scene = {"potential": potential, "particles": particles}
-    return np.array([in_house(1e-6, **scene, speed=float(v)).restitution for v in speeds])
+    return np.array([by_reference(1e-6, **scene, speed=float(v)).restitution for v in speeds])
 
 
 def _cost(particles: int) -> float:
     # The cost is proportional to the particles times the steps, whose number is proportional to the
     # duration.
-    chain = in_house(1e-6, potential="lj", particles=particles, speed=0.4)
+    chain = by_reference(1e-6, potential="lj", particles=particles, speed=0.4)
     return particles * chain.last_contact_time
 
 

@@ -5,7 +5,7 @@ import numpy as np
 from chaincor.analysis.theory import hard_sphere_limit
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.workflows.lessons.exercise import RIGHT, exercise
-from chaincor.workflows.lessons.exercises import in_house
+from chaincor.workflows.lessons.exercises import by_reference
 from chaincor.workflows.lessons.judging import Answers
 
 _LOGS = "one axis is in log and the other in log10: use one of them for both"
@@ -23,7 +23,7 @@ def _slope(x: Array, y: Array) -> float:
 )
 def _exercise_1() -> Answers:
     lengths = np.array([125, 250, 500, 1000, 2000])
-    chains = [in_house(potential="harmonic", particles=int(n), velocity=0.1) for n in lengths]
+    chains = [by_reference(potential="harmonic", particles=int(n), velocity=0.1) for n in lengths]
     lost = np.array([1.0 - chain.restitution for chain in chains])
     exponent = _slope(np.log(lengths), np.log(lost))
     yield exponent, RIGHT
@@ -47,9 +47,9 @@ def _exercise_1() -> Answers:
     tolerance=0.05,
 )
 def _exercise_2() -> Answers:
-    springs = in_house(1e-10, potential="harmonic", particles=100, velocity=0.1).restitution
+    springs = by_reference(1e-10, potential="harmonic", particles=100, velocity=0.1).restitution
     faster, slower = (
-        abs(in_house(1e-10, potential="lj", particles=100, speed=speed).restitution - springs)
+        abs(by_reference(1e-10, potential="lj", particles=100, speed=speed).restitution - springs)
         for speed in (1e-3, 1e-5)
     )
     yield faster / slower, RIGHT

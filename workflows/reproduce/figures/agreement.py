@@ -35,7 +35,7 @@ def examine_points(measured: Measurements) -> dict[str, Any]:
     failed = [
         (p.source is not None and engine == "LAMMPS", f"{_name(p)}, {engine}: {answer.failure}")
         for p in points
-        for engine, answer in (("LAMMPS", p.lammps), ("reference engine", p.in_house))
+        for engine, answer in (("LAMMPS", p.lammps), ("reference engine", p.reference))
         if answer is not None and not answer.result
     ]
     relative = [increase.largest_relative_error for increase in increases(measured).values()]
@@ -44,7 +44,7 @@ def examine_points(measured: Measurements) -> dict[str, Any]:
         # with only the reference engine.
         "points": len(points),
         "by_lammps": sum(p.source == "lammps" for p in points),
-        "alone": sum(p.source == "in-house" and p.agrees is None for p in points),
+        "alone": sum(p.source == "reference" and p.agrees is None for p in points),
         # These are the numbers of points that both engines computed, and of points whose difference
         # exceeds the allowed one.
         "compared": len(compared),

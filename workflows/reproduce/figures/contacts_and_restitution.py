@@ -182,7 +182,7 @@ def figure(measured: Measurements) -> Figure:
         title="Contacts per particle and restitution against speed",
         caption=(
             f"The paper's figure 7, lj, n = {measured.plan.curve_particles}. "
-            f"Filled: LAMMPS; open: in-house.{describe_open(points)} f/n reaches 1, "
+            f"Filled: LAMMPS; open: reference engine.{describe_open(points)} f/n reaches 1, "
             f"the value of hard spheres, at {full:.3g} v*. η rises with f/n and "
             "goes on rising beyond this speed. Error bars of η are smaller than "
             f"the symbols{describe_bars(points)}; f is a whole number."

@@ -71,10 +71,10 @@ def difference_over_velocities(
     both = [[quantity(p, a) for a in p.answers] for p in ours if len(p.answers) == 2]
     if len(both) < 2:
         raise NoNumber("no reference result to compare with")
-    by_lammps, in_house = (np.array(values) for values in zip(*both, strict=True))
+    by_lammps, reference = (np.array(values) for values in zip(*both, strict=True))
     return ClaimFinding(
         float(np.max(np.ptp(by_lammps, axis=0))),
-        2.0 * float(np.max(np.abs(by_lammps - in_house))),
+        2.0 * float(np.max(np.abs(by_lammps - reference))),
         f"largest difference of {name} {where}; ± twice the largest difference between the engines",
         ours,
     )

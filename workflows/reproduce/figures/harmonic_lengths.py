@@ -162,7 +162,7 @@ def figure(measured: Measurements) -> Figure:
         n = np.geomspace(3, max(p.particles for p in drawn), 60)
         fitted = n[n >= 0.98 * mean.first]
         for source, label, size in (
-            ("in-house", "reference engine", 2.8),
+            ("reference", "reference engine", 2.8),
             ("lammps", "LAMMPS", 4.5),
         ):
             chosen = [p for p in drawn if p.source == source]

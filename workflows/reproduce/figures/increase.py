@@ -48,8 +48,8 @@ def increase_of(points: list[MeasuredPoint], harmonic: MeasuredPoint) -> Curve:
     The result of the reference engine for the harmonic chain is preferred, because it is exact.
     """
     exact = harmonic.restitution, harmonic.error
-    if harmonic.in_house is not None and harmonic.in_house.result:
-        exact = harmonic.in_house.result["restitution"], harmonic.bar_of(harmonic.in_house)
+    if harmonic.reference is not None and harmonic.reference.result:
+        exact = harmonic.reference.result["restitution"], harmonic.bar_of(harmonic.reference)
     values = exact[0] - column(points, "restitution")
     return Curve(points, column(points, "speed"), values, exact[1] + column(points, "error"))
 

@@ -85,8 +85,8 @@ def _alpha(measured: Measurements) -> ClaimFinding:
         limit,
         change + 1e-5,
         f"limit v₀ → 0 of a parabola through {len(slow)} speeds up to 0.1 v*, {ours} by LAMMPS and "
-        f"{len(slow) - ours} in-house; ± what one speed less changes; first-order theory gives "
-        f"{pair_interval_slope(_BOND):.5f}; intervals agree with the exact quadrature to "
+        f"{len(slow) - ours} by the reference engine; ± what one speed less changes; "
+        f"first-order theory gives {pair_interval_slope(_BOND):.5f}; intervals agree with the exact quadrature to "
         f"{deviation:.0e}",
         slow,
     )

@@ -207,8 +207,8 @@ def figure(measured: Measurements) -> Figure:
         title="Restitution against speed for lj, toda and log chains",
         caption=(
             f"The paper's figure 4, n = {measured.plan.curve_particles}. Filled: LAMMPS; open: "
-            f"in-house.{describe_open(every['lj'])}{_not_given(every['log'])} η is the paper's "
-            "ratio of energies. Dashed: the harmonic chain, which all three approach at low speed. "
+            f"the reference engine.{describe_open(every['lj'])}{_not_given(every['log'])} η is the "
+            "paper's ratio of energies. Dashed: the harmonic chain, which all three approach at low speed. "
             f"Error bars are smaller than the symbols{describe_bars(measured.points['curves'])}."
         ),
         alt=(
@@ -223,7 +223,7 @@ def figure(measured: Measurements) -> Figure:
 
 def describe_open(points: Sequence[MeasuredPoint]) -> str:
     """Name the points of a curve that show the reference engine's number, not LAMMPS's."""
-    missed = [p for p in points if p.source == "in-house" and len(p.answers) == 2]
+    missed = [p for p in points if p.source == "reference" and len(p.answers) == 2]
     if not missed:
         return ""
     speeds = ", ".join(f"{p.speed:.3g}" for p in missed)

@@ -36,7 +36,12 @@ def measurements():
     others = [
         Scene(potential="lj", particles=n, speed=u) for n in (10, 1000) for u in (0.01, 0.1, 0.5)
     ]
-    points = {"slow_chains": study(QUICK).in_house, "slopes": others, "sizes": others, "curves": ()}
+    points = {
+        "slow_chains": study(QUICK).reference,
+        "slopes": others,
+        "sizes": others,
+        "curves": (),
+    }
     return Measurements(QUICK, (), {key: tuple(map(point, ps)) for key, ps in points.items()})
 
 
