@@ -86,8 +86,8 @@ def _alpha(measured: Measurements) -> ClaimFinding:
         change + 1e-5,
         f"limit v₀ → 0 of a parabola through {len(slow)} speeds up to 0.1 v*, {ours} by LAMMPS and "
         f"{len(slow) - ours} by the reference engine; ± what one speed less changes; "
-        f"first-order theory gives {pair_interval_slope(_BOND):.5f}; intervals agree with the exact "
-        f"quadrature to {deviation:.0e}",
+        f"first-order theory gives {pair_interval_slope(_BOND):.5f}; intervals agree with the "
+        f"exact quadrature to {deviation:.0e}",
         slow,
     )
 

@@ -208,8 +208,9 @@ def figure(measured: Measurements) -> Figure:
         caption=(
             f"The paper's figure 4, n = {measured.plan.curve_particles}. Filled: LAMMPS; open: "
             f"the reference engine.{describe_open(every['lj'])}{_not_given(every['log'])} η is the "
-            "paper's ratio of energies. Dashed: the harmonic chain, which all three approach at low "
-            f"speed. Error bars are smaller than the symbols{describe_bars(measured.points['curves'])}."
+            "paper's ratio of energies. Dashed: the harmonic chain, which all three approach at "
+            f"low speed. Error bars are smaller than the symbols"
+            f"{describe_bars(measured.points['curves'])}."
         ),
         alt=(
             "η of three bonds against speed: 0.97 when slow, a minimum of about 0.7 near 0.8 v*, 1 "
