@@ -13,22 +13,23 @@ from hypothesis import settings
 
 from tests.waiting import HANGS
 
-# A shell that starts the suite in the background has it ignore Ctrl-C, and with it every process
+# A shell that starts the suite in the background makes it ignore Ctrl-C, and with it every process
 # that a test starts and interrupts.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
-# The machine's load must not decide whether a property holds.
+# The load of the machine must not decide whether a property holds.
 settings.register_profile("chaincor", deadline=None, max_examples=60, derandomize=True)
 settings.load_profile("chaincor")
 
-# A test, or what comes between two and after all: nothing but what waits for ever takes so long.
+# Only a test that waits for ever takes this long, including set-up and clean-up.
 TEST_HANGS, END_HANGS = 3.0 * HANGS, HANGS
 _STDERR = pytest.StashKey[int]()
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    # Of this process itself; while a test runs, what is written to file descriptor 2 is captured.
+    # This file descriptor belongs to the process. During a test, output to file descriptor 2 is
+    # captured.
     config.stash[_STDERR] = os.dup(2)
 
 

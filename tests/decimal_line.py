@@ -32,7 +32,7 @@ def collide_in_decimals(masses, first, strains, velocities, until: float) -> Sha
         count, gap = len(masses), first - 1
         s, v = [Decimal(x) for x in strains], [Decimal(x) for x in velocities]
         stiffest = max(inverse[i] for i in range(count)) * 4
-        # The rest after 45 terms of (omega h)^45/45!, omega h < 1/2, is below 1e-69.
+        # The rest after 45 terms, (omega h)^45/45! with omega h < 1/2, is below 1e-69.
         step = Decimal("0.5") / stiffest.sqrt()
         now, origin = Decimal(0), None
         times, speeds = [], []

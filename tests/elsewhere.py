@@ -51,7 +51,8 @@ def settings() -> dict[str, Setting]:
         "one-thread": Setting(variables=one),
         "lowest": Setting(
             python=lambda: make_environment("lowest", lowest_python(), lowest=True),
-            # What is not declared is new there: old packages use what new ones deprecate.
+            # Warnings about deprecations are allowed, because old packages use what new packages
+            # deprecate.
             options=("-W", "ignore::DeprecationWarning"),
         ),
         **{
@@ -70,7 +71,7 @@ def old_processor() -> dict[str, str]:
     except ImportError:  # before NumPy 2
         from numpy.core._multiarray_umath import __cpu_dispatch__ as dispatched
         from numpy.core._multiarray_umath import __cpu_features__ as present
-    # NumPy warns of features that are not there to be disabled, and here warnings are errors.
+    # NumPy warns about features that cannot be disabled, and here warnings are errors.
     disabled = [name for name in dispatched if present.get(name)]
     return {
         "NUMBA_CPU_NAME": "generic",
@@ -83,7 +84,7 @@ def find_python(name: str) -> str | None:
     """Return an interpreter by its name: on the path, or among pyenv's."""
     pyenv = Path(os.environ.get("PYENV_ROOT", Path.home() / ".pyenv")) / "versions"
     version = name.removeprefix("python")
-    # Shims of pyenv are on the path also for versions that are not active.
+    # The path also contains shims of pyenv for versions that are not active.
     candidates = [shutil.which(name), *sorted(pyenv.glob(f"{version}.*/bin/{name}"))]
     for candidate in filter(None, candidates):
         asked = [str(candidate), "-c", "import venv"]
@@ -111,7 +112,7 @@ def make_environment(name: str, python: str, *, lowest: bool = False) -> str:
         return str(interpreter)
     subprocess.run([python, "-m", "venv", "--clear", folder], check=True)
     subprocess.run([interpreter, "-m", "pip", "install", "--quiet", "uv"], check=True)
-    # Of pip, uv and their like only uv can be asked for the lowest version of what is declared.
+    # Only uv can install the lowest version of each declared library; pip cannot.
     install = [interpreter, "-m", "uv", "pip", "install", "--quiet", "--python", interpreter]
     resolution = ["--resolution", "lowest-direct"] if lowest else []
     wanted = ["--editable", str(ROOT), "--group", f"{ROOT / 'pyproject.toml'}:test"]
@@ -141,7 +142,7 @@ def run_suite(name: str, setting: Setting, arguments: list[str]) -> int:
     environment = os.environ | setting.variables | {"NUMBA_CACHE_DIR": str(caches)}
     print(f"==== {name}: {describe(python)}", flush=True)
     command = [python, "-m", "pytest", "-q", "-p", "no:cacheprovider", *setting.options, *arguments]
-    # Loops are compiled at leisure; pytest would do it once for each of its workers.
+    # The loops are compiled beforehand, because pytest would compile them once for each worker.
     warm = [python, "-m", "tests.warm_kernels", *(() if "not slow" in arguments else ("all",))]
     subprocess.run(warm, cwd=ROOT, env=environment, check=True)
     with burning(setting.burners):

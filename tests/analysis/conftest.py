@@ -17,7 +17,7 @@ class HarmonicCollision:
     impact_velocity: float
     contact_times: np.ndarray
     contact_speeds: np.ndarray
-    amplitudes: tuple  # (q, p) right after each contact
+    amplitudes: tuple  # Position and velocity right after each contact.
 
     def state(self, time):
         """Return displacements and velocities; before the first contact the chain flies."""
@@ -33,7 +33,8 @@ class HarmonicCollision:
 def modes(n):
     """Return shapes (columns) and frequencies from the definition, not from a transform."""
     i, j = np.meshgrid(np.arange(1, n + 1), np.arange(n), indexing="ij")
-    # Whole numbers reduced before the cosine: an argument of 1500 would cost three digits.
+    # Whole numbers are reduced before the cosine, because an argument of 1500 would cost three
+    # digits.
     angle = np.pi * ((j * (2 * i - 1)) % (4 * n)) / (2 * n)
     shapes = np.cos(angle) * np.where(j == 0, 1.0, np.sqrt(2.0)) / np.sqrt(n)
     return shapes, 2.0 * np.sin(0.5 * np.pi * np.arange(n) / n)
@@ -64,7 +65,7 @@ def collide_harmonic(n, v0=0.1):
         times.append(time)
         speeds.append(speed)
         amplitudes.append((q, p))
-        # Contacts are 1.5 to 6 apart; after the last, sound needs 2 n to come back.
+        # Contacts are 1.5 to 6 apart in time. After the last contact, sound needs 2 n to return.
         bracket = find_crossing(end, omega, q, p, 4.0) or find_crossing(
             end, omega, q, p, 2.2 * n + 10.0
         )

@@ -42,7 +42,7 @@ def test_new_folders_go_if_the_work_in_them_fails(tmp_path, whole):
             (tmp_path / "old" / "a" / "b" / "half").touch()
         raise RuntimeError
     assert [path.name for path in tmp_path.rglob("*")] == ["old"]
-    # Files that are complete stay where half of the work is of use.
+    # Complete files stay if a part of the work is useful.
     with pytest.raises(RuntimeError), made_folder(tmp_path / "old" / "a"):  # noqa: PT012
         (tmp_path / "old" / "a" / "data").touch()
         raise RuntimeError

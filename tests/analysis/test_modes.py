@@ -50,8 +50,9 @@ def test_modes_of_unequal_masses_are_those_of_the_dense_eigenproblem(n, seed, st
     squares, shapes = np.linalg.eigh(spring / np.outer(root, root))
     squares = np.maximum(squares, 0.0)
     dense = 0.5 * ((shapes.T @ (root * v)) ** 2 + squares * (shapes.T @ (root * u)) ** 2)
-    # Eigenvalues are good to some n eps of the largest, 4 k/min(m), shapes to that over the gap to
-    # the next. Of masses drawn at random neighbours may lie close: sums over all are not mixed.
+    # Eigenvalues are exact to some n eps of the largest one, 4 k/min(m), and shapes to this over
+    # the gap to the next eigenvalue. With random masses, eigenvalues may lie close, but sums over
+    # all modes are not affected.
     np.testing.assert_allclose(
         mode_frequencies(n, stiffness, masses) ** 2, squares, atol=1e-13 * n * stiffness
     )
@@ -61,7 +62,7 @@ def test_modes_of_unequal_masses_are_those_of_the_dense_eigenproblem(n, seed, st
     assert fast[0] == pytest.approx(float(split.translation), rel=1e-12)
     gaps = np.diff(squares).min(initial=1.0)
     if gaps > 1e-3:
-        # Shapes mix by n eps |K|/gap < 1e-13 n 10/1e-3; energies are up to 2 |K| n of them.
+        # Shapes mix by n eps |K|/gap < 1e-13 n 10/1e-3, and energies are up to 2 |K| n times this.
         np.testing.assert_allclose(mode_energies(u, v, stiffness, masses), dense, atol=1e-7 * n)
 
 
@@ -70,7 +71,8 @@ def test_equal_masses_are_the_transform_to_the_bit():
     np.testing.assert_array_equal(mode_energies(u, v, 1.0, np.ones(9)), mode_energies(u, v))
     np.testing.assert_array_equal(mode_frequencies(9, 2.0, np.ones(9)), mode_frequencies(9, 2.0))
     np.testing.assert_array_equal(restitution(v, 0.1, np.ones(9)), restitution(v, 0.1))
-    # Twice the mass is half the stiffness of unit masses: frequencies by sqrt(2), energies by 2.
+    # Twice the mass has the effect of half the stiffness: frequencies change by sqrt(2), energies
+    # by 2.
     np.testing.assert_allclose(
         mode_energies(u, v, 1.0, np.full(9, 2.0)), 2.0 * mode_energies(u, v, 0.5), rtol=1e-14
     )
@@ -101,8 +103,8 @@ def test_translation_costs_no_digits():
     strains = 1e-6 * rng.normal(size=63)
     u = np.concatenate(([0.0], np.cumsum(strains)))
     exact = mode_energies(u, np.zeros(64))
-    # The shift itself rounds u to 1e-10 (spacing at 1e6), strains to 1e-4 of themselves; a power
-    # of two keeps them on a grid of 2^-30, which we choose beforehand.
+    # The shift itself rounds u to 1e-10 (the spacing at 1e6) and strains to a relative 1e-4. A
+    # power of two keeps them on a grid of 2^-30, which is chosen beforehand.
     grid = np.round(u * 2.0**30) / 2.0**30
     np.testing.assert_array_equal(
         mode_energies(grid + 2.0**20, np.zeros(64)), mode_energies(grid, np.zeros(64))
@@ -140,8 +142,8 @@ def test_harmonic_chain_of_500(harmonic500):
     np.testing.assert_allclose(from_contacts, energies[1:], atol=1e-11 * energy)
 
 
-# Light ends vibrate alone, above all other frequencies, and know nothing of each other; two light
-# particles at each end do so in more than one way.
+# Light ends vibrate independently, above all other frequencies. Two light particles at each end do
+# so in several ways.
 LIGHT_ENDS = {
     "one": (np.concatenate(([1.0], np.full(58, 10.0), [1.0])), [(58, 59)]),
     "two": (np.concatenate(([1.0, 1.0], np.full(60, 10.0), [1.0, 1.0])), [(60, 61), (62, 63)]),

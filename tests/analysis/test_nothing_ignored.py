@@ -25,7 +25,7 @@ def states(path):
 def test_scaled_positions_follow_the_bounds_of_their_own_frame(harmonic20, dump_writer):
     path = dump_writer.write(harmonic20, TIMES, columns="id xs vx v_time", moving_box=True)
     for state, time in zip(states(path), TIMES, strict=True):
-        # A box of 210 to 390: x is good to some eps of that.
+        # In a box of 210 to 390, x is exact to some eps of 390.
         np.testing.assert_allclose(state.displacements, harmonic20.state(time)[0], atol=1e-12)
 
 
@@ -87,7 +87,7 @@ def test_other_units_are_refused(harmonic20, dump_writer):
     (path.parent / "in.mine").write_text("units metal\natom_style bond\nrun 1\n")
     with pytest.raises(InputError, match="sets units metal"):
         analyze_job(find_job(path.parent))
-    # A log repeats a command with what its variable stands for; a script alone does not tell.
+    # A log repeats a command with the value of its variable, while a script does not.
     (path.parent / "in.mine").write_text("units ${u}\natom_style bond\nrun 1\n")
     assert analyze_job(find_job(path.parent)).restitution == pytest.approx(ETA20, abs=1e-11)
     (path.parent / "log.lammps").write_text("LAMMPS (22 Jul 2025)\nunits ${u}\nunits real\n")

@@ -88,7 +88,7 @@ def test_attributes_json_arrays_and_columns_are_those_of_the_list(result, tmp_pa
     assert usual <= set(result.to_dict()) <= names
     assert set(result.arrays()) <= {each.name for each in OF_RUNS if each.is_array}
     scalars = {each.name for each in OF_RUNS if each.kind in ("int", "float", "bool", "str")}
-    # Whether the bodies are soft is told by the constants of the contact.
+    # The constants of the contact show whether the bodies are soft.
     assert scalars - {"contact"} <= set(PLAIN_COLUMNS)
     path = tmp_path / "s.db"
     collide([result.scene], store=path, workers=1, progress=False)
@@ -99,7 +99,8 @@ def test_attributes_json_arrays_and_columns_are_those_of_the_list(result, tmp_pa
 
 
 def test_a_store_of_an_older_version_is_read(tmp_path):
-    # Written before results were made from the list: a chain at a wall, and one at a free target.
+    # These results were written before results were generated from the list, for a wall and for a
+    # free target.
     text = (Path(__file__).parent / "store_of_november_2026.sql").read_text()
     path = tmp_path / "old.db"
     with sqlite3.connect(path) as connection:
@@ -123,7 +124,7 @@ def test_lammps_tells_the_number_of_the_reference_engine():
     found = collide(Scene(particles=3, tolerance=1e-6))
     exact = collide(Scene(particles=3, tolerance=1e-10, engine="reference"))
     plain = found.to_dict()
-    # The smaller bar holds, too; and it is the smaller one.
+    # The smaller error bar also holds, so it is used.
     off = abs(plain["reference_restitution"] - exact.restitution)
     assert off <= plain["reference_error"] + exact.restitution_error
     assert 0.0 < plain["reference_error"] < found.restitution_error
@@ -150,7 +151,8 @@ def test_the_row_before_the_closing_lines_is_the_number_of_the_reference_engine(
 def test_the_bar_of_the_stock_wall_is_called_statistical(result):
     stock = dataclasses.replace(result, wall="reflect", restitution_error=1e-3)
     assert dict(rows_of(stock))["restitution (energy)"].endswith(", statistical bar, 99.5 %")
-    # Without a bar there is nothing to qualify; the event wall's bar is no statistical one.
+    # Without an error bar there is nothing to qualify. The event wall's error bar is not
+    # statistical.
     for other in ({"restitution_error": None}, {"wall": "event"}):
         assert "statistical" not in rows_of(dataclasses.replace(stock, **other))[0][1]
 
@@ -168,13 +170,13 @@ def test_the_time_of_the_last_contact_has_a_bar():
     off = abs(found.last_contact_time - exact.last_contact_time)
     assert 0.0 < off <= found.last_contact_error + exact.last_contact_error
     assert found.to_dict()["last_contact_error"] == found.last_contact_error
-    # No run was made to compare this one with.
+    # There is no other run for a comparison.
     alone = collide(Scene(particles=3, scheme="verlet", timestep=0.01, error=False))
     assert alone.last_contact_error is None
 
 
 def test_runs_that_differ_in_contacts_give_their_range():
-    # A step of 0.4 adds a contact, which the run at half of it does not have.
+    # A step of 0.4 adds a contact that the run at half the step does not have.
     found = collide(Scene(particles=50, scheme="verlet", timestep=0.4, engine="reference"))
     exact = collide(Scene(particles=50, tolerance=1e-6, engine="reference"))
     low, high = found.contacts_range

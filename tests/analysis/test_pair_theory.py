@@ -59,8 +59,8 @@ def test_slope_is_the_limit_of_the_quadrature(bond):
         interval = pair_interval(bond, v * bond.natural_speed)
         return (1.0 - interval * math.sqrt(2.0) / math.pi) / v**order
 
-    # One Richardson step removes the next term, of relative order v; what is left is v^2, and
-    # rounding, 1e-15/v^order.
+    # One Richardson step removes the next term, of relative order v. The rest is v^2 and rounding,
+    # 1e-15/v^order.
     limit = 2.0 * slope(0.5 * speed) - slope(speed)
     assert pair_interval_slope(bond) == pytest.approx(limit, rel=20.0 * speed**2)
 
@@ -77,7 +77,7 @@ def test_anharmonic_coefficients():
     assert anharmonic_coefficient(LennardJones()) == pytest.approx(-3.5, rel=1e-8)
     assert anharmonic_coefficient(Toda(4.0)) == pytest.approx(-4.0 / 6.0, rel=1e-8)
     assert anharmonic_coefficient(Power(6, 0.7)) == pytest.approx(0.7, rel=1e-8)
-    # Of steep bonds too, whose higher terms count at strains of 1/b.
+    # The test includes steep bonds, whose higher terms matter at strains of 1/b.
     assert anharmonic_coefficient(Toda(1000.0)) == pytest.approx(-1000.0 / 6.0, rel=1e-8)
     assert anharmonic_coefficient(Morse(60.0)) == pytest.approx(-30.0, rel=1e-8)
 

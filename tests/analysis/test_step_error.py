@@ -19,7 +19,7 @@ from chaincor.workflows.job_analysis.analyze import analyze
 from chaincor.workflows.job_analysis.description import describe
 from tests.lmp import run_lmp
 
-# Jobs that tell no error themselves: other steps must.
+# These jobs do not print an error, so runs at other steps must give it.
 SCENE = Scene(
     potential="harmonic", particles=7, velocity=0.2, scheme="verlet", timestep=0.02, error=False
 )
@@ -47,17 +47,18 @@ def test_two_steps_in_a_tree_tell_the_error(tmp_path, reference_value, wall, cha
     scene = SCENE.replace(wall=wall)
     run_job(scene, tmp_path / "coarse")
     fine = run_job(scene.replace(timestep=0.01), tmp_path / "fine")
-    # What lmp prints on the screen looks like a log, and must not hide the script's step.
+    # The screen output of lmp looks like a log and must not hide the step of the script.
     (fine / "out.txt").write_text("LAMMPS (22 Jul 2025)\nReading data file ...\n")
     status, out, _ = chaincor("analyze", tmp_path, "--json")
     result = json.loads(out)
     assert status == 0
     error = abs(result["restitution"] - reference_value)
-    # Verlet with impacts located: 1e-6 to 1e-5 here; the stock wall: 1e-3 to 1e-2.
+    # Verlet steps with located impacts have errors of 1e-6 to 1e-5 here, and the stock wall of 1e-3
+    # to 1e-2.
     assert result["data_error"] < 1e-12 < error
     assert error <= result["restitution_error"] < (1e-3 if wall == "event" else 0.2)
     assert not any("restitution_error is not known" in caveat for caveat in result["caveats"])
-    # The number is that of the finer run.
+    # The number is that of the run with the finer step.
     alone = analyze_folder(fine)
     assert result["restitution"] == alone.restitution
     assert alone.restitution_error is None
@@ -85,7 +86,7 @@ def test_steps_are_compared_in_the_units_of_the_chain(tmp_path, reference_value)
     found = analyze_folder(metals)
     assert found.job.dump.parent == metals / "b"
     assert abs(found.restitution - reference_value) <= found.restitution_error
-    # Lengths of 3.8 are rounded otherwise, which changes eta by some 1e-15.
+    # Lengths of 3.8 are rounded differently, which changes eta by about 1e-15.
     assert found.restitution_error == pytest.approx(
         analyze_folder(reduced).restitution_error, rel=1e-6
     )
@@ -98,7 +99,7 @@ def test_what_the_run_itself_has_printed_is_its_error(tmp_path, reference_value)
     assert found.restitution_error == printed["restitution_error"] + found.data_error
     assert abs(found.restitution - reference_value) <= found.restitution_error < 1e-3
     assert "printed in log.lammps" in found.caveats[-1]
-    # It knows more than a second run, whose log tells nothing.
+    # This job knows more than a second run whose log has no error.
     run_job(SCENE.replace(timestep=0.04), job / "coarse")
     again = analyze_folder(job)
     assert again.restitution_error == found.restitution_error
@@ -131,7 +132,7 @@ def test_drift_after_the_last_contact_is_not_that_of_the_run(tmp_path):
     said = [caveat for caveat in found.caveats if "the energy drifts" in caveat]
     assert len(said) == 1
     assert "after the last contact: restitution does not change there" in said[0]
-    # A drift of the collision itself is one of the run, wherever its frames are.
+    # A drift in the collision itself belongs to the run, at whatever times it has frames.
     coarse = COMPOSED.replace(scheme="verlet", timestep=0.1)
     found = analyze_folder(run_job(coarse, tmp_path / "coarse"))
     assert any("the run is no more accurate" in caveat for caveat in found.caveats)

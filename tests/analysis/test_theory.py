@@ -27,7 +27,7 @@ def test_coefficient_of_the_law_is_its_integral():
     def integrand(y):
         return math.sin(y**3) ** 2 / y**2 if y else 0.0
 
-    # The tail beyond y = 12 averages to 1/(2 y): 0.0417, its oscillation to 1e-4 of that.
+    # The tail beyond y = 12 averages to 1/(2 y) = 0.0417, and its oscillation to 1e-4 of that.
     value = quad(integrand, 0.0, 12.0, limit=3000)[0] + 0.5 / 12.0
     expected = 8.0 / math.pi**2 * math.pi / 24.0 ** (1 / 3) * value
     assert pytest.approx(expected, abs=2e-5) == HARMONIC_DISSIPATION_COEFFICIENT
@@ -90,15 +90,16 @@ def test_hard_spheres_by_sorting_velocities():
 
 def test_the_limit_of_harmonic_chains_is_that_of_an_airy_front():
     limit = harmonic_dissipation_limit()
-    # By quadrature of what the wall pushes with, from its definition: 1 - 2 F to where it ends.
+    # The reference is a quadrature of the wall's force from its definition, 1 - 2 F up to its end.
     z = np.linspace(-3.0, 30.0, 330_001)
     tail = 1.0 - cumulative_trapezoid(airy(z)[0], z, initial=0.0)
     tail += (1.0 / 3.0) - np.interp(0.0, z, tail)
     end = np.flatnonzero(tail >= 0.5)[-1]
     width = (1.0 / 4.0) ** (1.0 / 3.0)
-    # Per particle and v0, n = 1 in the scaled way: 2 n - J = z0 s + 2 s int F.
+    # Per particle and v0, with n = 1 in scaled units, 2 n - J = z0 s + 2 s int F.
     missing = width * (z[end] + 2.0 * trapezoid(tail[end:], z[end:]))
-    # The trapezoidal rule with steps of 1e-4 errs by 1e-8, the root by half a step times nothing.
+    # The trapezoidal rule with steps of 1e-4 has an error of 1e-8. The root is off by half a step,
+    # where the integrand vanishes.
     assert 2.0 * missing == pytest.approx(limit, abs=1e-6)
     assert limit == pytest.approx(0.562584, abs=1e-6)
 

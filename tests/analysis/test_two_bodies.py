@@ -32,7 +32,7 @@ def result():
 
 @pytest.fixture(scope="module")
 def states(result):
-    # The first frame of the reference engine is that after the first contact; LAMMPS's one before.
+    # The reference engine's first frame is after the first contact, and LAMMPS's is before it.
     frames = result.replay.record(0.5)
     frames.velocities[0] = -SCENE.impact_velocity
     frames.target_velocities[0] = 0.0
@@ -81,9 +81,9 @@ def check(found, result):
     assert found.target.velocity_after == pytest.approx(result.target_velocity_after, rel=1e-10)
     assert found.target.masses.tolist() == SCENE.line.target_masses.tolist()
     assert found.momentum_residual < 1e-13
-    # 17 digits are printed, of which the first frame shows 15 or more.
+    # Seventeen digits are printed, of which the first frame shows at least 15.
     assert found.data_error < 1e-11
-    # Modes of harmonic frequency exchange energy in a Toda chain, but not the translation.
+    # In a Toda chain, harmonic modes exchange energy with each other, but not with the translation.
     assert found.mode_energies[0] == pytest.approx(result.translational_energy, rel=1e-9)
     assert found.target.mode_energies[0] == pytest.approx(
         result.target_translational_energy, rel=1e-9
@@ -103,7 +103,7 @@ def test_our_own_dump(result, states, tmp_path):
 
 
 def test_a_dump_of_bodies_told_by_their_places_alone(result, states, tmp_path):
-    # Ids in any order; at first the bodies are apart.
+    # Ids may have any order. At first the bodies are apart.
     order = [7, 2, 9, 4, 1, 6, 3, 8, 5]
     job = write_dump(
         tmp_path / "d", states, ("id", "x", "vx", "mass"), shift=0.5, order=order, masses=MASSES
@@ -114,8 +114,8 @@ def test_a_dump_of_bodies_told_by_their_places_alone(result, states, tmp_path):
     check(found, result)
     assert found.energy_end is None
     assert any("the bond is not known" in caveat for caveat in found.caveats)
-    # No time is carried: a step is told by the flight of the chain's last particle, which flies
-    # free but for what sound, arriving, has changed of its velocity by a 1e-5th.
+    # The dump has no time. The step follows from the flight of the chain's last particle, which is
+    # free until arriving sound has changed its velocity by 1e-5 of it.
     assert found.timestep == pytest.approx(0.5, rel=1e-6)
 
 
@@ -168,12 +168,12 @@ def test_contacts_are_those_of_the_run(result, states, tmp_path, bond):
     job = write_dump(tmp_path / "d", states, FULL, masses=MASSES)
     found = analyze_job(job, bond=bond)
     if bond is None:
-        # Frames half a time unit apart tell of some pairs only that there was a contact.
+        # Frames that are half a time unit apart show for some pairs only that a contact occurred.
         assert found.contact_statistics.count <= result.contacts
         return
     assert found.contacts == result.contacts
     assert found.detection.method == "reintegration"
-    # Reintegrated to 1e-12 of states good to the run's own tolerance of 1e-8.
+    # The motion is integrated to 1e-12 from states that have the run's tolerance of 1e-8.
     assert found.contact_times == pytest.approx(result.contact_times, abs=1e-6)
     assert found.contact_speeds == pytest.approx(result.contact_speeds, rel=1e-5, abs=1e-7)
 
@@ -200,7 +200,7 @@ def test_the_command_tells_and_draws_both_bodies(result, states, tmp_path, chain
     drawn = {path.stem for path in out.glob("*.png")}
     assert {"trajectories", "contacts", "energy", "target_spectrum"} <= drawn
     assert "a free target of 4" in (out / "analysis.html").read_text(encoding="utf-8")
-    # Energy of the bodies against each other: eta of that at impact, after the last contact.
+    # The number is the relative translational energy after the last contact over that at impact.
     rows = np.genfromtxt(out / "history.csv", delimiter=",", names=True)
     before = 0.5 * SCENE.line.reduced_mass * SCENE.impact_velocity**2
     assert rows["translation"][-1] == pytest.approx(result.restitution * before, rel=1e-9)

@@ -38,10 +38,11 @@ def run_two_masses(folder: Path, timestep: float = 0.01) -> float:
     (folder / "chain.data").write_text(data)
     script = (folder / "in.chain").read_text()
     script = script.replace("id type x y z vx vy vz v_displacement v_time", COLUMNS)
-    # The script's argument for the end is that of equal masses: go on for longer than sound needs.
+    # The script's argument for the end assumes equal masses, so the run goes on for longer than
+    # sound needs.
     further = f"label           over\nrun {round(100.0 / timestep)} pre no post no"
     (folder / "in.chain").write_text(script.replace("label           over", further))
-    # vcm(all,x) is weighted by LAMMPS itself.
+    # LAMMPS itself weights vcm(all,x) by mass.
     return number(run_lmp(folder).stdout, "restitution")
 
 

@@ -9,9 +9,10 @@ from chaincor.workflows.accuracy.bounded_run import PROOF_SHARE
 from chaincor.workflows.engines.rounding import ARITHMETIC_FLOOR, COORDINATE_ROUNDING
 from chaincor.workflows.measured import measured, measurements
 
-# Another seed than any file's: scenes that the constant was not made by.
+# This seed is that of no file, so the scenes are new to the constant.
 SEED = 99
-# Studies of seconds. Of a quantile of 0.98 and more with its reserve, a few scenes hold all.
+# These studies take seconds. A quantile of at least 0.98 with its safety factor covers a few
+# scenes.
 QUICK = {
     "proof_share": (3, PROOF_SHARE),
     "coordinate_rounding": (3, COORDINATE_ROUNDING),
@@ -42,7 +43,7 @@ def test_the_file_has_every_constant_and_says_how_it_came_about():
             value, found = (
                 entry[each] if key is None else entry[each][key] for each in ("value", "found")
             )
-            # Rounded up, or down where a constant is a lower bound, to two digits.
+            # Constants are rounded up to two digits, or down if they are lower bounds.
             assert value == pytest.approx(entry["reserve"] * found, rel=0.11), (name, key)
 
 
@@ -67,7 +68,7 @@ def test_a_table_of_schemes_is_the_cheapest_that_never_goes_back():
     table, loss = best_table({1e-2: losses("a"), 1e-3: losses("a"), 1e-4: losses("c")})
     assert table == {"a": 3e-4, "c": 0.0}
     assert loss == 1.0
-    # One goal out of order is not followed.
+    # A single target out of order is ignored.
     table, loss = best_table({10.0**-k: losses("ac"[k == 5]) for k in range(2, 9)})
     assert table == {"a": 0.0}
     assert loss == pytest.approx(np.exp(1.0 / 7.0))

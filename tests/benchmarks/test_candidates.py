@@ -7,7 +7,8 @@ from benchmarks.schemes import nystrom
 from benchmarks.schemes.candidates import CANDIDATES
 from chaincor.lammps_inputs.bonds.potentials import LennardJones
 
-# Steps at which errors are far from rounding and fall by the leading order: fewer for high orders.
+# At these steps, errors are far above rounding and follow the leading order. High orders have fewer
+# such steps.
 LONGEST = {4: 0.2, 6: 0.4, 8: 0.4, 10: 0.8, 12: 0.75}
 
 
@@ -26,7 +27,7 @@ def free_flight(candidate, step, time):
     return np.concatenate(state[1:])
 
 
-# Order 14 has reached rounding where its slope settles; engines are tested with it.
+# Errors of order 14 reach rounding where the slope settles, so engines test it.
 @pytest.mark.parametrize("name", [name for name in CANDIDATES if name != "extrapolated14"])
 def test_observed_order(name):
     candidate = CANDIDATES[name]
@@ -36,7 +37,8 @@ def test_observed_order(name):
     steps = [time / round(fewest * k) for k in (1.0, 1.25, 1.5)]
     errors = [np.linalg.norm(free_flight(candidate, step, time) - exact) for step in steps]
     slope = np.polyfit(np.log(steps), np.log(errors), 1)[0]
-    # Below, a coefficient is wrong; a little above, the next order still counts.
+    # A slope below this means a wrong coefficient. Slightly above, the next order still
+    # contributes.
     assert candidate.order - 0.7 < slope < candidate.order + 2.0
 
 
@@ -48,6 +50,6 @@ def test_nystrom_quadrature():
         moment = nodes**power
         assert positions @ moment == pytest.approx(1.0 / ((power + 1) * (power + 2)), abs=1e-15)
         assert velocities @ moment == pytest.approx(1.0 / (power + 1), abs=1e-15)
-    # Rows lead to their nodes: x(c H) = x + c H v + (c H)^2 f/2 for a constant force.
+    # Rows end at their nodes, x(c H) = x + c H v + (c H)^2 f/2 for a constant force.
     for node, row in zip(nodes, nystrom.STAGES, strict=True):
         assert sum(row) == pytest.approx(0.5 * node**2, abs=1e-13)

@@ -30,7 +30,7 @@ def test_clearly_worse_is_a_regression_and_noise_is_none(name, before, worse, no
     assert name in line
     assert f"was {before:.3g}" in line
     assert standing.regressions({name: noise}, {name: before}) == []
-    # Better, by whatever factor, is no regression.
+    # An improvement by any factor is no regression.
     assert standing.regressions({name: before}, {name: worse}) == []
 
 

@@ -9,7 +9,7 @@ from benchmarks.judge.stiffening import Case, draw, judge, try_case
 from chaincor import collide
 from chaincor.workflows.engines.reference import hard_sphere
 
-# The right values were computed by an integrator of another kind; their last digits are rounded.
+# An integrator of another kind computed the right values, whose last digits are rounded.
 KNOWN = [
     (Case("power", 4.0, 1e18, 1.0, 20, 0.1), 0.8393228),
     (Case("power", 4.0, 1e16, 1.0, 5, 0.1), 0.997003),

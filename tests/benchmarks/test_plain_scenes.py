@@ -5,7 +5,7 @@ import pytest
 
 from benchmarks.bars.plain_scenes import compare_group
 
-# Both runs round; the benchmark counts no error below this either.
+# Both runs round, so the benchmark also ignores smaller errors.
 _ROUNDING = 2e-13
 
 

@@ -14,7 +14,7 @@ from chaincor.workflows.campaign import warm as module
 from chaincor.workflows.campaign.collide_many import collide_many
 from chaincor.workflows.collision import collide
 
-# Fixed seeds: of right programs one set in a thousand would be below this.
+# With fixed seeds, one set in a thousand of a right program would be below this.
 LEAST_P = 1e-3
 WARM = Scene(
     potential="toda",
@@ -32,13 +32,13 @@ def test_thermal_speeds_come_back_thermal(potential):
     found = measure(WARM.replace(potential=potential), 3000, workers=1)
     assert found["failed"] == found["inexact"] == 0
     assert min(found["p_after"], found["p_mean"], found["p_symmetry"]) > LEAST_P
-    # Every collision changes what comes back: the test is not one of mirrors.
+    # Every collision changes the state, so the test is not one of mirrors.
     assert found["correlation"] < 0.95
 
 
 @pytest.mark.slow
 def test_thermal_speeds_of_long_chains_come_back_thermal_at_one_step():
-    # Of 100 log particles at 0.2 no sample is right, and none has to be.
+    # For 100 log particles at 0.2, no sample has to meet the tolerance.
     found = measure(WARM.replace(potential="log", particles=100), 300, timestep=0.2)
     assert found["failed"] == 0
     assert found["ends"] == {"proved": 300}
@@ -51,7 +51,7 @@ def test_samples_at_one_step_are_those_of_collisions_by_themselves():
     alone = [collide(WARM.replace(seed=seed, tolerance=1e-8)) for seed in seeds]
     carried = carry(WARM, len(seeds), 0.05)
     expected = [found.kinematic_restitution for found in alone]
-    # Order 8 of chains of four: the step's error is far below the tolerance's.
+    # With order 8 and chains of four, the error of the step is far below the tolerance.
     np.testing.assert_allclose(carried.e, expected, rtol=0.0, atol=1e-6)
     assert carried.contacts.tolist() == [found.contacts for found in alone]
 
@@ -61,14 +61,16 @@ def test_thermal_speeds_come_back_thermal_from_lammps():
     found = measure(WARM.replace(engine="lammps"), 100, workers=2)
     assert found["failed"] == found["inexact"] == 0
     assert min(found["p_after"], found["p_mean"], found["p_symmetry"]) > LEAST_P
-    # The same seeds and speeds in-house: the same energies, within both bars of 1e-3.
+    # The same seeds and speeds give the same energies in the reference engine, within both error
+    # bars of 1e-3.
     ours = measure(WARM, 100, workers=1)
     assert found["mean"] == pytest.approx(ours["mean"], abs=2e-3)
 
 
 @pytest.mark.slow
 def test_detailed_balance_tells_wrong_states_from_right_ones(monkeypatch):
-    # Bonds at another temperature than the speeds: 1.3 T is far beyond the error of 3000.
+    # The bonds have another temperature than the speeds, and 1.3 T is far beyond the error of 3000
+    # samples.
     draw = module.draw
     monkeypatch.setattr(module, "draw", lambda bond, t, *rest: draw(bond, 1.3 * t, *rest))
     found = measure(WARM, 3000, workers=1)
@@ -107,10 +109,11 @@ def test_without_warmth_every_sample_is_the_cold_number(potential):
         found = collide_many(scene.replace(temperature=temperature), 6, workers=1)
         assert not found.failures
         away.append(found.restitution - cold.restitution)
-        # Thermal speeds are a part sqrt(T)/v0 of the impact's; so is what they change, but for a
-        # factor that a chain of five does not raise above ten.
+        # Thermal speeds are sqrt(T)/v0 of the impact speed. So is their effect, except for a factor
+        # below ten in a chain of five.
         assert np.max(np.abs(away[-1])) < 10.0 * math.sqrt(temperature) / 0.02
-    # The same draws ten times as large: linear, to the part sqrt(T)/v0 = 5e-5, and the bars.
+    # The same draws ten times as large have a linear effect, up to sqrt(T)/v0 = 5e-5 and the error
+    # bars.
     np.testing.assert_allclose(away[1], 10.0 * away[0], rtol=1e-2, atol=2.2e-7)
 
 
@@ -122,8 +125,8 @@ def test_an_ensemble_is_compared_with_the_same_collisions():
 
 @pytest.mark.slow
 def test_late_contacts_count(monkeypatch):
-    # A collision that is taken for over at the first silence gives speeds that are too large.
+    # A collision that is stopped at the first silence gives speeds that are too large.
     monkeypatch.setattr("chaincor.workflows.engines.whole_end.reach", lambda *_: -math.inf)
-    # 1500 give a p of 7e-7.
+    # With 1500 samples, p is 7e-7.
     found = measure(WARM, 1500, workers=1)
     assert found["p_after"] < 0.1 * LEAST_P

@@ -19,7 +19,8 @@ from tests.docs.printed_output import agrees
 ROOT = Path(__file__).parents[2]
 DOCUMENTS = sorted([ROOT / "README.md", *(ROOT / "docs").rglob("*.md")])
 
-# What a program that is not on a terminal says each minute; on a busy machine any may take so long.
+# A program that is not on a terminal prints this each minute. On a busy machine any program may
+# take so long.
 _STILL_RUNNING = re.compile(r"^chaincor: .* after [\d.e+]+ (?:s|min|h)\n", re.MULTILINE)
 _NAME = re.compile(r"# ([\w.-]+\.(?:py|toml))\n")
 

@@ -7,7 +7,7 @@ _NUMBER = r"(?<![\w.])[-+]?(?:\d+\.\d+|\d+)(?:[eE][-+]?\d+)?(?![\w])"
 _TOKEN = re.compile(rf"(?P<bar>\+-\s*)?(?P<number>{_NUMBER})(?P<unit>\s(?:s|ms|min|h|MB)\b)?")
 # Numbers below this size are rounding errors of one processor, such as an energy drift.
 _ROUNDING = 1e-11
-# An error bar may differ by this factor where roundings of another processor enter.
+# An error bar may differ by this factor if roundings of another processor enter it.
 _BAR_FACTOR = 10.0
 
 

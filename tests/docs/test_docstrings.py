@@ -6,9 +6,9 @@ import pytest
 
 import chaincor
 
-# Minutes of computing: its page, docs/reproduction.md, and tests of its own run it.
+# These examples take minutes. Their page, docs/reproduction.md, and other tests run them.
 TOO_LONG = {"reproduce"}
-# With processes or programs of their own.
+# These examples start processes or programs.
 SLOW = {"Store", "sweep", "timestep_study", "to_pandas", "tradeoff"}
 
 

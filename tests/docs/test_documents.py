@@ -8,8 +8,8 @@ from chaincor.workflows.cli import COMMANDS
 from tests.docs.documents import DOCUMENTS, ROOT, run_document
 
 LESSONS = sorted((ROOT / "docs" / "tutorials").glob("*.md"))
-# Pages without a block of code have nothing to run. Each lesson runs in a folder of its own as a
-# notebook, and prints what its page says below.
+# Pages without a block of code have nothing to run. Each lesson runs as a notebook in its own
+# folder and prints what its page shows.
 _WITH_CODE = [
     path
     for path in DOCUMENTS
@@ -25,14 +25,14 @@ def test_every_block_runs(path, tmp_path):
 
 
 def test_the_front_page_quotes_the_bottom_line_of_timestep():
-    # The script behind the line is on the page of scripts, which runs with the tests.
+    # The script behind this line is on the page of scripts, which runs with the tests.
     (line,) = re.findall(r"^> (Your .*) \.\.\.$", (ROOT / "README.md").read_text(), re.MULTILINE)
     assert f"\n{line}" in (ROOT / "docs" / "scripts.md").read_text()
 
 
 @pytest.mark.slow
 def test_all_lessons_in_order_in_one_folder(tmp_path):
-    # As someone types who stays where they are: nothing of one lesson is in the way of the next.
+    # The lessons run in one folder, like those of a reader, so that no lesson may disturb the next.
     assert len(LESSONS) == 8
     for path in LESSONS:
         assert run_document(path, tmp_path) > 0

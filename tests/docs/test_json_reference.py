@@ -23,7 +23,7 @@ SMALL = ("--particles", "3", "--tolerance", "1e-4")
 WARM = ("--potential", "harmonic", "--particles", "3", "--velocity", "0.1", "--temperature", "1e-3")
 SCRIPT = ("in.x", "--observable", "x=(.*)", "--vary", "h=1:0.1:4", "--phases", "3")
 OWN = ("--against", "stepper:eta")
-# Section of the page, the command, and the path to the object that the section is of.
+# Each entry gives a section of the page, the command, and the path to the described object.
 OBJECTS = [
     ("run", ("run", *SMALL), ()),
     ("run", ("run", *WARM, "--engine", "reference"), ()),
@@ -152,5 +152,6 @@ def test_keys_of_studies(title, arguments, path, printed, capsys, monkeypatch, t
 
 def test_every_section_is_tried():
     tried = {title for title, _, _ in (*OBJECTS, *SLOW)}
-    elsewhere = {"collect", "reproduce", "Every object"}  # tried with grids and reports
+    # Other tests try these with grids and reports.
+    elsewhere = {"collect", "reproduce", "Every object"}
     assert set(sections()) - elsewhere == tried

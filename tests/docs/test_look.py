@@ -11,8 +11,8 @@ from pathlib import Path
 import pytest
 
 DOCS = Path(__file__).parents[2] / "docs"
-# The slips are written by their tests, as plain text for the report of `reproduce`, too. Lessons
-# are read in terminals and notebooks as well.
+# Tests write the slips as plain text, because the report of `reproduce` shows them, too. Lessons
+# are also read in terminals and notebooks.
 PAGES = [
     path
     for path in sorted(DOCS.rglob("*.md"))
@@ -28,8 +28,8 @@ def prose(text):
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda path: path.stem)
 def test_formulas_are_set_as_such(page):
-    # A letter or a number with its unit may stand in the text; powers, indices, roots and sums are
-    # for $...$, which becomes MathML.
+    # A letter or a number with its unit may stand in the text. Powers, indices, roots and sums need
+    # $...$, which becomes MathML.
     typed = re.findall(
         r".{0,20}(?:[⁰¹²³⁴-⁹⁻ⁿᵏ₀-₉ⱼᵢ√Σ∫∞½]|\w\^[({\w]).{0,10}", prose(page.read_text())
     )
@@ -45,8 +45,8 @@ def test_the_schematic_is_what_its_code_draws():
 
 @pytest.mark.skipif(shutil.which("node") is None, reason="the search is a script of the page")
 def test_the_search_puts_the_guide_before_internals():
-    # As Sphinx calls it: a page, its title, anchor, description, score. An internal module that
-    # has the word in its name and title loses to a page that has it in its text.
+    # Sphinx calls the scorer with page, title, anchor, description and score. An internal module
+    # with the word in its name must rank below a page with the word in its text.
     script = f"""
         {(DOCS / "_static" / "search_scorer.js").read_text()}
         const found = (page, score) => Scorer.score([page, "", "", null, score, ""]);

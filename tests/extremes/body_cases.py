@@ -151,7 +151,7 @@ def _affordable(made: Case) -> bool:
                 number = float(word)
             except ValueError:
                 continue
-            # So many particles are refused; a contact may be as stiff as it likes.
+            # So many particles are refused. A contact may have any stiffness.
             most = math.inf if name == "contact-stiffness" else 1e12
             if _FEW < number <= most or 0.0 < number < 0.1:
                 return False

@@ -62,7 +62,7 @@ NASTY_NUMBERS = (
 _POTENTIALS = (
     *("harmonic", "lj", "toda", "morse", "log", "power", "table", "formula", "LJ", "nope"),
 )
-# A valid input that takes long is not bad: what is made here stays below these sizes.
+# A valid input that takes long is no bad input, so sizes stay below these limits.
 _MOST_PARTICLES = 12
 _MOST_ROWS = 5000
 _SHORTEST_STEP = 2e-3

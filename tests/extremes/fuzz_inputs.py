@@ -21,7 +21,7 @@ from tests.extremes.judging import HANG_SECONDS, Answer, call_as_process, call_i
 _CHUNK = 20
 # Number, whether as a process, command, seconds, exit status, faults.
 _Tried = tuple[int, bool, str, float, int | None, list[str]]
-# Numbers from here on are cases of masses, targets, contacts and states.
+# Numbers from here on are cases with masses, targets, contacts and states.
 _BODIES = 1_000_000_000
 
 

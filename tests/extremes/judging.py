@@ -19,7 +19,7 @@ from chaincor.workflows import cli
 from tests.extremes.cases import Case
 from tests.waiting import HANGS, HangError, must_end
 
-# No input may take more processor time, whatever else the machine does meanwhile.
+# No input may take more processor time, whatever else the machine does.
 HANG_SECONDS = 10.0
 _STATUSES = (0, 1, 2)
 _NOT_A_NUMBER = re.compile(r"(?<![\w./-])(nan|inf|infinity)(?![\w./])", re.IGNORECASE)
@@ -108,13 +108,13 @@ def faults(case: Case, answer: Answer) -> list[str]:
     if answer.status not in _STATUSES:
         found.append(f"exit status {answer.status}")
     if answer.status == 0:
-        # On a busy machine a run may last a minute, which it says.
+        # On a busy machine a run may take a minute and then says so.
         fine = ("chaincor: note: ", "chaincor: running, longer than")
         lines = [line for line in lines if not line.startswith(fine)]
     if answer.status == 0 and lines:
         found.append(f"noise on success: {lines[0][:300]}")
     if answer.status == 2 and lines and (reported := _MISTAKES.search(lines[0])):
-        # Several mistakes of one scene: a line for each.
+        # Several mistakes in one scene give one line each.
         mistakes = [line for line in lines[1:] if line.startswith("  ") and len(line) < 1000]
         if len(mistakes) == int(reported[1]) == len(lines) - 1:
             lines = lines[:1]

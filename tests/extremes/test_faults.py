@@ -21,7 +21,7 @@ from tests.workflows.campaign.kills import read_rows
 
 ROOT = Path(__file__).parents[2]
 _MAIN = [sys.executable, "-c", "from chaincor.workflows.cli import main; main()"]
-# A second in LAMMPS, after a short scouting.
+# The run takes a second in LAMMPS, after a short pilot run.
 LONG = ("--particles", "100", "--scheme", "verlet", "--timestep", "0.002", "--no-error")
 SHORT = ("--particles", "3", "--scheme", "verlet", "--no-error")
 SWEEP = """
@@ -71,7 +71,7 @@ class Call:
         return any(self.temporary.glob("chaincor-*/chain.data"))
 
 
-# What earlier runs have left; all else may not be written over in any case.
+# These files of earlier runs may be replaced. No other file may be overwritten.
 DUMP, ARRAYS = "ITEM: good", "PK: good"
 
 
@@ -160,12 +160,14 @@ def test_a_store_removed_during_a_sweep(tmp_path):
     store = tmp_path / "folder" / "s.sqlite"
     sweep = start_sweep(tmp_path, "--store", store)
     sweep.wait_until(lambda: len(read_rows(store)) >= 3)
-    # At once, whatever SQLite writes meanwhile; a folder that is emptied may get new files.
+    # The check is immediate, whatever SQLite writes at the time. A folder that is emptied may get
+    # new files.
     shutil.rmtree(store.parent.rename(tmp_path / "removed"))
     status, out, lines = sweep.end()
     assert (out, len(lines)) == ("", 1)
     assert "s.sqlite" in lines[0]
-    # Between two writes SQLite finds a file it may not write; within one, an error of the disk.
+    # Between two writes, SQLite finds a file that it may not write. Within a write, it gets an
+    # error of the disk.
     named = {2: "StoreError)", 1: "StoreWriteError)"}
     assert lines[0].endswith(named[status])
 
@@ -188,7 +190,7 @@ def test_a_full_disk_keeps_the_earlier_result(tmp_path, small_disk, option):
 @pytest.mark.slow
 @pytest.mark.parametrize("bond", ["--potential=lj", "--potential=harmonic"])
 def test_a_full_temporary_disk(tmp_path, small_disk, good, bond):
-    # 40 kB are too small for a bond table, or for the dump, which LAMMPS itself writes.
+    # 40 kB are too small for a bond table and for the dump, which LAMMPS itself writes.
     (small_disk / "filler").write_bytes(b"x" * 260 * 1024)
     scene = (*LONG, "--velocity", "0.05", bond, "--dump", good)
     status, out, lines = Call(tmp_path, "run", *scene, temporary=small_disk / "tmp").end()

@@ -10,7 +10,7 @@ from tests.extremes.cases import case
 from tests.extremes.judging import call_as_process, call_in_process, faults
 
 BLOCK = 25
-# The first call of a kind compiles loops, on a fresh machine for ten seconds and more.
+# The first call of a kind compiles loops, which takes ten seconds or more on a new machine.
 HANG_SECONDS = 60.0
 
 

@@ -21,7 +21,7 @@ from chaincor.workflows.store.results_store import Store
 from tests.extremes.cases import toml_text
 from tests.lmp import number, run_lmp
 
-# Each would leave a file `pwned` where it is carried out, or end or divert the script.
+# Each text would leave a file `pwned` if it were executed, or would end or divert the script.
 ATTACKS = (
     "x\nshell touch pwned\n",
     "x\r\nshell touch pwned\r\n",
@@ -97,8 +97,8 @@ def test_there_are_more_than_200_attempts():
 @pytest.mark.parametrize("attack", ATTACKS)
 def test_text_fields_of_a_scene_are_refused(chaincor, folder, commands, attack, key):
     (folder / "scene.toml").write_text(f"particles = 3\n{key} = {toml_text(attack)}\n")
-    # A text that is no known name is refused, before LAMMPS is told anything; on the command line
-    # as in the file.
+    # A text that is no known name is refused before LAMMPS starts, on the command line and in the
+    # file.
     for arguments in (("run", "scene.toml"), ("inputs", "scene.toml", "-o", "job")):
         status, out, err = chaincor(*arguments)
         assert status == 2, err
@@ -135,11 +135,12 @@ def test_the_name_of_a_bond_table_changes_no_command(chaincor, folder, plain_job
     status, _, err = chaincor(*job_of(path), "-o", "job")
     assert status == 0, err
     script = (folder / "job" / SCRIPT_FILE).read_text().rstrip("\n")
-    # Only the title, a comment, says its name; newline and vertical tab alike end no comment.
+    # Only the title, which is a comment, contains the name. Newline and vertical tab do not end a
+    # comment.
     assert script.split("\n")[1:] == plain_job[1:]
     assert script.splitlines()[1:] == plain_job[1:]
     assert script.startswith("# A ")
-    # The scene is kept with the job, and still names the same file.
+    # The scene is kept with the job and still names the same file.
     assert Scene.from_file(folder / "job" / "scene.toml").bond_file == path
 
 
@@ -170,7 +171,7 @@ def test_a_hostile_temporary_folder_is_refused(chaincor, folder, commands, monke
 
 def told_of_a_python_potential(name, folder, commands):
     """Return all that LAMMPS is told, by the engine and by a job, but for the title."""
-    # No plain Python function, so that no scouting loop is compiled for each of them.
+    # The function is not plain Python, so no loop of a pilot run is compiled for each of them.
     bond = UserBond(energy=lambda s: 0.5 * s * s, force=np.negative, name=name)
     scene = Scene(potential=bond, particles=2, velocity=0.02, scheme="verlet", error=False)
     commands.clear()

@@ -40,19 +40,20 @@ def test_balances_and_bounds(scene):
     bar, n = result.restitution_error, scene.particles
     assert result.tolerance_met
     assert 0.0 <= result.restitution <= 1.0 + bar
-    # Twice the incoming speeds is all the momentum that the wall gives, up to rounding: each step
-    # errs by some 1e-16, and a collision takes a few thousand.
+    # The wall gives twice the incoming speeds as momentum, up to rounding. Each step rounds by
+    # about 1e-16, and a collision takes a few thousand steps.
     assert result.momentum_residual < 1e-12
-    # eta is a share of the energy, and found from the same velocities: the energy cannot err by
-    # far more. A hundred times allows for what eta, a mean, has averaged out.
+    # eta is a fraction of the energy and comes from the same velocities, so the error of the energy
+    # cannot be much larger. A factor of a hundred allows for errors that the mean in eta averages
+    # out.
     assert abs(result.energy_drift) < 100.0 * ETA_TOLERANCE
-    # The first contact counts. Incoming speeds sum to n v0 (1 + e)/2 <= n v0, and on average they
-    # are v0 or more, as stretched bonds only pull particle 1 to the wall: n at most, which hard
-    # spheres reach.
+    # The first contact counts. Incoming speeds sum to n v0 (1 + e)/2 <= n v0 and are v0 or more on
+    # average, because stretched bonds only pull particle 1 towards the wall. There are therefore at
+    # most n contacts, which hard spheres reach.
     assert 1 <= result.contacts <= n
     gained = 0.5 * n * scene.impact_velocity * (1.0 + result.kinematic_restitution)
     assert result.contact_speeds.sum() == pytest.approx(gained, rel=1e-10)
-    # The translation is mode 0; no mode holds less than nothing.
+    # The translation is mode 0, and no mode has a negative energy.
     translation = 0.5 * n * scene.impact_velocity**2 * result.restitution
     assert result.mode_energies[0] == pytest.approx(translation, rel=1e-9)
     assert np.all(result.mode_energies >= 0.0)
@@ -78,10 +79,10 @@ def test_a_refined_result_lies_within_the_coarser_bar(scene):
 )
 @pytest.mark.slow
 def test_power_bonds_know_no_other_scale_than_their_own(order, c, factor, particles, speed):
-    # u -> k u with c -> c k^(2 - order) leaves the equations of motion as they are, and v*, the
-    # only speed, scales with u: eta at a speed in units of v* does not know c.
+    # u -> k u with c -> c k^(2 - order) leaves the equations of motion unchanged, and v*, the only
+    # speed, scales with u. At a speed in units of v*, eta therefore does not depend on c.
     sign = -1.0 if order % 2 else 1.0
-    if order % 2:  # whose bonds are torn over their barrier from about 0.2 v*
+    if order % 2:  # Bonds of these chains are stretched over their barrier from about 0.2 v* on.
         speed *= 0.25
     base = {"potential": "power", "power_order": order, "engine": "reference"}
     base |= {"particles": particles, "speed": speed}

@@ -39,7 +39,7 @@ PIECES = [
     *("\u2028", "\u0085", "\u00a0", "\uff04", "\\n", "\\", "\x1b[2J", "\ud800", "..", "/", "~"),
 ]
 COMMANDS = ["shell touch marker", "python f here", "quit", "include x", "print p file x", "run 9"]
-# Ways out of python's objects to a command, each in some dress.
+# These are disguised ways from Python's objects to a command.
 ESCAPES = [
     "''.__class__.__mro__[1].__subclasses__()",
     "().__class__.__base__.__subclasses__()",
@@ -141,7 +141,7 @@ def test_units_are_numbers_and_known_words():
 @pytest.mark.parametrize("dress", DRESSES)
 @pytest.mark.slow_cases
 def test_a_template_stays_in_its_sandbox(dress, plain, monkeypatch):
-    # Rendering alone is under test: the numerics are the same each time.
+    # Only the rendering is tested, with the same numerics each time.
     made = plan.plan_script(SCENE)
     monkeypatch.setattr("chaincor.workflows.job.plan_script", lambda *_: made)
     for escape in ESCAPES:
@@ -150,7 +150,7 @@ def test_a_template_stays_in_its_sandbox(dress, plain, monkeypatch):
             files = job_files(SCENE, JobWishes(template=OwnTemplate(text)))
         except SceneError:
             continue
-        # What is rendered at all is a comment: no object that jinja2 guards shows in it.
+        # Only a comment is rendered, in which no object that jinja2 guards appears.
         script = files["in.chain"]
         assert commands_of(script) == plain
         assert "__" not in script.replace("TemplateReference", "")

@@ -14,7 +14,7 @@ from tests.extremes.cases import Case, case
 from tests.extremes.judging import call_in_process, faults
 from tests.fuzz.subjects import Subject
 
-# No command may take longer over a file, or over what it was given.
+# No command may take longer for a file or its arguments.
 HANG_SECONDS = 20.0
 _SETTINGS: dict[str, Any] = {
     "deadline": None,
@@ -24,7 +24,7 @@ _SETTINGS: dict[str, Any] = {
 }
 
 
-# Files that commands answered wrongly once, in a folder for each kind.
+# This folder has files that commands once answered wrongly, with a subfolder for each kind.
 FOUND = Path(__file__).parent / "found"
 
 

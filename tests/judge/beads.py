@@ -125,7 +125,7 @@ def judge_column(seed, folder):
     """Compare a random column; the other integrator's bar is from a run at ten times its error."""
     column = _column(seed)
     result = collide(_scene_of(column, Path(folder)), tolerance=1e-8)
-    # A reserve of three on the difference of the other's two runs.
+    # The difference of the other integrator's two runs gets a safety factor of three.
     loss, rough = (independent_loss(*column, tolerance) for tolerance in (1e-12, 1e-11))
     allowed = result.restitution_error + 3.0 * abs(loss - rough) + 1e-10
     return Judged(abs(1.0 - result.restitution - loss), allowed, result.ending)

@@ -30,11 +30,11 @@ Array = NDArray[np.float64]
 
 _A = np.ascontiguousarray(DOP853.A[: DOP853.n_stages, : DOP853.n_stages])
 _B = np.ascontiguousarray(DOP853.B)
-# Steps in units of the stiffest bond's 1/frequency, and of the time in which a bond gets another
-# stiffness; where the runs disagree, both are run again with parts of these.
+# Steps are in units of the stiffest bond's 1/frequency, and of the time in which a bond changes its
+# stiffness. If the runs disagree, both are repeated with these fractions of the steps.
 STEPS = (0.5, 0.35)
 CLOSER = (1.0, 0.6, 0.36)
-# Roundings of a run, of each step and each contact.
+# Roundings of a run: those of each step and of each contact.
 _FLOOR, _STEP_FLOOR, _CONTACT_FLOOR = 1e-13, 3e-17, 1e-15
 
 KINDS = {
@@ -235,8 +235,8 @@ def judge(bonds: Bonds, bodies: Bodies, *, closer: float = 1.0, **settings) -> J
     if coarse.contacts != fine.contacts:
         return Judgement(fine, np.inf)
     rounding = _FLOOR + _STEP_FLOOR * fine.steps + _CONTACT_FLOOR * fine.contacts
-    # Two runs may err alike by chance. eta is in units of the energy that bodies approach with, of
-    # which those that come compressed have far more.
+    # Two runs may have the same error by chance. eta is in units of the energy of approach, and
+    # compressed bodies have much more energy.
     approach = 0.5 * _reduced_mass(bodies) * _opening(bodies, bodies.velocities) ** 2
     whole = energy_of(bonds, bodies, bodies.strains, bodies.velocities)
     lost = abs(fine.energy_drift) * whole / approach

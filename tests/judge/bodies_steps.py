@@ -5,11 +5,12 @@ from numba import njit
 
 HARMONIC, LJ, TODA, LOG, POWER, MORSE = range(6)
 DONE, UNDONE, LOST, RUNAWAY = range(4)
-# An overlap changes by so much of itself in a step; what it is entered with, in parts of a step.
+# An overlap changes by at most this fraction in a step. A contact is entered with this fraction of
+# a step.
 _OVERLAP_SHARE, _ENTRY = 0.2, 1e-8
-# A touch shorter than such a part of a step is nothing.
+# A contact shorter than this fraction of a step is ignored.
 _GRAZE = 1e-9
-# Beyond so many times the energy at the start a bond has left its well for good.
+# A bond whose energy exceeds this multiple of the initial energy has left its well for good.
 _EXPLODED = 1e3
 
 
@@ -150,12 +151,12 @@ def run_steps(
                 return DONE, now, hits, steps
         natural = share * _natural_step(y, inverse, gap, law, contact, touching)
         if natural > 1e100 and touching:
-            # Free particles at their touch: as long as they take to turn.
+            # Free particles that touch step as long as they take to turn round.
             energy = 0.5 * opening * opening / (inverse[gap] + inverse[first])
             power = contact[1] + 1.0
             natural = share * (energy * power / contact[0]) ** (1.0 / power) / abs(opening)
         elif natural > 1e100:
-            # Free particles: on to the contact, or long beyond any.
+            # Free particles step to the contact, or far beyond the motion if there is none.
             natural = -1.5 * y[gap] / opening if opening < 0.0 else 2.0 * least
         step = natural
         if touching and opening != 0.0:
@@ -169,7 +170,8 @@ def run_steps(
         after = z[ahead] - z[behind]
         event = sign * z[gap] < 0.0
         if not event and sign * opening < 0.0 < sign * after and step > _GRAZE * natural:
-            # It turned: where its tangents meet on the other side, look closer.
+            # The particles turned. The search continues where their tangents meet on the other
+            # side.
             met = (z[gap] - y[gap] - after * step) / (opening - after)
             if sign * (y[gap] + opening * met) < 0.0:
                 longest = 0.25 * step

@@ -30,7 +30,8 @@ def _rule():
     at_end = (1.0 / ((powers + 1) * (powers + 2))) @ monomials
     legendre = np.polynomial.legendre.legvander(nodes, POINTS - 1).T * (0.5 * weights)
     legendre *= (2 * powers + 1)[:, None]
-    # The polynomial at the start and the end of the step, from its values at the nodes.
+    # These weights give the polynomial at the start and at the end of the step from its values at
+    # the nodes.
     edges = np.array([monomials[0], monomials.sum(axis=0)])
     return c, 0.5 * weights, twice, at_end, monomials, legendre, edges
 
@@ -61,7 +62,8 @@ def _solve(force, h, s, v, speed, a, new, stage):
                 change = max(change, difference)
         a[:] = new
         change *= h / speed
-        # Below rounding of the velocities, or at rounding of the force where it falls no more.
+        # The iteration stops below rounding of the velocities, or when the force no longer
+        # improves.
         if change <= 1e-17 or (change <= 1e-13 and change >= 0.5 * before):
             return True
         before = change
@@ -148,7 +150,7 @@ def _advance(force, tolerance, speed, state, s, v, basis, horizon, hits, limit):
         for _ in range(6):
             if root > 1.0:
                 break
-            # The end of a step is more exact than its polynomial: meet the wall there.
+            # The end of a step is more exact than its polynomial, so a step ends at the wall.
             if not _solve(force, step, s, v, speed, a, new, stage):
                 ended = BROKEN
                 break

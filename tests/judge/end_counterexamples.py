@@ -27,9 +27,10 @@ from tests.judge.judge import JudgeRefusal, Law, judge
 
 _BONDS = {"lj": LennardJones(), "log": Logarithmic()}
 _LOG_SHARE = 0.2
-# Looks are a tenth of a crossing apart: twice the time that a first piece is waited for.
+# States are examined every tenth of a crossing, for twice the time that a first piece is waited
+# for.
 _LOOKS = 60
-# Judged by contacts: momenta of random states may be as small as they like.
+# Contacts decide, because momenta of random states may be arbitrarily small.
 _ANY = float("inf")
 
 
@@ -73,7 +74,7 @@ def draw_state(seed: int, index: int) -> State:
     particles = int(random.integers(2, 13))
     pieces = int(random.integers(1, min(3, particles) + 1))
     cuts = np.sort(random.choice(particles - 1, pieces - 1, replace=False))
-    # lj breaks at strains of 0.1 and speeds of 0.24; both scales are crossed in either direction.
+    # lj breaks at strains of 0.1 and speeds of 0.24, and the random scales lie on both sides.
     strains = np.clip(10 ** random.uniform(-2, -0.5) * random.normal(size=particles - 1), -0.3, 2.0)
     strains[cuts] = 10 ** random.uniform(-0.7, 1.3, size=len(cuts))
     velocities = 10 ** random.uniform(-2.5, -0.5) * random.normal(size=particles)

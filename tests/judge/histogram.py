@@ -21,7 +21,7 @@ from chaincor.analysis.figures.style import BLUE, VERMILION, new_figure
 
 _COLOURS = {"lammps": BLUE, "reference": VERMILION}
 _NAMES = {"lammps": "LAMMPS", "reference": "reference engine"}
-# Decades of error over bar; what is smaller is drawn in the first bin.
+# The bins are decades of error over error bar. Smaller ratios are drawn in the first bin.
 _LEAST, _MOST, _BINS = -6.0, 1.0, 28
 
 

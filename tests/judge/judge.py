@@ -22,13 +22,15 @@ from tests.judge.laws import KINDS, Law, UserLaw
 Array = NDArray[np.float64]
 AnyLaw = Law | UserLaw
 
-# Order and tolerance of the two runs. The last terms kept are this small against the speeds; what
-# is left out is smaller by the ratio of step to radius of convergence, about 0.15.
+# The two runs have these orders and tolerances. The last terms are this small relative to the
+# speeds, and the omitted terms are smaller by the ratio of step to radius of convergence, about
+# 0.15.
 _COARSE = (16, 1e-15)
 _FINE = (22, 1e-17)
-# Tolerances of collocation, of its last terms; errors are far smaller where the force is smooth.
+# These are tolerances of the last terms of collocation. Errors are far smaller where the force is
+# smooth.
 _COARSE_USER, _FINE_USER = 1e-12, 1e-14
-# A bond holds no piece together that is within this share of its dissociation: lj from length 11.
+# A bond this close to its dissociation holds no pieces together, which for lj begins at length 11.
 _UNBOUND = 1e-6
 _HITS_AT_ONCE = 4096
 _STEPS_AT_ONCE = 20000

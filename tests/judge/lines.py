@@ -29,12 +29,13 @@ from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.collision import collide
 from tests.judge.bodies import CLOSER, Bodies, Bonds, Judgement, Unsure, judge
 
-# How far beyond the last contact the judge looks; less where the end is called open.
+# The judge follows the motion this far beyond the last contact, or less far if the end is called
+# open.
 MULTIPLE, MULTIPLE_OPEN = 20.0, 3.0
-# The judge is sure where it knows the number to this part of the bar, or to this.
+# The judge is certain if it knows the number to this fraction of the error bar, or to this value.
 _SHARE, _SHARPEST = 0.2, 2e-12
-# Roundings of the judge, of a number up to 1; a warm chain may come back faster than it came, and
-# that is rounded as itself is.
+# Roundings of the judge are for a number up to 1. A warm chain may return faster than it came, and
+# its number is rounded relative to itself.
 _ROUNDING = 1e-12
 
 

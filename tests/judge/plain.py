@@ -42,22 +42,25 @@ from tests.judge.late_scenes import (
     draw_loose,
 )
 
-# J. Comput. Appl. Math. 142 (2002) 313: kicks b, drifts a, palindromes of 7 and 6.
+# The coefficients are from J. Comput. Appl. Math. 142 (2002) 313: kicks b and drifts a, palindromes
+# of 7 and 6.
 _B = (0.0829844064174052, 0.396309801498368, -0.0390563049223486)
 _A = (0.245298957184271, 0.604872665711080)
 KICKS = np.array([*_B, 1.0 - 2.0 * sum(_B), *_B[::-1]])
 DRIFTS = np.array([*_A, 0.5 - sum(_A), 0.5 - sum(_A), *_A[::-1]])
-# Steps in units of the stiffest bond's 1/frequency; where the runs disagree, or the bar does not
-# hold, both are run again with parts of these.
+# Steps are in units of the stiffest bond's 1/frequency. If the runs disagree, or if the error bar
+# does not hold, both are repeated with these fractions of the steps.
 STEPS = (0.06, 0.043)
 CLOSER = (1.0, 1.0 / 3.0, 1.0 / 9.0)
-# How far beyond the last contact it runs, in units of the collision: less where the end is called
-# open, which may be late, and where a contact after that would be no surprise.
+# The judge runs this far beyond the last contact, in units of the collision. It runs less far if
+# the end is called open, because a later contact would then be no surprise.
 MULTIPLE, MULTIPLE_OPEN = 20.0, 3.0
-# Long chains take minutes: not so far; but the judge must be sharper than this share of their bars.
+# Long chains take minutes, so they run less far. The judge must be more exact than this fraction of
+# their error bars.
 MULTIPLE_LONG, SHARP_LONG = 1.5, 0.3
 SHARP = 1e-4
-# The same where the last digits decide, and by how many units of them speeds differ.
+# The same limits apply if the last digits decide; speeds differ by this many units of the last
+# digit.
 MULTIPLE_FORGETFUL = 1.05
 NUDGES = (-4.0, 0.0, 1.0, 3.0)
 LJ, TODA, LOG, POWER, HARMONIC = range(5)
@@ -128,7 +131,7 @@ def _run(n, v0, h, least, multiple, kicks, drifts, kind, b, c, order, times):
             and x1 + 0.5 * v1[0] * left < 0.0
             and left > h / 64
         ):
-            # It turned near the wall: look closer.
+            # The particle turned near the wall, so the search uses shorter steps.
             s[:] = s1
             v[:] = v1
             x = x1

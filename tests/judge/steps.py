@@ -16,9 +16,9 @@ from numba import njit
 HARMONIC, LJ, TODA, LOG, POWER = range(5)
 DONE, MORE, RESTING, BROKEN = range(4)
 
-# Below this length of a bond of lj or log its length is the state, and no longer its strain.
+# Below this bond length, lj and log bonds use their length as the state instead of their strain.
 _SHORT = 0.5
-# A flight free of forces has no natural step; this one in units of 1/sqrt(stiffness).
+# A free flight has no natural step, so this step is in units of 1/sqrt(stiffness).
 _LONGEST_STEP = 50.0
 _GROWTH = 6.0
 _HALVINGS = 45

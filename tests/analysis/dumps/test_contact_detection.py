@@ -22,8 +22,8 @@ def detect(collision, times, bond):
 def test_reintegration_finds_all_contacts_whatever_the_spacing(harmonic20, spacing):
     found = detect(harmonic20, np.arange(-1.0, 80.0, spacing), Harmonic())
     assert found.unresolved == 0
-    # DOP853 at a relative tolerance of 1e-12 over tens of steps; a contact time is a position
-    # over a speed of order v0.
+    # DOP853 has a relative tolerance of 1e-12 over tens of steps. A contact time is a position over
+    # a speed of order v0.
     np.testing.assert_allclose(found.times, harmonic20.contact_times, atol=1e-8)
     np.testing.assert_allclose(found.speeds, harmonic20.contact_speeds, rtol=1e-8)
     assert found.worst_miss < 1e-8
@@ -45,7 +45,7 @@ def test_interpolation_trusts_the_nearer_frame(harmonic20, ahead):
     """Frames 0.02 and 0.45 from a contact: the error is that of the nearer, 0.2 * 0.02^3."""
     contact = harmonic20.contact_times[6]
     found = detect(harmonic20, [contact - ahead, contact + 0.47 - ahead], None)
-    # And 0.2 * 0.45^3 = 0.018 of the farther one with the weight (0.02/0.45)^3 = 9e-5.
+    # The farther contact adds 0.2 * 0.45^3 = 0.018 with the weight (0.02/0.45)^3 = 9e-5.
     assert abs(found.times[0] - contact) < 4e-6
 
 
@@ -98,15 +98,16 @@ def test_reintegration_follows_only_what_can_reach_the_wall(harmonic500):
 
 
 def test_interpolation_is_off_by_the_third_order_of_the_time(harmonic20):
-    # No particle is faster than if it had the energy of all.
+    # No particle is faster than it would be with the energy of all particles.
     fastest = harmonic20.impact_velocity * np.sqrt(harmonic20.particles)
     for contact, speed in zip(harmonic20.contact_times, harmonic20.contact_speeds, strict=True):
         for ahead, since in ((0.1, 0.05), (0.02, 0.1)):
             times = contact - ahead, contact + since
             frames = [ChainState(0, time, *harmonic20.state(time)) for time in times]
             found = interpolate_contact(*frames, speed)
-            # The mean of two velocities is off from that over the time t between them by t^2/12
-            # times their second derivative: the velocity of particle 2 less that of particle 1.
+            # The mean of two velocities differs from the mean velocity over the time t between them
+            # by t^2/12 times the second derivative of the velocity, which is the velocity of
+            # particle 2 less that of particle 1.
             mean = 0.5 * (speed - frames[0].opening), 0.5 * (speed + frames[1].opening)
             for known, printed, slow in zip((ahead, since), found, mean, strict=True):
                 assert abs(printed - known) < known**3 * fastest / (6.0 * slow)
@@ -115,5 +116,5 @@ def test_interpolation_is_off_by_the_third_order_of_the_time(harmonic20):
 def test_where_particle_1_does_not_move_towards_the_wall_interpolation_knows_no_time():
     away = ChainState(0, 0.0, np.array([0.1, 0.1]), np.array([0.3, 0.3]))
     back = ChainState(1, 0.5, np.array([0.1, 0.1]), np.array([-0.3, -0.3]))
-    # Ten times the time between the frames.
+    # The limit is ten times the time between the frames.
     assert interpolate_contact(away, back, 0.2) == (5.0, 5.0)

@@ -84,7 +84,7 @@ def test_a_run_continued_into_a_cut_frame_is_damage(harmonic20, dump_writer):
 
 
 def test_memory_does_not_grow_with_the_file(harmonic20, dump_writer):
-    # Repeating the motion is as good as a long one for the reader.
+    # For the reader, a repeated motion is as good as a long one.
     path = dump_writer.write(harmonic20, TIMES[:4])
     path.write_bytes(path.read_bytes() * 500)
     size = path.stat().st_size
@@ -93,7 +93,7 @@ def test_memory_does_not_grow_with_the_file(harmonic20, dump_writer):
         frame.column("vx")
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
-    # A frame and what the collector has not got round to, of a file of 2000 frames.
+    # Memory holds a frame and what the garbage collector has not freed, for a file of 2000 frames.
     assert peak < 0.1 * size
 
 
@@ -151,7 +151,7 @@ def test_a_file_a_frame_is_one_dump(harmonic20, dump_writer, tmp_path):
     last.write_bytes(last.read_bytes()[:60])
     assert len(list(dump)) == len(TIMES) - 1
     assert dump.truncated
-    # Dumps of other runs are not taken for frames of one.
+    # Frames of other runs are not taken for frames of this run.
     for k, path in enumerate(sorted(folder.iterdir())):
         path.rename(folder / f"other{k}.dump")
     with pytest.raises(InputError, match="several dump files"):

@@ -77,11 +77,12 @@ def test_dumps_of_the_engine_hold_its_memory(tmp_path, speed):
         atol=1e-12 * 25 * scene.impact_velocity**2,
     )
     analysis = analyze_frames(Dump(dump), Known(bond=scene.bond))
-    # After the last contact momentum changes by the rounding of forces in opposite pairs only.
+    # After the last contact, momentum changes only by rounding of forces in opposite pairs.
     eta = float(restitution(outcome.velocities, scene.impact_velocity))
     assert analysis.restitution == pytest.approx(eta, rel=1e-12)
     assert analysis.contacts == outcome.contact_times.size
-    # The engine itself is good to about 1e-7 at this step; the analysis integrates afresh.
+    # The engine has an error of about 1e-7 at this step, and the analysis integrates the motion
+    # again.
     np.testing.assert_allclose(analysis.contact_times, outcome.contact_times, atol=1e-5)
 
 
@@ -96,7 +97,7 @@ def test_a_dump_at_contacts_holds_every_contact(tmp_path, bond):
     frames = list(Dump(dump))
     assert len(frames) == outcome.contact_times.size + 1  # and the end
     found = analyze_frames(Dump(dump), Known(bond=bond))
-    # Momentum changes by the rounding of forces in opposite pairs only.
+    # Momentum changes only by rounding of forces in opposite pairs.
     np.testing.assert_allclose(found.contact_times, outcome.contact_times, rtol=1e-15)
     np.testing.assert_allclose(found.contact_speeds, outcome.contact_speeds, rtol=1e-11)
     assert found.contacts == outcome.contact_times.size
@@ -108,7 +109,7 @@ def test_a_plain_script_of_a_user(tmp_path, sort):
     """Must show 3: the right answer for that wall, with its caveats."""
     run_plain(tmp_path, extra=sort)
     analysis = analyze_job(find_job(tmp_path), bond=Harmonic())
-    # The stock wall is wrong by some 1e-3 to 1e-2 here (exact: 0.8685).
+    # The stock wall has an error of 1e-3 to 1e-2 here (exact: 0.8685).
     assert analysis.restitution == pytest.approx(0.86850360724, abs=1e-2)
     assert analysis.restitution_error is None
     assert 1e-6 < analysis.data_error < 2e-5  # the default six digits

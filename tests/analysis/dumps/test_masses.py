@@ -72,9 +72,10 @@ def test_restitution_is_that_of_the_centre_of_mass(job, source, chaincor):
     assert result["data_error"] < 1e-12
     assert result["masses"] == MASSES.tolist()
     assert result["contacts"] == 66  # as the job counted them
-    # Of second order in the step, 1e-2: 1e-4 would be a mass that is left out.
+    # The error is of second order in the step, 1e-2. An error of 1e-4 would mean that a mass is
+    # left out.
     assert abs(result["energy_drift"]) < 1e-5
-    # Contacts from the reintegration between frames, with the error of Verlet steps.
+    # Contacts come from the integration between frames, which has the error of Verlet steps.
     assert abs(result["momentum_residual"]) < 1e-3
 
 
@@ -87,7 +88,7 @@ def test_mode_energies_are_those_of_the_chain_that_it_is(job):
     stiffness[0, 0] = stiffness[-1, -1] = 1.0
     root = np.sqrt(np.outer(MASSES, MASSES))
     squares = np.linalg.eigvalsh(stiffness / root)
-    # Squares are good to some eps of the largest, 2.2.
+    # Squares are exact to some eps of the largest one, 2.2.
     np.testing.assert_allclose(analysis.mode_frequencies**2, squares, atol=1e-14)
 
 
@@ -165,7 +166,7 @@ def test_commands_of_the_script_count_after_the_data_file(job):
     script = folder / "in.chain"
     text = script.read_text()
     script.write_text(text.replace("bond_coeff ", "mass * 1.0\nmass 2 10.0\nbond_coeff ", 1))
-    # What lmp prints on the screen looks like a log, and repeats no commands.
+    # The screen output of lmp looks like a log but repeats no commands.
     (folder / "out.txt").write_text("LAMMPS (22 Jul 2025)\nReading data file ...\n")
     assert analyze_job(find_job(folder)).restitution == pytest.approx(printed, abs=1e-12)
     script.write_text(text.replace("bond_coeff ", "mass 1 1.0\nmass 2 ${heavy}\nbond_coeff ", 1))
@@ -182,7 +183,7 @@ def test_pictures_and_tables_are_weighed(job, tmp_path):
     write_report(analysis, tmp_path / "out")
     momentum = np.loadtxt(tmp_path / "out" / "history.csv", delimiter=",", skiprows=1)[:, 1]
     assert momentum[-1] == pytest.approx(MASSES.sum() * 0.1 * analysis.kinematic_restitution)
-    # The theory of equal masses is not drawn.
+    # The theory is for equal masses, so it is not drawn here.
     rows = (tmp_path / "out" / "modes.csv").read_text().splitlines()
     assert rows[2].endswith(",")
 

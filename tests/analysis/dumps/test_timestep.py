@@ -14,10 +14,10 @@ from chaincor.analysis.job_analysis import infer_timestep
         (None, "timestep ${h}\n", None),
         (None, "timestep 0.01\nrun 5\ntimestep 0.02\n", None),
         (None, "# timestep 0.01\n", None),
-        # What a script prints may begin like a command.
+        # Text that a script prints may begin like a command.
         ("timestep ... of all runs\ntimestep 0.0.1\n", "timestep 0.1\n", None),
         ("timestep ${h}\ntimestep 2e-3\n", "timestep ${h}\n", 0.002),
-        # Composed steps: their number does not tell the time.
+        # The number of composed steps does not give the time.
         ("timestep 0.1\ntimestep -0.05\n", "timestep 0.1\n", None),
     ],
 )
@@ -37,8 +37,8 @@ def test_flight_of_the_last_particle_tells_the_timestep(harmonic20, dump_writer,
     path = dump_writer.write(harmonic20, times, columns="id x vx", fmt=fmt, timestep=0.005)
     dump = Dump(path)
     layout = ChainLayout.from_frame(dump.first())
-    # The flight counts as free until the speed has changed by 1e-5, late in a flight of 20.
-    # %g: the position, good to 5e-5 at each end, over a flight of v0 * 20 = 2.
+    # The flight counts as free until the speed has changed by 1e-5, late in a flight of 20. With
+    # %g, positions have an error of 5e-5 at each end of a flight of v0 * 20 = 2.
     assert infer_timestep(dump, layout) == pytest.approx(0.005, rel=error)
 
 

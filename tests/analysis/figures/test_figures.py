@@ -72,7 +72,7 @@ def test_a_figure_draws_into_the_axes_it_is_given_and_labels_them(name, motion, 
     figure.canvas.draw()
     legend = ax.get_legend()
     if legend is not None:
-        # Above the panel, where there is no data.
+        # The legend is above the panel, where there are no data.
         panel = ax.get_window_extent()
         assert legend.get_window_extent().y0 >= panel.y1 - 1.0
     assert draw(name, motion, harmonic20).figure is not figure
@@ -85,7 +85,7 @@ def test_trajectories_show_the_positions(motion, harmonic20):
     shown = times <= 1.15 * harmonic20.contact_times[-1]
     np.testing.assert_allclose(lines["particle 1"].get_ydata(), u[shown, 0])
     np.testing.assert_array_equal(lines["contacts"].get_xdata(), harmonic20.contact_times)
-    # Sound reaches the last particle after n - 1 time units, wherever that particle then is.
+    # Sound reaches the last particle after n - 1 time units, wherever this particle is.
     x, y = lines["sound, small waves"].get_data()
     far = np.argmin(np.abs(x - 19.0))
     assert y[far] == pytest.approx(19.0 + harmonic20.state(19.0)[0][-1], abs=0.1)
@@ -159,7 +159,7 @@ def test_springs_join_particles_of_one_body_and_legends_say_the_colours():
     figure, draw = _stage(x, np.zeros((1, 5)), np.zeros(1), "", targets=2)
     draw(0)
     along = figure.axes[1].get_lines()[0].get_xdata().reshape(4, -1)
-    # None over the contact, nor where the bond broke.
+    # No line is drawn across the contact or where the bond broke.
     assert [bool(np.isfinite(bond).all()) for bond in along] == [True, False, True, False]
     np.testing.assert_allclose(along[0][[0, -1]], [-1.0, 0.0])
     (legend,) = figure.legends

@@ -21,7 +21,7 @@ def test_particles_stand_where_they_are():
 
 
 def test_the_height_of_a_mark_is_the_velocity():
-    # Rows -4 to 4 stand for -1.5 to 1.5: v0 is 2.7 rows up, and what is beyond stays at the edge.
+    # Rows -4 to 4 stand for -1.5 to 1.5, so v0 is at row 2.7. Larger velocities stay at the edge.
     *plot, _ = lines_of([0.0, 2.0, 4.0, 7.0], [0.1, 0.0, -0.1, 1.0])
     columns = ["".join(line[k] for line in plot) for k in (0, 3, 6, 10)]
     assert [4 - column.index("•") for column in columns] == [3, 0, -3, 4]
@@ -37,6 +37,7 @@ def test_particles_that_share_a_column_show_their_mean():
         np.zeros(100), [0.1, -0.1] * 50, impact_velocity=0.1, longest=100.0, columns=11, rows=9
     )
     *plot, chain = crowded.plain.splitlines()
-    # Columns hold ten particles, of which as many come as go; the first and last five.
+    # Columns contain ten particles, as many of which approach as leave; the first and the last
+    # five.
     assert chain == "█" + 10 * "●"
     assert plot[4].count("•") >= 8

@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.signal import lfilter
 
-# Kind, and the order that a verdict of an order must name; None where none may be named.
+# The kind of a ladder, and the order that its verdict must name, or None if it must name none.
 ORDERS = {
     "order 1": 1.0,
     "order 2": 2.0,
@@ -19,7 +19,7 @@ ORDERS = {
     "order 2 and irregular": None,
     "irregular and noise": None,
 }
-# What must not be said of each: the verdict would be wrong, not just weak.
+# These verdicts would be wrong for each kind, not just weak.
 WRONG = {
     **dict.fromkeys([k for k in ORDERS if k.startswith("order")], ("noise",)),
     **dict.fromkeys([k for k in ORDERS if k.startswith("irregular")], ("regular",)),

@@ -7,7 +7,7 @@ from chaincor.analysis.ladders.order_fit import judge_means
 from chaincor.analysis.ladders.verdict import judge_ladder
 
 DRAWS = 200
-# 95 % are meant to hold; of 200 draws, three standard deviations fewer than that.
+# 95 % of the bounds should hold. The limit is three standard deviations of 200 draws lower.
 LEAST_HELD = 0.95 - 3.0 * np.sqrt(0.95 * 0.05 / DRAWS)
 
 
@@ -59,7 +59,7 @@ def test_rungs_that_agree_by_luck_promise_nothing():
         columns = np.array(values)[:, None] * np.ones((4, 3))
         found = judge_means(h[:, None] * np.ones((4, 3)), columns, np.full(4, 1e-6))
         assert abs(found.value - limit) < found.value_error
-        # As steep as between the finest rungs, twice.
+        # The slope is that between the finest rungs, taken twice.
         slopes = np.abs(np.diff(values[1:]) / np.diff(h[1:]))
         assert found.value_error == pytest.approx(2.0 * slopes.max() * h[-1], rel=1e-3)
 

@@ -15,8 +15,9 @@ def test_standard_errors_of_long_series(time):
     series = [autoregressive(count, time, random) for _ in range(100)]
     memory = np.exp(-1.0 / time) if time else 0.0
     exact = np.sqrt((1.0 + memory) / (1.0 - memory) / count)
-    # Each is uncertain by some 5 % at 200 correlation times, their mean by a tenth of that; the
-    # estimate errs on the large side, by the window's 2 %, Student's 2 % and some percent.
+    # Each error bar is uncertain by about 5 % at 200 correlation times, and their mean by a tenth
+    # of this. The estimate is too large by 2 % from the window, 2 % from Student's factor and a few
+    # per cent more.
     assert np.mean([standard_error(each).error for each in series]) == pytest.approx(
         exact, rel=0.08
     )
@@ -34,10 +35,10 @@ def test_means_of_short_series_are_within_three_bars_or_not_told(count, time):
     bars = np.array([standard_error(each).error for each in series])
     means = np.abs([each.mean() for each in series])
     printed = np.isfinite(bars)
-    # Three standard deviations above 5 in 100 of 2000.
+    # The limit is three standard deviations above 5 in 100, for 2000 draws.
     misled = printed & (means > 3.0 * bars)
     assert np.mean(misled) < 0.05 + 3.0 * np.sqrt(0.05 * 0.95 / 2000)
-    # Series of 30 correlation times have bars, and no bar is far beyond the series.
+    # Series of 30 correlation times have error bars, and no bar is far larger than the series.
     assert count < 30 * time or np.mean(printed) > 0.95
     assert np.all(bars[printed] <= 1.5 * np.std(series, axis=1)[printed] * (1.0 + 1e-9))
 

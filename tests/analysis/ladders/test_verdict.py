@@ -6,8 +6,8 @@ import pytest
 from chaincor.analysis.ladders.verdict import judge_ladder
 from tests.analysis.ladders.draws import ORDERS, WRONG, draw
 
-# Of 300 draws of each kind, benchmarks/bars/ladders.py finds no order 1 or 2 taken for another kind
-# and 1 % of noise taken for a law; 12 draws here find a code that is broken.
+# In 300 draws of each kind, benchmarks/bars/ladders.py finds no order 1 or 2 in another kind, and
+# takes 1 % of noise for a law. The 12 draws here find broken code.
 DRAWS = 12
 
 
@@ -26,7 +26,7 @@ def test_no_kind_is_taken_for_another(kind):
             printed += 1
             wrong += abs(verdict.order - ORDERS[kind]) > 0.5
     assert wrong == 0
-    # Bars hold in 95 of 100 cases: 4 of 12 outside has a chance of 0.2 %.
+    # Error bars hold in 95 of 100 cases, so 4 failures of 12 have a probability of 0.2 %.
     assert outside <= 3
     if kind in ("order 1", "order 2", "order 4", "irregular, bounded"):
         assert printed >= DRAWS - 3
@@ -41,19 +41,19 @@ def test_bars_hold_where_ladders_are_weakest():
         h, values, reference_value = draw("order 2 in strong noise", 4, 4, random)
         verdict = judge_ladder(h, values)
         held.append(abs(verdict.value - reference_value) <= verdict.value_error)
-    # 95 of 100, less three standard deviations of 200 draws.
+    # The limit is 95 of 100, less three standard deviations of 200 draws.
     assert np.mean(held) > 0.95 - 3.0 * np.sqrt(0.95 * 0.05 / 200)
 
 
 def test_seeds_of_different_levels_do_not_hide_the_order():
-    # Between seeds the number varies a hundred times more than the step changes it.
+    # The number varies a hundred times more between seeds than with the step.
     random = np.random.default_rng(3)
     h = 20.0 ** (-np.arange(8) / 7)[:, None] * random.uniform(0.98, 1.02, (8, 6))
     values = random.normal(size=6) + 1e-2 * random.uniform(0.5, 1.5, 6) * h**2
     verdict = judge_ladder(h, values, seeded=True)
     assert verdict.kind == "regular"
     assert abs(verdict.order - 2.0) <= verdict.order_error
-    # One run is off by what its seed is: that is in its scatter.
+    # The deviation of one run comes from its seed and is part of the scatter.
     assert verdict.scatter[-1] > 0.1
 
 
@@ -68,7 +68,8 @@ def test_equal_digits_tell_nothing():
 
 
 def test_digits_that_are_printed_limit_the_value():
-    # Six digits: the limit is not known better than their unit allows, sqrt(1/12) of it a run.
+    # With six digits, the unit of the last digit limits the accuracy to sqrt(1/12) of it in each
+    # run.
     random = np.random.default_rng(5)
     h = 20.0 ** (-np.arange(8) / 7)[:, None] * random.uniform(0.98, 1.02, (8, 8))
     values = np.round(0.5 + 1e-2 * h**2, 6)

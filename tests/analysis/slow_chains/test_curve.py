@@ -25,7 +25,7 @@ from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.collision import collide
 
-# Toda's bond of b = 10 with compression and stretch exchanged.
+# This is Toda's bond with b = 10, with compression and stretch exchanged.
 MIRRORED_TODA = Scene(
     potential="formula",
     energy="(exp(10*(r-1)) - 1)/100 - (r-1)/10",
@@ -77,7 +77,7 @@ def test_between_its_points_the_table_keeps_its_bar(variable, order):
 
 
 def test_the_curve_has_kinks_where_another_wave_takes_over():
-    # The slope dh/dy falls by 0.1 between 18 and 19, and changes by 0.002 at most on either side.
+    # The slope dh/dy falls by 0.1 between 18 and 19, and changes by at most 0.002 on either side.
     y = np.array([17.0, 17.5, 18.0, 19.0, 19.5, 20.0])
     slopes = np.diff(limiting_loss(y)) / np.diff(y)
     assert slopes[1] - slopes[3] > 0.09
@@ -133,8 +133,9 @@ def test_chains_are_on_the_curve(bond):
     for length in range(n - 36, n + 37, 12):
         chain = Scene(**bond, particles=length, velocity=velocity, engine="reference")
         losses.append(1.0 - collide(chain, tolerance=1e-5).restitution)
-    # Theory leaves out about 10 n^(-4/3) at such lengths (slow_chains.md). The power is not known.
+    # The theory leaves out a term of about 10 n^(-4/3) at such lengths (slow_chains.md), whose
+    # power is unknown.
     expected = slow_chain_dissipation(scene.bond, n, velocity)
     assert np.mean(losses) == pytest.approx(expected, abs=12.0 * n ** (-4.0 / 3.0))
-    # The term with the front's lead is needed: it is 0.24 of n^(2/3) (1 - eta) here.
+    # The term with the front's lead is needed, because it is 0.24 of n^(2/3) (1 - eta) here.
     assert abs(np.mean(losses) - expected) < 0.6 * 2.0 * FRONT_LEAD / n

@@ -18,7 +18,7 @@ def test_grids_agree_within_their_errors(variable, order):
     rough, fine = (front_loss(variable, order, refinement) for refinement in (0.7, 1.0))
     assert fine.error < rough.error < 1e-3
     assert abs(rough.loss - fine.loss) <= rough.error + fine.error
-    # Steepening costs, and what softens loses less: one tenth of y = 1 at the least.
+    # Steepening increases the loss, and softening decreases it, by at least a tenth at y = 1.
     assert math.copysign(1.0, variable) * (fine.loss - harmonic_dissipation_limit()) > 0.1
 
 
@@ -34,7 +34,7 @@ def test_a_second_method_agrees(variable, order):
 @pytest.mark.slow
 def test_another_wave_takes_over_between_18_and_19():
     earlier, later = (front_loss(variable, 3, 0.5).minima[:2] for variable in (18.0, 19.0))
-    # The deepest minimum of 18 lies before the second, that of 19 behind.
+    # The deepest minimum for 18 lies before the second contact, and for 19 after it.
     assert earlier[0].place > earlier[1].place + 3.0
     assert later[0].place < later[1].place - 3.0
 

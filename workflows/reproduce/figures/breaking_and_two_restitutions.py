@@ -43,7 +43,7 @@ def figure(flights: tuple[FreeFlight, ...]) -> Figure:
             "again through a third piece or through their own "
             f"vibration{_rejoined(flights)}. The final states of LAMMPS and of the "
             "reference engine are both right within the error bar of η, but their "
-            "difference grows in chains with much internal energy. Where the two "
+            "difference grows in chains with much internal energy. If the two "
             "counts differ, a line joins them in the top panel, a white dot marks "
             "them in the middle panel, and the count is undetermined. Bottom: e = "
             "√η, the ratio of speeds, which others call the coefficient of "
