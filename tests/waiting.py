@@ -10,7 +10,7 @@ import time
 from collections.abc import Callable, Iterator
 
 HANGS = 600.0
-# Of this process alone, whatever else the machine does meanwhile.
+# The time is that of this process alone, whatever else the machine does.
 PROCESSOR_HANGS = 300.0
 
 

@@ -38,7 +38,7 @@ def test_more_than_one_bin_of_margin(low, width, rows, bond):
     above = table.lengths[-1] - (low + width)
     below = low - table.lengths[0]
     assert above >= margin
-    # Where the bond ends (log and lj: at length 0) there is no room for a margin.
+    # Where the bond ends (length 0 for log and lj) there is no room for a margin.
     assert below >= margin or table.lengths[0] < 0.5 * low + 1e-12
     assert table.lengths[0] > 0.0
     assert np.all(np.diff(table.lengths) > 0.0)
@@ -189,7 +189,7 @@ def test_ends_move_out_by_a_tenth_of_their_own_distance_from_rest():
     bins = (MARGIN_BINS + 1) * table.spacing
     assert table.lengths[0] == pytest.approx(0.89, abs=bins)
     assert table.lengths[-1] == pytest.approx(12.0, abs=bins)
-    # Two particles never stretch their bond, except by rounding and the error of the step.
+    # Two particles never stretch their bond beyond rounding and the error of the step.
     assert tabulate(LennardJones(), (0.9, 1.0), rows=10_001).lengths[-1] > 1.001
 
 

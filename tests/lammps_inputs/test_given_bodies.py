@@ -134,7 +134,7 @@ def test_one_scene_has_one_hash_however_it_is_written():
     assert Scene(masses=[1, 1], **FOUR).line.is_standard
     twice = sha256(masses=[1, 2])
     assert twice == sha256(masses=[1, 2, 1, 2]) == sha256(masses="1,2") != plain
-    # Masses of 2 are no plain scene: its bonds swing more slowly.
+    # Masses of 2 make a different scene, because the bonds vibrate more slowly.
     assert sha256(masses=[2]) != plain
     assert sha256(masses=[2, 1]) != twice
     target = sha256(target_particles=3)
@@ -143,7 +143,7 @@ def test_one_scene_has_one_hash_however_it_is_written():
     soft = sha256(contact="power")
     assert soft == sha256(contact="power", contact_stiffness=1.0, contact_exponent=1.5) != plain
     assert soft != sha256(contact="power", contact_exponent=2.0)
-    # The paper's scenes keep the keys that stores have of them.
+    # The paper's scenes keep the keys that stores have for them.
     assert Scene().sha256 == "95cc2342a4d3177b74bf6e36ee8dfab66bd865b5b6852dba67ea647de2912375"
 
 
@@ -153,7 +153,7 @@ def test_a_state_is_known_by_what_it_says(folder):
     assert Scene(initial="again.csv", **FOUR).sha256 == first.sha256
     (folder / "other.csv").write_text(STATE.replace("0.01", "0.02"))
     assert Scene(initial="other.csv", **FOUR).sha256 != first.sha256
-    # What was read decides, not what has been written over it since.
+    # The values that were read count, not what is written over the file later.
     kept = Scene(initial="other.csv", **FOUR)
     (folder / "other.csv").unlink()
     assert kept.sha256 != first.sha256

@@ -296,7 +296,7 @@ def test_an_object_cannot_be_written_as_toml():
 
 
 def test_hash_is_the_same_in_every_version_and_on_every_machine():
-    # A stored result is found by this hash: a change here throws away everybody's stores.
+    # Stores find results by this hash, so a change here would invalidate all stores.
     assert Scene(potential="harmonic", particles=10, velocity=0.1, tolerance=1e-8).sha256 == (
         "005466a9e5f36fee4dca2b3b383af9c2ab9e055059e4ca09c66a29f52340ca4e"
     )
@@ -351,7 +351,7 @@ for fields in (
 
 @pytest.mark.slow
 def test_hashes_are_those_of_another_processor():
-    # Else a store would not know its collisions again on another node of a cluster.
+    # Otherwise a store would not recognise its collisions on another node of a cluster.
     def hashes(environment):
         command = [sys.executable, "-c", _HASHES]
         done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)

@@ -19,8 +19,8 @@ from chaincor.workflows.engines.reference import modal
 
 NONE = np.zeros(0)
 TEMPERATURES = (1e-6, 1e-4, 1.5e-3)
-# Fixed seeds: a p-value below this is a wrong distribution, as of the 48 only one in twenty sets
-# of seeds would have one.
+# With fixed seeds, a p-value below this means a wrong distribution. Of the 48 values, only one in
+# twenty sets of seeds would have one.
 LEAST_P = 1e-3
 
 
@@ -30,7 +30,7 @@ LEAST_P = 1e-3
 def test_bonds_and_velocities_are_distributed_as_theory_says(name, temperature):
     bond = Scene(**POTENTIALS[name]).bond
     masses = np.array([1.0, 3.0, 2.0, 0.5])
-    # Of the same seeds all cases would have the same p-value.
+    # With the same seeds, all cases would have the same p-value.
     case = 3 * list(POTENTIALS).index(name) + TEMPERATURES.index(temperature)
     drawn = draw(bond, temperature, masses, NONE, list(range(4000 * case, 4000 * case + 4000)))
     # One quadrature over a fine grid, from the energy alone; its error is far below 1/sqrt(N).
@@ -83,7 +83,7 @@ def test_the_centre_of_mass_starts_at_one_distance(masses):
         for seed in range(30):
             line = scene.replace(seed=seed, **bodies).line
             places = np.concatenate(([0.0], np.cumsum(1.0 + line.strains)))
-            places[line.first :] -= 1.0  # the gap has no length of its own
+            places[line.first :] -= 1.0  # The gap has no natural length.
             chain = line.chain_masses @ places[line.first :] / line.chain_masses.sum()
             target = places[0]
             if not line.rigid:
@@ -106,7 +106,7 @@ def test_margins_are_those_of_the_bound():
     wanted = math.sqrt(2.0 * math.log(1e12) * 1e-4 * np.sum(shares**2))
     found = start_margin(bond, 1e-4, shares)
     assert wanted <= found < 1.01 * wanted
-    # One bond, whose tail is known: what overlaps is less than the bound says.
+    # A single bond has a known tail, and the overlap is less than the bound.
     log = Scene(potential="log").bond
     margin = start_margin(log, 0.5, np.array([0.5]))
     mean = bond_distribution(log, 0.5).mean

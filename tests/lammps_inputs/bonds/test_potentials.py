@@ -41,7 +41,7 @@ BONDS = [
 BOND_IDS = [f"{bond.name}{bond.anharmonic_order}{tuple(bond.parameters)}" for bond in BONDS]
 each_bond = pytest.mark.parametrize("bond", BONDS, ids=BOND_IDS)
 
-# U(s) and -dU/dr(s) in exact arithmetic, written as in the paper and not as in the code.
+# U(s) and -dU/dr(s) are written here in exact arithmetic, as in the paper and not as in the code.
 EXACT = {
     "harmonic": (lambda s: s * s / 2, lambda s: -s),
     "lj": (
@@ -96,7 +96,8 @@ def test_rest_is_the_origin_of_energy_with_unit_stiffness(bond):
 
 @each_bond
 def test_force_and_curvature_are_derivatives(bond):
-    # A central difference is off by h^2/6 of the third derivative, and by rounding eps |U|/h.
+    # A central difference has an error of h^2/6 of the third derivative and a rounding error of eps
+    # |U|/h.
     h = 1e-4
     strains = np.linspace(-0.25, 0.25, 101)
     for value, derivative in ((bond.energy, bond.force), (bond.force, bond.curvature)):
@@ -135,7 +136,7 @@ def test_exponential_of_toda_to_two_epsilon():
 
 @pytest.mark.parametrize("order", [3, 4, 7, 12])
 def test_power_kernels_are_told_apart(order):
-    # Loops kept on disk go by qualified names.
+    # Cached loops are found by their qualified names.
     kernel = power_kernels(order)[0]
     assert kernel is power_kernels(order)[0]
     assert kernel.__qualname__ == f"power{order}_force"
@@ -199,7 +200,8 @@ def test_lammps_formula_is_the_energy(bond):
     names = {"exp": np.exp, "ln": np.log}
     for s in np.linspace(-0.2, 0.3, 21):
         value = eval(formula, names, {"s": s})
-        # LAMMPS has no expm1 or log1p: the formula is good to a few units of its largest term, 1.
+        # LAMMPS has no expm1 or log1p, so the formula has an error of a few units of its largest
+        # term, 1.
         assert value == pytest.approx(bond.energy(s), abs=4.0 * EPSILON, rel=1e-12)
 
 
@@ -270,7 +272,7 @@ class TestUserBond:
         # U''''(1) = 371 for lj; v* follows with a factor of order one.
         assert user.stiffness == pytest.approx(1.0, abs=371e-10 / 6 * 1.2)
         assert user.natural_speed == pytest.approx(lj.natural_speed, rel=1e-7)
-        # The constant that was taken off again leaves rounding of its own size.
+        # The constant that is subtracted again leaves rounding of its own size.
         strains = np.linspace(-0.1, 0.1, 7)
         assert user.energy(strains) == pytest.approx(lj.energy(strains), abs=EPSILON)
 

@@ -16,7 +16,7 @@ from chaincor.lammps_inputs.scene import Scene
 
 
 def write_table(path, digits, scale=1.0):
-    # Rows that do not meet length 1, as of a table that was scaled.
+    # These rows do not contain length 1, as in a scaled table.
     strains = np.linspace(-0.0987655, 0.2, 401)
     rows = zip(scale * (1.0 + strains), LennardJones().force(strains), strict=True)
     lines = [f"{i} {r:.{digits}f} 0 {f:.{digits}f}" for i, (r, f) in enumerate(rows, 1)]
@@ -28,7 +28,7 @@ def write_table(path, digits, scale=1.0):
 def test_the_zero_is_found_within_the_digits(tmp_path, digits):
     bond = read_bond_table(write_table(tmp_path / "few.table", digits))
     assert abs(float(bond.force(0.0))) < 1e-9
-    # Length 1 moved by no more than the last digits.
+    # Length 1 moves only by the last digits.
     assert abs(bond.strain_max - 0.2) < 3.0 * 10.0**-digits
     # Within 1.25 times half a unit of both columns, the stiffness being 13 at most here.
     strains = np.linspace(-0.05, 0.15, 50)
@@ -56,7 +56,7 @@ def test_a_scene_of_a_table_can_be_sent_to_another_process(tmp_path):
     content = path.read_bytes()
     path.unlink()
     sent = pickle.loads(pickle.dumps(scene))
-    # By its content: one object in a process, with the loops compiled for it.
+    # A bond is identified by its content, so a process has one object with its compiled loops.
     assert sent.bond is scene.bond
     assert sent.sha256 == scene.sha256
     assert sent.canonical_fields["bond_file"] == hashlib.sha256(content).hexdigest()
@@ -219,7 +219,7 @@ def test_noise_is_told_from_what_rows_do_not_resolve(tmp_path):
 
 
 def bond_through(rows, reach=0.0):
-    # Unevenly far apart, so that no row is found by dividing.
+    # The rows are unevenly spaced, so that no row is found by a division.
     strains = np.sort(np.concatenate(([0.0], np.random.default_rng(2).uniform(-0.3, 0.5, rows))))
     return SplineBond(CubicSpline(strains, -strains + strains**2), "rows", reach)
 

@@ -86,7 +86,7 @@ class TestEnergyAndForce:
         assert UserBond(**options, strain_min=-0.5, strain_max=0.5).stiffness == pytest.approx(1.0)
 
     def test_rounding_is_no_mismatch(self):
-        # 1 part in 1e10 of this energy's constant is all that its bonds hold at strain 1e-4.
+        # At strain 1e-4, bonds hold only 1e-10 of this energy's constant.
         constant = 50.0
         bond = UserBond(lambda s: 0.5 * s**2 + constant, lambda s: -s)
         assert bond.energy(0.0) == 0.0
@@ -136,7 +136,7 @@ class TestBreaking:
 
     def test_convexity_ends_at_the_inflection(self):
         lj = LennardJones()
-        # Strains looked at are 5.5 % apart.
+        # The examined strains are 5.5 % apart.
         found = UserBond(lj.energy, lj.force).convex_strain
         assert found <= lj.convex_strain <= 1.06 * found
         # Without tension nothing pulls from there on, as beyond an inflection less and less does.
@@ -164,7 +164,7 @@ def test_an_energy_that_overflows_far_out_has_no_end():
 def test_a_force_of_the_wrong_sign_is_called_that(energy, force):
     with pytest.raises(PotentialError, match="the force of bond 'mine' has the wrong sign"):
         UserBond(energy, force, name="mine", strain_min=-0.5, strain_max=2.0)
-    # A force that is right in compression alone.
+    # The force is right only in compression.
     half = lambda s: np.where(s < 0.0, -force(s), force(s))  # noqa: E731
     with pytest.raises(PotentialError, match="has the wrong sign near strain"):
         UserBond(energy, half, name="mine", strain_min=-0.5, strain_max=2.0, kinks=(0.0,))

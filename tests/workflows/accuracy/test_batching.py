@@ -12,7 +12,7 @@ from chaincor.workflows.collision import collide
 from chaincor.workflows.engines.reference.batch import runner
 from chaincor.workflows.errors import UnfinishedCollisionError
 
-# How long it took, and what is no part of the result.
+# The computing time is no part of the result.
 TIMES = {"seconds", "seconds_total", "replay"}
 
 
@@ -72,7 +72,7 @@ def test_loops_that_come_back_often_change_nothing(monkeypatch):
 @pytest.mark.slow
 @pytest.mark.parametrize(("particles", "tolerance"), [(20, 1e-6), (100, 1e-5)])
 def test_chains_that_may_break_are_followed_to_the_ends_they_have_alone(particles, tolerance):
-    # Above 1.67 and 0.74 v* none would be begun together.
+    # Above 1.67 and 0.74 v*, no chains would start together.
     fastest = {20: 1.6, 100: 0.74}[particles]
     broken = scenes("lj", particles, tolerance, fastest=fastest)
     found = collide_together(broken)

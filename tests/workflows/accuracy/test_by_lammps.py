@@ -16,7 +16,7 @@ def test_the_reference_error_has_the_part_of_an_open_end(particles, speed):
     found = collide(Scene(**fields, engine="lammps", tolerance=1e-4))
     alone = collide(Scene(**fields, engine="reference", tolerance=1e-4))
     assert found.ending == alone.ending == "open"
-    # Both runs end with the same fragments, which differ by the steps alone: below a percent.
+    # Both runs end with the same fragments, and the steps change them by less than a percent.
     assert found.reference_error == pytest.approx(alone.restitution_error, rel=0.01)
     assert found.reference_error > 100.0 * found.error_parts.step
     assert found.restitution_error >= found.error_parts.ending

@@ -28,11 +28,11 @@ def test_every_cost_is_positive_and_splines_cost_more_than_springs(model):
 @pytest.mark.slow
 @pytest.mark.parametrize(("scheme", "step"), [("verlet", 0.0125), ("order8", 0.2)])
 def test_the_work_of_a_run_is_foretold(scheme, step):
-    # Seconds are a matter of the machine and its load; how many forces are evaluated is not.
+    # Seconds depend on the machine and its load, but the number of force evaluations does not.
     counted = CostModel("no machine", 1.0, 0.0, 0.0, 0.0, stage=0.0, contact=0.0)
     scene = Scene(particles=60)
     numerics = Numerics(scheme=scheme, timestep=step, bond_range=(0.92, 1.17))
     (outcome,) = lammps.run_at_steps(scene.problem, numerics, (step,))
     expected = counted.integration(scene.problem, numerics, float(outcome.contact_times[-1]))
-    # What follows the last contact, 3.5 of 90, and searches for contacts come on top.
+    # The flight after the last contact, 3.5 of 90, and the search for contacts cost more.
     assert 0.9 < outcome.force_evaluations / expected < 1.3

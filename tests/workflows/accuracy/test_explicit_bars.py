@@ -24,7 +24,7 @@ def test_near_grazing_contacts_are_in_the_bar_of_the_event_wall(particles):
     result = collide(scene.replace(scheme="verlet", timestep=0.005))
     error = abs(result.restitution - reference_value.restitution)
     assert error <= result.restitution_error + reference_value.restitution_error
-    # Nor is the bar wide: the error is c h^2 with a c below 1.
+    # The error bar is not too wide either: the error is c h^2 with c below 1.
     assert result.restitution_error <= 0.005**2
 
 
@@ -44,7 +44,7 @@ def test_the_bar_of_the_stock_wall_holds(timestep):
 
 @pytest.mark.slow
 def test_the_bar_of_the_stock_wall_of_the_readme_holds():
-    # This phase is a lucky one for a difference to half the step: three times that is 5.9e-6.
+    # At this phase, the difference to half the step is small by chance. Three times it is 5.9e-6.
     eta = 0.77079983
     result = collide(Scene(wall="reflect", scheme="verlet", timestep=0.01, table="linear"))
     assert abs(result.restitution - eta) <= result.restitution_error

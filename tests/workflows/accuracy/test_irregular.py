@@ -19,7 +19,8 @@ from chaincor.workflows.engines.schemes import STEP_SCHEMES
 from chaincor.workflows.errors import BondRangeError, CrossingError
 from tests.judge.kinks import judge
 
-# By steps of order 8 that end at the wall and at the kink, two largest steps alike to 1e-12.
+# Steps of order 8 that end at the wall and at the kink gave these values, and the two largest steps
+# agree to 1e-12.
 SLACK_AT_0_1 = {5: 0.9024074802364, 10: 0.9347139830169, 20: 0.9598717615637}
 
 
@@ -30,7 +31,7 @@ def slack(**options):
     )
 
 
-# One bond for all tests: each has loops of its own, which take seconds to compile.
+# All tests share one bond, because each bond has its own loops, which take seconds to compile.
 SLACK = slack(kinks=(0.0,))
 
 
@@ -55,7 +56,7 @@ def test_bars_hold_without_tension(engine, particles):
         assert result.table == "linear"
 
 
-@pytest.mark.slow  # compiles a loop
+@pytest.mark.slow  # This compiles a loop.
 @pytest.mark.parametrize("particles", [5, 10])
 def test_rounding_of_many_small_steps_is_in_the_bar(particles):
     # At this tolerance Verlet takes millions of steps, whose rounding is more than that of eta.
@@ -69,8 +70,8 @@ def test_rounding_of_many_small_steps_is_in_the_bar(particles):
 
 @pytest.mark.slow
 def test_a_late_contact_without_tension_is_found():
-    # Where nothing binds, a slow particle comes to the wall as late as it likes: the 35th contact
-    # 130 after the 34th. The value is the judge's, good to 3e-15.
+    # Without a binding force, a slow particle reaches the wall arbitrarily late: the 35th contact
+    # comes 130 after the 34th. The value is the judge's, with an error of 3e-15.
     scene = Scene(potential=SLACK, particles=39, velocity=0.042123547374017994, engine="reference")
     result = collide(scene, tolerance=1e-5)
     assert result.contacts == 35
@@ -180,7 +181,7 @@ def test_given_numerics_have_bars_that_hold_past_kinks():
 def test_a_table_that_is_too_narrow_is_named_at_once(tmp_path, monkeypatch):
     table = tabulate(Scene().bond, (0.98, 1.02), "spline", 101)
     (tmp_path / "narrow.table").write_text(table.to_text())
-    # Each halving of the step doubles the time that it takes to say so.
+    # Each halving of the step doubles the time until the refusal.
     monkeypatch.setattr(irregular, "_MOST_REFINEMENTS", 6)
     scene = Scene(
         potential="table", bond_file=tmp_path / "narrow.table", particles=20, velocity=0.05

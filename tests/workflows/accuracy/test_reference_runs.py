@@ -11,7 +11,7 @@ from chaincor.workflows.accuracy.reference_runs import refined, run_reference
 from chaincor.workflows.accuracy.refining import Attempt, has_stalled
 
 SCENE = Scene(particles=3, speed=0.4)
-# Of five steps, the first far off: what the last four, or three, found is what counts.
+# Of five steps, the first is far off, so the last four or three count.
 FOUND = (0.9, 0.701, 0.7002, 0.7, 0.7)
 STUCK = (1e-3, 2e-6, 2e-6, 1e-6, 2e-6)
 

@@ -22,7 +22,7 @@ from chaincor.workflows.errors import CrossingError, RunError, ToleranceError
 from chaincor.workflows.measured import measured
 from tests.reference_cases import CASES, case_name, case_scene
 
-# The published values are good to this.
+# The published values have this error.
 PUBLISHED = 1e-9
 
 
@@ -30,7 +30,7 @@ PUBLISHED = 1e-9
 @pytest.mark.parametrize("case", CASES, ids=map(case_name, CASES))
 def test_reference_values_in_house(case):
     result = collide(case_scene(case).replace(engine="reference"), tolerance=1e-9)
-    # What may still happen to a chain that broke depends on the last digits.
+    # The further motion of a broken chain depends on the last digits.
     broke = case["potential"] == "lj" and case["speed_over_vstar"] > 0.7
     assert result.tolerance_met or (broke and result.ending == "open")
     assert abs(result.restitution - case["restitution"]) <= PUBLISHED + result.restitution_error
@@ -52,8 +52,8 @@ def test_reference_values_by_lammps(case, tolerance):
 @pytest.mark.slow
 @pytest.mark.parametrize("engine", ["lammps", "reference"])
 def test_error_bars_of_random_scenes_are_honest(engine):
-    # Of 300 scenes at least 99 % must be honest (python -m benchmarks.bars.honest): of these
-    # few, all.
+    # Of 300 scenes, at least 99 % must have a valid error bar (python -m benchmarks.bars.honest),
+    # so all of these few must.
     random = np.random.default_rng(7)
     trials = [try_scene(random_scene(random, engine)) for _ in range(12)]
     answered = [t for t in trials if t.reported is not None]
@@ -69,7 +69,7 @@ def test_a_looser_tolerance_costs_less(engine):
     for tolerance in (1e-3, 1e-6, 1e-9):
         result = collide(scene, tolerance=tolerance)
         assert result.tolerance_met
-        # No waste either: three orders of tolerance are not met by one and the same run.
+        # The runs must not be wasteful: one run does not serve for three orders of tolerance.
         assert result.restitution_error > 1e-4 * tolerance
         costs.append(STEP_SCHEMES[result.scheme].evaluations / result.timestep)
     # Force evaluations per time. Steps of high order take fewer, each with more to do besides.
@@ -91,7 +91,7 @@ def test_a_looser_tolerance_costs_less(engine):
 )
 def test_a_tighter_wish_never_widens_the_bar(fields, engine):
     scene = Scene(engine=engine, **fields)
-    # Also between the powers of ten, and beyond rounding, where no wish is met.
+    # Tolerances between powers of ten and beyond rounding, which no run can meet, are also tested.
     tolerances = [10.0 ** (-0.5 * k) for k in range(12, 29)]
     found = [collide(scene, tolerance=tolerance) for tolerance in tolerances]
     bars = np.array([result.restitution_error for result in found])
@@ -99,7 +99,7 @@ def test_a_tighter_wish_never_widens_the_bar(fields, engine):
     met = np.array([result.tolerance_met for result in found])
     assert np.all(bars[met] <= np.array(tolerances)[met])
     assert not met[-1]
-    # Each bar holds: all etas agree with the tightest one.
+    # Each error bar holds: all etas agree with the most exact one.
     etas = np.array([result.restitution for result in found])
     assert np.all(np.abs(etas - etas[-1]) <= bars + bars[-1])
 
@@ -184,7 +184,7 @@ def test_a_chain_too_sensitive_for_any_step_says_so():
     assert "too sensitive" in result.reason or "amplifies the last digit" in result.reason
     assert 1e-5 < result.restitution_error < 1e-2
     assert abs(result.restitution - 0.73355) <= result.restitution_error
-    # Three steps agree to 2e-5 by chance; the others, of which none is worse, do not.
+    # Three steps agree to 2e-5 by chance, but the other steps, which are no worse, do not.
     assert result.error_parts.step > 1e-4
 
 

@@ -92,7 +92,8 @@ def test_a_collision_that_is_a_small_part_of_a_step_is_resolved(gap, refine, tmp
 def test_runs_that_agree_by_chance_do_not_make_the_bar_small(
     potential, particles, velocity, tolerance, right
 ):
-    # The right values are of runs 1000 times tighter, printed with ten digits or more.
+    # The right values come from runs with tolerances 1000 times smaller, printed with at least ten
+    # digits.
     scene = Scene(
         potential=potential,
         particles=particles,

@@ -39,10 +39,10 @@ def test_time_that_is_up_is_an_error_by_name():
 
 @pytest.mark.slow
 def test_lammps_answers_within_its_time_and_says_what_is_missed():
-    # Without a limit it takes minutes.
+    # Without a limit, the collision takes minutes.
     started = time.monotonic()
     found = None
-    # A busy machine may complete no run in that time, and says so.
+    # A busy machine may complete no run in that time, and then says so.
     with contextlib.suppress(CostError):
         found = collide(sensitive(95), most_seconds=ALLOWED)
     assert time.monotonic() - started < MOST
@@ -84,7 +84,7 @@ def time_is_up_after(monkeypatch):
 
 
 def test_past_kinks_too_what_ran_by_then_is_the_answer(time_is_up_after, monkeypatch):
-    # A coarse run, the first try at five steps, and the second one, which is too late.
+    # These are a coarse run, the first try at five steps, and the second try, which is too late.
     runs = time_is_up_after(irregular, "run_reference", 6)
     monkeypatch.setattr(irregular, "guess_step", lambda *_: 0.1)  # too long to do at once
     slack = UserBond(
@@ -106,7 +106,8 @@ def test_adaptive_steps_too_end_with_what_ran_by_then(time_is_up_after, monkeypa
     # Two of hard spheres, two that the first try is compared with, that, and the second one, which
     # is too late.
     runs = time_is_up_after(adaptive, "run", 5)
-    monkeypatch.setattr(by_reference, "_ADAPTIVE_SHARES", (1e3, 1e3))  # as if it had not converged
+    # The result is treated as if it had not converged.
+    monkeypatch.setattr(by_reference, "_ADAPTIVE_SHARES", (1e3, 1e3))
     found = collide(scene, tolerance=1e-8, most_seconds=1000.0)
     assert len(runs) == 6
     assert found.tolerance_met is False

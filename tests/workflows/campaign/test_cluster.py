@@ -76,7 +76,7 @@ def test_a_scheduler_that_needs_certificates_is_told_in_one_line(tmp_path):
     (tmp_path / "sweep.toml").write_text("[axes]\nparticles = [2]\n")
     command = [sys.executable, "-m", "chaincor", "sweep", "sweep.toml"]
     command += ["--scheduler", "tls://127.0.0.1:8786"]
-    # A process of its own, because objects of Dask complain when the process ends.
+    # The cluster has its own process, because objects of Dask complain when the process ends.
     ended = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
     assert (ended.returncode, ended.stdout, ended.stderr.count("\n")) == (1, "", 1)
     assert "Dask has no certificates for tls://127.0.0.1:8786. Set " in ended.stderr
@@ -164,5 +164,6 @@ def test_two_sweeps_on_one_store_share_the_work(tmp_path):
         tallies = [json.loads(sweep.communicate(timeout=HANGS)[0]) for sweep in sweeps]
     assert all(sweep.returncode == 0 for sweep in sweeps)
     assert all(tally["computed"] + tally["found"] == 40 for tally in tallies)
-    # Both compute the tasks that they handed out at the same time. Without sharing the sum is 80.
+    # Both compute the tasks that they had started at the same time. Without shared results the sum
+    # is 80.
     assert 40 <= sum(tally["computed"] for tally in tallies) < 80

@@ -41,7 +41,7 @@ def assert_same(sample, single):
     assert sample.tolerance_met == (sample.restitution_error <= single.tolerance)
     if sample.scheme == single.scheme and "open" not in (sample.ending, single.ending):
         assert sample.contacts == single.contacts
-        # Of the last contact, which may graze, a time is worth less than eta.
+        # The last contact may be grazing, so its time is less exact than eta.
         assert sample.last_contact_time == pytest.approx(single.last_contact_time, abs=1e-2)
 
 
@@ -60,7 +60,7 @@ def test_a_warm_chain_has_the_same_digits_and_bar_alone(changes):
     for seed, sample in enumerate(collide_many(scene, 4, workers=1).samples, 1):
         single = collide(scene.replace(seed=seed))
         assert (single.scheme, single.timestep) == (sample.scheme, sample.timestep)
-        # Two loops round differently, and chains this short amplify that by less than 1e3.
+        # Two loops round differently, and chains as short as these amplify that by less than 1e3.
         assert single.restitution == pytest.approx(sample.restitution, abs=1e-12)
         assert single.restitution_error == pytest.approx(sample.restitution_error, abs=1e-11)
 
@@ -78,7 +78,7 @@ def test_workers_and_batches_change_no_bit():
     one = collide_many(WARM, 40, workers=1)
     assert collide_many(WARM, 40, workers=3).samples == one.samples
     assert collide_many(WARM.replace(seed=11), 7, workers=2).samples == one.samples[10:17]
-    # A list of scenes, in another order and with a stranger among them.
+    # The list has the scenes in another order, with a scene of another kind among them.
     seeds = [5, 3, 4]
     scenes = [WARM.replace(seed=seed) for seed in seeds] + [WARM.replace(seed=1, velocity=0.1)]
     listed = collide_many(scenes, workers=1)
@@ -124,7 +124,7 @@ def test_lammps_gives_the_same_ensemble():
         bars = one.restitution_error + other.restitution_error
         assert abs(one.restitution - other.restitution) <= bars
         assert one.contacts == other.contacts
-    # Extrapolated steps are for cold chains.
+    # Extrapolated steps are used only for chains without vibrations.
     assert lammps.samples[0].scheme in ("order6", "order8", "verlet")
 
 
@@ -152,7 +152,7 @@ def test_bars_are_honest_against_sharper_ones():
 
 
 def test_a_step_that_is_too_large_is_found_out(monkeypatch):
-    # Without refinement, a first step ten times too large must not pass for a number.
+    # Without refinement, a first step that is ten times too large must not give a number.
     warm_solver = WarmSolver(WARM.problem, WARM.asked_tolerance)
     line = WARM.line
     starts, v = StartStates.of([line]), np.array([0.08])

@@ -15,7 +15,7 @@ from chaincor.workflows.errors import SchedulerError
 from chaincor.workflows.store.results_store import Store
 from tests.dask_cluster import dask_cluster
 
-# Batches of the reference engine, single collisions of it, and collisions by LAMMPS.
+# The scenes are batches and single collisions of the reference engine, and collisions by LAMMPS.
 SCENES = [
     *(Scene(particles=5, speed=0.02 * k, engine="reference", tolerance=1e-5) for k in range(1, 21)),
     Scene(potential="harmonic", particles=8, engine="reference"),

@@ -192,7 +192,7 @@ def test_an_interruption_keeps_what_is_done(store, make_attempt, monkeypatch):
     def interrupting(scenes):
         if len(finished) == 3:
             signal.raise_signal(signal.SIGINT)
-            # A collision that is going on when the main thread hears of it.
+            # A collision is running when the main thread is interrupted.
             assert heard.wait(HANGS)
             raise AssertionError("never seen: the sweep is over")
         finished.extend(scenes)
@@ -248,7 +248,8 @@ def test_longer_faster_and_tighter_cost_more(monkeypatch):
     seconds = plan(base).seconds
     for changes in ({"particles": 100}, {"speed": 2.0}):
         assert plan(base.replace(**changes)).seconds > seconds
-    # Within a scheme: where another takes over, a tighter tolerance may cost less.
+    # This holds within a scheme. Where another scheme takes over, a smaller tolerance may cost
+    # less.
     for loose, tight in ((1e-5, 1e-6), (1e-7, 1e-10)):
         wider, closer = (base.replace(tolerance=each) for each in (loose, tight))
         assert plan(closer).seconds > plan(wider).seconds
@@ -373,7 +374,7 @@ def test_rows_without_details_keep_their_columns_and_take_less_room(tmp_path):
         assert short.result["restitution"] == whole.result["restitution"]
         assert short.result.keys() < whole.result.keys()
     sizes = [(tmp_path / f"{details}.sqlite").stat().st_size for details in (True, False)]
-    # Details are half of a row of the plainest kind; the tables themselves take 30 kB.
+    # Details take half of a row of the plainest kind, and the tables themselves take 30 kB.
     assert sizes[1] < 0.65 * sizes[0]
     with Store(tmp_path / "False.sqlite") as store:
         # Rows without details are results, and are not computed again.

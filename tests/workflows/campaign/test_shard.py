@@ -45,14 +45,14 @@ def test_parts_are_disjoint_and_complete(count):
 
 
 def test_every_part_has_its_share_of_long_chains():
-    # 25 different collisions of each length over 5 parts, dealt out in turn.
+    # There are 25 different collisions of each length, which the 5 parts get in turn.
     for number in range(1, 6):
         part = shard(SCENES, number, 5)
         assert Counter(scene.particles for scene in part) == {10: 10, 20: 10, 50: 10, 100: 10}
 
 
 def test_every_part_has_slow_and_fast_chains():
-    # Were points dealt out in their order, each of five parts would have one speed of five.
+    # If points were assigned in their order, each of the five parts would have one speed.
     points = SweepPoints({}, [LENGTHS, SPEEDS[:5]], Path())
     for number in range(1, 6):
         assert len({scene.speed for scene in shard(points, number, 5)}) > 1

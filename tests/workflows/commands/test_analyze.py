@@ -88,7 +88,7 @@ def test_output_holds_plots_tables_and_pictures(job, tmp_path, chaincor):
     check_file_list(page, out, beside={"analysis.html", "c.xyz"})
     reported = words_of(page)
     assert str(out / "c.xyz") in reported
-    # What the terminal says is there, each name explained, and every figure that was drawn.
+    # The page has the numbers of the terminal, with explanations, and every figure that was drawn.
     _, text, _ = chaincor("analyze", job, "--potential", "harmonic")
     lines = text.partition("\n\n")[2].partition("\n\n")[0].splitlines()
     assert len(lines) > 9
@@ -101,7 +101,7 @@ def test_output_holds_plots_tables_and_pictures(job, tmp_path, chaincor):
 
 @pytest.mark.slow
 def test_a_page_has_the_results_in_the_units_of_the_dump(job, tmp_path, chaincor):
-    # Twice the mass and the stiffness: another unit of energy, and the same times and speeds.
+    # Twice the mass and the stiffness change the unit of energy, but not times and speeds.
     units = ["--length", "1", "--mass", "2", "--stiffness", "2"]
     bond = ["--potential", "harmonic", "--masses", "2"]
     status, printed, _ = chaincor("analyze", job, *bond, *units, "-o", tmp_path / "out")
@@ -115,7 +115,7 @@ def test_a_page_has_the_results_in_the_units_of_the_dump(job, tmp_path, chaincor
 @pytest.mark.slow
 def test_a_page_warns_of_what_is_impossible(job, tmp_path, chaincor):
     dump = job / "dump.lammpstrj"
-    # The last frames come back twice as fast as physics allows.
+    # The velocities in the last frames are twice as large as physics allows.
     head, *frames = dump.read_text().split("ITEM: TIMESTEP")
     fast = [frame.replace(" 0.1 ", " 0.2 ") for frame in frames[-16:]]
     dump.write_text("ITEM: TIMESTEP".join([head, *frames[:-16], *fast]))

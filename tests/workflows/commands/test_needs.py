@@ -33,7 +33,8 @@ try:
 except SystemExit as leave:
     print("\\nLOADED", leave.code, *(n for n in names if n in sys.modules))
 """
-# Each use in turn, and what it loads besides what the command always does.
+# Each use is tried in turn; it loads these libraries in addition to those that the command always
+# loads.
 USES = {
     "run": {
         "--particles 3 --tolerance 1e-4 --engine reference": (),
@@ -70,7 +71,7 @@ USES = {
     "lessons": {"-o lessons": ()},
     "doctor": {"--help": ()},
 }
-# What a command leaves to worker processes, which do what `run` does.
+# A command leaves this work to worker processes, which do what `run` does.
 BY_WORKERS = {"sweep": {"numba"}}
 # What a library loads for itself.
 BROUGHT = {"rocrate": ("jinja2",)}
@@ -87,7 +88,7 @@ def loaded(folder, *arguments):
     )
     assert "\nLOADED 0" in done.stdout, done.stdout + done.stderr
     found = set(done.stdout.rsplit("LOADED 0", 1)[1].split())
-    # What runs compiled loops needs Numba where they have not been compiled before.
+    # Compiled loops need Numba where they are not in a cache.
     return found - {"llvmlite"} | ({"numba"} if "llvmlite" in found else set())
 
 

@@ -91,7 +91,7 @@ def test_options_win_over_the_file(chaincor, tmp_path):
     assert found["speed"] == pytest.approx(0.3)
     found = run_json(chaincor, "run", str(scene), "--particles", "4", "--velocity", "0.05")
     assert (found["particles"], found["velocity"]) == (4, 0.05)
-    # Another potential has no use for toda_b.
+    # Another potential does not use toda_b.
     found = run_json(chaincor, "run", str(scene), "--potential", "lj", "--no-error")
     assert found["potential"] == "lj"
 
@@ -131,7 +131,7 @@ def test_a_saved_job_is_analysed_by_the_dump_that_was_asked_for(chaincor, tmp_pa
         chaincor(*saved[:-1], "again", "--dump", "again/x")
         assert [path.name for path in Path("again").glob("*dump*")] == []
         assert json.loads(chaincor("analyze", "again", "--json")[1])["finished"]
-        # A job that dumps only has to be run.
+        # A job that only dumps must be run.
         chaincor("inputs", *QUICK[1:], "--frames", "-o", "unrun")
         err = chaincor("analyze", "unrun")[2]
         assert "in.chain writes one: run it, (cd unrun && lmp -in in.chain)" in err

@@ -16,7 +16,8 @@ from chaincor.workflows.engines.reference.look_ahead import LookAhead
 from chaincor.workflows.engines.reference.moving import Motion
 from chaincor.workflows.showing.text import describe
 
-# By three integrators that share no code with the engines; all digits shown are theirs.
+# Three integrators that share no code with the engines gave these values, and all digits shown are
+# certain.
 LATE = {
     28: (1.47, 27, 38.808724, 0.80498439256),
     25: (1.45, 24, 34.812703, 0.80185364884),
@@ -48,7 +49,7 @@ def test_late_contacts_are_found(engine, particles):
 
 @pytest.mark.slow
 def test_late_contacts_of_a_long_chain_are_found():
-    # Whether one more contact comes after thousands of units of time, the last digits decide.
+    # The last digits decide whether one more contact comes after thousands of units of time.
     check("reference", 117, 1e-6, ("argued", "open"))
 
 
@@ -178,7 +179,7 @@ def test_an_open_end_widens_the_bar_and_says_so(monkeypatch):
     assert result.error_parts.ending > 1e-3
     assert result.tolerance_met is False
     assert "a piece of the broken chain may still hit the wall" in result.reason
-    # What the contact that was not waited for changes is in the bar.
+    # The error bar includes the effect of the contact that was not waited for.
     assert 1e-2 < abs(result.restitution - LATE[28][3]) <= result.restitution_error
     said = describe(result)
     assert "end                    open: another contact may still come; the error bar" in said

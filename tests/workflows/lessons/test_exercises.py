@@ -33,7 +33,7 @@ def lj_energy(r):
     return (r**-12 - 2 * r**-6 + 1) / 72
 
 
-# What students answer, as they would come by it, and a piece of what they are told.
+# These are answers that students may give, with a part of the expected reply.
 WRONG = {
     # eta and e, energy and momentum
     "1.1": [([0, 0], "takes no energy"), ([1, 0.5], "half a period"), ([1, 0], "do not stick")],
@@ -199,7 +199,7 @@ def said_by(exercise):
 @pytest.mark.parametrize("name", NAMES)
 def test_an_exercise_takes_its_own_truth(name):
     exercise = find_exercise(name)
-    # And no mistake is taken for the truth, or for another mistake.
+    # No mistake is taken for the right answer or for another mistake.
     for k, says in enumerate(said_by(exercise)):
 
         def answer(*arguments, k=k):

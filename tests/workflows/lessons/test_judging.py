@@ -12,7 +12,7 @@ from chaincor.workflows.lessons.exercise import LESSONS, exercise, exercises_of,
 from tests.workflows.lessons.test_exercises import WRONG, acceleration
 
 J = np.arange(10)
-# The right answers, by other means than the exercises: by hand, or as the pages print them.
+# The right answers are computed by hand or quoted from the pages, not taken from the exercises.
 NUMBERS = {
     "1.1": [1.0, 1.0],
     "1.2": 1.0 - 0.95242**2,
@@ -147,7 +147,7 @@ def test_a_usual_mistake_is_named_however_it_is_rounded(name, case, digits):
     assert said in verdict.says
 
 
-# Answers that are off by what no mistake explains.
+# No known mistake explains these wrong answers.
 OFF = (0.77, 0.87, 0.93, 1.09, 1.17, 1.31)
 SINGLE = [name for name, value in NUMBERS.items() if np.ndim(value) == 0]
 

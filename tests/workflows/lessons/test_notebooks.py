@@ -148,7 +148,7 @@ def test_hand_in_has_the_question_and_not_the_solution(page):
     assert "How much?" in text
     assert "Next: more." in text
     assert sources(text)[-1] == 'check("1.1", ...)'
-    # Nor what a picture shows, which may be what is asked.
+    # The text must not say what a picture shows either, because an exercise may ask for it.
     for gone in ("Solution", "So much", "secret", "details", "What the plot at 1 v", "another"):
         assert gone not in text
 

@@ -62,7 +62,7 @@ def test_an_empty_script_has_five_empty_parts_and_is_not_run(report_on):
     assert report.parts == dict.fromkeys(PARTS, ("nothing yet",))
 
 
-# One line changed or left out, the part that lacks something, and a piece of what is said.
+# Each case changes or omits one line, and names the faulty part and a piece of the message.
 FAULTS = [
     ("units           lj\n", "", 0, "write `units lj`"),
     ("units           lj", "units real", 0, "`units real`: numbers without units"),
@@ -131,7 +131,7 @@ def test_what_comes_too_late_is_said(report_on):
     assert "`print` stands before `run`" in said(report_on(SCRIPT.replace(run, "") + run))[PARTS[4]]
 
 
-# What only the run shows.
+# Only the run shows these faults.
 RUNS = [
     ("run             2500", "run 500", "too short: it ends at t = 5"),
     ("timestep        0.01", "timestep 1.02", "the step is too long"),
@@ -164,7 +164,7 @@ def test_what_only_the_run_shows_is_said(report_on, line, other, piece):
     assert piece in found[RUN]
 
 
-# Other ways to write a right script.
+# These scripts are right in another way.
 OTHER = [
     ("xlo 0.0", "xlo $(0)"),
     ("xlo 0.0", "xlo 0.0 units box"),

@@ -167,7 +167,7 @@ def test_a_class_sees_the_restitution_only_when_it_asks(opened):
     assert browser.evaluate(hidden)
     browser.evaluate("find('ask').click()")
     assert browser.evaluate(f"{VISIBLE}.includes('90.7 %') && {VISIBLE}.includes('0.952')")
-    # The next collision is a new question, and so is the link to it.
+    # The next collision starts from the new question, and so does its link.
     browser.evaluate("find('particles').value = 20; change()")
     browser.wait("location.hash.includes('particles=20')")
     browser.wait(IDLE)
@@ -367,10 +367,10 @@ def test_each_field_is_understood(opened):
     browser.evaluate("find('temperature').value = 2; change()")
     browser.wait("!find('refusal').hidden")
     assert text_of(browser, "refusal") == "Temperature is 2: expected a number from 0 to 1."
-    # Nothing of the scene before it stays.
+    # Nothing of the previous scene stays.
     for name in ("command", "command-label", "eta", "verdict", "ending", "facts"):
         assert text_of(browser, name) == ""
-    # What the page cannot compute, the program may.
+    # The program may compute what the page cannot.
     browser.open(browser.path, "#potential=log&particles=20&speed=9")
     browser.wait("!find('refusal').hidden")
     assert "see the command below" in text_of(browser, "refusal")

@@ -55,7 +55,7 @@ def folder(reproduced):
 @pytest.mark.slow
 def test_page_is_whole_in_one_file(folder):
     page = read_page(folder / "report.html")
-    # What is not on the page lies beside it, and is asked for by a click only.
+    # Content that is not on the page lies beside it and is opened only by a click.
     sources = re.findall(r'(?:src|href)="([^"]{0,30})', page)
     assert sources
     assert all(s.startswith(("data:image/", "#", "figures/", "report.json")) for s in sources)
@@ -99,7 +99,7 @@ def test_the_command_prints_curves_verdicts_and_where_the_report_is(
     assert lines[-1] == f"report: {folder / 'report.html'}"
     status, out, _ = chaincor("reproduce", "-o", folder, "--json")
     assert (status, out) == (0, (folder / "report.json").read_text(encoding="utf-8") + "\n")
-    # Nothing by LAMMPS: it is not what was asked for.
+    # Without any point by LAMMPS, the report is not what was requested.
     monkeypatch.setitem(health, "by_lammps", 0)
     assert chaincor("reproduce", "-o", folder)[0] == 1
 

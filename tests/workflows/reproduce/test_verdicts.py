@@ -44,7 +44,7 @@ SLOW = replace(
     increase_speeds=dict.fromkeys((3, 4, 5), (0.002, 0.0025, 0.003, 0.004)),
     increase_tolerances=dict.fromkeys((3, 4, 5), 1e-5),
 )
-# What even the small plan reproduces, each resting on other points.
+# Even the small plan reproduces these claims, each of which uses other points.
 SOUND = {"independence of v0", "contact time", "alpha", "power r = 4", "power r = 5"}
 
 

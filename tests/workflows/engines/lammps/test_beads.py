@@ -44,7 +44,8 @@ def test_damping_models_of_both_engines_are_one_law(law, fields):
     steps = [0.04, 0.01, 0.0025]
     runs = engine.run_at_steps(scene.problem, Numerics(scheme="verlet", timestep=steps[0]), steps)
     errors = [abs(run.eta - known.restitution) for run in runs]
-    # LAMMPS takes damping forces at half a step before: a quarter of the step, a quarter of errors.
+    # LAMMPS evaluates damping forces half a step earlier, so a quarter of the step has a quarter of
+    # the error.
     assert errors[1] / errors[2] == pytest.approx(4.0, rel=0.3)
     assert errors[2] < 1e-3
 
@@ -57,7 +58,7 @@ def test_granular_steps_are_of_second_order(contact):
     numerics = Numerics(scheme="verlet", timestep=float(steps[0]))
     runs = engine.run_at_steps(scene.problem, numerics, steps.tolist())
     errors = [abs(run.eta - known.restitution) for run in runs]
-    # Halving a step four times fewer errors; the phase of contacts in steps shifts that.
+    # Half the step has a quarter of the error, apart from the phase of contacts within steps.
     order = np.log2(errors[0] / errors[-1]) / 2.0
     assert 1.6 < order < 2.5
     assert known.contacts == len(runs[-1].contact_times)

@@ -66,7 +66,7 @@ def test_also_at_high_speed(potential, speed, wall):
 
 
 def test_blind_runs_do_run_blind(monkeypatch):
-    # LAMMPS is called far less often than once a step.
+    # LAMMPS is called far less than once per step.
     calls = []
     run = LammpsChain.run
     monkeypatch.setattr(LammpsChain, "run", lambda self, n: (calls.append(n), run(self, n))[1])
@@ -87,8 +87,8 @@ def test_coarse_steps_of_the_benchmark_too():
 
 @pytest.mark.parametrize("wall", ["event", "reflect"])
 def test_a_forecast_that_fails_is_noticed_and_taken_back(wall, monkeypatch):
-    # Nothing rests on it: promise that the wall is out of reach whenever it is not touched. Then
-    # particle 1 is behind it most of the time, and often in front of it again at the end.
+    # The test can fail: if the wall were always promised to be out of reach, particle 1 would
+    # mostly be behind it, and often in front of it again at the end.
     scene = Scene(potential="lj", particles=20, speed=1.0)
     numerics = Numerics(wall=wall, scheme="verlet", timestep=0.01, bond_range=(0.7, 8.0))
     with blind_steps.asking_every_step():
@@ -191,7 +191,7 @@ def test_lammps_sees_a_passage_behind_the_wall_that_ended(tmp_path):
         assert chain.x[0] > guard.position
         chain.restore(start)
         assert not guard.run(50)
-        # It watches nothing but guarded runs, and not what follows.
+        # It watches only guarded runs, and not the motion after them.
         chain.restore(start)
         chain.run(20)
         assert chain.x[0] < 0.0

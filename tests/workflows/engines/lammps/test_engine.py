@@ -63,7 +63,7 @@ def test_reference_values(case):
 
 @pytest.mark.parametrize("case", CASES[1:3], ids=map(case_name, CASES[1:3]))
 def test_reference_values_are_not_met_by_a_coarse_step(case):
-    # The test above can fail: Verlet at this step is wrong by 1e-5.
+    # The test above can fail, because Verlet has an error of 1e-5 at this step.
     scene = case_scene(case)
     outcome = lammps.run(scene.problem, Numerics(scheme="verlet", timestep=0.05))
     eta = restitution(outcome.velocities, scene.impact_velocity)
@@ -151,7 +151,7 @@ def test_more_frames_than_steps_are_one_a_step():
     ids=lambda f: f"{f['potential']}-{f['particles']}-{f.get('speed')}",
 )
 def test_looking_ahead_for_the_end_changes_no_contact(fields, wall, scheme):
-    # A run that takes frames goes on with exact steps to the end: every bit must be the same.
+    # A run that takes frames continues with exact steps to the end, so every bit must be equal.
     scene = Scene(**fields)
     numerics = Numerics(wall=wall, scheme=scheme, timestep=0.0125, bond_range=(0.4, 40.0))
     ahead = lammps.run(scene.problem, numerics)

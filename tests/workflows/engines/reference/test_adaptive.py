@@ -36,7 +36,7 @@ def test_agrees_with_stepping(fields):
     adaptive = stiff.run(scene.problem, 1e-12)
     stepped = stepping.run(scene.problem, Numerics(scheme="order8", timestep=0.02))
     v0 = scene.impact_velocity
-    # Two methods with nothing in common but the force; both are at the 1e-13 of their rounding.
+    # The two methods share only the force, and both have a rounding error of 1e-13.
     assert restitution(adaptive, scene) == pytest.approx(restitution(stepped, scene), abs=2e-12)
     assert np.abs(adaptive.velocities - stepped.velocities).max() < 1e-11 * v0
     assert np.abs(adaptive.contact_times - stepped.contact_times).max() < 1e-10

@@ -37,7 +37,7 @@ def test_it_is_the_motion_of_single_collisions(scheme, step):
     assert np.all(found.proved)
     for k, scene in enumerate(scenes):
         single = stepping.run(scene.problem, Numerics(scheme=scheme, timestep=step))
-        # The same arithmetic in the same order: to the last bit.
+        # The arithmetic has the same order, so results are equal to the last bit.
         times, speeds = found.contacts[k][:, : found.counts[k]]
         np.testing.assert_array_equal(times, single.contact_times)
         np.testing.assert_array_equal(speeds, single.contact_speeds)

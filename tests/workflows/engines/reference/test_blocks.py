@@ -17,7 +17,7 @@ from chaincor.workflows.errors import TimestepError
 from tests.interrupting import interrupted
 
 LJ = Scene(potential="lj", particles=260, speed=0.4)
-# In the last of them bonds break, and the end is looked for by other motions.
+# In the last chain bonds break, and other motions help to find the end.
 RUNS = {
     "composed": (LJ, "order8", 0.3),
     "verlet": (LJ.replace(particles=150), "verlet", 0.05),

@@ -14,7 +14,7 @@ from chaincor.workflows.engines.reference.look_ahead import follow
 from chaincor.workflows.engines.reference.moving import Motion, Stepper
 
 CASES = json.loads((Path(__file__).parents[3] / "reference_general.json").read_text())["cases"]
-# Loops of lj are compiled before the tests, those of other bonds are waited for.
+# Loops of lj are compiled before the tests, and loops of other bonds during them.
 CASES.sort(key=lambda case: case["potential"] != "lj")
 ORDER8 = Numerics(scheme="order8", timestep=0.1)
 
@@ -52,7 +52,7 @@ def test_a_chain_of_unit_masses_is_the_plain_one(potential):
     plain = stepping.run(scene.problem, ORDER8)
     nearly = stepping.run(scene.replace(masses=[1.0, 1.0 + 1e-15]).problem, ORDER8)
     assert len(nearly.contact_times) == len(plain.contact_times)
-    # Loops that know of masses, and those that do not: they differ by roundings.
+    # Loops with and without masses differ only by roundings.
     np.testing.assert_allclose(
         nearly.velocities, plain.velocities, atol=1e-11 * scene.impact_velocity
     )

@@ -118,7 +118,7 @@ def test_of_other_code_nothing_is_taken(tmp_path, monkeypatch):
     other = loop(tmp_path, monkeypatch, tripled)
     assert other(*arguments()) > first
     assert other.compiled == 1
-    assert len(list(tmp_path.glob("*.loop"))) == 1  # what was stale is written over
+    assert len(list(tmp_path.glob("*.loop"))) == 1  # The outdated file is overwritten.
 
 
 def test_arguments_of_other_types_are_another_loop(tmp_path, monkeypatch):
@@ -155,7 +155,7 @@ def test_what_one_process_compiles_another_waits_for(tmp_path, monkeypatch):
     compile_here = CachedKernel._compile
 
     def compile_late(kept, given):
-        # The other finds nothing kept, and would be the first to compile it.
+        # The other process finds nothing in the cache and would compile first.
         other = subprocess.Popen(
             [sys.executable, "-c", OTHER], cwd=ROOT, stdout=subprocess.PIPE, text=True
         )
@@ -321,7 +321,7 @@ def test_the_loops_of_a_users_force_are_kept_until_it_changes(tmp_path, monkeypa
     (first, compiled), (again, not_again) = carried(spring(4.0)), carried(spring(4.0))
     assert (compiled, not_again) == (1, 0)
     assert again == first
-    # Of the same name, in the same process.
+    # Both have the same name in the same process.
     other, compiled = carried(spring(5.0))
     assert compiled == 1
     assert other != first
