@@ -123,8 +123,9 @@ def _rows(
     rows = query_rows(store, (*axes, *others, "speed", "scene"), where=conditions)
     if not rows:
         raise StoreError(
-            f"no row of {store.path} has {' and '.join(axes)}"
-            f"{' where ' + ', '.join(where) if where else ''}; see `chaincor show`"
+            f"no row of {store.path} has "
+            f"{' and '.join(axes)}{' where ' + ', '.join(where) if where else ''}. "
+            "List the rows with `chaincor show`"
         )
     for name, value in ((name, row[k]) for row in rows for k, name in enumerate(axes)):
         if not isinstance(value, int | float):

@@ -36,7 +36,9 @@ def _number_or(words: tuple[str, ...]) -> Callable[[Any], float | str]:
     def read(text: str) -> float | str:
         given = number_in(text)
         if given is None and text not in words:
-            raise click.BadParameter(f"{text[:60]!a} is neither a number nor {' nor '.join(words)}")
+            raise click.BadParameter(
+                f"{text[:60]!a} is neither a number nor {' nor '.join(words)}. Give one of them"
+            )
         return text if given is None else given
 
     return read

@@ -47,7 +47,9 @@ def export(
     from chaincor.workflows.store.store_set import find_stores, open_stores
 
     if as_crate and rows_per_file is not None:
-        raise click.UsageError("--rows-per-file is for .csv and .parquet, not for --rocrate")
+        raise click.UsageError(
+            "--rows-per-file is for .csv and .parquet, not for --rocrate. Leave out --rows-per-file"
+        )
     refuse_overwriting_inputs(target, find_stores(sources), "FILE")
     with open_stores(sources) as opened:
         rows = (

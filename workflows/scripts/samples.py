@@ -114,7 +114,10 @@ def read_samples(path: Path, start: Path, quantities: tuple[str, ...]) -> Sample
         raise RunError(f"only {len(data)} samples were taken. Run at least {LEAST_SAMPLES} steps")
     for what, column in zip(quantities, data.T[1:], strict=True):
         if not np.all(np.isfinite(column)):
-            raise RunError(f"{what} is {column[~np.isfinite(column)][0]} in the run")
+            raise RunError(
+                f"{what} is {column[~np.isfinite(column)][0]} in the run. "
+                "Correct the script, or lower the time step"
+            )
     steps = np.diff(data[:, 0])
     times = data[0, 0] + np.concatenate([[0.0], np.cumsum(np.where(steps > 0.0, steps, 0.0))])
     # The first sample of each run repeats the last sample of the run before it.

@@ -188,8 +188,8 @@ def _judged(
         bounds, how = (max(asked[0], low), min(asked[1], high)), "as asked"
         if not bounds[0] < bounds[1]:
             raise InputError(
-                f"the range {asked[0]:g} to {asked[1]:g} is outside the table, which goes from "
-                f"{low:g} to {high:g}"
+                f"the range {asked[0]:g} to {asked[1]:g} is outside the table, which "
+                f"goes from {low:g} to {high:g}. Give a range inside it"
             )
     judge = Judge(table, _rounding(section), *bounds)
     return _with_errors(replace(report, range=bounds, range_reason=how), judge, section, notes)

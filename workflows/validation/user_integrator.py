@@ -165,10 +165,14 @@ def _read_file(path: Path) -> dict[str, Any]:
         with path.open(newline="", encoding="utf-8") as text:
             rows = list(csv.DictReader(text))
     except (OSError, ValueError, EOFError, csv.Error) as error:
-        reason = getattr(error, "strerror", None) or "not a readable CSV or NPZ file"
-        raise InputError(f"cannot read {str(path)!r}: {reason}") from None
+        reason = getattr(error, "strerror", None) or "it is damaged"
+        raise InputError(
+            f"cannot read {str(path)!r} ({reason}). Give a readable CSV or NPZ file"
+        ) from None
     except Exception as error:  # A damaged archive can raise many errors of zipfile and zlib.
-        raise InputError(f"cannot read {str(path)!r}: {type(error).__name__}") from None
+        raise InputError(
+            f"cannot read {str(path)!r} ({type(error).__name__}). Give a readable CSV or NPZ file"
+        ) from None
     columns = {"velocity": "velocities", "displacement": "displacements"}
     try:
         return {

@@ -95,7 +95,7 @@ def test_a_function_that_hangs_is_stopped():
         ("mine", "Give module:function, or a file"),
         ("mine:nobody", "cannot find mine:nobody"),
         ("nowhere:collide", "cannot find nowhere:collide"),
-        ("nothing.csv", "cannot read 'nothing.csv': No such file"),
+        ("nothing.csv", r"cannot read 'nothing.csv' \(No such file"),
     ],
 )
 def test_what_is_not_there(against, says):
