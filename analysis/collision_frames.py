@@ -74,8 +74,8 @@ class CollisionFrames:
             )
         if not self.layout.time_known and known.timestep is None:
             raise InputError(
-                "the dump counts steps and does not carry the time; give the timestep of the run "
-                "(--timestep), or dump the time as a column v_time"
+                "the dump has steps but no times. Give the timestep of the run (--timestep), or "
+                "dump the time as a column v_time"
             )
         self.opening = self.layout.state(self.first, known.timestep)  #: In the first frame.
         resolution = self.first.resolution("vx", self.first.significant_digits())
@@ -138,9 +138,9 @@ class CollisionFrames:
         if given is None:
             if seen is None:
                 raise InputError(
-                    "the first frame is not the start of a collision (all particles at -v0, or "
-                    "the first just turned round), so the impact speed is not known; give it "
-                    "(--velocity)"
+                    "the impact speed is unknown, because not all particles have the velocity "
+                    "-v0 in the first frame, and particle 1 has not just been reflected. Give "
+                    "the speed (--velocity)"
                 )
             return seen
         if seen is not None and abs(seen - given) > 4.0 * self.resolution + 1e-9 * given:

@@ -95,8 +95,8 @@ def follow(reading: CollisionFrames) -> Followed:
         _refuse_sideways(frame, velocity)
     if touched is None:
         raise InputError(
-            "the momentum of the chain never rises in the dump: no contact with the "
-            f"{'target' if known.targets else 'wall'} is in it; dump the run from before the "
+            "the momentum of the chain never rises in the dump, so the dump shows no contact "
+            f"with the {'target' if known.targets else 'wall'}. Dump the run from before the "
             "first contact to after the last"
         )
     return Followed(reading, parted, state, state.time - touched, detector.result(), records)

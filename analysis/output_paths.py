@@ -60,8 +60,8 @@ def judge_output(path: Path, kind: str) -> Path:
         raise InputError(f"cannot read {str(path)!r} to replace it: {error.strerror}") from None
     if found and not re.search(_MARKS.get(kind, b""), found):
         raise InputError(
-            f"{str(path)!r} was given to write to, and holds something else; give another path, or "
-            "remove it"
+            f"{str(path)!r} holds something else and is not overwritten. Give another path, or "
+            "remove the file"
         )
     return place
 
@@ -71,7 +71,7 @@ def refuse_no_file(path: Path) -> None:
     if path.exists() and not path.is_file():
         found = "a folder" if path.is_dir() else "a device"
         raise InputError(
-            f"{str(path)!r} was given as the file to write, but that is {found}; give another path"
+            f"{str(path)!r} cannot be written, because it is {found}. Give another path"
         )
 
 
@@ -98,7 +98,7 @@ def judge_folder(folder: Path, sign: str, names: Iterable[str]) -> Path:
     present = [name for name in names if (place / name).exists()]
     if present and not (place / sign).is_file():
         raise InputError(
-            f"the folder {str(folder)!r} has {', '.join(present[:3])} of something else; give "
-            "another folder, or remove these"
+            f"the folder {str(folder)!r} holds files of something else "
+            f"({', '.join(present[:3])}). Give another folder, or remove them"
         )
     return place

@@ -150,9 +150,9 @@ def _bar(fine: CollisionAnalysis, coarse: CollisionAnalysis, steps: Sequence[flo
     """Return the error of the finer of two runs, or the reason why it is unknown."""
     order, drift, coarse_drift = _job_of(fine).order, fine.energy_drift, coarse.energy_drift
     if fine.soft or fine.target is not None:
-        return "the bars of two runs were measured for chains before a hard wall"
+        return "error bars from two runs hold only for chains before a hard wall"
     if order is None or order != _job_of(coarse).order:
-        return "the jobs do not tell with which wall and scheme they ran"
+        return "the wall and the scheme of the jobs are unknown"
     if fine.contacts is None or fine.contacts != coarse.contacts:
         return (
             f"the runs at steps {steps[0]:g} and {steps[1]:g} do not show the same number of "
@@ -176,7 +176,7 @@ def _bar(fine: CollisionAnalysis, coarse: CollisionAnalysis, steps: Sequence[flo
 
 def _why_alone(runs: Sequence[CollisionAnalysis], steps: Sequence[float]) -> str:
     if len(runs) == 1:
-        return "there is one run, whose log does not tell it"
+        return "there is only one run, and its log does not give the error"
     if len(steps) == 1:
         return f"all runs have the step {steps[0]:g}"
-    return "neither log nor script tells the step of every run"
+    return "the step of a run is in neither its log nor its script"

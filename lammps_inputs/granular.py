@@ -165,8 +165,8 @@ def render_granular_job(problem: Problem, plan: ScriptPlan) -> str:
     fastest = v0 * (_FREE / (2.0 * overlap)) ** ((_HERTZ + 1.0) / 2.0)
     if fastest < v0:
         raise SceneError(
-            f"velocity is {v0:g}, and beads overlap by up to {overlap:.2g} of a diameter: those "
-            f"next but one may touch, too. Expected less than {fastest:.2g}"
+            f"velocity is {v0:g}, so that beads overlap by up to {overlap:.2g} of a diameter and "
+            f"may touch the next bead but one. Give less than {fastest:.2g}"
         )
     duration = _LONGER * plan.end.lasted + _MARGIN * unit
     values = _values(problem, ".") | {

@@ -84,8 +84,8 @@ def render_plain(scene: Scene, plan: ScriptPlan, approach: float, wishes: JobWis
     """
     if plan.end is None:
         raise SceneError(
-            "a plain script is asked for, and no reference run tells how long this collision "
-            "takes; leave --plain out: other scripts look for the end themselves"
+            "the duration of this collision is unknown, but a plain script needs it. Leave "
+            "--plain out: other scripts detect the end themselves"
         )
     assert scene.timestep is not None
     time = wishes.units.time

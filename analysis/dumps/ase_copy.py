@@ -88,7 +88,9 @@ def _check_counts(path: Path) -> None:
                 raise ValueError(f"its header names more than {_MOST_COLUMNS} columns")
             for _ in range(count):
                 if not file.readline():
-                    raise ValueError(f"its header says {count} atoms, for which it is too short")
+                    raise ValueError(
+                        f"its header says {count} atoms, but the file is too short to hold them"
+                    )
 
 
 def _arrays_of(atoms: Any, index: int, path: str) -> tuple[Array, NDArray[np.bool_], Array]:

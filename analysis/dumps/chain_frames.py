@@ -50,7 +50,7 @@ class ChainLayout:
         if found is None or "vx" not in frame.columns:
             missing = "velocities (vx)" if found else f"positions (one of {', '.join(wanted)})"
             raise InputError(
-                f"the dump has columns {' '.join(frame.columns)} and no {missing}; dump at least "
+                f"the dump has columns {' '.join(frame.columns)} and no {missing}. Dump at least "
                 "'id x vx'"
             )
         _refuse_other_units(frame)
@@ -60,7 +60,7 @@ class ChainLayout:
             if x is None:
                 raise InputError(
                     f"the dump has columns {' '.join(frame.columns)}. Dump a column of positions, "
-                    "such as x, which separates the two bodies"
+                    "such as x, because positions distinguish the two bodies"
                 )
             return cls(found, _rows_of_bodies(frame, x, targets), time_known)
         order = np.arange(frame.column(found).size)
@@ -138,8 +138,8 @@ class ChainLayout:
         largest = np.max(np.abs(np.concatenate((*arrays, [time]))))
         if not largest < _LARGEST:
             raise InputError(
-                f"the frame of step {frame.step} holds a value that is not a number, or one too "
-                "large; the run had blown up there: use a smaller timestep"
+                f"the frame of step {frame.step} holds a value that is too large or not a number, "
+                "because the run blew up. Use a smaller timestep"
             )
         return ChainState(frame.step, time, *arrays)
 

@@ -56,7 +56,9 @@ def read_here(path: str, kind: str, folder: str) -> None:
 def _copy(source: Any, path: Path, folder: Path) -> None:
     frames, n = int(source.n_frames), int(source.n_atoms)
     if frames * n * _LEAST_BYTES > path.stat().st_size:
-        raise ValueError(f"its header says {frames} frames of {n} atoms, which it is too short for")
+        raise ValueError(
+            f"its header says {frames} frames of {n} atoms, but the file is too short to hold them"
+        )
     x, vx = (_new_array(folder / f"{name}.npy", (frames, n)) for name in ("x", "vx"))
     steps = np.zeros(frames, dtype=np.int64)
     times, boxes = np.zeros(frames), np.full((frames, 3), np.nan)

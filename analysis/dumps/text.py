@@ -63,8 +63,8 @@ class TextFrames:
 
         if "id" not in columns:
             raise InputError(
-                f"{self.name} has no column 'id' (it has {' '.join(columns)}); dump it: LAMMPS "
-                "writes atoms in any order"
+                f"{self.name} has no column 'id' (it has {' '.join(columns)}). Dump the ids, "
+                "because LAMMPS writes atoms in any order"
             )
         # Frames with the same ids have the same order.
         index = columns.index("id")
@@ -165,7 +165,9 @@ def order_by_id(ids: Array, step: int, name: str) -> NDArray[np.int64] | None:
         )
     order = np.argsort(ids, kind="stable")
     if np.any(ids[order[1:]] == ids[order[:-1]]):
-        raise InputError(f"{name}: the frame of step {step} holds an id twice; it is damaged")
+        raise InputError(
+            f"{name}: the frame of step {step} is damaged: it holds an id twice. Repeat the run"
+        )
     return None if np.array_equal(order, np.arange(ids.size)) else order
 
 

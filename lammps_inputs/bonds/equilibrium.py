@@ -225,8 +225,8 @@ def _ends(bond: Potential, temperature: float) -> tuple[float, float]:
     floor, ceiling = bond.crossing_strain, min(bond.barrier_strain, bond.strain_max)
     if bond.dissociation == 0.0:
         raise SceneError(
-            f"temperature is given, and a {bond.name} bond holds nothing together in tension: "
-            "such a chain has no equilibrium; drop temperature"
+            f"temperature is given, but a {bond.name} bond has no force in tension, so the chain "
+            "has no equilibrium. Drop temperature"
         )
     pressed = _energy_at(bond, floor)
     depth = min(pressed, _energy_at(bond, ceiling), bond.dissociation)

@@ -33,8 +33,8 @@ def check_beads(scene: "Scene") -> Iterator[str]:
         stored = (scene.particles - 1) * float(scene.bond.energy(np.array(-scene.compression)))
         if stored > 0.5 * float(np.sum(scene.line.chain_masses)) * scene.impact_velocity**2:
             yield (
-                f"compression is {scene.compression:g}, and beads so compressed fly apart with "
-                "more energy than the impact has. Give less compression, or a higher velocity"
+                f"compression is {scene.compression:g}, at which beads fly apart with more energy "
+                "than the impact has. Give less compression, or a higher velocity"
             )
     if scene.damping_law is not None and scene.damping is None:
         yield "damping_law has no effect without damping. Give damping, or remove damping_law"
@@ -42,19 +42,19 @@ def check_beads(scene: "Scene") -> Iterator[str]:
         for key in _STEPS:
             if getattr(scene, key) is not None:
                 yield (
-                    f"{key} is given, and the steps of {scene.label} beads adapt to their "
+                    f"{key} is given, but the steps of {scene.label} beads adapt to their "
                     "overlaps. Give a tolerance instead"
                 )
         return
     if refusal := granular_refusal(scene.problem):
         yield refusal
     if scene.dump is not None:
-        yield "dump is for chains that hold together. Leave it out, or use arrays"
+        yield "dump is not available for beads. Leave dump out, or use arrays"
     for key, known in _GRANULAR.items():
         if getattr(scene, key) not in (None, known):
             yield (
-                f"{key} is {getattr(scene, key)}, and LAMMPS's granular styles take Verlet steps "
-                "to a located wall and no tables. Leave it out"
+                f"{key} is {getattr(scene, key)}, but LAMMPS's granular styles have only Verlet "
+                f"steps, a located wall and no tables. Leave {key} out"
             )
 
 
@@ -66,13 +66,13 @@ def granular_refusal(problem: Problem) -> str | None:
         other = f"the contact is {contact.shape}"
     if other is not None:
         return (
-            f"{other}, and LAMMPS's pair_style granular has Hertz's law, 1.5, alone. "
-            "Set engine to 'reference'"
+            f"{other}, but LAMMPS's pair_style granular has only Hertz's law, 1.5. Set engine to "
+            "'reference'"
         )
     if problem.line.targets and contact != problem.bond.contact:
         return (
-            "the contact with the target has a law of its own, and LAMMPS's pair_style granular "
-            "has one law for all beads. Leave contact out, or set engine to 'reference'"
+            "the contact with the target has another law than the beads, but LAMMPS's pair_style "
+            "granular has one law for all. Leave contact out, or set engine to 'reference'"
         )
     line = problem.line
     masses: set[Any] = {*line.chain_masses.tolist(), *line.target_masses.tolist()}
@@ -80,7 +80,8 @@ def granular_refusal(problem: Problem) -> str | None:
         masses = {*zip(line.chain_masses.tolist(), line.diameters.tolist(), strict=True)}
     if dict(problem.bond.as_keys()).get("damping") and len(masses) > _MOST_MASSES:
         return (
-            f"the beads have {len(masses)} masses, and LAMMPS's viscoelastic damping needs numbers "
-            f"for each pair of them. Give at most {_MOST_MASSES}, or set engine to 'reference'"
+            f"the beads have {len(masses)} masses, but LAMMPS's viscoelastic damping needs "
+            f"numbers for each pair of masses. Give at most {_MOST_MASSES}, or set engine to "
+            "'reference'"
         )
     return None

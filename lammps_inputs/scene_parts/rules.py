@@ -123,7 +123,7 @@ def _check_bodies(scene: "Scene") -> Iterator[str]:
         )
     if scene.target_masses is not None:
         if scene.target_particles is None:
-            yield ("target_masses goes with target_particles: give both")
+            yield ("target_masses has no effect without target_particles. Give both")
         elif len(scene.target_masses) > scene.target_particles:
             yield (
                 f"target_masses has {len(scene.target_masses)} numbers. Give at most "
@@ -148,9 +148,9 @@ def _check_bodies(scene: "Scene") -> Iterator[str]:
                 f"{scene.particles}. Give one row for each particle"
             )
         if scene.compression is not None:
-            yield ("initial and compression are both given; give one")
+            yield ("initial and compression are both given. Give one")
         if state.masses is not None and scene.masses is not None:
-            yield ("initial has masses, and masses are given: drop one")
+            yield ("masses are given twice, in initial and in masses. Drop one")
         strained = _is_impossible(scene, state.strains)
         if np.any(strained):
             bond = int(np.argmax(strained))
@@ -200,12 +200,12 @@ def _check_masses(scene: "Scene") -> Iterator[str]:
 
 def _check_speed(scene: "Scene") -> Iterator[str]:
     if scene.speed is not None and scene.velocity is not None:
-        yield ("speed and velocity are both given; give one")
+        yield ("speed and velocity are both given. Give one")
     state = scene.initial_state
     if state is not None and state.velocities is not None:
         for key in ("speed", "velocity"):
             if getattr(scene, key) is not None:
-                yield (f"{key} is given, and initial has velocities: drop one")
+                yield (f"{key} and the velocities in initial are both given. Drop one")
         if not scene.impact_velocity > 0.0:
             yield (
                 f"the centre of mass of initial moves with velocity {-scene.impact_velocity:g}. "
@@ -227,11 +227,11 @@ def _check_speed(scene: "Scene") -> Iterator[str]:
 def _check_warmth(scene: "Scene") -> Iterator[str]:
     if scene.temperature is None:
         if scene.seed is not None:
-            yield ("seed goes with temperature: give temperature, too, or drop it")
+            yield ("seed has no effect without temperature. Give temperature, or drop seed")
         return
     for key in ("initial", "compression"):
         if getattr(scene, key) is not None:
-            yield (f"temperature and {key} are both given; a state is one or the other")
+            yield (f"temperature and {key} both define the initial state. Drop one")
     # the distribution raises an error if there is no equilibrium
     bond_distribution(scene.bond, scene.temperature)
     slowest = SLOWEST_APPROACH * scene.temperature**0.5
@@ -254,7 +254,8 @@ def _check_numerics(scene: "Scene") -> Iterator[str]:
         for key in ("table", "table_points"):
             if getattr(scene, key) is not None:
                 yield (
-                    f"{key} is for tabulated bonds; LAMMPS has the harmonic one exactly: drop it"
+                    f"{key} is for bond tables, but LAMMPS has harmonic bonds without a table. "
+                    f"Drop {key}"
                 )
     if scene.tolerance is not None and given:
         yield (
@@ -264,14 +265,19 @@ def _check_numerics(scene: "Scene") -> Iterator[str]:
     if scene.engine == "reference":
         for key in ("table", "table_points", "save", "dump"):
             if getattr(scene, key) is not None:
-                yield (f"{key} is for engine 'lammps'; the reference has no tables, jobs or dumps")
+                yield (
+                    f"{key} is for engine 'lammps', because the reference has no tables, jobs "
+                    f"or dumps. Drop {key}"
+                )
         if scene.wall == "reflect":
-            yield ("wall 'reflect' is for engine 'lammps'; the reference has 'event'")
+            yield ("wall 'reflect' is for engine 'lammps'. Use wall 'event' with the reference")
     soft = scene.contact is not None and CONTACT_LAWS[scene.contact].soft
     if scene.wall == "reflect" and (scene.target_particles is not None or soft):
         yield ("wall 'reflect' is a rigid, hard wall. Leave the target out and use contact 'hard'")
     if scene.wall == "reflect" and scene.scheme not in (None, "verlet"):
-        yield (f"wall 'reflect' goes with scheme 'verlet', not '{scene.scheme}'")
+        yield (
+            f"wall 'reflect' goes with scheme 'verlet', not '{scene.scheme}'. Change one of them"
+        )
     if scene.timestep is not None:
         stiffness = scene.problem.fast_stiffness
         shortest = SHORTEST_TIMESTEP / stiffness**0.5

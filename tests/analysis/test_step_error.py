@@ -62,7 +62,7 @@ def test_two_steps_in_a_tree_tell_the_error(tmp_path, reference_value, wall, cha
     alone = analyze_folder(fine)
     assert result["restitution"] == alone.restitution
     assert alone.restitution_error is None
-    assert "there is one run, whose log does not tell it" in alone.caveats[-1]
+    assert "there is only one run, and its log does not give the error" in alone.caveats[-1]
 
 
 def test_a_job_with_another_step_below_it(tmp_path, reference_value):

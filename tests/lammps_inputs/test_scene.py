@@ -41,7 +41,7 @@ BAD = [
     ({"velocity": math.nan}, "velocity is nan"),
     ({"velocity": -math.inf}, "velocity is -inf"),
     ({"velocity": 1e200}, "the impact velocity would be 1e\\+200"),
-    ({"speed": 0.4, "velocity": 0.1}, "speed and velocity are both given; give one"),
+    ({"speed": 0.4, "velocity": 0.1}, "speed and velocity are both given. Give one"),
     ({"potential": "harmonic", "speed": 0.4}, "harmonic bond does not have; give velocity"),
     ({"potential": "lj", "toda_b": 5.0}, "toda_b goes with potential 'toda', not 'lj'"),
     ({"potential": "toda", "toda_b": 0.0}, "toda_b is 0.0"),

@@ -188,7 +188,7 @@ def test_a_seed_means_the_same_on_every_machine(name):
 
 WARM = {"particles": 4, "temperature": 1e-4}
 BAD = [
-    ({"seed": 1, "temperature": None}, "seed goes with temperature: give temperature, too,"),
+    ({"seed": 1, "temperature": None}, "seed has no effect without temperature. Give"),
     ({"temperature": 0.0}, "temperature is 0.0: .*greater than 0"),
     ({"temperature": -1e-3}, "temperature is -0.001: .*greater than 0"),
     ({"temperature": math.nan}, "temperature is nan"),

@@ -140,7 +140,7 @@ def test_a_report_replaces_no_table_of_ones_own(tmp_path, chaincor, command, nam
     places = {"SCRIPT": script, "DIR": tmp_path}
     status, out, err = chaincor(*(places.get(word, word) for word in command))
     assert (status, out, err.count("\n"), own.read_text()) == (2, "", 1, "mine")
-    assert f"has {name} of something else" in err
+    assert f"holds files of something else ({name})" in err
 
 
 @pytest.mark.parametrize("command", [("plot",), ("store", "export")])

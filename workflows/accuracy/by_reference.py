@@ -71,8 +71,8 @@ def solve_with_reference(
         return _as_spheres(problem, deviation)
     if refused is not None:
         raise RunError(
-            f"{refused}, and the limit of hard spheres is good to {deviation:.1g} only. Take fewer "
-            "particles or another speed"
+            f"{refused}, and the limit of hard spheres has an error of up to {deviation:.1g}. "
+            "Take fewer particles or another speed"
         )
     stepped = _solve_with_adaptive_steps(problem, target_error)
     return _as_spheres(problem, deviation) if reached < stepped.error else stepped

@@ -122,12 +122,12 @@ class FixedSteps(Solver):
     def refusal(self, problem: Problem) -> str | None:
         """Return the reason why adaptive steps are cheaper."""
         if problem.bond.only_pushes:
-            return f"{problem.label} beads only push: their steps adapt to their overlaps"
+            return f"{problem.label} beads need steps that adapt to their overlaps"
         if not problem.line.is_standard or self.resolves(problem):
             return None
         return (
-            f"bonds swing {frequency_ratio(problem):.2g} times faster than at rest where they are "
-            f"shortest, more than {self.sharpest:g}"
+            f"the shortest bonds vibrate {frequency_ratio(problem):.2g} times faster than bonds "
+            f"at rest, more than {self.sharpest:g}"
         )
 
     def forecast(self, problem: Problem, numerics: Numerics | None) -> float:
@@ -192,7 +192,7 @@ class HardSpheres(Solver):
     def refusal(self, problem: Problem) -> str | None:
         """Return the reason why the limit is not reached."""
         if problem.bond.only_pushes:
-            return "beads of a power law become no hard spheres at any speed"
+            return "beads with a power law do not become hard spheres at any speed"
         if FIXED_STEPS.supports(problem):
             return "bonds are too soft to be hard spheres"
         return None
@@ -236,7 +236,7 @@ class Lammps(Solver):
         if contact_is_stiffest(problem):
             law = problem.line.contact
             return (
-                f"with {law.strength_key} {law.strength:g} the contact would swing {sharp:.2g} "
+                f"with {law.strength_key} {law.strength:g} the contact would vibrate {sharp:.2g} "
                 f"times faster than bonds at rest; {resolved}. Give a smaller one, or use engine "
                 "'reference', or contact 'hard'"
             )
@@ -244,9 +244,9 @@ class Lammps(Solver):
         at_first = float(np.min(np.delete(line.strains, line.gap), initial=0.0))
         shortest = 1.0 + min(at_first, problem.bond.compressed_strain(pair_energy(line)))
         return (
-            f"bonds would be compressed to about {shortest:.2g} of their length, where they swing "
-            f"{sharp:.2g} times faster than at rest; {resolved}. Lower the speed, or use engine "
-            "'reference'"
+            f"bonds would be compressed to about {shortest:.2g} of their length, where they "
+            f"vibrate {sharp:.2g} times faster than at rest; {resolved}. Lower the speed, or use "
+            "engine 'reference'"
         )
 
     def forecast(self, problem: Problem, numerics: Numerics | None) -> float:

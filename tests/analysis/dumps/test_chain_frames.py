@@ -56,7 +56,7 @@ def test_time_of_dump_modify_is_used(harmonic20, dump_writer):
 )
 def test_missing_columns_are_named(harmonic20, dump_writer, columns, missing):
     path = dump_writer.write(harmonic20, TIMES, columns=columns)
-    with pytest.raises(InputError, match=f"no {missing}.*dump at least 'id x vx'"):
+    with pytest.raises(InputError, match=f"no {missing}.*Dump at least 'id x vx'"):
         first_states(path)
 
 
@@ -70,8 +70,8 @@ def test_lost_particles_and_blown_up_runs_are_named(harmonic20, dump_writer):
     with pytest.raises(InputError, match="has 19 particles, but the first frame has 20"):
         first_states(path)
     path.write_text(text[:last_row] + "\n20 19 nan 0 0.5\n")
-    with pytest.raises(InputError, match=r"not a number.*blown up"):
+    with pytest.raises(InputError, match=r"not a number.*blew up"):
         first_states(path)
     path.write_text(text.replace(" 0.5\n", " nan\n"))  # the time of the second frame
-    with pytest.raises(InputError, match=r"not a number.*blown up"):
+    with pytest.raises(InputError, match=r"not a number.*blew up"):
         first_states(path)

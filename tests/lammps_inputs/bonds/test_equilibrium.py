@@ -154,7 +154,7 @@ def test_bonds_without_tension_are_refused():
     bond = UserBond(
         lambda s: np.minimum(s, 0.0) ** 2 / 2, lambda s: -np.minimum(s, 0.0), name="grains"
     )
-    with pytest.raises(SceneError, match="a grains bond holds nothing together in tension"):
+    with pytest.raises(SceneError, match="a grains bond has no force in tension"):
         bond_distribution(bond, 1e-6)
 
 

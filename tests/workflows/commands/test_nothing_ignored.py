@@ -87,7 +87,7 @@ def test_a_job_made_with_frames_can_be_run_again(tmp_path):
 def test_a_tabulated_harmonic_bond_is_refused_as_an_object_too():
     from chaincor.lammps_inputs.bonds.potentials import Harmonic
 
-    with pytest.raises(SceneError, match="LAMMPS has the harmonic one exactly"):
+    with pytest.raises(SceneError, match="LAMMPS has harmonic bonds without a table"):
         Scene(potential=Harmonic(), velocity=0.1, table="spline")
 
 

@@ -114,7 +114,8 @@ class _Column:
         gaps = np.diff(u)
         if not np.all(np.isfinite(gaps)):
             raise LostAtomsError(
-                f"a coordinate is no number at time {self._flight.time:g}. Take a smaller timestep"
+                f"a coordinate is not a number at time {self._flight.time:g}. Take a smaller "
+                "timestep"
             )
         strains = np.delete(gaps, line.gap)
         low, high = float(np.min(strains, initial=0.0)), float(np.max(strains, initial=0.0))
@@ -122,8 +123,9 @@ class _Column:
             self._reach, initial=-1.0
         ):
             raise CrossingError(
-                f"a bead overlaps with the next but one at time {self._flight.time:g}, and LAMMPS "
-                "lets them repel each other, too. Lower the speed, or use engine 'reference'"
+                f"a bead overlaps with the next but one at time {self._flight.time:g}, and in "
+                "LAMMPS these two would also repel each other. Lower the speed, or use engine "
+                "'reference'"
             )
         self._seen = min(low, self._seen[0]), max(high, self._seen[1])
         stiffness = np.delete(line.pair_stiffness, line.gap)

@@ -249,7 +249,7 @@ def _widened(bond: Potential, table: BondTable, length: float) -> tuple[float, f
         high = min(high, 1.0 + bond.strain_max)
     elif length > 1.0:
         raise TimestepError(
-            f"a bond came back from very long to {length:g} within one step. Use a smaller timestep"
+            f"a very long bond contracted to {length:g} within one step. Use a smaller timestep"
         )
     else:
         floor = max(1.0 + bond.strain_min, 0.0)

@@ -190,8 +190,8 @@ class ComposedFlight(LammpsFlight):
                 chain.restore(whole)
                 if after[0] < 0.0:
                     raise TimestepError(
-                        f"particle 1 ends a step behind the wall at time {self.time:g}, but "
-                        "does not come in within this step. Use a smaller timestep"
+                        f"particle 1 ends a step behind the wall at time {self.time:g}, but its "
+                        "contact is not found within this step. Use a smaller timestep"
                     )
             earlier, now = now, after
             self.time += step

@@ -60,8 +60,9 @@ def _scripted_steps(problem: Problem, numerics: Numerics, time: float) -> Script
         return None
     if numerics.scheme not in COMPOSITIONS:
         raise SceneError(
-            f"scheme is '{numerics.scheme}'; a script can do {', '.join(COMPOSITIONS)}: give one "
-            "of these, or use `chaincor run`, which drives LAMMPS step by step"
+            f"scheme is '{numerics.scheme}', but a script can only take the steps of "
+            f"{', '.join(COMPOSITIONS)}. Give one of these, or use `chaincor run`, which drives "
+            "LAMMPS step by step"
         )
     composition = COMPOSITIONS[numerics.scheme]
     graded = grading(problem, composition.order)

@@ -184,9 +184,9 @@ class ChainCollision:
         if not shortest > 0.0:
             bond = int(np.argmin(lengths)) + 1
             raise CrossingError(
-                f"bond {bond} is {shortest:g} long at time {self.flight.time:g}; LAMMPS knows only "
-                "its absolute length, so particles that pass through each other come out wrong: "
-                "lower the speed or the timestep, or use engine 'reference'"
+                f"bond {bond} is {shortest:g} long at time {self.flight.time:g}. LAMMPS knows "
+                "only its absolute length, so particles that pass through each other get wrong "
+                "forces. Lower the speed or the timestep, or use engine 'reference'"
             )
         if not self.contacts and not self._touched:
             # The range of bonds begins with the first contact; soft bodies are in it for a while.
@@ -252,7 +252,7 @@ class ChainCollision:
         u, v = self.after_contact
         displacements, velocities = u[first:].copy(), v[first:].copy()
         if not np.all(np.isfinite(velocities)):
-            raise RunError("the final velocities are not finite; use a smaller timestep")
+            raise RunError("the final velocities are not finite. Use a smaller timestep")
         return Outcome(
             problem=self.problem,
             engine="lammps",

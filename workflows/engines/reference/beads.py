@@ -153,8 +153,8 @@ class _Flight(AdaptiveFlight):
                 raise unfinished_error(self._problem, float(self.ledger.time))
             else:
                 raise TimestepError(
-                    f"no step resolves the overlaps of the beads at time {self.ledger.time:.6g} to "
-                    "the accuracy asked. Ask for less"
+                    f"no step resolves the overlaps of the beads at time {self.ledger.time:.6g} "
+                    "to the required accuracy. Give a larger tolerance"
                 )
 
     def collected(self, first: float) -> Frames | None:

@@ -84,11 +84,13 @@ def run(problem: Problem, frame_interval: float | None = None) -> Outcome:
     time that can be followed.
     """
     if not problem.bond.is_harmonic:
-        raise SceneError(f"potential is '{problem.label}'; modal propagation expects springs")
+        raise SceneError(
+            f"potential is '{problem.label}', but modal propagation needs harmonic bonds"
+        )
     if not supports(problem):
         raise SceneError(
-            "modal propagation expects hard contacts, and at most "
-            f"{MOST_UNEQUAL} particles in a body of unequal masses"
+            f"modal propagation needs hard contacts, and at most {MOST_UNEQUAL} particles in a "
+            "body of unequal masses"
         )
     mode_loops()  # compiling is no integration
     line = problem.line
