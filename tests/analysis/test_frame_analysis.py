@@ -76,7 +76,7 @@ def test_impact_speed_of_the_scene_wins_if_the_dump_agrees(harmonic20, dump_writ
 
 def test_a_late_start_needs_the_impact_speed(harmonic20, dump_writer):
     path = dump_writer.write(harmonic20, TIMES[10:])
-    with pytest.raises(InputError, match=r"not the start of a collision.*--velocity"):
+    with pytest.raises(InputError, match=r"the impact speed is unknown.*--velocity"):
         analyze(path, bond=Harmonic())
     analysis = analyze(path, bond=Harmonic(), impact_velocity=0.1)
     assert analysis.restitution == pytest.approx(ETA20, abs=1e-11)

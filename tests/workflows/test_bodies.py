@@ -257,7 +257,7 @@ def test_forces_on_a_target_are_the_slope_of_the_energy():
 
 def test_contacts_too_stiff_for_lammps_are_named():
     scene = Scene(particles=4, contact="power", contact_stiffness=1e90)
-    with pytest.raises(RunError, match=r"with contact_stiffness 1e\+90 the contact would swing"):
+    with pytest.raises(RunError, match=r"with contact_stiffness 1e\+90 the contact would vibrate"):
         collide(scene)
     # Of times beyond all others one digit is enough.
     with pytest.raises(CostError, match=r"about \de\+\d+ days .* a smaller contact_stiffness"):

@@ -199,7 +199,7 @@ def test_the_log_has_the_result_and_not_the_thousands_of_runs(tmp_path):
 
 def test_extrapolated_steps_are_refused_in_one_line():
     numerics = Numerics(scheme="extrapolated12", timestep=0.5)
-    with pytest.raises(SceneError, match="take the steps of verlet, order4, order6, order8\\. Give"):
+    with pytest.raises(SceneError, match=r"steps of verlet, order4, order6, order8\. Give"):
         job_script(Scene(particles=5).problem, ScriptPlan(numerics, None))
 
 

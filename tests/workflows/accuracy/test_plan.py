@@ -39,7 +39,7 @@ def test_the_first_solver_that_supports_a_scene_is_taken(fields, solver):
 
 def test_a_scene_that_no_solver_supports_is_refused_with_the_reason():
     scene = Scene(particles=10, contact="power", contact_stiffness=1e9)
-    with pytest.raises(RunError, match=r"with contact_stiffness 1e\+09 the contact would swing"):
+    with pytest.raises(RunError, match=r"with contact_stiffness 1e\+09 the contact would vibrate"):
         solver_of(scene.problem, (LAMMPS,))
     assert "contact_stiffness" in plan(scene).refusal
     with pytest.raises(RunError, match="contact_stiffness"):
