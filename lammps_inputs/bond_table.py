@@ -34,7 +34,7 @@ MARGIN_FRACTION = 0.1
 # LAMMPS reads a row in about 1 us, so that more rows would cost as much as the integration.
 MOST_ROWS = 200_000
 FEWEST_ROWS = 201
-# Target error of the tabulated force, relative to the largest force in its range. Rounding in
+# The tabulated force may have this error, relative to the largest force in its range. Rounding in
 # LAMMPS's interpolation limits the error to about 2e-13.
 FORCE_TARGET = {"spline": 3e-13, "linear": 1e-9}
 _ERROR_ORDER = {"spline": 4, "linear": 2}

@@ -6,8 +6,8 @@ from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.line import Line
 from chaincor.lammps_inputs.units.unit_system import CHAIN_UNITS, UnitSystem
 
-# Free space on both sides of the chain, in chain lengths. The box must hold the motion of one
-# collision. It is not periodic, and particles are never sorted again.
+# The box has this free space on both sides of the chain, in chain lengths. It must hold the motion
+# of one collision. The box is not periodic, and particles are never sorted again.
 ROOM = 30.0
 
 

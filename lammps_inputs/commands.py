@@ -3,7 +3,8 @@
 import re
 from io import StringIO
 
-# Text before a comment. A # in quotes, or behind an unclosed quote, does not begin a comment.
+# This pattern matches the text before a comment. A # in quotes, or behind an unclosed quote, does
+# not begin a comment.
 _UNCOMMENTED = re.compile(r"""(?>"{3}.*?"{3}|"[^"]*"|'[^']*'|["'].*|[^#])*""", re.DOTALL)
 
 _SPACES = " \t\n\v\f\r"

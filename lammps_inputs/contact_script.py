@@ -80,7 +80,7 @@ def contact_values(problem: Problem, units: UnitSystem) -> dict[str, Any]:
         "gap": gap,
         "opening": opening,
         "bend": bend,
-        # Twice the reduced mass of the two particles at the contact.
+        # This is twice the reduced mass of the two particles at the contact.
         "doubled_mass": number(2.0 * units.mass)
         if line.is_standard
         else f"2.0*{number(units.mass * line.contact_mass)}",

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from chaincor.lammps_inputs.commands import join_lines
 
-# Width of a slide.
+# Comments are as wide as a slide.
 _WIDTH = 72
 _SENTENCE_ENDS = re.compile(r"(?<=[.!?])\s")
 

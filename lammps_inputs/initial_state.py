@@ -10,7 +10,7 @@ from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.errors import SceneError, one_line
 from chaincor.lammps_inputs.small_file import read_small_file
 
-# Largest number allowed. Squares of larger numbers overflow.
+# Larger numbers are refused, because their squares overflow.
 _LARGEST = 1e100
 _PLACES = ("position", "strain")
 COLUMNS = (*_PLACES, "velocity", "mass")

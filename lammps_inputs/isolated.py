@@ -20,7 +20,8 @@ sys.path[:] = pickle.load(sys.stdin.buffer)
 from chaincor.lammps_inputs.isolated import serve
 serve()
 """
-# Ratio of elapsed time to processor time. Under load a process gets a small share of a core.
+# A process may take this many times its processor time, because under load it gets a small share of
+# a core.
 _WALL_TIME = 30.0
 _LENGTH_BYTES = 8
 

@@ -10,7 +10,7 @@ from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.script import TABLE_FILE, rendered, setup_values, values_in_units
 from chaincor.lammps_inputs.script_plan import JobWishes, ScriptPlan
 
-# Velocity Verlet step for the fastest bond at rest, in units of 1/omega.
+# The Verlet step of a plain script is this number over omega of the fastest bond at rest.
 _TIMESTEP = 0.01
 # Factor and time that are added to the last contact. The stock wall may detect a contact slightly
 # late, and eta does not change after the last contact.

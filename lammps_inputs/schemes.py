@@ -8,5 +8,5 @@ Scheme = Literal["verlet", "order4", "order6", "order8"]
 StepSchemeName = Scheme | Literal["srkn14", "extrapolated12", "extrapolated14", "extrapolated16"]
 # Order of convergence of the schemes that a scene can name, with the impact-located wall.
 SCHEME_ORDERS: dict[Scheme, int] = {"verlet": 2, "order4": 4, "order6": 6, "order8": 8}
-# Default composed step of each scheme.
+# Each scheme has this composed step by default.
 DEFAULT_TIMESTEPS = {"verlet": 0.0125, "order4": 0.05, "order6": 0.1, "order8": 0.2}

@@ -30,7 +30,7 @@ from chaincor.lammps_inputs.bonds.potential import Potential
 DEFAULT_SEED = 1
 LARGEST_SEED = 2**63 - 1  # the largest whole number of the store's database
 GENERATOR = "PCG64"
-# Probability that bodies in equilibrium overlap at their initial distance.
+# Bodies in equilibrium overlap at their initial distance with at most this probability.
 OVERLAP_RISK = 1e-12
 # Number of classes into which bonds are grouped by their share in the length of a body.
 _SHARES = 256

@@ -77,7 +77,7 @@ def find_kinks(bond: "Potential") -> tuple[float, ...]:
         *_, further_left, further_right = _beside(bond, middles, 4.0 * near)
         further = further_right - further_left
         _refuse_jumps(bond, middles, near, (below, above), np.maximum(larger, scale))
-        # size of the terms that cancel in a small force
+        # this is the size of the terms that cancel in a small force
         size = np.abs(below) + scale * np.abs(middles)
         kinked = np.abs(change) > _KINK * np.maximum(larger, _SMALLEST * scale)
         kinked &= np.abs(change) > _ROUNDINGS * sys.float_info.epsilon * size / near
@@ -160,7 +160,7 @@ def refuse_mismatch(bond: "Potential", kinks: Sequence[float]) -> None:
             f"bond '{bond.name}' has no finite energy and force anywhere near length 1. "
             "Write both as functions of the strain r - 1"
         )
-    # prefer a strain that bonds reach in practice
+    # the message prefers a strain that bonds reach in practice
     usual = known & (excess > 1.0) & (np.abs(middle) < 1.0)
     worst = int(np.argmax(np.where(usual if usual.any() else known, excess, -1.0)))
     if excess[worst] > 1.0:

@@ -18,7 +18,7 @@ _DIGITS = 40
 _CUT, _FARTHEST = 1e-18, 0.25
 # The natural length must lie in this range of strains.
 _NEAREST_REST, _SHORTEST_REST, _LONGEST_REST = 1e-7, -0.5, 1.0
-# Range of allowed stiffnesses.
+# The stiffness at rest must lie in this range.
 _SOFTEST, _STIFFEST = 1e-8, 1e8
 # The double-precision force may have this error, relative to the larger of the force and 1e-3 k
 # |s|.

@@ -132,7 +132,7 @@ class Logarithmic(NamedBond):
     lammps_formula = "{s}-ln(1.0+{s})"
     becomes_hard = True
     strain_min = -1.0
-    # U = r - 1 - ln r = e^y - 1 - y at y = ln r.
+    # With y = ln r, the energy is U = r - 1 - ln r = e^y - 1 - y.
     log_length = LogLength(log_force_of_log_length, expm1_minus_x)
 
     def energy(self, strain: ArrayLike) -> Array:
@@ -243,7 +243,7 @@ _CLASSES: tuple[type[NamedBond], ...] = (
     Hertz,
 )
 NAMED_POTENTIALS: dict[str, type[NamedBond]] = {cls.name: cls for cls in _CLASSES}
-# Bonds with a force in tension. LAMMPS, fixed steps and the live page support only these.
+# These bonds have a force in tension. LAMMPS, fixed steps and the live page support no others.
 CHAIN_POTENTIALS = {k: cls for k, cls in NAMED_POTENTIALS.items() if not cls.only_pushes}
 POTENTIAL_NAMES = (*NAMED_POTENTIALS, "table", "formula")
 # Each of these keys in scenes belongs to bonds of one kind.

@@ -16,7 +16,7 @@ _NAME = re.compile(r"[a-z][a-z0-9_]{0,39}", re.ASCII)
 # A number or a plain word, without characters that LAMMPS would substitute, continue, split or take
 # for a comment, and without line ends.
 _WORD = re.compile(r"[A-Za-z0-9.+-][A-Za-z0-9_.+/-]{0,79}", re.ASCII)
-# Options of the renderer, for templates of users and of this package.
+# Templates of users and of this package are rendered with the same options.
 RENDERING: dict[str, Any] = {
     "trim_blocks": True,
     "lstrip_blocks": True,
@@ -25,7 +25,7 @@ RENDERING: dict[str, Any] = {
 _BASE = "job.in.j2"
 # Largest number of rounds in all loops and macros of a template, as nested loops could take days.
 _MOST_ROUNDS = 200_000
-# Statement in a template whose commands exert forces.
+# A template states this if its commands exert forces.
 _OTHER_FORCES = re.compile(r"\{%-?\s*set\s+other_forces\s*=\s*true\s*-?%\}")
 _REPORT = re.compile(r"\{%-?\s*block\s+report\b")
 _EXTENDS = re.compile(r"\{%-?\s*extends\b")

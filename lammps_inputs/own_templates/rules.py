@@ -8,7 +8,7 @@ from typing import NoReturn
 from chaincor.lammps_inputs.commands import commands_of, words_of
 from chaincor.lammps_inputs.errors import SceneError
 
-# Reason for each refusal, by the first word of a command.
+# Commands that begin with these words are refused for these reasons.
 _REFUSED = {
     "minimize": "it moves the particles without time",
     "run": "time is the loop's; a run of no steps follows and makes known what is defined",
@@ -43,7 +43,7 @@ _PROGRAMS = {
     "include": "a job is complete",
     "partition": "a job has one",
 }
-# Reason for each refused style of a fix, by regular expression.
+# Fixes whose styles match these patterns are refused for these reasons.
 _REFUSED_FIXES = [
     (
         r"nve.*|nvt.*|npt.*|nph.*|rigid.*|move|brownian.*|verlet.*",

@@ -17,7 +17,8 @@ if TYPE_CHECKING:
 DEFAULT_TOLERANCE = 1e-6
 # Largest number of masses that a line shows in full.
 _MOST_SHOWN = 8
-# Canonical JSON of fields. All calls share an encoder: to create one takes as long as to use it.
+# All calls share one encoder of canonical JSON, because creating an encoder takes as long as using
+# it.
 canonical_json = json.JSONEncoder(sort_keys=True, allow_nan=False).encode
 
 
@@ -95,6 +96,7 @@ def _force_digest(bond: Potential) -> str:
     strains = np.linspace(max(-0.5, 0.9 * bond.strain_min), min(0.5, 0.9 * bond.strain_max), 101)
     forces = np.array(bond.force(strains), dtype=float)
     forces[np.abs(forces) < 1e-12 * bond.stiffness] = 0.0
-    # Ten digits, because the last of 17 digits and the rounding of zeros depend on the processor.
+    # The text has ten digits, because the last of 17 digits and the rounding of zeros depend on the
+    # processor.
     text = " ".join(f"{force:.9e}" for force in forces)
     return hashlib.sha256(text.encode()).hexdigest()[:16]

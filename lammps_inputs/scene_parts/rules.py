@@ -27,8 +27,8 @@ LARGEST_MASS_RATIO = 1e12
 # Energies of larger masses can overflow.
 LARGEST_MASS = 1e30
 
-# Smallest impact velocity of warm bodies, in units of sqrt(T). Warm bodies start tens of bond
-# lengths apart, and slower ones would take too long to touch.
+# Warm bodies need at least this impact velocity, in units of sqrt(T). They start tens of bond
+# lengths apart, and would otherwise take too long to touch.
 SLOWEST_APPROACH = 1e-4
 
 # Contacts must have a stiffness between 1/LARGEST_STIFFNESS and this. Others make times overflow.
@@ -47,7 +47,7 @@ _OTHER_FILES = {
     ),
 }
 
-# Largest number of mistakes in a message. The first ones are enough to correct a scene.
+# A message lists at most this many mistakes. The first mistakes are enough to correct a scene.
 _MOST_MISTAKES = 20
 
 

@@ -200,7 +200,7 @@ def _keys_with(kind: Any) -> tuple[str, ...]:
     return tuple(key for key, field in fields if kind in get_args(field.annotation))
 
 
-# Titles of the groups of options, with the keys of each.
+# Options are shown in groups with these titles and keys.
 GROUPS: dict[str, tuple[str, ...]] = {
     "What collides": keys_of(ChainKeys),
     "Bodies that are more than a cold chain of equal masses and a hard wall": keys_of(

@@ -12,7 +12,7 @@ from chaincor.lammps_inputs.toml_text import parse_toml
 if TYPE_CHECKING:
     from chaincor.lammps_inputs.scene import Scene
 
-# Largest size of a scene file in bytes. Longer lists belong in separate files.
+# A scene file may have this many bytes. Longer lists belong in separate files.
 _LARGEST = 100_000_000
 
 

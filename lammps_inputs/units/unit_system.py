@@ -12,8 +12,9 @@ from chaincor.lammps_inputs.errors import SceneError
 from chaincor.lammps_inputs.small_file import read_small_file, why_unreadable
 from chaincor.lammps_inputs.toml_text import parse_toml
 
-# Energy in the units of a style over mass times velocity squared in its units: LAMMPS's mvv2e
-# (update.cpp). metal: eV, g/mol, Angstrom/ps; real: kcal/mol, g/mol, Angstrom/fs; si: 1.
+# This factor turns mass times velocity squared into energy in the units of a style; LAMMPS calls it
+# mvv2e (update.cpp). The units are eV, g/mol and Angstrom/ps for metal, and kcal/mol, g/mol and
+# Angstrom/fs for real.
 _ENERGY_OF_MOTION = {"metal": 1.0364269e-4, "real": 48.88821291**2, "si": 1.0, "lj": 1.0}
 UNITS_FILE = "units.toml"
 _DERIVED = ("time", "speed", "energy")

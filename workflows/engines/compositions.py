@@ -11,7 +11,8 @@ SOURCES: dict[str, str] = {
     "order6": f"{_KAHAN_LI}, s9odr6a",
     "order8": f"{_KAHAN_LI}, s17odr8a",
 }
-# First half and centre of each palindrome. The centre makes the sum of the weights exactly one.
+# Each palindrome is given by its first half and its centre. The centre makes the sum of the weights
+# exactly one.
 _SUZUKI = 1.0 / (4.0 - 4.0 ** (1.0 / 3.0))
 _HALVES: dict[Scheme, tuple[float, ...]] = {
     "verlet": (),

@@ -20,7 +20,7 @@ import numpy as np
 
 from chaincor.lammps_inputs.arrays import Array
 
-# Position, velocity and acceleration of particle 1.
+# A point of a path is the position, velocity and acceleration of particle 1.
 PathPoint = tuple[float, float, float]
 Quintic = tuple[float, float, float, float, float, float]
 
@@ -111,7 +111,7 @@ def fit_path(start: PathPoint, end: PathPoint, step: float) -> Quintic:
     x1, v1, a1 = end
     v0, v1 = v0 * step, v1 * step
     a0, a1 = 0.5 * a0 * step * step, 0.5 * a1 * step * step
-    # Remainders of position, velocity and acceleration after the first three terms.
+    # These are the remainders of position, velocity and acceleration after the first three terms.
     x, v, a = x1 - x0 - v0 - a0, v1 - v0 - 2.0 * a0, a1 - a0
     # An array would be allocated from the heap at every contact.
     a3, a4, a5 = 10.0 * x - 4.0 * v + a, -15.0 * x + 7.0 * v - 2.0 * a, 6.0 * x - 3.0 * v + a

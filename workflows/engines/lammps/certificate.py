@@ -98,7 +98,7 @@ def _errors(
     file.unlink()
     data = np.array([row for row in rows if len(row) == 4 and row[0].isdigit()], dtype=float)
     _, _, energies, forces = data.T
-    # The file rounds lengths to 15 digits; LAMMPS itself used unrounded ones.
+    # The file rounds lengths to 15 digits, but LAMMPS uses unrounded lengths.
     lengths = first + width / (asked - 1) * np.arange(asked)
     strains = lengths - 1.0
     return np.array(

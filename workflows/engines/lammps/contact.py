@@ -42,7 +42,7 @@ class Meeting:
         self.chain, self.line = chain, line
         self.reduced_mass = line.contact_mass
         self._mass = float(line.chain_masses[0])
-        # Index of the particle of a free target that the chain hits.
+        # The chain hits the particle of a free target with this index.
         self._place = None if line.rigid else len(line.chain_masses)
         self._target_mass = float(line.masses[line.gap])
 

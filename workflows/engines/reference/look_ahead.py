@@ -82,7 +82,8 @@ class LookAhead:
         self._not_before = 0.0
         # Largest impulse of contacts that occur, or may occur, in some motions only.
         self.doubt = 0.0
-        # Number of contacts so far, and impulse of the next contact of the other motions.
+        # These are the number of contacts so far, and the impulse of the next contact in other
+        # motions.
         self._awaited = (0, 0.0)
 
     def times(self) -> tuple[float, float]:

@@ -11,7 +11,7 @@ from chaincor.lammps_inputs.arrays import Array
 from chaincor.workflows.engines.contact_search import first_root
 from chaincor.workflows.engines.reference.compile import LoopCompiler
 
-# Number of terms of the Taylor series, see ``mode_flight``.
+# The Taylor series of ``mode_flight`` has this many terms.
 TERMS = 26
 # `bounce` returned for one of these reasons: no contact can come, or its share of work is done.
 PROVED, MORE = range(2)
@@ -32,7 +32,8 @@ _SUMS = frozenset({"contract", "reassoc"})
 # first mode is the translation.
 Modes = tuple[Array, Array, Array, Array]
 
-# Gap, time since the last contact, and number of contacts in the record.
+# The ledger holds the gap, the time since the last contact, and the number of contacts in the
+# record.
 LEDGER: Any = np.dtype(
     (np.record, [("wall_distance", "f8"), ("flown", "f8"), ("contacts", "i8")]),
 )

@@ -33,7 +33,7 @@ from chaincor.workflows.engines.reference.line_traits import (
 # a NamedTuple type for each potential.
 Parameters = Any
 
-# Bytes in a cache line.
+# A cache line has this many bytes.
 LINE = 64
 _ON_A_LINE = LINE // 8
 

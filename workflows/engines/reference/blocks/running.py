@@ -39,7 +39,7 @@ LEAST_MARGINS = 8
 LEAST_ACTIVE = 6000
 
 
-# Arguments of the loop, see ``blocks.loop``.
+# ``blocks.loop`` explains these arguments of the loop.
 _Block = tuple[int, int, int, int, bool]
 _Scratch = tuple[State, State, State]
 
@@ -104,7 +104,7 @@ def advance(
     return int(status)
 
 
-# Variables of the whole chain that its head determines.
+# The head of the chain determines these variables of the whole chain.
 _OF_HEAD = (
     *("position", "momentum", "first_contact", "last_contact", "argue_after"),
     *("steps", "contacts", "evaluations"),

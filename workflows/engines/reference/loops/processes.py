@@ -23,7 +23,7 @@ from typing import Any
 from chaincor.workflows.engines.time_limit import check_time
 from chaincor.workflows.versions import cores_allowed
 
-# Program of the helper process, with the module search path of this process.
+# The helper process runs this program, with the module search path of this process.
 _PROGRAM = """
 import pickle, sys
 sys.path[:] = pickle.load(sys.stdin.buffer)
