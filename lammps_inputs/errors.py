@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 
-# Names that other programs use, with the names here.
+# Other programs use the names on the left for the names on the right.
 _ELSEWHERE = {
     **dict.fromkeys(("lennard-jones", "lennardjones", "lj/cut", "12-6"), "lj"),
     **dict.fromkeys(("spring", "hooke", "linear", "harm"), "harmonic"),
@@ -20,7 +20,7 @@ _ELSEWHERE = {
     **dict.fromkeys(("simulate", "collide", "start"), "run"),
 }
 
-# Longest word that is compared with names. Longer words resemble no name, and comparing is slow.
+# Longer words are not compared with names, because they resemble no name and comparing is slow.
 _LONGEST_WORD = 60
 
 

@@ -21,8 +21,9 @@ PAIR_STIFFNESS, WALL_STIFFNESS = 2.0, math.sqrt(2.0)
 _HERTZ = 1.5
 # The overlaps of a bead with both neighbours may add up to this, so that the neighbours stay apart.
 _FREE = 0.9
-# Factor and time, in units of the time in which two colliding beads stop each other, that a script
-# adds to the last contact of the reference run. Eta does not change after the last contact.
+# A script runs to the time of the reference run's last contact, times the first number, plus the
+# second in units of the time in which two colliding beads stop each other. Eta does not change
+# after the last contact.
 _LONGER, _MARGIN = 1.05, 5.0
 
 

@@ -12,8 +12,8 @@ from chaincor.lammps_inputs.script_plan import JobWishes, ScriptPlan
 
 # The Verlet step of a plain script is this number over omega of the fastest bond at rest.
 _TIMESTEP = 0.01
-# Factor and time that are added to the last contact. The stock wall may detect a contact slightly
-# late, and eta does not change after the last contact.
+# A script runs to the time of the last contact, times the first number, plus the second. The stock
+# wall may detect a contact slightly late, and eta does not change after the last contact.
 _LONGER, _MARGIN = 1.1, 5.0
 _LINES_OF_THERMO = 20
 

@@ -4,7 +4,7 @@ from pathlib import Path
 
 from chaincor.lammps_inputs.errors import InputError
 
-# Largest size in bytes, which allows several bytes for each particle of the longest chain.
+# A file may have this many bytes: several for each particle of the longest chain.
 _LARGEST = 1_000_000_000
 _TOO_LARGE = "it is larger than the longest chain needs"
 

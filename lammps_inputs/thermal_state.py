@@ -32,9 +32,9 @@ LARGEST_SEED = 2**63 - 1  # the largest whole number of the store's database
 GENERATOR = "PCG64"
 # Bodies in equilibrium overlap at their initial distance with at most this probability.
 OVERLAP_RISK = 1e-12
-# Number of classes into which bonds are grouped by their share in the length of a body.
+# Bonds are grouped into this many classes by their share in the length of a body.
 _SHARES = 256
-# Grid on which the smallest bound is searched, in units of 1/width.
+# The smallest bound is searched on this grid, in units of 1/width.
 _SLOPES = 2.0 ** (np.arange(-16.0, 49.0) / 8.0)
 
 

@@ -13,8 +13,8 @@ from chaincor.lammps_inputs.own_templates.rules import check_commands, check_who
 from chaincor.lammps_inputs.small_file import read_small_file
 
 _NAME = re.compile(r"[a-z][a-z0-9_]{0,39}", re.ASCII)
-# A number or a plain word, without characters that LAMMPS would substitute, continue, split or take
-# for a comment, and without line ends.
+# This pattern matches a number or a plain word, without line ends and without characters that
+# LAMMPS would substitute, split, or read as a comment or a continued line.
 _WORD = re.compile(r"[A-Za-z0-9.+-][A-Za-z0-9_.+/-]{0,79}", re.ASCII)
 # Templates of users and of this package are rendered with the same options.
 RENDERING: dict[str, Any] = {
@@ -23,7 +23,7 @@ RENDERING: dict[str, Any] = {
     "keep_trailing_newline": True,
 }
 _BASE = "job.in.j2"
-# Largest number of rounds in all loops and macros of a template, as nested loops could take days.
+# All loops and macros of a template may take this many rounds. Nested loops could take days.
 _MOST_ROUNDS = 200_000
 # A template states this if its commands exert forces.
 _OTHER_FORCES = re.compile(r"\{%-?\s*set\s+other_forces\s*=\s*true\s*-?%\}")

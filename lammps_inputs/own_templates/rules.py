@@ -34,8 +34,8 @@ _REFUSED = {
     "next": "the runs for the error would be lost",
     "velocity": "the chain comes with the velocity of the job",
 }
-# Commands that a whole script of a user must not have either. For its fixes the last rule below
-# applies.
+# A whole script of a user must not have these commands either. The last rule below applies to its
+# fixes.
 _PROGRAMS = {
     **dict.fromkeys(
         ("shell", "python", "plugin", "geturl", "mdi", "message"), "a job runs LAMMPS alone"

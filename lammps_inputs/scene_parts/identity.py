@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from chaincor.lammps_inputs.scene import Scene
 
 DEFAULT_TOLERANCE = 1e-6
-# Largest number of masses that a line shows in full.
+# A line shows at most this many masses in full.
 _MOST_SHOWN = 8
 # All calls share one encoder of canonical JSON, because creating an encoder takes as long as using
 # it.

@@ -37,7 +37,7 @@ LARGEST_STIFFNESS = 1e100
 SHORTEST_TIMESTEP = 1e-9
 
 
-# Keys that show that a file belongs to another command.
+# Some keys show that a file belongs to another command.
 _SWEEP_FILE = "this is the file of a sweep. Give the file of a scene, or run `chaincor sweep FILE`"
 _OTHER_FILES = {
     "scene": _SWEEP_FILE,
@@ -259,8 +259,8 @@ def _check_numerics(scene: "Scene") -> Iterator[str]:
                 )
     if scene.tolerance is not None and given:
         yield (
-            f"tolerance and {', '.join(given)} are both given; a tolerance chooses the "
-            "numerics by itself: drop one or the other"
+            f"tolerance and {', '.join(given)} are both given; a tolerance chooses the numerics "
+            "by itself. Drop one or the other"
         )
     if scene.engine == "reference":
         for key in ("table", "table_points", "save", "dump"):

@@ -29,9 +29,10 @@ import numpy as np
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.workflows.engines.compositions import COMPOSITIONS
 
-# Numbers of Verlet steps of orders 12, 14 and 16. LAMMPS, with its coarsely rounded coordinates,
-# uses order 12. With 6 and 8 as last numbers its sum of |c_m|, which amplifies rounding, is 8; with
-# 1 to 6 it would be 27, and for orders 14 and 16 it is 56 and 116.
+# Extrapolation to orders 12, 14 and 16 uses these numbers of Verlet steps. LAMMPS, with its
+# coarsely rounded coordinates, uses order 12. The sum of |c_m| amplifies rounding. For order 12 it
+# is 8, because the last numbers are 6 and 8; with 1 to 6 it would be 27. For orders 14 and 16 it is
+# 56 and 116.
 _COUNTS = ((1, 2, 3, 4, 6, 8), tuple(range(1, 8)), tuple(range(1, 9)))
 
 # SRKN14 of Blanes and Moan (2002), J. Comput. Appl. Math. 142, 313, table 3: fourteen stages,

@@ -81,9 +81,9 @@ class LammpsChain:
         self._evaluations = scheme.evaluations
         if not scheme.extrapolated and numerics.scheme not in COMPOSITIONS:
             raise InputError(
-                f"scheme is '{numerics.scheme}', whose kicks are not kicks of Verlet steps, which "
-                f"LAMMPS needs. Use {', '.join(COMPOSITIONS)} or an extrapolated scheme, or "
-                "engine 'reference'"
+                f"scheme is '{numerics.scheme}', which cannot be composed of LAMMPS's Verlet "
+                f"steps. Use {', '.join(COMPOSITIONS)} or an extrapolated scheme, or engine "
+                "'reference'"
             )
         self.timestep = numerics.timestep
         self.stages_done = 0  #: Number of Verlet steps, which is the number of force evaluations.

@@ -50,7 +50,9 @@ def failure(kind, scene, numerics):
 
 
 def test_steps_that_lammps_cannot_take_are_refused_by_name():
-    with pytest.raises(InputError, match=r"'srkn14', whose kicks .* Use verlet, order4") as bad:
+    with pytest.raises(
+        InputError, match=r"'srkn14', which cannot be composed .* Use verlet, order4"
+    ) as bad:
         lammps.run(Scene(particles=5).problem, Numerics(scheme="srkn14", timestep=0.1))
     assert bad.value.exit_status == 2
 

@@ -17,7 +17,7 @@ from chaincor.lammps_inputs.arrays import Array
 from chaincor.workflows.engines.reference.line_traits import KernelSpec, read_parameters
 from chaincor.workflows.engines.schemes import StepCoefficients
 
-# Number L of lanes: a multiple of the width of every SIMD unit, so that there is no scalar
+# The number L of lanes is a multiple of the width of every SIMD unit, so that there is no scalar
 # remainder loop.
 LANES = 16
 

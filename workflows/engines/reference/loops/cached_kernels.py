@@ -31,7 +31,7 @@ from chaincor.workflows.engines.time_limit import stopped_at_limit
 _LAYOUT = 0x0001 | 0x0100 | 0x0400
 _CTYPES = {"integer": ctypes.c_int64, "real": ctypes.c_double, "flag": ctypes.c_uint8}
 _RETURNED: dict[str, Any] = {"int64": ctypes.c_int64, "float64": ctypes.c_double, "none": None}
-# Status of functions compiled by Numba that return a value, or None.
+# Functions compiled by Numba have these statuses if they return a value, or None.
 _RETURNED_ONE, _RETURNED_NONE = 0, -2
 # Prefixes of symbols whose addresses only Numba knows.
 _NUMBAS_OWN = ("NRT_", "numba_", "Py", "_Py")
