@@ -1,4 +1,4 @@
-"""Results of an analysis as JSON, CSV and NPZ."""
+"""Write the results of an analysis as JSON, CSV and NPZ."""
 
 import csv
 import json

@@ -1,4 +1,4 @@
-"""Caveats on the results from a dump, in sentences."""
+"""Collect the caveats on the results from a dump, in sentences."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Figures and data of tables for one analysed collision, for both bodies together."""
+"""Draw the figures of one analysed collision, for both bodies together."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager

@@ -1,4 +1,4 @@
-"""Frames of a collision from its start, with the data known besides the dump."""
+"""Read the frames of a collision from its start, with the data known besides the dump."""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
@@ -30,7 +30,8 @@ class Known:
     #: Potential of the bonds. With it, the analysis has energies, and contacts whatever the spacing
     #: of the frames.
     bond: Potential | None = None
-    impact_velocity: float | None = None  #: v0; that of the first frame by default.
+    #: Impact speed v0; by default the speed in the first frame.
+    impact_velocity: float | None = None
     timestep: float | None = None  #: Simulated time per step, for dumps that do not carry the time.
     #: Masses of the chain and of a free target, each from the contact outward. By default they are
     #: the masses in the dump, or else 1.
@@ -65,7 +66,7 @@ class CollisionFrames:
         self._frames = frames
         #: First frame, and the last frame read so far.
         self.first = self.last = next(frames)
-        self.last_interval = 0  #: Steps between the last two.
+        self.last_interval = 0  #: Steps between the last two frames.
         self.layout = ChainLayout.from_frame(self.first, known.targets)
         if self.layout.time_known and known.timestep is not None:
             raise InputError(
@@ -77,7 +78,7 @@ class CollisionFrames:
                 "the dump has steps but no times. Give the timestep of the run (--timestep), or "
                 "dump the time as a column v_time"
             )
-        self.opening = self.layout.state(self.first, known.timestep)  #: In the first frame.
+        self.opening = self.layout.state(self.first, known.timestep)  #: State in the first frame.
         resolution = self.first.resolution("vx", self.first.significant_digits())
         #: Half-width of the interval of velocities that print as the velocity in the first frame.
         self.resolution = float(np.max(resolution))

@@ -1,4 +1,4 @@
-"""Statistics of the contacts of particle 1 with the wall."""
+"""Compute statistics of the contacts of particle 1 with the wall."""
 
 from dataclasses import dataclass
 
@@ -10,9 +10,9 @@ from numpy.typing import ArrayLike
 class ContactStatistics:
     """Statistics of a list of contacts; means without data are None."""
 
-    count: int  #: f, the first contact included.
-    per_particle: float  #: f/n.
-    last_time: float | None  #: From the first contact to the last: the duration of the collision.
+    count: int  #: Number f of contacts, with the first contact.
+    per_particle: float  #: Contacts per particle, f/n.
+    last_time: float | None  #: Duration of the collision, from the first contact to the last.
     #: Interval between contacts.
     mean_interval: float | None
     median_interval: float | None  #: See ``mean_interval``.

@@ -1,4 +1,4 @@
-"""Distribution of a quantity over samples, each with its own numerical error bar."""
+"""Estimate the distribution of a quantity from samples with numerical error bars."""
 
 import math
 from dataclasses import dataclass
@@ -55,7 +55,7 @@ class Distribution:
         """
         Return the distribution of samples and their numerical error bars, both of shape (N,).
 
-        Raises InputError if there are none.
+        Raises InputError if there are no samples.
         """
         x, bars = np.asarray(values, dtype=float), np.asarray(errors, dtype=float)
         if len(x) == 0:

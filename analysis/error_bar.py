@@ -9,9 +9,9 @@ from typing import Any
 class ErrorBar:
     """Error of the restitution, split by cause; a part that was not measured is None."""
 
-    step: float | None  #: From the run at another step.
-    table: float  #: From the certified force error of the bond table.
-    rounding: float  #: From coordinates held as absolute numbers, or from the arithmetic.
+    step: float | None  #: Error due to the step, from the run at another step.
+    table: float  #: Error due to the bond table, from its certified force error.
+    rounding: float  #: Error due to the rounding of absolute coordinates or of the arithmetic.
     #: Possible change of eta by later contacts; 0 unless the end is open.
     ending: float = 0.0
 

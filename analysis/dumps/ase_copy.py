@@ -75,7 +75,7 @@ def _check_counts(path: Path) -> None:
     """
     Raise ValueError if a header counts more atoms or columns than the file holds.
 
-    ASE would count to any number.
+    ASE would otherwise read up to any count.
     """
     with path.open("rb") as file:
         while head := file.readline(_LONGEST_LINE):

@@ -1,4 +1,4 @@
-"""One frame of a LAMMPS dump, whatever file it came from."""
+"""One frame of a LAMMPS dump, from any kind of file."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
@@ -23,7 +23,7 @@ class DumpFrame:
     """One frame of a dump, whose columns are converted on demand."""
 
     step: int  #: LAMMPS timestep number.
-    time: float | None  #: Simulation time, where the dump carries it (``dump_modify time yes``).
+    time: float | None  #: Simulated time, if the dump has it (``dump_modify time yes``).
     columns: tuple[str, ...]  #: Names of the columns.
     bounds: Array  #: Lower and upper bound of the box in x, y and z; of shape (3, 2).
     #: Rows in the order of ids, of shape (n,); None if they are in order already.
@@ -35,7 +35,7 @@ class DumpFrame:
     #: Whether the box is periodic along x, so that positions may be wrapped into it.
     periodic_x: bool = False
     tilted: bool = False  #: Whether the box is triclinic.
-    #: Units of the run, where the dump names them (``dump_modify units yes``).
+    #: Units of the run, if the dump names them (``dump_modify units yes``).
     units: str | None = None
     #: Half a unit of the last decimal, if all numbers were printed with the same number of
     #: decimals.

@@ -1,4 +1,4 @@
-"""Copies of trajectories in arrays, read by MDAnalysis in a process that may crash alone."""
+"""Copy trajectories into arrays, by MDAnalysis in a process of its own, which may crash."""
 
 import tempfile
 import warnings
@@ -23,7 +23,7 @@ class CopiedTrajectory(NamedTuple):
     vx: NDArray[np.float32]  #: Velocities along x; of shape (frames, n).
     steps: NDArray[np.int64]  #: Timestep numbers; of shape (frames,).
     times: NDArray[np.float64]  #: Simulated times; of shape (frames,).
-    boxes: NDArray[np.float64]  #: Lengths of the box, nan where there is none; (frames, 3).
+    boxes: NDArray[np.float64]  #: Lengths of the box, nan without a box; of shape (frames, 3).
 
 
 def copy_trajectory(path: Path, kind: str, folder: Path) -> CopiedTrajectory:

@@ -25,7 +25,7 @@ CommandWords = list[str]
 
 
 def is_computed(command: CommandWords) -> bool:
-    """Return whether a variable stands in a command."""
+    """Return whether a command contains a variable."""
     return any("$" in word for word in command)
 
 
