@@ -27,8 +27,8 @@ EndArgument = Callable[[float, Array, Array, float, Potential], str | None]
 class Known:
     """Known data of a collision, in the chain's units; None if unknown."""
 
-    #: Potential of the bonds. With it, the analysis has energies, and contacts whatever the spacing
-    #: of the frames.
+    #: Potential of the bonds. With it, the analysis has energies, and contacts for any spacing of
+    #: the frames.
     bond: Potential | None = None
     #: Impact speed v0; by default the speed in the first frame.
     impact_velocity: float | None = None

@@ -232,7 +232,7 @@ def _refuse_other_chain(data: Path, particles: int, dump: Path) -> None:
     """Refuse a data file with other particles than the dump, or with more than one open chain."""
     atoms, bonds = count_atoms_and_bonds(data)
     _expect_count(atoms, data, particles, dump)
-    if bonds not in (0, particles - 1):  # none: other forces hold the chain together
+    if bonds not in (0, particles - 1):  # without bonds, other forces hold the chain together
         raise InputError(
             f"{data} has {bonds} bonds between {particles} particles. Give one open chain "
             f"with {particles - 1} bonds; all particles of the dump count as this chain"

@@ -256,7 +256,7 @@ def _files_by_kind(folder: Path) -> dict[str, list[Path]]:
 
 
 def count_atoms_and_bonds(path: Path) -> tuple[int, int]:
-    """Return what a data file declares, 0 bonds by default; InputError if it is none."""
+    """Return the numbers of atoms and bonds of a data file; raise InputError for other files."""
     _, header = read_sections(path)[""]
     counts = {row[1]: int(row[0]) for row in header if len(row) == 2 and _COUNT.fullmatch(row[0])}
     if "atoms" not in counts:

@@ -6,7 +6,7 @@ Mode j = 0..n-1 has the shape :math:`\cos(\pi j (i - 1/2)/n)` and the frequency
 :math:`\sin(\pi j/n)`, which is not the frequency of its own chain.
 
 Particles of unequal masses have modes of their own: the eigenvectors of :math:`M^{-1/2} K
-M^{-1/2}`, where K = k B^T B and B takes displacements to strains. They come from the tridiagonal
+M^{-1/2}`, where K = k B^T B and B turns displacements into strains. They come from the tridiagonal
 matrix of the strains, :math:`k B M^{-1} B^T`, which has the same frequencies except the zero of the
 translation. The translation is therefore exact and costs the others no digits.
 
@@ -64,12 +64,13 @@ def indistinct_modes(frequencies: ArrayLike) -> list[tuple[int, int]]:
     Parameters
     ----------
     frequencies : array_like of shape (n,)
-        Rising from 0, see :func:`mode_frequencies`.
+        Frequencies in increasing order from 0, see :func:`mode_frequencies`.
 
     Returns
     -------
     list of tuple of int
-        The first and the last of each such group; j = 0, the translation, is in none.
+        First and last mode of each group with equal frequencies; the translation, j = 0, is in no
+        group.
     """
     squares = np.asarray(frequencies, dtype=float)[1:] ** 2
     if squares.size < 2:
@@ -138,8 +139,8 @@ def mode_energies(
     translation, which is large after a collision, costs no digits. Both are O(n log n).
 
     For unequal masses :math:`p_j = \sum_i a_{ij} \sqrt{m_i} v_i` with the orthonormal eigenvectors
-    a_j of the free chain, and :math:`\omega_j q_j` comes from the strains likewise: O(n^2) a frame,
-    once the modes are found.
+    a_j of the free chain, and :math:`\omega_j q_j` comes from the strains in the same way. The cost
+    is O(n^2) for each frame, after the modes are known.
 
     Parameters
     ----------
@@ -157,8 +158,8 @@ def mode_energies(
     numpy.ndarray of shape (..., n)
         Energies; j = 0 is the translation. For harmonic bonds the sum over j >= 1 is exactly the
         vibrational energy; for others see :func:`anharmonic_remainder`. If bonds are broken or
-        stretched far, these energies have no meaning: see :func:`kinetic_mode_energies`. Modes
-        that :func:`indistinct_modes` names have the mean of their energies each.
+        stretched far, these energies have no meaning: see :func:`kinetic_mode_energies`. Each mode
+        of a group of :func:`indistinct_modes` has the mean energy of the group.
     """
     if masses is not None and not are_equal(np.asarray(masses, dtype=float)):
         return _unequal_energies(displacements, velocities, stiffness, np.asarray(masses, float))
@@ -174,9 +175,9 @@ def kinetic_mode_energies(velocities: ArrayLike, masses: ArrayLike | None = None
     r"""
     Return the kinetic part of the mode energies, :math:`p_j^2/2`, which is valid for any bonds.
 
-    The sum over j >= 1 is exactly the kinetic energy relative to the centre of mass, also where
-    bonds are strongly stretched or broken and :func:`mode_energies` means nothing. In harmonic
-    vibration its mean over time is half of :math:`E_j`.
+    The sum over j >= 1 is exactly the kinetic energy relative to the centre of mass, also if bonds
+    are strongly stretched or broken, when :func:`mode_energies` has no meaning. In harmonic
+    vibration, the mean of the kinetic part over time is half of :math:`E_j`.
 
     Parameters
     ----------
@@ -247,8 +248,8 @@ def anharmonic_remainder(displacements: ArrayLike, bond: Potential) -> Array:
     Returns
     -------
     numpy.ndarray of shape (...)
-        Vibrational energy less the sum of E_j over j >= 1: zero for harmonic bonds, negative
-        where the bonds soften.
+        Vibrational energy less the sum of E_j over j >= 1; zero for harmonic bonds, negative if
+        bonds soften.
     """
     strains = bond_strains(displacements)
     return np.sum(bond.energy(strains) - 0.5 * bond.stiffness * strains**2, axis=-1)
@@ -271,15 +272,16 @@ def free_modes(masses: ArrayLike, stiffness: float = 1.0) -> FreeModes:
     Return frequencies and shapes of a free chain, each frequency to a few epsilon of itself.
 
     The tridiagonal matrix of the strains gives slow modes only to an epsilon of the fastest mode.
-    In Jacobi coordinates, each particle relative to the centre of mass of all before it, the
-    strains are a bidiagonal matrix instead,
+    In Jacobi coordinates, which give each particle relative to the centre of mass of all particles
+    before it, the strains are a bidiagonal matrix,
 
     .. math:: R_{ii} = \mu_i^{-1/2}, \quad R_{i,i+1} = -\frac{\mu_i^{1/2}}{m_{i+1}}, \quad
               \frac{1}{\mu_i} = \frac{1}{m_{i+1}} + \frac{1}{m_1 + \dots + m_i},
 
-    whose entries are free of cancellation, and whose singular values, however small, the QR
-    iteration of LAPACK finds to all digits (Demmel and Kahan, 1990). O(n^3), 0.7 s for n = 300.
-    `masses` are of shape (n,), `stiffness` is U''(1); the modes come by rising frequency.
+    Its entries are computed without cancellation. LAPACK's QR iteration finds its singular values
+    to all digits, however small (Demmel and Kahan, 1990). The cost is O(n^3), 0.7 s for n = 300.
+    `masses` have the shape (n,), and `stiffness` is U''(1). Modes are in order of increasing
+    frequency.
     """
     from scipy.linalg import svd
 

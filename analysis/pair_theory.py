@@ -14,8 +14,8 @@ from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.errors import InputError
 
 _QUADRATURE_NODES = 64
-# Bonds that soften on both sides have no compression of their own to scale strains, so this strain
-# is used.
+# Strains are scaled by a compression that belongs to the bond. Bonds that soften on both sides have
+# none and use this strain.
 _USUAL_STRAIN = 0.5
 
 
@@ -27,8 +27,8 @@ def pair_interval(bond: Potential, impact_velocity: float) -> float:
               = \int_0^{\pi/2} \frac{2 v_0 \sin\theta}{|U'(s(\theta))|}\, d\theta,
               \qquad U(s(\theta)) = v_0^2 \sin^2\theta .
 
-    Exact for any potential that rises without a break on the compressed side; 64 Gauss-Legendre
-    nodes give about 1e-13 at speeds of the order of v*.
+    The result is exact for any potential that rises smoothly on the compressed side. With 64
+    Gauss-Legendre nodes the error is about 1e-13 at speeds of the order of v*.
 
     Parameters
     ----------
@@ -45,7 +45,7 @@ def pair_interval(bond: Potential, impact_velocity: float) -> float:
     Raises
     ------
     InputError
-        If the bond cannot hold the energy: its compressed side does not reach v0^2.
+        If the energy of the compressed bond does not reach v0^2.
     """
     nodes, weights = np.polynomial.legendre.leggauss(_QUADRATURE_NODES)
     angles = 0.25 * math.pi * (nodes + 1.0)
@@ -61,13 +61,13 @@ def pair_interval_slope(bond: Potential) -> float:
     r"""
     Return alpha of :math:`\Delta t = \pi/\sqrt{2k}\,(1 - \alpha (v_0/v^*)^{r-2} + \dots)`.
 
-    NH eq. (15) for any order r. With U = k s^2/2 + c s^r and y = sign(s) sqrt(2 U/k) the strain
-    is s = y - (c/k) y^(r-1), and the integral of :func:`pair_interval` becomes elementary:
+    This is NH eq. (15) for any order r. With U = k s^2/2 + c s^r and y = sign(s) sqrt(2 U/k) the
+    strain is s = y - (c/k) y^(r-1), and the integral of :func:`pair_interval` becomes elementary:
 
     .. math:: \alpha = (-1)^r \frac{2}{\pi} \frac{c}{k} (r - 1)
               \left(v^* \sqrt{2/k}\right)^{r-2} \int_0^{\pi/2} \sin^{r-2}\theta\, d\theta .
 
-    It is 0.8098 for lj (the paper: 0.808).
+    alpha is 0.8098 for lj (0.808 in the paper).
 
     Parameters
     ----------
@@ -77,7 +77,7 @@ def pair_interval_slope(bond: Potential) -> float:
     Returns
     -------
     float
-        alpha > 0 where compression stiffens the bond.
+        alpha, positive if compression stiffens the bond.
 
     Raises
     ------
@@ -101,9 +101,9 @@ def anharmonic_coefficient(bond: Potential) -> float:
     """
     Return c of U = k s^2/2 + c s^r + ..., r being the bond's lowest anharmonic order.
 
-    (U''(s) - k)/(r (r - 1) s^(r-2)) tends to c; its mean over +s and -s is even in s, so two
-    Richardson steps leave an error of order s^6. The strain s is a small part of the compression at
-    which the anharmonic and the harmonic part of U are equal.
+    The quotient (U''(s) - k)/(r (r - 1) s^(r-2)) tends to c. Its mean over +s and -s is even in s,
+    so two Richardson steps leave an error of order s^6. The strain s is a small part of the
+    compression at which the anharmonic and the harmonic part of U are equal.
 
     Parameters
     ----------
@@ -113,7 +113,7 @@ def anharmonic_coefficient(bond: Potential) -> float:
     Returns
     -------
     float
-        c, to about 1e-8 relative.
+        c, with a relative error of about 1e-8.
 
     Raises
     ------

@@ -64,7 +64,7 @@ def restitution(
     Return the coefficient of restitution :math:`\eta = (\bar v / v_0)^2`, a ratio of energies.
 
     This is K_r/K_i of Nagahiro and Hayakawa, Phys. Rev. E 67, 036609 (2003), eq. (1): final over
-    initial kinetic energy of the centre of mass. After the last contact it never changes again.
+    initial kinetic energy of the centre of mass. It does not change after the last contact.
     For the ratio of speeds that others call restitution see :func:`kinematic_restitution`.
 
     Parameters
@@ -96,7 +96,7 @@ class EnergySplit:
 
     @property
     def vibration(self) -> Array:
-        """Internal energy: all that is not translation."""
+        """Internal energy, which is all energy but the translation."""
         return self.internal_kinetic + self.bonds
 
     @property
@@ -145,7 +145,7 @@ def energy_split(
     Returns
     -------
     EnergySplit
-        Its parts, one value per frame.
+        Parts of the energy, with one value for each frame.
     """
     v = np.asarray(velocities, dtype=float)
     m = np.ones(v.shape[-1]) if masses is None else np.asarray(masses, dtype=float)
@@ -183,7 +183,7 @@ def momentum_residual(
     Returns
     -------
     float
-        (P - expected P)/(M v0); rounding for a perfect list of contacts.
+        (P - expected P)/(M v0), which is only rounding if the list of contacts is complete.
     """
     v = np.asarray(velocities, dtype=float)
     m = np.ones(v.size) if masses is None else np.asarray(masses, dtype=float)

@@ -201,7 +201,7 @@ def _refuse_wrapped(frame: DumpFrame, name: str, x: Array) -> None:
         )
 
 
-@np.errstate(invalid="ignore")  # `state` refuses such numbers
+@np.errstate(invalid="ignore")  # `state` refuses numbers that are not finite
 def _refuse_other_displacements(frame: DumpFrame, x: Array, name: str) -> None:
     u = frame.column(DISPLACEMENT_COLUMN)
     digits = frame.significant_digits()

@@ -72,7 +72,7 @@ class Dump(DumpFrames):
                 self.truncated = True
             except (gzip.BadGzipFile, zlib.error) as error:
                 raise InputError(f"{self.path} is a damaged gzip file: {error}") from None
-            except ValueError:  # lengths and names of a binary frame that are none
+            except ValueError:  # lengths and names of a binary frame may be invalid
                 raise InputError(
                     f"{self.path} is damaged in frame {count + 1}, perhaps because a crashed run "
                     "was continued into this file. Repeat the run, or cut the file before this "

@@ -48,7 +48,7 @@ def read_here(path: str, kind: str, folder: str) -> None:
         link = Path(beside) / Path(path).name
         link.symlink_to(path)
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # of units and boxes that mean nothing here
+            warnings.simplefilter("ignore")  # warnings about units and boxes have no meaning here
             with reader(str(link), format=kind) as source:
                 _copy(source, Path(path), Path(folder))
 

@@ -160,7 +160,7 @@ def _stage(
 
 
 def _springs(x: Array, targets: int) -> tuple[Array, Array]:
-    """Return a zigzag from each particle to the next of its body; none of very long bonds."""
+    """Return a zigzag from each particle to the next of its body, except for very long bonds."""
     coils = 8 if x.size <= _MOST_COILED else 1
     share = np.linspace(0.0, 1.0, coils + 1)
     along = x[:-1, None] + np.diff(x)[:, None] * share

@@ -64,7 +64,7 @@ def plot_curves(
     if 1 <= len(labels) <= _MANY_CURVES:
         columns = max(1, min(3, _LEGEND_WIDTH // max(map(len, labels))))
         legend_above(ax, columns)
-        if own:  # room for the legend besides that for the curves
+        if own:  # this is room for the legend, besides the room for the curves
             rows = -(-len(labels) // columns)
             ax.figure.set_figheight(ax.figure.get_figheight() + _LEGEND_ROW * rows)  # type: ignore[union-attr]
     elif labels and shades is None:

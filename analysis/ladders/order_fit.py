@@ -1,4 +1,4 @@
-"""Fits of powers of the step to a number along a ladder: one order, or a bound by all orders."""
+"""Fit powers of the step to a number along a ladder: one order, or a bound by all orders."""
 
 from dataclasses import dataclass, replace
 from typing import NamedTuple
@@ -57,7 +57,7 @@ class OrderFit:
     rungs: int  #: Number of finest rungs in the fit.
 
     def bias(self, steps: Array) -> Array:
-        """Return B h^p for steps in units of the largest one."""
+        """Return B h^p for steps in units of the largest step."""
         return self.slope * steps**self.order
 
 
@@ -65,15 +65,16 @@ def fit_order(steps: Array, values: Array, errors: Array) -> OrderFit:
     r"""
     Fit order and limit to the finest rungs that a single power of h describes.
 
-    Terms of higher order make a fit to coarse rungs wrong, few rungs make it uncertain. Every
-    window of the finest rungs is fitted by weighted least squares, A and B linearly at each p. The
-    error of a window is the statistical one together with what its coarsest rungs are seen to do:
-    if leaving k of them out moves p by d, more than chance does, then p is off by d/(1 - r^k),
-    where r is the ratio of neighbouring steps, and the next term of relative order h, the slowest.
-    The window whose limit has the least error is chosen.
+    Terms of higher order falsify a fit to coarse rungs, and a fit to few rungs is uncertain.
+    Weighted least squares fit every window of the finest rungs, with A and B linear at each p. The
+    error of a window is its statistical error together with the effect of its coarsest rungs. If p
+    moves by d beyond chance when k of them are left out, then p is off by d/(1 - r^k), where r is
+    the ratio of neighbouring steps. The next term is assumed to be of relative order h, the slowest
+    possible. The window whose limit has the least error is chosen.
 
-    `steps`, in units of the largest, and `values`, of shape (R, M), are rung by rung from coarse to
-    fine; `errors`, of shape (R,), is the standard deviation of one value, by rung, positive.
+    `steps`, in units of the largest step, and `values` have the shape (R, M), with a row for each
+    rung from coarse to fine. `errors`, of shape (R,), are the positive standard deviations of one
+    value on each rung.
     """
     rungs = len(steps)
     ratio = float((steps[-1].mean() / steps[0].mean()) ** (1.0 / (rungs - 1)))
@@ -109,7 +110,7 @@ def _beyond_chance(each: OrderFit, finer: OrderFit) -> tuple[float, float]:
 
 
 def _fit_window(steps: Array, values: Array, errors: Array) -> OrderFit:
-    """Fit the law to all rungs given; errors are statistical, widened where the law fits badly."""
+    """Fit the law to all given rungs; errors are statistical, and larger if the law fits badly."""
     rungs, columns = steps.shape
     mean = values.mean(axis=1)
     chance = errors**2 / columns
@@ -181,9 +182,9 @@ def judge_means(steps: Array, values: Array, scatter: Array) -> Means:
     rungs are not used, because some power always nearly fits them. If no power fits, twice the
     steepest slope between the three finest rungs, continued to step 0, bounds the rest.
 
-    `steps` and `values`, of shape (R, M), are rung by rung from coarse to fine; `scatter`, of shape
-    (R,), is the standard deviation of one run, by rung, positive; there are three rungs and two
-    runs a rung at least.
+    `steps` and `values` have the shape (R, M), with a row for each rung from coarse to fine.
+    `scatter`, of shape (R,), is the positive standard deviation of one run on each rung. There are
+    at least three rungs, and two runs on each.
     """
     from scipy.stats import chi2, t
 

@@ -1,4 +1,4 @@
-"""Means of correlated series, with their standard errors."""
+"""Compute means of correlated series, with their standard errors."""
 
 from typing import NamedTuple
 
@@ -24,8 +24,8 @@ _WALKS = 35.0
 class MeanError(NamedTuple):
     """Uncertainty of the mean of a series."""
 
-    error: float  #: Standard error; 0 for a constant series, inf where the samples are too few.
-    independent: float  #: Number of independent samples, 1 at least.
+    error: float  #: Standard error; 0 for a constant series, inf for too few samples.
+    independent: float  #: Number of independent samples, at least 1.
 
 
 def standard_error(series: Array) -> MeanError:
@@ -34,16 +34,17 @@ def standard_error(series: Array) -> MeanError:
 
     .. math:: \sigma^2 = \frac{1}{N} \Big( \gamma_0 + 2 \sum_{k = 1}^{M - 1} \gamma_k \Big)
 
-    with autocovariances :math:`\gamma_k`, summed over pairs of neighbouring lags as long as these
-    are positive and fall: the initial monotone sequence of Geyer (Statist. Sci. 7, 473, 1992). The
-    autocovariances are about the mean of the series, which hides about the part :math:`(2M - 1)/N`
-    of their sum, so :math:`\sigma` is divided by the remaining part. The number of independent
-    samples is :math:`N \gamma_0` over this sum. As for Student's t with so many samples,
-    :math:`\sigma` is widened, so that three :math:`\sigma` hold as often as for a Gaussian. A
-    series that looks like a random walk may be a short piece of a slower series, so :math:`\sigma`
-    is multiplied by :math:`1 + (35/\nu)^3` with :math:`\nu = N \sum (x_{i+1} - x_i)^2 / \sum (x_i -
-    \bar x)^2`. The error is inf for fewer than 50 samples, and if it would exceed 1.5 standard
-    deviations of the series, which happens below about four independent samples.
+    The autocovariances :math:`\gamma_k` are summed over pairs of neighbouring lags while these sums
+    are positive and fall. This is the initial monotone sequence of Geyer (Statist. Sci. 7, 473,
+    1992). Autocovariances about the mean of the series itself lose about the part :math:`(2M -
+    1)/N` of their sum, so :math:`\sigma` is divided by the remaining part. The number of
+    independent samples is :math:`N \gamma_0` over this sum. As for Student's t with so many
+    samples, :math:`\sigma` is widened, so that three :math:`\sigma` hold as often as for a
+    Gaussian. A series that looks like a random walk may be a short piece of a slower series, so
+    :math:`\sigma` is multiplied by :math:`1 + (35/\nu)^3` with :math:`\nu = N \sum (x_{i+1} -
+    x_i)^2 / \sum (x_i - \bar x)^2`. The error is inf for fewer than 50 samples, and if it would
+    exceed 1.5 standard deviations of the series, which happens below about four independent
+    samples.
     """
     from scipy.special import stdtrit
 
@@ -60,7 +61,8 @@ def standard_error(series: Array) -> MeanError:
     pairs = np.minimum.accumulate(pairs[: ends[0] if len(ends) else None])
     lags = 2 * len(pairs)
     left = 1.0 - (2 * lags - 1) / count
-    # A smaller sum than the sum of independent samples is due to chance in few samples.
+    # If the sum is smaller than for independent samples, this is chance, because the samples are
+    # few.
     total = max(2.0 * float(pairs.sum()) - float(covariance[0]), float(covariance[0]))
     independent = max(left * count * float(covariance[0]) / total, 1.0)
     few = count < _LEAST_SAMPLES or independent < _LEAST_INDEPENDENT

@@ -9,8 +9,8 @@ if TYPE_CHECKING:
     from chaincor.analysis.run_record import RunRecord
 
 
-# Runs seldom show these observables, because eta contains them. The analysis of a dump of a plain
-# chain knows nothing else.
+# Runs seldom show these observables, because eta determines them. A dump of a plain chain gives no
+# others.
 _OF_EVERY_DUMP = ("masses", "velocity_after")
 
 
@@ -25,8 +25,9 @@ class TextRow:
     dump: str | Callable[[Any], str | None] | None = None  #: Text of the analysis of a dump.
     also: tuple[str, ...] = ()  #: Further observables in the line.
     definition: str | None = None  #: Meaning of a line that shows only a part of its observable.
-    words: tuple[str, ...] = ()  #: Other words by which people look the line up.
-    closing: bool = False  #: Whether the line stands at the end, with how the run was made.
+    words: tuple[str, ...] = ()  #: Other words that ``chaincor explain`` accepts for the line.
+    #: Whether the line is at the end, among the lines on how the run was made.
+    closing: bool = False
 
     def text(self, result: Any, *, dump: bool = False) -> str | None:
         """Return the text for a result, or for the analysis of a dump; None for no line."""
@@ -44,13 +45,14 @@ class Observable:
 
     definition: str  #: Meaning, in one sentence without its full stop.
     unit: str = ""  #: Dimension in the chain's units, or s; empty for counts and ratios.
-    symbol: str = ""  #: How lines of text call it.
+    symbol: str = ""  #: Symbol or name in lines of text.
     shape: str = ""  #: Shape of an array; empty for a single value.
-    #: Value from the record of a run; None where only dumps give it.
+    #: Function of the record of a run that returns the value; None if only dumps have it.
     run: "Callable[[RunRecord], Any] | None" = None
-    #: Value from the analysis of a dump; None where dumps do not give it.
+    #: Function of the analysis of a dump that returns the value; None if dumps do not have it.
     dump: "Callable[[CollisionAnalysis], Any] | None" = None
-    in_dumps: str | None = None  #: Meaning in the analysis of a dump, where it is another one.
+    #: Meaning in the analysis of a dump, if it differs from the meaning in a run.
+    in_dumps: str | None = None
     rows: tuple[TextRow, ...] = ()  #: Lines of text that show it.
     #: Whether JSON and stores leave it out if it is None.
     rare: bool = False
@@ -65,7 +67,7 @@ class Observable:
 
     @property
     def is_array(self) -> bool:
-        """Whether runs write it to the file of arrays instead of the JSON object."""
+        """Whether runs write the value to the file of arrays instead of the JSON object."""
         return self.dtype.startswith("ndarray")
 
     @property
