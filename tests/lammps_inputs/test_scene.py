@@ -86,7 +86,7 @@ BAD = [
     ({"engine": "reference", "wall": "reflect"}, "wall 'reflect' is for engine 'lammps'"),
     ({"dump_frames": 0.0}, "dump_frames is 0.0"),
     ({"error": False}, "error is False, but choosing the numerics needs an error bar"),
-    ({"potential": "harmonic", "table": "spline"}, "table is for tabulated bonds"),
+    ({"potential": "harmonic", "table": "spline"}, "table is for bond tables"),
     ({"dump_frames": "hits"}, "dump_frames is 'hits': expected a positive number, or 'contacts'"),
     ({"dump_frames": True}, "dump_frames is True: expected a positive number, or 'contacts'"),
     ({"error": "perhaps"}, "error is 'perhaps'"),

@@ -199,7 +199,7 @@ BAD = [
     ({"seed": True}, "seed is True: expected a whole number"),
     ({"seed": 1.5}, "seed is 1.5"),
     ({"seed": 2**63}, "seed is 9223372036854775808: .*less than or equal"),
-    ({"compression": 0.1}, "temperature and compression are both given"),
+    ({"compression": 0.1}, "temperature and compression both define the initial state"),
     ({"temperature": 0.01}, "temperature is 0.01: an energy of 0.0138889 breaks a lj bond"),
     ({"velocity": 1e-7}, "temperature is 0.0001 and the impact velocity 1e-07, less than 0.0001"),
 ]
@@ -215,7 +215,7 @@ def test_bad_input_is_one_clear_line(fields, line):
 
 def test_a_state_is_given_or_drawn(tmp_path):
     (tmp_path / "state.csv").write_text("strain\n0\n0\n")
-    with pytest.raises(InputError, match="temperature and initial are both given"):
+    with pytest.raises(InputError, match="temperature and initial both define the initial state"):
         Scene(particles=2, initial=tmp_path / "state.csv", temperature=1e-4)
 
 

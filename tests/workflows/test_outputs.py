@@ -72,8 +72,8 @@ def test_a_device_is_no_file_to_be_replaced(tmp_path):
     # As root, /dev/null would become a file.
     pipe = tmp_path / "pipe"
     os.mkfifo(pipe)
-    with pytest.raises(InputError, match="that is a device"), written_aside(pipe):
+    with pytest.raises(InputError, match="because it is a device"), written_aside(pipe):
         pass
-    with pytest.raises(InputError, match="that is a device"):
+    with pytest.raises(InputError, match="because it is a device"):
         collide(IN_HOUSE.replace(arrays=pipe))
     assert not pipe.is_file()

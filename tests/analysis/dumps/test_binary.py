@@ -86,5 +86,5 @@ def test_numbers_that_are_none_are_refused_as_such(tmp_path):
     columns = "id x vx v_displacement"
     rows = [[1, np.inf, -0.1, np.inf], [2, 1.0, np.nan, 0.0]]
     (tmp_path / "d.bin").write_bytes(binary_frame(0, columns, [rows], time=0.0))
-    with pytest.raises(InputError, match="holds a value that is not a number"):
+    with pytest.raises(InputError, match="holds a value that is too large or not a number"):
         analyze_frames(Dump(tmp_path / "d.bin"))

@@ -172,7 +172,7 @@ def test_what_contradicts_the_files_is_refused_or_said(job, chaincor):
 
 def test_a_folder_is_no_file_to_write(job, chaincor):
     status, _, err = chaincor("analyze", job, "--potential", "harmonic", "--xyz", job)
-    assert (status, "that is a folder" in err) == (2, True)
+    assert (status, "because it is a folder" in err) == (2, True)
 
 
 @pytest.mark.parametrize("option", ["--xyz", "--animation"])

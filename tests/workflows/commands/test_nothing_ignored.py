@@ -24,10 +24,10 @@ SMALL = ("--particles", "4")
             ("run", *SMALL, "--tolerance", "1e-4", "--no-error"),
             "choosing the numerics needs an error bar",
         ),
-        (("run", "--potential", "harmonic", "--table", "linear"), "table is for tabulated bonds"),
+        (("run", "--potential", "harmonic", "--table", "linear"), "table is for bond tables"),
         (
             ("inputs", "--potential", "harmonic", "--table-points", "77", "-o", "job"),
-            "table_points is for tabulated bonds",
+            "table_points is for bond tables",
         ),
         (("validate", *SMALL, "--timeout", "3"), "--timeout limits your own function"),
         (("validate", *SMALL, "--timeout", "3", "--against", "f.csv"), "--timeout limits your"),
