@@ -1,4 +1,4 @@
-"""One pass through the frames of a collision, in constant memory, with the error of eta."""
+"""Follow the frames of a collision in one pass and constant memory, with the error of eta."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -29,7 +29,7 @@ class Followed:
     last: ChainState  #: The state in the last frame.
     since_contact: float  #: Time from the last contact to the last frame.
     detection: DetectedContacts  #: The contacts.
-    records: list[Record]  #: All states in short, of each body.
+    records: list[Record]  #: Records of selected data from all states, one for each body.
 
     @property
     def parting(self) -> bool:

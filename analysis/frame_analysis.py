@@ -21,8 +21,7 @@ from chaincor.analysis.results import BodyAnalysis, CollisionAnalysis
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.potential import stiffness_of
 
-# An energy that exceeds the energy of the translation by no more than this is the energy of the
-# translation.
+# If the energy exceeds the energy of the translation by no more than this, there is no vibration.
 _ROUNDINGS = 1e-12
 
 
@@ -133,7 +132,7 @@ def _each_body(
 
 
 def _momentum_residual(seen: Followed) -> float:
-    """Return the momentum that contacts do not explain; for two bodies, the change of its sum."""
+    """Return the momentum that contacts do not explain, or the change of the sum for two bodies."""
     reading = seen.reading
     masses, v0 = reading.masses, reading.velocity
     if len(masses) == 1:
@@ -153,7 +152,7 @@ def _momentum(state: ChainState, masses: Sequence[Array]) -> float:
 
 
 def _largest_restitution(energy: float | None, reading: CollisionFrames) -> float | None:
-    """Return eta for all energy of the first frame in relative motion; None if unknown."""
+    """Return eta if all energy of the first frame became relative motion; None if unknown."""
     if energy is None:
         return None if reading.start in ("moving", "turned") else 1.0
     masses = [float(np.sum(m)) for m in reading.masses]

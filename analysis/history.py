@@ -1,4 +1,4 @@
-"""Record of a collision in time, of bounded size for any number of frames."""
+"""Record a collision in time, with a bounded size for any number of frames."""
 
 from typing import Generic, TypeVar
 
@@ -10,8 +10,8 @@ from chaincor.analysis.results import History
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.potential import Potential
 
-# Whole states are kept for pictures only: as many as fit in memory, and no more than a picture can
-# show.
+# Whole states are kept only for pictures. Their number is limited by memory, and by the states that
+# a picture can show.
 _PICTURE_FRAMES = 600
 _PICTURE_BYTES = 64 * 2**20
 _SERIES_ROWS = 20_000

@@ -189,7 +189,7 @@ def _job_of(
     data: Path | None = None,
     dump: Path | None = None,
 ) -> Job:
-    # A named file is looked for at its own path first, then in the folder.
+    # A named file is searched at its own path first, then in the folder.
     dump, data = (
         path if path is None or _is_there(path) or not _is_there(folder / path) else folder / path
         for path in (dump, data)

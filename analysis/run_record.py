@@ -30,17 +30,18 @@ class RunRecord:
     #: Raw outcome of the engine.
     outcome: Any
     bar: ErrorBar  #: Error bar of eta.
-    restitution: float  #: Eta.
-    reason: str | None  #: Why a tolerance is not met; None where it is, or none was asked for.
+    restitution: float  #: Restitution eta.
+    #: Reason why a tolerance is not met; None if it is met or there is no tolerance.
+    reason: str | None
     details: dict[str, Any]  #: Results of the search for the numerics.
-    seconds_total: float  #: Wall-clock time of everything.
+    seconds_total: float  #: Wall-clock time of the whole request.
     versions: dict[str, str]
     #: Interval between looks at bonds if the outcome has no time step; None if the interval is not
     #: fixed.
     looks: float | None = None
-    #: Raw outcomes of the same collision that this one was compared with.
+    #: Raw outcomes of the same collision with which this outcome was compared.
     others: tuple[Any, ...] = field(default=(), repr=False)
-    #: Mode energies of shape (n,), where they are known already.
+    #: Mode energies of shape (n,), if they are already known.
     known_energies: Array | None = field(default=None, repr=False)
 
     @property
@@ -55,7 +56,7 @@ class RunRecord:
 
     @property
     def asked(self) -> float | None:
-        """Error asked of eta; None with explicit numerics."""
+        """Required error of eta; None with explicit numerics."""
         return self.scene.asked_tolerance
 
     @property
@@ -73,7 +74,7 @@ class RunRecord:
 
     @cached_property
     def mode_energies(self) -> Array:
-        """Harmonic energies of the chain's modes, of shape (n,); none of beads."""
+        """Harmonic energies of the chain's modes, of shape (n,); empty for beads."""
         if self.scene.bond.only_pushes:
             return np.empty(0)
         if self.known_energies is not None:
@@ -109,7 +110,7 @@ class RunRecord:
 
     @property
     def _pilot_has_bonds(self) -> bool:
-        """Whether a run of the reference engine has the contacts of this one by LAMMPS."""
+        """Whether a run of the reference engine has as many contacts as this run by LAMMPS."""
         return self.pilot is not None and self.pilot["bond_min"] is not None
 
     @property
@@ -123,7 +124,7 @@ class RunRecord:
 
     @cached_property
     def bond_range(self) -> tuple[float, float]:
-        """One plus the least and the largest strain of a bond."""
+        """Lengths of the shortest and the longest bond."""
         low, high = self.outcome.bond_min, self.outcome.bond_max
         if self._pilot_has_bonds:
             assert self.pilot is not None

@@ -1,4 +1,4 @@
-"""Error of a whole run, from its log or from a run at another step."""
+"""Estimate the error of a whole run, from its log or from a run at another step."""
 
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager, nullcontext
@@ -16,10 +16,10 @@ from chaincor.analysis.results import CollisionAnalysis
 from chaincor.lammps_inputs.errors import InputError
 
 StepProgress = Callable[[int], None] | None
-# The error divided by the difference of two jobs and their drift. In 79 pairs of random jobs with
-# the impact-located wall its largest value is 1.9, and in 67 pairs with the stock wall 3.6. These
-# factors are about twice as large. The study is benchmarks/bars/analyzed.py, which also counts how
-# often error bars hold.
+# The error bar is this factor times the larger of the difference of two jobs and their drift. In 79
+# pairs of random jobs with the impact-located wall, the largest ratio of the error to this number
+# is 1.9, and in 67 pairs with the stock wall 3.6. The factors are about twice as large. The study
+# is benchmarks/bars/analyzed.py, which also counts how often error bars hold.
 EVENT_RESERVE = 4.0
 REFLECT_RESERVE = 8.0
 _SAME_STEP = 1e-9
@@ -45,7 +45,7 @@ def analyze_folder(
     yields a function that reports the progress. `see` receives units and wall of a dump. Returns
     the analysis of the run at the finest step; its `restitution_error` comes from its own log or
     from the other steps.
-    Raises InputError if there is no job, or only jobs below that are not one collision.
+    Raises InputError if there is no job, or if the jobs in the folders below are not one collision.
     """
     job, below = find_jobs(folder, data=data, dump=dump, scene=scene)
     runs = []
@@ -80,21 +80,21 @@ def estimate_error(runs: Sequence[CollisionAnalysis]) -> CollisionAnalysis:
     The error is taken from the log of the run if the log belongs to the dump (see
     :func:`~chaincor.analysis.dumps.printed.printed_error`); a caveat says so.
 
-    Else another step shows it. With the impact-located wall and a scheme of order p the runs at
-    steps h and H > h differ by
-    :math:`d = c (H^p - h^p)`, so that the finer one is off by :math:`|d|/((H/h)^p - 1)`. With the
-    stock wall the error is of first order and irregular, so that a difference tells its size only.
-    Either may be small by chance; the drift of the energy, which is of the same order, is seldom
-    small by the same chance. So the bar is a measured multiple of the larger of them,
+    Otherwise the error comes from another step. With the impact-located wall and a scheme of order
+    p, the runs at steps h and H > h differ by :math:`d = c (H^p - h^p)`, so the error of the finer
+    run is :math:`|d|/((H/h)^p - 1)`. With the stock wall, the error is of first order and
+    irregular, so that a difference gives only its size. The difference may be small by chance. The
+    drift of the energy is of the same order and seldom small by the same chance. The error bar is
+    therefore a measured multiple of the larger of difference and drift,
 
     .. math:: 4 \max\left(\frac{|d|}{(H/h)^p - 1}, |D_h|, \frac{|D_H|}{(H/h)^p}\right)
               \quad\text{and}\quad 8 \max(|d|, |D_h|, |D_H|, |D_H - D_h|),
 
-    with the impact-located and the stock wall. The digits of both dumps are added.
+    with the impact-located and the stock wall, respectively. The rounding of both dumps is added.
 
-    The run asked for comes first. `restitution_error` is None where there is one run only, where
-    steps, their order or the bond are not known, contacts are not the same, or a dump ends too
-    early; a caveat says why.
+    The requested run comes first. `restitution_error` is None if there is only one run, if steps,
+    their order or the bond are unknown, if the numbers of contacts differ, or if a dump ends too
+    early. A caveat gives the reason.
     """
     every = [_job_of(run).step for run in runs]
     steps = sorted({step for step in every if step is not None})

@@ -1,9 +1,9 @@
 r"""
-Theoretical results without simulation, each with its source and the limit of its validity.
+Compute theoretical results without simulation, with their sources and limits of validity.
 
-NH is Nagahiro and Hayakawa, Phys. Rev. E 67, 036609 (2003); equation numbers are those of the
-paper. If the paper has a slip, the function gives the corrected formula and says so. Units:
-bond length and particle mass 1; energies of modes are given for impact speed v0.
+NH is Nagahiro and Hayakawa, Phys. Rev. E 67, 036609 (2003); equation numbers are from this paper.
+If the paper has an error, the function gives the corrected formula and says so. Units: bond length
+and particle mass 1; energies of modes are given for impact speed v0.
 """
 
 import math
@@ -38,21 +38,21 @@ def contact_mode_energies(
     r"""
     Return the mode energies that a list of contacts leaves in a harmonic chain (k = 1).
 
-    Contact q gives particle 1 the momentum 2 v_q, and so mode j
-    :math:`2 v_q \sqrt{2/n} \cos(\pi j/2n)`; free motion only turns phases:
+    Contact q gives the momentum 2 v_q to particle 1, and :math:`2 v_q \sqrt{2/n} \cos(\pi j/2n)` to
+    mode j. Free motion only turns phases:
 
     .. math:: E_j = \frac{4}{n} \cos^2\frac{\pi j}{2n}
               \left| \sum_q v_q e^{i \omega_j t_q} \right|^2, \qquad j \ge 1.
 
-    NH eq. (7) is this with equal speeds and intervals. Exact for harmonic bonds, given all
-    contacts; costs O(f n).
+    NH eq. (7) is this formula for equal speeds and intervals. The formula is exact for harmonic
+    bonds if all contacts are given. Its cost is O(f n).
 
     Parameters
     ----------
     particles : int
         Number of particles n.
     contact_times, contact_speeds : array_like of shape (f,)
-        When particle 1 hits the wall and how fast it comes in.
+        Times at which particle 1 hits the wall, and its incoming speeds.
 
     Returns
     -------
@@ -77,17 +77,17 @@ def basile_dumont_energies(
     frequencies: ArrayLike | None = None,
 ) -> Array:
     r"""
-    Return the mode energies of Basile and Dumont, for contacts all alike.
+    Return the mode energies of Basile and Dumont, for equal intervals and speeds of contacts.
 
     .. math:: E_j = \frac{4}{n} v^2 \cos^2\frac{\pi j}{2n}
               \frac{\sin^2(\omega_j f \Delta t/2)}{\sin^2(\omega_j \Delta t/2)}
 
-    NH eq. (7), after Basile and Dumont (2000), whom NH cite, with
-    :math:`\omega_j = 2\sin(\pi j/2n)` where the paper prints :math:`\sin(\pi j/n)`. With an
+    This is NH eq. (7), after Basile and Dumont (2000), with
+    :math:`\omega_j = 2\sin(\pi j/2n)` instead of the paper's :math:`\sin(\pi j/n)`. With an
     interval shortened by :func:`~chaincor.analysis.pair_theory.pair_interval` it is NH eq. (16),
     the low-speed theory.
 
-    Valid for harmonic bonds, to the extent that intervals and incoming speeds are constant.
+    The formula is valid for harmonic bonds if intervals and incoming speeds are constant.
 
     Parameters
     ----------
@@ -96,14 +96,14 @@ def basile_dumont_energies(
     impact_velocity : float
         Impact speed v0.
     interval : float
-        Time between contacts; that of the n = 2 chain by default.
+        Time between contacts; by default the time for the n = 2 chain.
     contacts : float, optional
-        f; 0.900 n by default, from the n = 2 chain.
+        Number f of contacts; 0.900 n by default, from the n = 2 chain.
     contact_speed : float, optional
         Incoming speed v at each contact; 1.111 v0 by default.
     frequencies : array_like of shape (n,), optional
-        omega_j; those of the chain by default. With pi j/n, their leading order, all energies
-        vanish: f dt = 2n is a whole number of periods of every mode.
+        Frequencies omega_j; by default of the chain. With their leading order, pi j/n, all energies
+        vanish, because f dt = 2n is a whole number of periods of every mode.
 
     Returns
     -------
@@ -129,14 +129,14 @@ def measured_contacts_energies(
     mass: float = 1.0,
 ) -> Array | None:
     """
-    Return the mode energies of Basile and Dumont with the contacts that a collision had.
+    Return the mode energies of Basile and Dumont for the contacts of a collision.
 
     Parameters
     ----------
     particles : int
         Number of particles n, of equal masses.
     statistics : ContactStatistics
-        How many contacts there were, their mean interval and incoming speed.
+        Number of contacts, their mean interval and their mean incoming speed.
     impact_velocity : float
         Impact speed v0.
     stiffness, mass : float
@@ -145,7 +145,7 @@ def measured_contacts_energies(
     Returns
     -------
     numpy.ndarray of shape (n - 1,) or None
-        E_j for j = 1..n-1; None where a single contact has no interval.
+        E_j for j = 1..n-1; None for a single contact, which has no interval.
     """
     if statistics.mean_interval is None or statistics.mean_speed is None:
         return None
@@ -163,8 +163,8 @@ def harmonic_dissipation_law(particles: ArrayLike) -> Array:
     r"""
     Return :math:`1 - \eta \approx 0.652\, n^{-2/3}`, NH eq. (12).
 
-    The large-n form of :func:`basile_dumont_energies` with the n = 2 interval, count and speed:
-    with :math:`\omega_j \approx (\pi j/n)(1 - \pi^2 j^2/24 n^2)` the sum over j becomes
+    This is the large-n form of :func:`basile_dumont_energies` with the n = 2 interval, count and
+    speed. With :math:`\omega_j \approx (\pi j/n)(1 - \pi^2 j^2/24 n^2)` the sum over j becomes
     :math:`\int_0^\infty (8/\pi^2 j^2) \sin^2(\pi^3 j^3/24 n^2)\,dj`. It is the limit of that
     approximation, not of the chain, for which n^(2/3) (1 - eta) is about 0.69 at n = 200..2000.
 
@@ -185,11 +185,11 @@ def harmonic_dissipation_limit() -> float:
     r"""
     Return the limit of :math:`n^{2/3} (1 - \eta)` of harmonic chains, 0.56258.
 
-    The front that the wall sends out is, after a way of 2n, an integral of Airy's function of width
-    :math:`(n/4)^{1/3}`; the wall pushes until it has come back to one half, at
-    :math:`\int_{z_0}^\infty \mathrm{Ai} = 1/2`. The balance of impulse gives
-    :math:`4^{2/3} |\mathrm{Ai}'(z_0)|`. Derived in ``docs/explanation/slow_chains.md``; contacts
-    after that moment are neglected.
+    The front that starts at the wall is, after a path of 2n, an integral of Airy's function of
+    width :math:`(n/4)^{1/3}`. The wall pushes until the front has returned to one half, at
+    :math:`\int_{z_0}^\infty \mathrm{Ai} = 1/2`. The balance of impulse gives :math:`4^{2/3}
+    |\mathrm{Ai}'(z_0)|`. The derivation is in ``docs/explanation/slow_chains.md``. Contacts after
+    that moment are neglected.
 
     Returns
     -------
@@ -213,15 +213,15 @@ def low_speed_dissipation_slope(alpha: float) -> float:
     r"""
     Return C = 4 alpha of :math:`1 - \eta = C v_0/v^*` in the low-speed theory.
 
-    NH eq. (18) corrected: the paper prints :math:`C = 32\alpha/\pi^2` (2.61 for lj) because it
-    drops :math:`v^2 = (\pi^2/8) v_0^2`, which its own 0.652 needs; with it C is 4 alpha (3.24).
-    Neither describes the chain, whose simulated slope is 0.66 (NH): the theory is right about
-    the power of v0 and wrong about the constant.
+    This corrects NH eq. (18), :math:`C = 32\alpha/\pi^2` (2.61 for lj). The paper omits the factor
+    :math:`v^2 = (\pi^2/8) v_0^2`, which its own 0.652 contains; with this factor C is 4 alpha
+    (3.24). Neither value describes the chain, whose simulated slope is 0.66 (NH). The theory gives
+    the right power of v0, but a wrong constant.
 
     Parameters
     ----------
     alpha : float
-        From ``pair_interval_slope``.
+        Result of ``pair_interval_slope``.
 
     Returns
     -------
@@ -233,19 +233,21 @@ def low_speed_dissipation_slope(alpha: float) -> float:
 
 @dataclass(frozen=True)
 class HardSphereLimit:
-    """The collision of a chain of hard spheres, which is the limit v0 >> v*."""
+    """Collision of a chain of hard spheres, which is the limit v0 >> v*."""
 
-    restitution: float  #: Exactly 1: velocities are only exchanged.
-    contacts: int  #: n: each particle's velocity is handed down to the wall once.
-    events: int  #: Contacts and exchanges of velocity together: n(n + 1)/2.
+    restitution: float  #: Restitution, exactly 1, because velocities are only exchanged.
+    #: Number of contacts, n, because the velocity of each particle reaches the wall once.
+    contacts: int
+    events: int  #: Number of contacts and exchanges of velocity together, n(n + 1)/2.
 
 
 def hard_sphere_limit(particles: int) -> HardSphereLimit:
     """
     Return restitution and counts of a chain of hard spheres, NH section III.
 
-    Sorting n velocities from -v0 to +v0 takes one wall contact for each and one pair exchange
-    for each pair. The limit holds for bonds with a hard core at infinite speed.
+    Each of the n velocities changes from -v0 to +v0 by one contact with the wall, and each pair of
+    particles exchanges velocities once. The limit holds for bonds with a hard core at infinite
+    speed.
 
     Parameters
     ----------

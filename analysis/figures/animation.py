@@ -1,4 +1,4 @@
-"""Animation of a collision: particles on their line, and the velocity of each."""
+"""Animate a collision: particles on their line, and the velocity of each."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -31,8 +31,8 @@ def judge_animation(path: Path) -> Path:
     """
     Return the path of an animation that can be written.
 
-    Raises InputError if its ending is unknown, if it is MP4 and there is no ffmpeg, or if something
-    else is there.
+    Raises InputError if its ending is unknown, if ffmpeg is missing for MP4, or if the path holds
+    something else.
     """
     from matplotlib.animation import FFMpegWriter
 
@@ -167,7 +167,7 @@ def _springs(x: Array, targets: int) -> tuple[Array, Array]:
     across = np.broadcast_to(0.3 * np.r_[0.0, (-1.0) ** np.arange(coils - 1), 0.0], along.shape)
     along = np.where(np.diff(x)[:, None] < _LONGEST_DRAWN, along, np.nan)
     if targets:
-        along[targets - 1] = np.nan  # the contact
+        along[targets - 1] = np.nan  # the contact has no spring
     return along.ravel(), across.ravel()
 
 

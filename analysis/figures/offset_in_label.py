@@ -14,7 +14,7 @@ class OffsetInLabel(ScalarFormatter):
         """Set the places of the ticks, and write their common factor into the label."""
         super().set_locs(locs)
         label = self.axis.label  # type: ignore[union-attr]
-        if label.get_text() != self._shown:  # the first time, or a new one since
+        if label.get_text() != self._shown:  # the label is new, or has changed since
             self._plain = label.get_text()
         offset = super().get_offset()
         self._shown = f"{self._plain} ({offset})" if offset else self._plain

@@ -1,4 +1,4 @@
-"""Pictures in characters: a chain with its velocities, and a histogram."""
+"""Draw pictures in characters: a chain with its velocities, and a histogram."""
 
 import numpy as np
 from numpy.typing import ArrayLike

@@ -36,13 +36,13 @@ def plot_trajectories(
     ax: "Axes | None" = None,
 ) -> "Axes":
     """
-    Draw positions against time, with the sound of the first contact there and back.
+    Draw positions against time, with the path of the sound from the first contact.
 
     `displacements`, u_i = x_i - (i - 1), are of shape (frames, n), and times count from the first
     contact. The first `targets` particles belong to a free target, from its far end to the contact.
     `sound_speed` is the speed of small waves, sqrt(U''(1)). `end_time` is by default a little after
-    the last contact. Displacements are magnified, as the axis says, by default as far as no lines
-    cross. Raises InputError if `magnification` is not a positive finite number.
+    the last contact. Displacements are magnified, as the axis says, by default as far as possible
+    without crossing lines. Raises InputError if `magnification` is not a positive finite number.
     """
     if magnification is not None:
         magnification = positive_number_given("magnification", magnification)

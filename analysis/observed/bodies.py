@@ -9,7 +9,7 @@ from chaincor.lammps_inputs.contacts.contact_laws import CONTACT_KEYS, ContactKe
 
 
 def _given(name: str) -> Any:
-    """Return the reader of a fact of the bodies as the scene gives it."""
+    """Return a function that reads a given property of the bodies from the scene."""
     return lambda record: record.bodies_given.get(name)
 
 
@@ -19,7 +19,7 @@ def _in_units(velocity: float, v_star: float | None) -> float | None:
 
 @dataclass(frozen=True, repr=False, kw_only=True)
 class _BodiesAndContact:
-    """Observables up to the name of the contact law."""
+    """Observables of the bodies, up to the name of the contact law."""
 
     potential: str = observable(
         "name of the bond",

@@ -29,7 +29,7 @@ def _float(value: Any) -> float | None:
 
 
 def energy_of(owner: str, part: str) -> Any:
-    """Return the reader of a part of a body's energy in the last frame."""
+    """Return a function that reads a part of a body's energy in the last frame."""
 
     def read(analysis: "CollisionAnalysis") -> float | None:
         body = analysis.bodies.get(owner)
@@ -40,7 +40,7 @@ def energy_of(owner: str, part: str) -> Any:
 
 
 def of_target(name: str, absent: Any) -> Any:
-    """Return the reader of an attribute of a dump's free target."""
+    """Return a function that reads an attribute of a dump's free target."""
     return lambda a: absent if a.target is None else getattr(a.target, name)
 
 

@@ -88,12 +88,12 @@ def masses_text(masses: Sequence[float]) -> str:
 
 
 def strongest_modes(energies: Sequence[float]) -> str:
-    """Return the three modes of most energy, with their shares of the energy of all."""
+    """Return the three modes with the most energy, and their shares in the energy of all modes."""
     strongest = sorted(enumerate(energies[1:], start=1), key=lambda e: -e[1])[:3]
     total = float(np.sum(energies))
     return ", ".join(f"j = {j}: {100.0 * energy / total:.3g} %" for j, energy in strongest)
 
 
 def number_or_dash(value: float | None) -> str:
-    """Return a number with six digits, and a dash for none."""
+    """Return a number with six digits, or a dash for None."""
     return "-" if value is None else f"{value:.6g}"

@@ -19,7 +19,7 @@ _BAR_SECONDS = 0.3
 
 
 def in_notebook() -> bool:
-    """Tell whether this is a notebook's kernel, which has no terminal and shows HTML."""
+    """Return whether this is a notebook's kernel, which has no terminal and shows HTML."""
     return hasattr(_shell(), "kernel")
 
 
