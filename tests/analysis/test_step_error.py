@@ -175,7 +175,7 @@ def test_what_cannot_be_told_is_null(tmp_path):
     (b / "log.lammps").write_text((b / "log.lammps").read_text().replace("0.02", "0.01"))
     unknown = analyze_folder(tmp_path)
     assert unknown.restitution_error is None
-    assert "with which wall and scheme" in unknown.caveats[-1]
+    assert "the wall and the scheme of the jobs are unknown" in unknown.caveats[-1]
 
 
 def test_a_dump_that_ends_too_early_has_no_bar(tmp_path):

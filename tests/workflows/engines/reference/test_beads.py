@@ -152,7 +152,7 @@ def test_strong_damping_stops_beads_and_they_part_without_a_pull():
         ({"engine": "lammps", "contact_exponent": 2.0, "contact": "power"}, "Hertz's law"),
         ({"engine": "lammps", "contact": "hard", "target_particles": 2}, "Leave contact out"),
         ({"engine": "lammps", "scheme": "order6"}, "Verlet steps"),
-        ({"engine": "lammps", "dump": "a.dump"}, "Leave it out"),
+        ({"engine": "lammps", "dump": "a.dump"}, "Leave dump out"),
         ({"timestep": 0.01}, "Give a tolerance"),
         ({"velocity": None, "speed": 0.4}, "v*"),
         ({"hertz_exponent": 1.0}, "greater than 1"),
