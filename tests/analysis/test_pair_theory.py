@@ -5,14 +5,8 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from chaincor.analysis.pair_theory import anharmonic_coefficient, pair_interval, pair_interval_slope
-from chaincor.lammps_inputs.bonds.potentials import (
-    Harmonic,
-    LennardJones,
-    Logarithmic,
-    Morse,
-    Power,
-    Toda,
-)
+from chaincor.lammps_inputs.bonds.potentials import Harmonic, LennardJones, Logarithmic, Morse, Toda
+from chaincor.lammps_inputs.bonds.power_bond import Power
 from chaincor.lammps_inputs.errors import InputError
 
 BONDS = [LennardJones(), Toda(), Logarithmic(), Power(3, -1.0), Power(4, 1.0), Power(5, -2.0)]

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from chaincor.lammps_inputs.bonds.potentials import Power
+from chaincor.lammps_inputs.bonds.power_bond import Power
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.campaign.sweep_file import read_sweep
 from chaincor.workflows.collision import collide

@@ -16,7 +16,8 @@ from chaincor.lammps_inputs.bond_table import (
     rows_on_kinks,
     tabulate,
 )
-from chaincor.lammps_inputs.bonds.potentials import Harmonic, LennardJones, Logarithmic, Power, Toda
+from chaincor.lammps_inputs.bonds.potentials import Harmonic, LennardJones, Logarithmic, Toda
+from chaincor.lammps_inputs.bonds.power_bond import Power
 from chaincor.lammps_inputs.bonds.table_bond import read_bond_table
 from chaincor.lammps_inputs.bonds.user_bond import UserBond
 from chaincor.lammps_inputs.errors import TableError

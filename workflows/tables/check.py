@@ -16,12 +16,6 @@ from chaincor.workflows.tables.judge import Errors, Judge, judged_range, last_ro
 from chaincor.workflows.tables.lammps_curve import Style, TableData, TableKind
 from chaincor.workflows.tables.reading import (
     KINDS,
-    count_of_warnings,
-    fault_of_numbers,
-    fault_of_values,
-    faults_of_header,
-    faults_of_spacing,
-    faults_of_text,
     in_order,
     kind_of,
     read_sections,
@@ -30,6 +24,14 @@ from chaincor.workflows.tables.reading import (
     thermal_energy,
 )
 from chaincor.workflows.tables.report import TableReport, percent, sentence
+from chaincor.workflows.tables.section_faults import (
+    count_of_warnings,
+    fault_of_numbers,
+    fault_of_values,
+    faults_of_header,
+    faults_of_spacing,
+    faults_of_text,
+)
 
 STYLES: tuple[Style, ...] = ("spline", "linear", "lookup")
 # Without a tolerance, energies and forces may differ by this fraction of the local force.

@@ -13,13 +13,8 @@ from chaincor.analysis.slow_chains.curve import (
 )
 from chaincor.analysis.slow_chains.front import front_loss
 from chaincor.analysis.theory import harmonic_dissipation_limit
-from chaincor.lammps_inputs.bonds.potentials import (
-    Harmonic,
-    LennardJones,
-    Logarithmic,
-    Power,
-    Toda,
-)
+from chaincor.lammps_inputs.bonds.potentials import Harmonic, LennardJones, Logarithmic, Toda
+from chaincor.lammps_inputs.bonds.power_bond import Power
 from chaincor.lammps_inputs.bonds.user_bond import UserBond
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.scene import Scene

@@ -10,14 +10,8 @@ from scipy.special import gammainc, gammaincc, ndtr
 
 from chaincor.lammps_inputs.bonds.equilibrium import LEAST_DEPTH, bond_distribution
 from chaincor.lammps_inputs.bonds.formula import formula_bond
-from chaincor.lammps_inputs.bonds.potentials import (
-    Harmonic,
-    LennardJones,
-    Logarithmic,
-    Morse,
-    Power,
-    Toda,
-)
+from chaincor.lammps_inputs.bonds.potentials import Harmonic, LennardJones, Logarithmic, Morse, Toda
+from chaincor.lammps_inputs.bonds.power_bond import Power
 from chaincor.lammps_inputs.bonds.user_bond import UserBond
 from chaincor.lammps_inputs.errors import SceneError
 from chaincor.lammps_inputs.thermal_state import start_margin

@@ -13,14 +13,8 @@ from hypothesis import strategies as st
 
 from chaincor.lammps_inputs.bonds.formula import Formula, formula_bond
 from chaincor.lammps_inputs.bonds.formula_text import canonical_text, check_parameters
-from chaincor.lammps_inputs.bonds.potentials import (
-    Harmonic,
-    LennardJones,
-    Logarithmic,
-    Morse,
-    Power,
-    Toda,
-)
+from chaincor.lammps_inputs.bonds.potentials import Harmonic, LennardJones, Logarithmic, Morse, Toda
+from chaincor.lammps_inputs.bonds.power_bond import Power
 from chaincor.lammps_inputs.errors import PotentialError
 from tests.waiting import must_end
 

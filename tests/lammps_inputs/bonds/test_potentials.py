@@ -11,16 +11,8 @@ from hypothesis import strategies as st
 
 from chaincor.lammps_inputs.bonds.exponential_bonds import TodaParameters
 from chaincor.lammps_inputs.bonds.potential import Potential
-from chaincor.lammps_inputs.bonds.potentials import (
-    Harmonic,
-    LennardJones,
-    Logarithmic,
-    Morse,
-    Power,
-    PowerParameters,
-    Toda,
-    power_kernels,
-)
+from chaincor.lammps_inputs.bonds.potentials import Harmonic, LennardJones, Logarithmic, Morse, Toda
+from chaincor.lammps_inputs.bonds.power_bond import Power, PowerParameters, power_kernels
 from chaincor.lammps_inputs.bonds.user_bond import UserBond
 from chaincor.lammps_inputs.errors import PotentialError
 

@@ -5,7 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from chaincor.lammps_inputs.bonds.potentials import Harmonic, LennardJones, Logarithmic, Power, Toda
+from chaincor.lammps_inputs.bonds.potentials import Harmonic, LennardJones, Logarithmic, Toda
+from chaincor.lammps_inputs.bonds.power_bond import Power
 from chaincor.lammps_inputs.bonds.user_bond import UserBond
 from chaincor.lammps_inputs.errors import PotentialError
 

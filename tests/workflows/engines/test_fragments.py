@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq, minimize
 
-from chaincor.lammps_inputs.bonds.potentials import Harmonic, LennardJones, Logarithmic, Power, Toda
+from chaincor.lammps_inputs.bonds.potentials import Harmonic, LennardJones, Logarithmic, Toda
+from chaincor.lammps_inputs.bonds.power_bond import Power
 from chaincor.workflows.engines.fragment_bounds import Lever, escape_risk, reach
 from chaincor.workflows.engines.fragments import Body, _Chain, count_fragments
 from tests.judge.end_counterexamples import argument_for, check, draw_state

@@ -3,7 +3,8 @@
 import numpy as np
 
 from chaincor.lammps_inputs.bonds.potential import Potential
-from chaincor.lammps_inputs.bonds.potentials import LennardJones, Power, Toda
+from chaincor.lammps_inputs.bonds.potentials import LennardJones, Toda
+from chaincor.lammps_inputs.bonds.power_bond import Power
 from chaincor.workflows.lessons.exercise import RIGHT, exercise
 from chaincor.workflows.lessons.exercises import by_reference
 from chaincor.workflows.lessons.judging import Answers

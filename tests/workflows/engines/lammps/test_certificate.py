@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from chaincor.lammps_inputs.bond_table import MARGIN_BINS, tabulate
-from chaincor.lammps_inputs.bonds.potentials import LennardJones, Logarithmic, Power, Toda
+from chaincor.lammps_inputs.bonds.potentials import LennardJones, Logarithmic, Toda
+from chaincor.lammps_inputs.bonds.power_bond import Power
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.lammps.certificate import certify_table

@@ -7,7 +7,8 @@ import sys
 import numpy as np
 import pytest
 
-from chaincor.lammps_inputs.bonds.potentials import Harmonic, LennardJones, Logarithmic, Power, Toda
+from chaincor.lammps_inputs.bonds.potentials import Harmonic, LennardJones, Logarithmic, Toda
+from chaincor.lammps_inputs.bonds.power_bond import Power
 from chaincor.lammps_inputs.contacts.contact_laws import CONTACT_LAWS
 from chaincor.workflows.engines.contact_search import (
     SEARCH_FIELDS,

