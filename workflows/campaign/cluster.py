@@ -71,6 +71,8 @@ class DaskCluster(Executor):
 
     def _wait_for_workers(self) -> None:
         """Wait until the scheduler has a worker."""
+        # An adaptive cluster starts workers only if there are tasks.
+        _task = self._client.submit(abs, -1, pure=False)
         while not self._client.ncores():
             if self._client.status != "running":
                 raise SchedulerError(_LOST)
@@ -136,7 +138,7 @@ class DaskCluster(Executor):
         value: Any = None
         error: Exception | None = None
         try:
-            value = task.result(timeout=_CONNECT_SECONDS)
+            value = self._fetched(task)
         except KilledWorker as raised:
             error = WorkerDiedError(one_line(raised))
         except CancelledError:
@@ -146,6 +148,18 @@ class DaskCluster(Executor):
         with self._lock:
             self._pending.pop(task.key, None)
             _settle(result, value, error)
+
+    def _fetched(self, task: Any) -> Any:
+        """Return the result of a finished task, however long its way takes on a busy machine."""
+        patience = _CONNECT_SECONDS
+        while True:
+            try:
+                return task.result(timeout=patience)
+            except TimeoutError:
+                waits = self._client.status == "running" and not self._stop.is_set()
+                if task.status != "finished" or not waits:
+                    raise
+                patience *= 2.0
 
     def _watch_scheduler(self) -> None:
         """

@@ -2,9 +2,10 @@
 Kill -9 of every part of a sweep at random moments, and what is left of it.
 
 ``python -m tests.workflows.campaign.kills 100`` starts small sweeps again and again and kills the
-main process, a worker, the Dask scheduler or a Dask worker of each. After every kill the store must
-be sound and hold every row that could be read before; after a resume it must hold exactly the rows
-of an undisturbed sweep, to the last bit of eta.
+main process, a worker, the Dask scheduler, a Dask worker, the client of a Dask sweep, or all
+processes of a Dask sweep at once. After every kill the store must be sound and hold every row that
+could be read before; after a resume it must hold exactly the rows of an undisturbed sweep, to the
+last bit of eta. No process of the sweep may be left.
 """
 
 import contextlib
@@ -21,7 +22,7 @@ from pathlib import Path
 
 from tests.dask_cluster import children, dask_cluster, start_quietly
 
-KINDS = ("main", "worker", "scheduler", "dask worker")
+KINDS = ("main", "worker", "scheduler", "dask worker", "dask client", "machine")
 SWEEP = """
 arrays = true
 [scene]
@@ -32,7 +33,7 @@ speed = {{ from = 0.01, to = 1.0, points = {points}, spacing = "log" }}
 potential = ["lj", "toda"]
 """
 _MAIN = [sys.executable, "-c", "from chaincor.workflows.cli import main; main()", "sweep"]
-_PATIENCE = 120.0
+_PATIENCE = 600.0
 
 Rows = dict[str, tuple]
 
@@ -50,31 +51,34 @@ class Study:
 
 
 def study_kills(
-    count: int, folder: Path, *, points: int = 20, kinds: tuple[str, ...] = KINDS, seed: int = 1
+    count: int,
+    folder: Path,
+    *,
+    points: int = 20,
+    kinds: tuple[str, ...] = KINDS,
+    seed: int = 1,
+    deadline: float | None = None,
 ) -> Study:
     """
     Kill parts of sweeps and check what is left.
 
     A sweep has six collisions for each of `points` speeds; each of `kinds` is killed equally often,
-    at moments drawn by `seed`.
+    when the store has a number of rows that is drawn by `seed`. No sweep begins after the
+    `deadline`, in seconds since the epoch.
     """
     chance, study = random.Random(seed), Study()
     sweep = folder / "sweep.toml"
     sweep.write_text(SWEEP.format(points=points))
     whole = folder / "undisturbed.sqlite"
-    _run(sweep, whole)  # the first may have to compile
-    whole.unlink()
-    started = time.monotonic()
     _run(sweep, whole)
-    usual = time.monotonic() - started
     expected = read_rows(whole)
     number = 0
     while sum(study.kills.values()) < count:
         kind = min(kinds, key=study.kills.__getitem__)
         number += 1
         store = folder / f"{number}.sqlite"
-        moment = chance.uniform(0.2, 1.0) * usual
-        in_dask = kind in ("scheduler", "dask worker")
+        moment = chance.randrange(len(expected))
+        in_dask = kind not in ("main", "worker")
         with dask_cluster() if in_dask else contextlib.nullcontext() as cluster:
             _disturb(kind, sweep, store, moment, cluster, study, chance)
         _run(sweep, store)
@@ -84,27 +88,39 @@ def study_kills(
         assert not other, f"{kind}: resumed to other rows than an undisturbed sweep: {other}"
         assert len(after) == len(expected)
         store.unlink()
+        if deadline is not None and time.time() > deadline:
+            break
     return study
 
 
 def _disturb(kind, sweep, store, moment, cluster, study, chance) -> None:
     options = ["--workers", "2"] if cluster is None else ["--scheduler", cluster.address]
     process = start_quietly([*_MAIN, str(sweep), "--store", str(store), *options])
-    time.sleep(moment)
+    while _number_of_rows(store) < moment and process.poll() is None:
+        time.sleep(0.05)
     before = read_rows(store)
-    victims = {
-        "main": lambda: [process.pid],
-        "worker": lambda: children(process.pid, "spawn_main"),
-        "scheduler": lambda: [cluster.scheduler.pid],
-        "dask worker": lambda: [c for w in cluster.workers for c in children(w.pid, "spawn_main")],
-    }[kind]()
+    dask_workers = [] if cluster is None else _workers_of(cluster)
+    choice = {
+        "main": [process.pid],
+        "dask client": [process.pid],
+        "worker": children(process.pid, "spawn_main"),
+        "scheduler": [] if cluster is None else [cluster.scheduler.pid],
+        "dask worker": dask_workers,
+    }
+    if kind == "machine":
+        nannies = [each.pid for each in cluster.workers]
+        victims = [process.pid, cluster.scheduler.pid, *nannies, *dask_workers]
+    else:
+        victims = [chance.choice(choice[kind])] if choice[kind] else []
     family = children(process.pid, "spawn_main")
     if process.poll() is not None or not victims:
         study.missed += 1
     else:
-        with contextlib.suppress(ProcessLookupError):
-            os.kill(chance.choice(victims), signal.SIGKILL)
+        for victim in victims:
+            with contextlib.suppress(ProcessLookupError):
+                os.kill(victim, signal.SIGKILL)
         study.kills[kind] += 1
+        print(f"{kind}: killed with {len(before)} rows in the store", flush=True)
         study.rows_at_kill.append(len(before))
     process.wait(_PATIENCE)
     _wait_for_end(family)
@@ -112,6 +128,21 @@ def _disturb(kind, sweep, store, moment, cluster, study, chance) -> None:
     lost = {key for key, row in before.items() if row[0] is not None and left.get(key) != row}
     assert not lost, f"{kind}: {len(lost)} finished rows were lost or changed"
     study.recorded_deaths += sum(row[-1] == "WorkerDiedError" for row in left.values())
+
+
+def _workers_of(cluster) -> list[int]:
+    """Return the processes of the Dask workers, without their nannies."""
+    return [pid for worker in cluster.workers for pid in children(worker.pid, "spawn_main")]
+
+
+def _number_of_rows(store: Path) -> int:
+    if not store.exists():
+        return 0
+    with contextlib.closing(sqlite3.connect(store, timeout=30.0)) as connection:
+        try:
+            return connection.execute("SELECT count(*) FROM collisions").fetchone()[0]
+        except sqlite3.OperationalError:  # the tables are not there yet
+            return 0
 
 
 def read_rows(path: Path) -> Rows:
@@ -170,10 +201,19 @@ def _run(sweep: Path, store: Path) -> None:
 
 
 if __name__ == "__main__":
-    wanted = int(sys.argv[1]) if len(sys.argv) > 1 else 100
-    seed = int(sys.argv[2]) if len(sys.argv) > 2 else 1
+    wanted, seed, minutes, points, *chosen = [
+        *sys.argv[1:],
+        *("100", "1", "600", "20")[len(sys.argv) - 1 :],
+    ]
     with tempfile.TemporaryDirectory(prefix="sweep-kills-") as name:
-        result = study_kills(wanted, Path(name), seed=seed)
+        result = study_kills(
+            int(wanted),
+            Path(name),
+            points=int(points),
+            kinds=tuple(chosen) or KINDS,
+            seed=int(seed),
+            deadline=time.time() + 60.0 * float(minutes),
+        )
     print(dict(result.kills), "killed;", result.missed, "sweeps were over before")
     print("rows there at the kill:", sorted(result.rows_at_kill))
     print("deaths recorded while the sweep went on:", result.recorded_deaths)

@@ -4,6 +4,7 @@ import json
 import signal
 import subprocess
 import sys
+from types import SimpleNamespace
 
 import pytest
 
@@ -14,9 +15,14 @@ from chaincor.workflows.errors import SchedulerError, StoreError
 from chaincor.workflows.store.results_store import Store
 from tests.dask_cluster import dask_cluster
 from tests.waiting import HANGS, wait_until
+from tests.workflows.campaign.kills import read_rows
 
 pytest.importorskip("distributed")
 
+LONG_SWEEP = (
+    '[scene]\nengine = "reference"\npotential = "lj"\nspeed = 0.3\ntolerance = 1e-8\n'
+    "[axes]\nparticles = { from = 300, to = 2000, step = 1 }\n"
+)
 SCENES = [
     *(Scene(potential=p, particles=n, speed=0.3) for p in ("lj", "toda", "log") for n in (5, 12)),
     Scene(potential="harmonic", particles=8, engine="reference"),
@@ -84,10 +90,7 @@ def test_a_scheduler_that_needs_certificates_is_told_in_one_line(tmp_path):
 
 @pytest.mark.slow
 def test_a_killed_scheduler_is_told_in_one_line(tmp_path):
-    (tmp_path / "sweep.toml").write_text(
-        '[scene]\nengine = "reference"\npotential = "lj"\nspeed = 0.3\ntolerance = 1e-8\n'
-        "[axes]\nparticles = { from = 300, to = 2000, step = 1 }\n"
-    )
+    (tmp_path / "sweep.toml").write_text(LONG_SWEEP)
     with dask_cluster(workers=1) as processes:
         command = [sys.executable, "-m", "chaincor", "sweep", "sweep.toml"]
         sweep = subprocess.Popen(
@@ -111,6 +114,48 @@ def _rows_in(path):
             return len(store)
     except StoreError:  # not made yet
         return 0
+
+
+class SlowTask:
+    """Finished task of a cluster whose result takes three attempts to fetch."""
+
+    key, status, attempts = "task", "finished", 0
+
+    def __init__(self, value):
+        self.value = value
+
+    def add_done_callback(self, callback):
+        callback(self)
+
+    def result(self, timeout):
+        self.attempts += 1
+        if self.attempts < 3:
+            raise TimeoutError(f"timed out after {timeout} s")
+        return self.value
+
+
+class SlowClient:
+    """Client of a cluster that is too busy to send results in time."""
+
+    status = "running"
+    scheduler = SimpleNamespace(address="tcp://here:1")
+
+    def ncores(self):
+        return {"worker": 1}
+
+    def run(self, *_, **__):
+        return {}
+
+    def submit(self, function, *arguments, **_):
+        return SlowTask(function(*arguments))
+
+    def cancel(self, _):
+        pass
+
+
+def test_a_result_that_is_late_is_no_failure():
+    with DaskCluster.of(SlowClient()) as cluster:
+        assert cluster.submit(abs, -3).result(timeout=HANGS) == 3
 
 
 @pytest.mark.slow
@@ -149,6 +194,29 @@ def test_a_scheduler_without_workers_is_reported(tmp_path):
 
 
 @pytest.mark.slow
+def test_a_sweep_whose_workers_all_left_is_reported(tmp_path):
+    (tmp_path / "sweep.toml").write_text(LONG_SWEEP)
+    with dask_cluster(workers=1) as processes:
+        command = [sys.executable, "-m", "chaincor", "sweep", "sweep.toml"]
+        sweep = subprocess.Popen(
+            [*command, "--scheduler", processes.address],
+            cwd=tmp_path,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        wait_until(lambda: _rows_in(tmp_path / "sweep.sqlite") or sweep.poll() is not None)
+        (nanny,) = processes.workers
+        nanny.terminate()
+        assert sweep.stderr is not None
+        assert "has no workers; waiting. Start one with `dask worker tcp://" in (
+            sweep.stderr.readline()
+        )
+        sweep.terminate()
+        sweep.communicate(timeout=HANGS)
+
+
+@pytest.mark.slow
 def test_two_sweeps_on_one_store_share_the_work(tmp_path):
     (tmp_path / "sweep.toml").write_text(
         '[scene]\nengine = "lammps"\npotential = "lj"\nspeed = 0.3\ntolerance = 1e-5\n'
@@ -167,3 +235,6 @@ def test_two_sweeps_on_one_store_share_the_work(tmp_path):
     # Both compute the tasks that they had started at the same time. Without shared results the sum
     # is 80.
     assert 40 <= sum(tally["computed"] for tally in tallies) < 80
+    local = [*command[:-2], "--store", "local.sqlite", "--workers", "2"]
+    subprocess.run(local, cwd=tmp_path, stdout=subprocess.DEVNULL, check=True)
+    assert read_rows(tmp_path / "sweep.sqlite") == read_rows(tmp_path / "local.sqlite")
