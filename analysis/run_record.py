@@ -72,15 +72,11 @@ class RunRecord:
         change = run.energy_end - run.energy_start + (run.dissipated or 0.0)
         return float(change / run.energy_start)
 
-    @cached_property
+    @property
     def mode_energies(self) -> Array:
         """Harmonic energies of the chain's modes, of shape (n,); empty for beads."""
-        if self.scene.bond.only_pushes:
-            return np.empty(0)
-        if self.known_energies is not None:
-            return self.known_energies
-        state = self.outcome.displacements, self.outcome.velocities
-        return mode_energies(*state, self.scene.bond.stiffness, self.line.chain_masses)
+        energies = self.known_energies
+        return self.outcome.mode_energies if energies is None else energies
 
     # ---- contacts -------------------------------------------------------------------------------
 

@@ -90,7 +90,7 @@ class Line:
         alike = bool(np.ptp(masses) <= _ALIKE * np.min(masses))
         return self.at_wall and self.cold and alike
 
-    @property
+    @cached_property
     def rigid(self) -> bool:
         """Whether the target is the wall."""
         return bool(np.isinf(self.masses[0]))

@@ -143,7 +143,24 @@ def plan(scene: Scene, tolerance: float | None = None) -> Plan:
         compute, seconds are right within a factor of two. Longer chains, which no cache holds, may
         take 15 times longer, and chains that break 100 times.
     """
-    asked = scene.asked_tolerance if tolerance is None else tolerance
+    # A sweep asks for the plan of a scene when it estimates, divides and computes.
+    key = id(scene), tolerance
+    known, planned = _plans.get(key, (None, None))
+    if planned is None or known is not scene:
+        planned = _plan(scene, scene.asked_tolerance if tolerance is None else tolerance)
+        if scene.particles <= _LONGEST_KEPT:
+            if len(_plans) >= _MOST_KEPT:
+                _plans.clear()
+            _plans[key] = scene, planned
+    return planned
+
+
+# Plans by the identity of their scene, which is kept with them so that no other scene gets it.
+_plans: dict[tuple[int, float | None], tuple[Scene, Plan]] = {}
+_MOST_KEPT, _LONGEST_KEPT = 1000, 1000
+
+
+def _plan(scene: Scene, asked: float | None) -> Plan:
     if asked is None:
         planned = _given(scene)
     else:

@@ -223,5 +223,5 @@ class EndWatch:
 
 def _mean_velocity(body: Body) -> float:
     if body.masses is None:
-        return float(np.mean(body.velocities))
+        return float(np.add.reduce(body.velocities)) / len(body.velocities)
     return float(np.sum(body.masses * body.velocities)) / float(np.sum(body.masses))

@@ -16,6 +16,7 @@ most. If the gaps with these changes still grow as assumed, they do so for ever,
 
 import math
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from itertools import starmap
 from typing import NamedTuple
 
@@ -140,7 +141,10 @@ class _Chain:
         with np.errstate(over="ignore"):
             motion = 0.5 * self.masses * (self.velocities - np.repeat(speeds, sizes)) ** 2
             energies = _ENERGY_RESERVE * np.add.reduceat(motion + inner, starts)
-        levers = self._levers(starts, sizes)
+        if self.unit:
+            levers = [_unit_levers(size) for size in sizes.tolist()]
+        else:
+            levers = levers_of(self.masses, starts, sizes)
         pieces = Fragments(cuts, sizes, self.masses, weights, speeds, energies, means, levers)
         if len(cuts) == 0:
             return pieces
@@ -189,27 +193,6 @@ class _Chain:
                 risk += disturbed * self._group_escape(pieces.cuts[k] + 1, float(speeds[k]))
             disturbed = min(risk, 1.0)
         return disturbed * self._group_escape(0, 0.0) if disturbed > 0.0 else 0.0
-
-    def _levers(
-        self, starts: NDArray[np.int64], sizes: NDArray[np.int64]
-    ) -> list[tuple[Lever, Lever]]:
-        """Return the levers of both ends of each fragment."""
-        through, last = np.cumsum(self.masses), starts + sizes - 1
-        whole = np.add.reduceat(self.masses, starts)
-        # Mass of the fragment beyond each particle, seen from either end.
-        beyond = np.repeat(through[last], sizes) - through
-        before = np.repeat(whole, sizes) - beyond - self.masses
-        before[starts] = 0.0
-        ends = []
-        for masses, end, far in ((beyond, starts, last), (before, last, starts)):
-            weights = masses / np.repeat(whole, sizes)
-            weights[far] = 0.0
-            columns = (
-                *(sizes, np.add.reduceat(weights, starts), np.add.reduceat(weights**2, starts)),
-                *(weights[end], self.masses[end], whole),
-            )
-            ends.append(list(starmap(Lever, zip(*(c.tolist() for c in columns), strict=True))))
-        return list(zip(*ends, strict=True))
 
     def _escape(self, energy: float, lever: Lever, speed: float) -> float:
         return escape_risk(self.bond, energy, lever, speed, self.patience)
@@ -264,6 +247,34 @@ class _Chain:
         first, last = (np.array([lever[end].mass for lever in levers]) ** -0.5 for end in (0, 1))
         sides = np.append(0.0, pulls) * first + np.append(pulls, 0.0) * last
         return 0.5 * (np.sqrt(2.0 * energies) + sides) ** 2
+
+
+def levers_of(
+    masses: Array, starts: NDArray[np.int64], sizes: NDArray[np.int64]
+) -> list[tuple[Lever, Lever]]:
+    """Return the levers of both ends of the fragments that begin at `starts`."""
+    through, last = np.cumsum(masses), starts + sizes - 1
+    whole = np.add.reduceat(masses, starts)
+    # Mass of the fragment beyond each particle, seen from either end.
+    beyond = np.repeat(through[last], sizes) - through
+    before = np.repeat(whole, sizes) - beyond - masses
+    before[starts] = 0.0
+    ends = []
+    for outer, end, far in ((beyond, starts, last), (before, last, starts)):
+        weights = outer / np.repeat(whole, sizes)
+        weights[far] = 0.0
+        columns = (
+            *(sizes, np.add.reduceat(weights, starts), np.add.reduceat(weights**2, starts)),
+            *(weights[end], masses[end], whole),
+        )
+        ends.append(list(starmap(Lever, zip(*(c.tolist() for c in columns), strict=True))))
+    return list(zip(*ends, strict=True))
+
+
+@lru_cache(maxsize=1024)
+def _unit_levers(particles: int) -> tuple[Lever, Lever]:
+    """Return the levers of both ends of a fragment of particles of mass 1."""
+    return levers_of(np.ones(particles), np.zeros(1, np.int64), np.array([particles]))[0]
 
 
 def count_fragments(

@@ -1,12 +1,14 @@
 """Raw outcome of one collision, as an engine returns it before any analysis."""
 
 from dataclasses import dataclass, field, fields, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from chaincor.analysis.dumps.chain_state import ChainState
+from chaincor.analysis.modes import mode_energies
 from chaincor.lammps_inputs.line import Line
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.problem import Problem
@@ -131,14 +133,23 @@ class Outcome:
     #: Details of one engine, such as the certificate of a bond table.
     details: dict[str, Any] = field(default_factory=dict)
 
-    @property
+    @cached_property
     def separation_velocity(self) -> float:
         """Velocity at which the centres of mass of both bodies separate."""
         line = self.problem.line
         target = self.target_velocities[::-1] if line.targets else np.zeros(1)
         return line.separation(np.concatenate((target, self.velocities)))
 
-    @property
+    @cached_property
+    def mode_energies(self) -> NDArray[np.float64]:
+        """Harmonic energies of the chain's modes, of shape (n,); beads have none."""
+        bond = self.problem.bond
+        if bond.only_pushes:
+            return np.empty(0)
+        masses = self.problem.line.chain_masses
+        return mode_energies(self.displacements, self.velocities, bond.stiffness, masses)
+
+    @cached_property
     def eta(self) -> float:
         """Restitution; for a free target, of the relative translation."""
         e = self.separation_velocity / self.problem.impact_velocity

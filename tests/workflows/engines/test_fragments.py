@@ -9,7 +9,7 @@ from scipy.optimize import brentq, minimize
 from chaincor.lammps_inputs.bonds.potentials import Harmonic, LennardJones, Logarithmic, Toda
 from chaincor.lammps_inputs.bonds.power_bond import Power
 from chaincor.workflows.engines.fragment_bounds import Lever, escape_risk, reach
-from chaincor.workflows.engines.fragments import Body, _Chain, count_fragments
+from chaincor.workflows.engines.fragments import Body, count_fragments, levers_of
 from tests.judge.end_counterexamples import argument_for, check, draw_state
 
 LJ = LennardJones()
@@ -192,11 +192,10 @@ def test_what_is_proved_is_never_followed_by_a_contact():
 def test_levers_of_all_pieces_are_those_of_each(cuts):
     random = np.random.default_rng(4)
     masses = 10.0 ** random.uniform(-2.0, 2.0, 20)
-    chain = _Chain(Body(0.0, np.zeros(19), np.zeros(20), masses), LJ)
     starts = np.array([0, *(cut + 1 for cut in cuts)])
     sizes = np.diff(np.append(starts, 20))
     pieces = np.split(masses, starts[1:])
-    for (first, last), piece in zip(chain._levers(starts, sizes), pieces, strict=True):
+    for (first, last), piece in zip(levers_of(masses, starts, sizes), pieces, strict=True):
         # Sums over a chain round to an epsilon of its mass a particle, 1e4 times that of some.
         assert first == pytest.approx(Lever.of(piece), rel=1e-10, abs=1e-10)
         assert last == pytest.approx(Lever.of(piece[::-1]), rel=1e-10, abs=1e-10)

@@ -125,11 +125,15 @@ class Motion:
         The line has at least one bond. In a cold chain at a hard wall only the bonds near the wall
         move.
         """
+        for known, scheme, start in _last_start:
+            if known is problem and scheme is stepper.scheme:
+                return start._renewed(stepper)
         line = problem.line
         moving = cls.in_state(stepper, line.strains, line.velocities, problem.impact_velocity)
         moving._meet()
         moving.start_front()
-        return moving
+        _last_start[:] = [(problem, stepper.scheme, moving)]
+        return moving._renewed(stepper)
 
     @classmethod
     def in_state(
@@ -186,6 +190,20 @@ class Motion:
             log=np.empty((2, 0)),
         )
         return cls(stepper, ledger, arrays)
+
+    def _renewed(self, stepper: Stepper) -> "Motion":
+        """Return a copy with arrays of its own and other steps of the same scheme."""
+        old = self.arrays
+        arrays = old._replace(
+            now=old.now.copied(),
+            last=old.last.copied(),
+            kept=old.kept.copied(),
+            near=State.room(len(old.near.strain)),
+            trial=old.trial.copied(),
+            contacts=old.contacts.copy(),
+            tracked=old.tracked.copy(),
+        )
+        return Motion(stepper, self.ledger.copy(), arrays)
 
     def start_front(self) -> None:
         """Restrict the motion of a cold chain to the bonds near a hard wall."""
@@ -282,3 +300,7 @@ class Motion:
             status = stepper.advance(ledger, arrays, min(goal, steps + most))
             if status != bookkeeping.DONE or ledger["steps"] >= goal:
                 return status
+
+
+# Start of the last problem, with its scheme: runs of one collision at several steps share it.
+_last_start: list[tuple[Problem, StepScheme, Motion]] = []
