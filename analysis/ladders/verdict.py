@@ -107,7 +107,7 @@ def judge_ladder(
     if known and biased:
         error = fit.limit_error
         bias = np.abs(values.mean(axis=1) - fit.limit) + error
-        reason = f"a smooth power of the step describes the {fit.rungs} finest rungs"
+        reason = f"the error is a smooth power of the step at the {fit.rungs} finest steps"
         if is_rough:
             reason += ", beside scatter that the step does not change"
         return LadderVerdict(
@@ -115,13 +115,13 @@ def judge_ladder(
         )
     if is_rough and decay + decay_error < LEAST_DECAY and not biased:
         return _noise(h, values, scatter, seeded)
-    return _bounded(_why_not(is_rough, biased, decay, decay_error, fit), h, values, scatter)
+    return _bounded(_why_not(is_rough, biased, fit), h, values, scatter)
 
 
 def _irregular(
     h: Array, values: Array, scatter: Array, decay: float, decay_error: float
 ) -> LadderVerdict:
-    reason = "between nearby steps the number jumps about, by less the finer the steps are"
+    reason = "the number jumps between nearby steps, and jumps less at smaller steps"
     if decay_error >= KNOWN_ORDER:
         return _bounded(f"{reason}, but how fast that falls is not clear", h, values, scatter)
     # The mean of a rung, or of the finest rung, may be no nearer to the true value than a single
@@ -150,18 +150,18 @@ def _noise(h: Array, values: Array, scatter: Array, seeded: bool) -> LadderVerdi
     bias = hidden * h.mean(axis=1) + error
     # The mean of all runs may hide this effect as well, averaged over rungs.
     error = float(np.hypot(error, hidden * h.mean()))
-    reason = "runs scatter, the step changes neither how much nor the mean"
+    reason = "runs scatter, and the step changes neither their scatter nor their mean"
     return LadderVerdict("noise", reason, None, None, value, error, bias, scatter)
 
 
 def _bounded(reason: str, h: Array, values: Array, scatter: Array) -> LadderVerdict:
     """Return the verdict from means without an order, with a scatter from all rungs together."""
     means = judge_means(h, values, _smooth_scatter(h, scatter))
-    reason += "; the means bound the error"
+    reason += "; the bound comes from the means of the runs"
     return LadderVerdict("bounded", reason, None, None, *means, scatter)
 
 
-def _why_not(is_rough: bool, biased: bool, decay: float, decay_error: float, fit: OrderFit) -> str:
+def _why_not(is_rough: bool, biased: bool, fit: OrderFit) -> str:
     if not is_rough:
         return (
             "the number changes smoothly, but not as one power of the step"
@@ -175,8 +175,8 @@ def _why_not(is_rough: bool, biased: bool, decay: float, decay_error: float, fit
             "more runs at each step may show it"
         )
     return (
-        "the scatter between runs hides any effect of the step (scatter as the step to the power "
-        f"{decay:.2g} +- {decay_error:.2g}); smaller steps or more runs at each may show it"
+        "the scatter between runs hides any effect of the step; smaller steps or more runs at "
+        "each may show it"
     )
 
 

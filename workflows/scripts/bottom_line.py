@@ -11,6 +11,7 @@ from chaincor.workflows.scripts.answers import (
 from chaincor.workflows.scripts.ladder_runs import ScriptLadder
 from chaincor.workflows.scripts.number_names import all_of, listed, name_in
 from chaincor.workflows.scripts.remedies import no_change, unanswered
+from chaincor.workflows.scripts.step_counts import periods_in_steps
 from chaincor.workflows.scripts.step_settings import where_to_set
 
 if TYPE_CHECKING:
@@ -67,6 +68,12 @@ def _own_value(study: "ScriptStudy", each: ScriptLadder, answer: LadderAnswer) -
     if too_large and all(math.isinf(a.error) for a in too_large):
         return f"{yours} is coarser than the values tried, so it was not judged."
     too_large += answer.in_state("beyond")
+    counting = None if study.varied.scale_periods else next(periods_in_steps(study.counts), None)
+    if too_large and counting is not None:
+        return (
+            f"{yours} is not small enough for {listed(too_large)}. The integrator may not be the "
+            f"cause: {counting}, so more often in time at a smaller step."
+        )
     if too_large:
         return f"{yours} is too large for {listed(too_large)}."
     if not answer.judged:

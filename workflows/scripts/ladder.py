@@ -41,7 +41,7 @@ class Ladder:
 
     def text(self, value: float) -> str:
         """Return a value as text for LAMMPS."""
-        return str(int(value)) if self.counts else repr(value)
+        return str(int(value)) if self.counts else repr(value).removesuffix(".0")
 
     def step(self, value: float) -> float:
         """Return the value, or its inverse if larger values are finer."""

@@ -94,7 +94,11 @@ def number_rows(
         what = "of the scatter" if verdict.kind == "irregular" else "of the error"
         said.append(("order", f"{with_bar(verdict.order, verdict.order_error)} {what}"))
     if verdict.value is not None and verdict.value_error is not None:
-        source = {"regular": "extrapolated", "noise": "mean of all runs", "bounded": "from means"}
+        source = {
+            "regular": "extrapolated",
+            "noise": "mean of all runs",
+            "bounded": "by the means of the runs",
+        }
         told_by = source.get(verdict.kind, "mean of the finest runs")
         said.append(("value", f"{with_bar(verdict.value, verdict.value_error)}, {told_by}"))
     if number.standard_error is not None:

@@ -12,6 +12,7 @@ from chaincor.workflows.scripts.change import draws_forces
 from chaincor.workflows.scripts.ladder import STEP
 from chaincor.workflows.scripts.ladder_runs import NumberLadder, ScriptLadder
 from chaincor.workflows.scripts.number_names import listed, name_in, name_of
+from chaincor.workflows.scripts.step_counts import periods_in_steps
 
 if TYPE_CHECKING:
     from chaincor.workflows.scripts.study import ScriptStudy
@@ -93,11 +94,11 @@ def _remedy(study: "ScriptStudy", each: ScriptLadder, answers: list[NumberAnswer
     """Return a sentence that ends with a command that would judge some numbers."""
     numbers = [a.number for a in answers]
     varied = study.varied
-    moved = [count for count in study.counts if count.moves and count.periods]
-    if moved and not varied.scale_periods:
+    counting = next(periods_in_steps(study.counts), None)
+    if counting is not None and not varied.scale_periods:
         # The changed period may affect the result more than the step does.
         command = [*study.command, *_given(study), "--scale-periods"]
-        said = f"{moved[0].command} counts steps: to keep its period in time, run"
+        said = f"{counting.command} counts steps: to keep its period in time, run"
         said = said[0].upper() + said[1:]
         return Remedy(f"{said}: {shlex.join(command)}")
     noisy = [number for number in numbers if not needs_finer(number)]
@@ -111,17 +112,22 @@ def _remedy(study: "ScriptStudy", each: ScriptLadder, answers: list[NumberAnswer
     if not all(number.repeats for number in noisy):
         if not _is_random(study):
             # Nearby steps then scatter because of the step, so more of them are run.
-            ladder = ["--vary", _extended(study, each, noisy), "--phases", str(2 * varied.columns)]
-            return Remedy(f"To judge, run: {shlex.join([*study.command, *ladder])}")
-        command += ["--seeds", str(max(2 * varied.columns, 8))]
-        return Remedy(f"To judge, run: {shlex.join(command)}")
+            ladder = ["--vary", _extended(study, each, noisy)]
+            return _more_runs(each, [*study.command, *ladder], "--phases", 2 * varied.columns)
+        return _more_runs(each, command, "--seeds", max(2 * varied.columns, 8))
     if more * varied.columns <= _MOST_PHASES:
         option = "--seeds" if varied.seeds else "--phases"
-        command += [option, str(math.ceil(more * varied.columns))]
-        return Remedy(f"To judge, run: {shlex.join(command)}")
+        return _more_runs(each, command, option, math.ceil(more * varied.columns))
     factor = "100 times longer or more" if more > _MOST_LONGER else f"{_rounded(more)} times longer"
     text = f"To judge, make the runs {factor}, then run: {shlex.join(command)}"
     return Remedy(text, min(more, _MOST_LONGER))
+
+
+def _more_runs(each: ScriptLadder, command: list[str], option: str, count: int) -> Remedy:
+    """Return a command with more runs at each value, and the meaning of its option."""
+    runs = "seeds" if option == "--seeds" else "runs"
+    said = f"To judge with {count} {runs} at each {each.ladder.name}, run"
+    return Remedy(f"{said}: {shlex.join([*command, option, str(count)])}")
 
 
 def _is_random(study: "ScriptStudy") -> bool:
@@ -187,7 +193,8 @@ def _of_constants(
         return text
     if ladder.name == STEP and each.ends is not None:
         command = [*study.command, *_given(study)]
-        return f"{text} Make the runs longer, then run: {shlex.join(command)}"
+        said = "Make the runs longer, or start particles that move, then run"
+        return f"{text} {said}: {shlex.join(command)}"
     coarse = coarsest * _COARSER if ladder.fine < ladder.coarse else coarsest / _COARSER
     if ladder.counts:
         coarse = float(max(round(coarse), 1))

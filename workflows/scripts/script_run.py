@@ -60,6 +60,7 @@ class ScriptRun:
     #: First step and number of steps of every `run`, as the script asks for them.
     lengths: tuple[tuple[int, int], ...] = ()
     crash: Crash | None = None  #: Step and reason of a crash; None after a full run.
+    screen: str = ""  #: LAMMPS's text, its end if it is long; empty unless asked for.
 
 
 def list_files(folder: Path) -> list[Path]:
@@ -99,11 +100,12 @@ class Runner:
     timeout: float  #: Seconds of the wall clock that a run may take.
     command: tuple[str, ...] = ()  #: Words of the study's command, for messages.
 
-    def run(self, name: str, change: Change) -> ScriptRun:
+    def run(self, name: str, change: Change, *, keep_screen: bool = False) -> ScriptRun:
         """
         Run the script in a changed copy of its folder, and read its numbers.
 
-        `name` is the name of the copy. The copy is removed after a successful run.
+        `name` is the name of the copy. The copy is removed after a successful run. `keep_screen`
+        returns LAMMPS's text as well.
         """
         folder = self.scratch / re.sub(r"[^\w.=+-]", "_", name)[:150]
         source = self.script.resolve().parent
@@ -135,11 +137,20 @@ class Runner:
         except RunError as error:
             text = f"{command}\n{error}\n"
             (folder / "command.txt").write_text(text, encoding="utf-8")
-            crash = None
+            text, crash = end_of(screen, _CRASH_BYTES), None
             if status not in (0, None):
-                text = end_of(screen, _CRASH_BYTES)
                 crash = find_crash(text, last_step(folder / SAMPLE_FILE), str(error))
-            return ScriptRun(variables, seconds, str(error), step=_own_step(folder), crash=crash)
+            return ScriptRun(
+                variables,
+                seconds,
+                str(error),
+                step=_own_step(folder),
+                lengths=_lengths(folder),
+                crash=crash,
+                screen=text if keep_screen else "",
+            )
+        if keep_screen:
+            run = replace(run, screen=end_of(screen, _CRASH_BYTES))
         shutil.rmtree(folder, ignore_errors=True)
         return run
 

@@ -1,6 +1,7 @@
 """Find commands of a script that count steps instead of time."""
 
 import re
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 from chaincor.workflows.scripts.script_text import Command, ScriptText
@@ -30,7 +31,6 @@ _FIXES: dict[str, tuple[int, ...]] = {
 # These styles have a limit or a rate per step instead of a period.
 _PER_STEP = {
     "nve/limit": "limits how far particles move in one step",
-    "dt/reset": "chooses the step itself",
     "pour": "inserts particles after a number of steps that it works out from the step",
 }
 # These styles hardly change the motion: they average other samples, or move the box in larger
@@ -74,6 +74,11 @@ def find_step_counts(script: ScriptText, coarsest: float | None) -> tuple[StepCo
     """
     found = (_of_fix(each, coarsest) or _of_others(each) for each in script.commands)
     return tuple(filter(None, found))
+
+
+def periods_in_steps(counts: Iterable[StepCount]) -> Iterator[StepCount]:
+    """Return the commands whose period in steps affects the motion."""
+    return (count for count in counts if count.moves and count.periods)
 
 
 def _of_fix(command: Command, coarsest: float | None) -> StepCount | None:

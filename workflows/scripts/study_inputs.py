@@ -12,6 +12,7 @@ from chaincor.workflows.engines.lammps.library import find_lmp_command
 from chaincor.workflows.errors import MissingLibraryError
 from chaincor.workflows.scripts.change import Change
 from chaincor.workflows.scripts.ladder import STEP, ladder_around
+from chaincor.workflows.scripts.preconditions import check_motion, check_steps_of_script
 from chaincor.workflows.scripts.script_run import Runner, ScriptRun
 from chaincor.workflows.scripts.step_counts import StepCount, find_step_counts
 from chaincor.workflows.scripts.varied import Varied
@@ -63,13 +64,16 @@ def with_step(runner: Runner, varied: Varied) -> tuple[Varied, list[tuple[float,
     Find the script's own step by an unchanged run, if the step is varied.
 
     If no ladder was given, the ladder begins at the coarsest step at which a run does not fail.
-    Failed runs are returned with their steps.
+    Failed runs are returned with their steps. Raises InputError if the timestep has no effect.
     """
     if varied.kind != "step":
         return varied, []
+    check_steps_of_script(varied.script, runner.command)
     started = time.perf_counter()
-    run = runner.run("as it stands", Change())
+    run = runner.run("as it stands", Change(), keep_screen=True)
     seconds = time.perf_counter() - started
+    if run.crash is None:
+        check_motion(varied.script, run.lengths, run.samples, run.screen)
     own, ladder = run.step, varied.values
     if own is not None and own <= 0.0:
         raise runner.error("as it stands", f"its timestep is {own:g}. Set a timestep above 0")

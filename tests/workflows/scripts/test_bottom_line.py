@@ -10,6 +10,7 @@ from chaincor import timestep_study
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.workflows.scripts import figure
 from chaincor.workflows.scripts.crashes import find_crash
+from chaincor.workflows.scripts.description import describe_script_study
 from chaincor.workflows.scripts.study_files import script_study_to_dict
 from chaincor.workflows.scripts.vary_options import in_whole_numbers, read_ladder
 from tests.workflows.scripts.test_unedited import SPRING
@@ -61,7 +62,8 @@ def study_of(tmp_path, text, *quantities, **options):
 def test_crashed_rungs_are_part_of_the_answer(tmp_path, chaincor, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "in.x").write_text(FENE.format(step=0.05, count=100))
-    status, out, _ = chaincor("timestep", "in.x", "pe", "-o", "out", "--json", "--phases", "3")
+    words = ("pe", "etotal:drift", "--tolerance", "1", "-o", "out", "--json", "--phases", "3")
+    status, out, _ = chaincor("timestep", "in.x", *words)
     assert status == 0
     plain = json.loads(out)
     steps = [each["timestep"] for each in plain["crashed"]]
@@ -75,6 +77,8 @@ def test_crashed_rungs_are_part_of_the_answer(tmp_path, chaincor, monkeypatch):
     found = r"Your timestep 0.05 is too large: the run stops (at|after) step \d+: .*\. Use timestep"
     assert re.match(found, plain["summary"])
     assert "No other run stopped early." in plain["summary"]
+    # The drift needs a step that is 2.7 times as fine.
+    assert "The quantity that needs the finest timestep is etotal:drift." in plain["summary"]
     assert plain["use"]["value"] < min(steps)
     assert any("FENE bond too long" in note for note in plain["notes"])
     rows = (tmp_path / "out" / "runs.csv").read_text()
@@ -106,7 +110,7 @@ def test_a_quantity_that_is_always_0_has_a_result_and_files(tmp_path, chaincor, 
     assert "'eta = (.*)' is 0 in all runs" in out
     assert "small enough" not in out
     command = "chaincor timestep in.x --observable 'eta = (.*)'"
-    assert f"Make the runs longer, then run: {command}\n" in out
+    assert f"Make the runs longer, or start particles that move, then run: {command}\n" in out
     assert {path.name for path in (tmp_path / "out").iterdir()} == {
         *("timestep.html", "timestep.json", "runs.csv"),
     }
@@ -239,6 +243,26 @@ def test_a_thermostat_is_named_and_not_tested(tmp_path):
     said += "conserved; look at econserve:drift instead."
     for text in (change.short, str(change)):
         assert said in text
+
+
+@pytest.mark.slow
+def test_a_fix_that_counts_steps_may_be_the_cause(tmp_path):
+    more = "fix 2 all temp/rescale 10 1.0 1.0 0.01 0.5"
+    study = study_of(tmp_path, CRYSTAL.format(more=more), "temp", phases=3)
+    said = "The integrator may not be the cause: line 11 of in.x, 'fix temp/rescale', acts every "
+    assert f"{said}10 steps" in study.summary
+    assert "too large" not in study.summary
+
+
+@pytest.mark.slow
+def test_a_users_tolerance_and_short_means_are_stated(tmp_path):
+    """Half a period of a spring is one correlation time."""
+    study = study_of(tmp_path, SPRING + "timestep 0.1\nrun 30\n", "v_x", "pe", phases=3,
+                     tolerance=1e-3)  # fmt: skip
+    text = describe_script_study(study)
+    assert "tolerance: 0.001 for each quantity, as given by --tolerance" in text
+    assert "the means of v_x, pe cover only 1 correlation time. This does not affect" in text
+    assert "For an error bar of these means from one run, make the run 30 times longer" in text
 
 
 @pytest.mark.slow

@@ -1,0 +1,83 @@
+"""Refuse scripts whose timestep cannot be judged, and say what to change."""
+
+import re
+import shlex
+from collections.abc import Iterable
+
+import numpy as np
+
+from chaincor.lammps_inputs.errors import InputError
+from chaincor.workflows.scripts.samples import Samples
+from chaincor.workflows.scripts.script_text import Command, ScriptText
+from chaincor.workflows.scripts.step_counts import plain_style
+
+# LAMMPS's warning about a run without a fix that integrates.
+_STANDS_STILL = re.compile(r"WARNING: No fixes with time integration")
+# LAMMPS's warning about two fixes that integrate the same atoms.
+_MOVES_TWICE = re.compile(r"WARNING: One or more atoms are time integrated more than once")
+_INTEGRATORS = ("nve", "nvt", "npt", "nph", "rigid", "move", "brownian", "bd/", "poems")
+_RUNS = re.compile(r"\brun\b")
+
+
+def check_steps_of_script(script: ScriptText, command: Iterable[str]) -> None:
+    """
+    Raise InputError if a script has no run, or chooses its timestep itself.
+
+    `command` are the words of the study's command, for the message.
+    """
+    found = script.commands
+    if script.whole and not any(_RUNS.search(each.text) for each in found):
+        other = next((each for each in found if each.words[0] == "minimize"), None)
+        only = "" if other is None else f", only 'minimize' ({other})"
+        raise InputError(
+            f"{script.path.name} has no 'run'{only}, and a timestep matters for motion alone. "
+            "Add a 'run'"
+        )
+    chooser = next((each for each in found if _chooses_step(each)), None)
+    if chooser is not None:
+        raise InputError(
+            f"'{' '.join(chooser.words[:4])}' ({chooser}) chooses the timestep, so no ladder can "
+            "vary it. Remove this line to judge constant timesteps, then run: "
+            f"{shlex.join(command)}"
+        )
+
+
+def check_motion(
+    script: ScriptText, lengths: Iterable[tuple[int, int]], samples: Samples | None, screen: str
+) -> None:
+    """
+    Raise InputError if nothing moves in a run of a script, or moves twice in a step.
+
+    `lengths` are the first step and the number of steps of each run, `screen` is what LAMMPS
+    printed.
+    """
+    name, counts = script.path.name, [count for _, count in lengths]
+    if counts and not any(counts):
+        raise InputError(f"{name} runs 0 steps. Give its 'run' a number of steps")
+    if _MOVES_TWICE.search(screen):
+        found = [c for c in script.commands if _integrates(c)]
+        said = "".join(f"; {c} is '{' '.join(c.words[:4])}'" for c in found)
+        raise InputError(
+            f"{name} integrates some atoms more than once per step{said}. Keep one of these fixes "
+            "for each atom"
+        )
+    if counts and len(_STANDS_STILL.findall(screen)) >= len(counts):
+        raise InputError(
+            f"{name} has no fix that integrates, so no atom moves and the timestep has no effect. "
+            "Add a fix such as 'fix 1 all nve'"
+        )
+    if samples is not None and not np.any(samples.values.get("ke", np.ones(1))):
+        raise InputError(
+            f"no particle of {name} ever moves: the kinetic energy is 0 at all times, so the "
+            "timestep has no effect. Give velocities, or move particles until forces act"
+        )
+
+
+def _integrates(command: Command) -> bool:
+    words = command.words
+    return words[0] == "fix" and len(words) > 3 and words[3].startswith(_INTEGRATORS)
+
+
+def _chooses_step(command: Command) -> bool:
+    words = command.words
+    return words[0] == "fix" and len(words) > 3 and plain_style(words[3]) == "dt/reset"
