@@ -28,7 +28,7 @@ REFUSED = {
         MOVES,
         "fix 1 all nve\nfix 2 all nvt temp 1 1 1",
         "run 20",
-        r"line 12 of in\.x is 'fix 1 all nve'; line 13 of in\.x is 'fix 2 all nvt'",
+        r"line 11 of in\.x is 'fix 1 all nve'; line 12 of in\.x is 'fix 2 all nvt'",
     ),
     "own_choice": (
         MOVES,
