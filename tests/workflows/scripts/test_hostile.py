@@ -81,7 +81,7 @@ def test_hostile_options_on_the_command_line(tmp_path, monkeypatch, chaincor):
         ("x = (", "no regular expression"),
         (r"x = \S+", "0 groups"),
         (r"(x) = (\S+)", "2 groups"),
-        ("x" * 2000, "2000 letters"),
+        ("x" * 2000, "2000 characters"),
         ("(?P<n>x)(?P=m)", "no regular expression"),
     ],
 )

@@ -267,7 +267,7 @@ TRAPS = {
     ),
     "fix a all ave/time 1 1 1 c_thermo_temp": ("samples every step", False),
     "fix d all deform 3 x erate 0.1": ("acts every 3 steps", True),
-    "fix h all halt 7 v_x > 1": ("looks every 7 steps", True),
+    "fix h all halt 7 v_x > 1": ("checks every 7 steps", True),
     "fix m all momentum/kk 100 linear 1 1 1": ("acts every 100 steps", True),
     "fix l all nve/limit 0.1": ("in one step", True),
     "fix n all nvt temp 1.0 1.0 0.05": ("damps within 0.05, fewer than 10 steps of 0.02", True),
@@ -392,7 +392,7 @@ def test_what_cannot_be_studied_is_refused(tmp_path):
         ("run 10\n", {"quantities": ["temp:median"]}, "one of :mean"),
         ("run 10\n", {"quantities": ["temp", "temp:mean"]}, "twice"),
         ("run 10\n", {"vary": "ranks=2"}, "two numbers of processes"),
-        ("run 10\n", {"vary": "seed=3", "seeds": 3}, "Drop one"),
+        ("run 10\n", {"vary": "seed=3", "seeds": 3}, "Leave out one"),
         ("run 10\n", {"lmp": "'"}, "Give a command"),
         ("run 10\n", {"vary": "lastdigit", "phases": 5}, "does not use --phases"),
         (
