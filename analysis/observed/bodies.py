@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 from chaincor.analysis.observed.observable import TextRow, observable
 from chaincor.analysis.observed.of_dumps import of_target
-from chaincor.lammps_inputs.contacts.contact_laws import CONTACT_KEYS, ContactKeys
+from chaincor.lammps_inputs.contacts.contact_laws import CONTACT_KEYS, CONTACT_PARAMETERS
 
 
 def _given(name: str) -> Any:
@@ -85,7 +85,7 @@ class _BodiesAndContact:
 
 def _contact_parameter(key: str) -> tuple[str, Any, Any]:
     """Return a parameter of contact laws as a field, with the description of its key."""
-    definition = str(ContactKeys.model_fields[key].description).partition(" [")[0]
+    definition = CONTACT_PARAMETERS[key].description.partition(" [")[0]
     return key, float | None, observable(definition, rare=True, run=_given(key))
 
 

@@ -1,36 +1,31 @@
 """Contact laws that scenes can name, and their keys in scenes."""
 
 from collections.abc import Mapping
-from typing import Annotated, Any, Literal
-
-from pydantic import BaseModel, Field
+from typing import Any, Literal, NamedTuple
 
 from chaincor.lammps_inputs.contacts.contact_law import ContactLaw
 from chaincor.lammps_inputs.contacts.hard import Hard
 from chaincor.lammps_inputs.contacts.power import PowerContact
-from chaincor.lammps_inputs.number_types import IsNumber, PositiveNumber
 
 ContactName = Literal["hard", "power"]
 CONTACT_LAWS: dict[str, type[ContactLaw]] = {law.name: law for law in (Hard, PowerContact)}
 
 
-class ContactKeys(BaseModel):
-    """Fields of a scene for the contact between its bodies."""
+class ContactParameter(NamedTuple):
+    """Key of a scene for a parameter of contact laws."""
 
-    contact: ContactName | None = Field(
-        default=None,
-        description="hard bodies, or soft ones, which repel with the force K d^q where they "
-        "overlap by d [default: hard]",
-    )
-    contact_stiffness: PositiveNumber | None = Field(
-        default=None, description="K of contact power [default: 1]"
-    )
-    contact_exponent: Annotated[float, Field(ge=1, le=9), IsNumber] | None = Field(
-        default=None, description="q of contact power, 1 to 9; 1.5 is Hertz's [default: 1.5]"
-    )
+    description: str  #: Help of the key.
+    least: float | None = None  #: Smallest value; None for any positive number.
+    most: float | None = None  #: Largest value, if there is a smallest one.
 
 
-CONTACT_KEYS = tuple(key for key in ContactKeys.model_fields if key != "contact")
+CONTACT_PARAMETERS = {
+    "contact_stiffness": ContactParameter("K of contact power [default: 1]"),
+    "contact_exponent": ContactParameter(
+        "q of contact power, 1 to 9; 1.5 is Hertz's [default: 1.5]", 1.0, 9.0
+    ),
+}
+CONTACT_KEYS = tuple(CONTACT_PARAMETERS)
 
 
 def laws_with(key: str) -> tuple[str, ...]:

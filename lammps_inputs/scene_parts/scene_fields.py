@@ -8,7 +8,7 @@ from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Fie
 
 from chaincor.lammps_inputs.bonds.formula_text import check_parameters
 from chaincor.lammps_inputs.bonds.potentials import BondKeys
-from chaincor.lammps_inputs.contacts.contact_laws import ContactKeys
+from chaincor.lammps_inputs.contacts.contact_keys import ContactKeys
 from chaincor.lammps_inputs.number_types import IsCount, IsNumber, PositiveNumber, at_least
 from chaincor.lammps_inputs.scene_parts.given_masses import read_masses
 from chaincor.lammps_inputs.schemes import Scheme
