@@ -63,5 +63,5 @@ def test_a_dump_that_begins_right_after_two_bodies_met(tmp_path):
 def test_a_folder_that_is_none_is_refused(tmp_path):
     with pytest.raises(InputError, match="is not a folder"):
         analyze(tmp_path / "nowhere")
-    with pytest.raises(InputError, match=r"^None is not the folder"):
+    with pytest.raises(InputError, match=r"^None is not a folder"):
         analyze(None)

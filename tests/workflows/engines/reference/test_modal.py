@@ -94,7 +94,7 @@ def test_single_particle():
 
 
 def test_refuses_other_bonds():
-    with pytest.raises(SceneError, match="springs"):
+    with pytest.raises(SceneError, match="harmonic bonds"):
         modal.run(Scene(potential="lj").problem)
 
 
