@@ -143,7 +143,7 @@ def test_units_are_numbers_and_known_words():
 def test_a_template_stays_in_its_sandbox(dress, plain, monkeypatch):
     # Only the rendering is tested, with the same numerics each time.
     made = plan.plan_script(SCENE)
-    monkeypatch.setattr("chaincor.workflows.job.plan_script", lambda *_: made)
+    monkeypatch.setattr("chaincor.workflows.job.plan_script", lambda *_, **__: made)
     for escape in ESCAPES:
         text = f"{HEAD}{{% block setup %}}\n# {dress.format(escape)}\n{{% endblock %}}\n"
         try:

@@ -177,7 +177,8 @@ def _with_whole_numbers(runner: Runner, varied: Varied, fixed: dict[str, str]) -
         return varied
     if not (ladder.coarse.is_integer() and ladder.fine.is_integer()):
         return varied
-    fine = _Runs(runner, varied, fixed).run(ladder.rungs - 1, 0)
+    # The second run of a rung has a value that is not whole.
+    fine = _Runs(runner, varied, fixed).run(ladder.rungs - 1, 1)
     if not any(said in str(fine.failure) for said in _WANTS_WHOLE):
         return varied
     return replace(varied, values=in_whole_numbers(ladder))
