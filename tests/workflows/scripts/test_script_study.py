@@ -19,7 +19,7 @@ from chaincor.lammps_inputs.errors import InputError
 from chaincor.workflows.engines.lammps.library import find_lmp_command
 from chaincor.workflows.errors import MissingLibraryError
 from chaincor.workflows.scripts import ladder_runs
-from chaincor.workflows.scripts import study as study_module
+from chaincor.workflows.scripts import study_inputs
 from chaincor.workflows.scripts.change import Change
 from chaincor.workflows.scripts.quantities import RequestedNumbers
 from chaincor.workflows.scripts.script_run import Runner, ScriptRunError, list_files
@@ -125,7 +125,7 @@ def test_options_that_do_not_go_together(law, tmp_path, monkeypatch, chaincor, a
 def test_what_makes_no_sense_is_refused(law):
     for options, said in (
         ({"phases": 2}, "3 to 100"),
-        ({"seeds": 5, "phases": 5}, "Drop one"),
+        ({"seeds": 5, "phases": 5}, "Leave out one"),
         ({"tolerance": 0.0}, "positive"),
         ({"timeout": 0.0}, "positive"),
         ({"fix": ["timestep=1"]}, "timestep is given twice"),
@@ -138,7 +138,7 @@ def test_what_makes_no_sense_is_refused(law):
 
 
 def test_without_lammps_it_says_so(law, monkeypatch):
-    monkeypatch.setattr(study_module, "find_lmp_command", lambda: None)
+    monkeypatch.setattr(study_inputs, "find_lmp_command", lambda: None)
     with pytest.raises(MissingLibraryError, match="no lmp command"):
         run(law)
 
