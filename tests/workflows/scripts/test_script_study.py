@@ -18,8 +18,7 @@ from chaincor import timestep_study
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.workflows.engines.lammps.library import find_lmp_command
 from chaincor.workflows.errors import MissingLibraryError
-from chaincor.workflows.scripts import ladder_runs
-from chaincor.workflows.scripts import study_inputs
+from chaincor.workflows.scripts import ladder_runs, study_inputs
 from chaincor.workflows.scripts.change import Change
 from chaincor.workflows.scripts.quantities import RequestedNumbers
 from chaincor.workflows.scripts.script_run import Runner, ScriptRunError, list_files
