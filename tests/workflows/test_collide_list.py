@@ -93,7 +93,7 @@ def test_what_is_no_scene_is_refused_in_one_line(given, message):
 
 def test_what_cannot_be_is_refused_before_anything_runs(tmp_path):
     twice = SCENES[0].replace(arrays=tmp_path / "a.npz")
-    with pytest.raises(InputError, match=r"in scenes 1 and 2\. Give each scene a path"):
+    with pytest.raises(InputError, match=r"in scenes 1 and 2\. Give each scene its own path"):
         collide([twice, twice])
     with pytest.raises(InputError, match="workers is 0"):
         collide(SCENES, workers=0)

@@ -16,6 +16,8 @@ _STANDS_STILL = re.compile(r"WARNING: No fixes with time integration")
 # LAMMPS's warning about two fixes that integrate the same atoms.
 _MOVES_TWICE = re.compile(r"WARNING: One or more atoms are time integrated more than once")
 _INTEGRATORS = ("nve", "nvt", "npt", "nph", "rigid", "move", "brownian", "bd/", "poems")
+# LAMMPS ends each run with the number of atoms.
+_ATOMS = re.compile(r"^Loop time of .* with (\d+) atoms?", re.MULTILINE)
 _RUNS = re.compile(r"\brun\b")
 
 
@@ -66,11 +68,21 @@ def check_motion(
             f"{name} has no fix that integrates, so no atom moves and the timestep has no effect. "
             "Add a fix such as 'fix 1 all nve'"
         )
-    if samples is not None and not np.any(samples.values.get("ke", np.ones(1))):
+    if samples is not None and _is_at_rest(samples, screen):
         raise InputError(
             f"no particle of {name} ever moves: the kinetic energy is 0 at all times, so the "
             "timestep has no effect. Give velocities, or move particles until forces act"
         )
+
+
+def _is_at_rest(samples: Samples, screen: str) -> bool:
+    """Return whether the kinetic energy is 0 and all other samples are constant."""
+    # LAMMPS's kinetic energy leaves out the motion of the centre of mass, so it is 0 for one atom.
+    atoms = [int(each) for each in _ATOMS.findall(screen)]
+    if not atoms or min(atoms) < 2:
+        return False
+    energies = samples.values.get("ke", np.ones(1))
+    return not np.any(energies) and not any(np.any(np.diff(x)) for x in samples.values.values())
 
 
 def _integrates(command: Command) -> bool:

@@ -58,3 +58,14 @@ def test_a_run_in_an_included_file_or_in_an_if_is_found(tmp_path):
         path.write_text(MELT.format(start=MOVES, fixes="", end=end))
         with pytest.raises(InputError, match="no atom moves"):
             timestep_study(path)
+
+
+def test_one_atom_moves_although_its_kinetic_energy_is_0_in_lammps(tmp_path):
+    """LAMMPS leaves out the motion of the centre of mass, and so all motion of one atom."""
+    path = tmp_path / "in.x"
+    one = MELT.replace("create_atoms 1 box", "create_atoms 1 single 0.1 0 0")
+    one = one.replace("units lj", "units lj\natom_modify map array")
+    fixes = "fix pull all spring/self 1.0\ndisplace_atoms all move 0.1 0 0\nfix 1 all nve"
+    path.write_text(one.format(start="", fixes=fixes, end="variable x equal x[1]\nrun 200"))
+    study = timestep_study(path, ["v_x:last"], phases=3)
+    assert study.ladders[0].numbers[0].name == "v_x:last"

@@ -115,7 +115,7 @@ def test_an_open_end_says_no_more_than_is_known(plain):
 
 def test_a_step_is_called_h_whatever_the_scheme(plain):
     assert ", H = 0.01" in closing(dataclasses.replace(plain, scheme="verlet", timestep=0.01))[0]
-    assert "H, the time step" in ALL_TERMS["setting"]
+    assert "time step H" in ALL_TERMS["setting"]
 
 
 def test_text_from_a_scene_is_no_html(plain):
@@ -245,9 +245,9 @@ def test_what_cannot_be_drawn_is_refused_in_one_line(plain):
     with pytest.raises(RunError, match="bonds have no motion to show"):
         fast.plot.world_lines()
     by_hand = dataclasses.replace(plain, replay=None)
-    with pytest.raises(InputError, match="Give a result of collide"):
+    with pytest.raises(InputError, match="Use a result of collide"):
         _ = by_hand.scene
-    with pytest.raises(InputError, match="Give a result of collide"):
+    with pytest.raises(InputError, match="Use a result of collide"):
         by_hand.plot.world_lines()
     assert plain.scene is plain.replay.scene
 

@@ -47,7 +47,7 @@ def test_a_damaged_row_is_refused_in_one_line(store_path, chaincor, tmp_path, da
     assert store_path.read_bytes() == before
 
 
-@pytest.mark.parametrize("damage", ["scene = '{'", "details = NULL"])
+@pytest.mark.parametrize("damage", ["scene = '{'", "details = '{'"])
 def test_a_row_that_cannot_be_read_back_is_named(store_path, damage):
     _hurt(store_path, damage)
     with Store(store_path) as store:
