@@ -40,7 +40,7 @@ def test_the_command_prints_the_doubt(chaincor, tmp_path):
 def test_a_job_of_an_error_that_says_nothing_is_refused(monkeypatch):
     right = scripted.error_bar
     monkeypatch.setattr(scripted, "error_bar", lambda *given: right(*given[:2], 57.0))
-    with pytest.raises(ToleranceError, match="says nothing"):
+    with pytest.raises(ToleranceError, match="eta is unknown"):
         job_files(Scene(particles=3, tolerance=1e-4))
 
 

@@ -27,7 +27,7 @@ def test_explaining_changes_no_result(fields, wall, tmp_path):
     assert any(line.startswith("restitution") for line in results(runs[True].stdout))
     said = (tmp_path / "True" / "chain.data").read_text()
     # Comments are wrapped for a slide.
-    assert "without this section the chain is a gas" in said.replace("\n# ", " ")
+    assert "Without this section the chain would be a gas" in said.replace("\n# ", " ")
 
 
 @pytest.mark.slow
