@@ -152,7 +152,7 @@ def test_one_job_serves_ten_velocities(tmp_path):
 @pytest.mark.parametrize(
     ("fields", "table_range", "line"),
     [
-        ({"potential": "harmonic"}, (0.9, 1.1), "the bonds are harmonic"),
+        ({"potential": "harmonic"}, (0.9, 1.1), "table_range has no effect on harmonic bonds"),
         ({}, (1.1, 1.2), "table_range is 1.1 to 1.2. Give a length below and a length above 1"),
         ({}, (-0.5, 1.2), "between 0 and inf for lj bonds"),
         ({}, (0.9, float("inf")), "table_range is 0.9 to inf"),

@@ -125,5 +125,5 @@ def test_what_cannot_be_shown_is_refused():
     for frames in (float("nan"), float("inf"), 1e300, 10**15, "all", True):
         with pytest.raises(InputError, match=rf"^frames is {re.escape(repr(frames))}"):
             spheres.trajectory(frames)
-    with pytest.raises(InputError, match="does not say how it was run"):
+    with pytest.raises(InputError, match="does not contain the run that made it"):
         dataclasses.replace(spheres, replay=None).to_ase()

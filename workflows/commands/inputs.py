@@ -25,9 +25,7 @@ from chaincor.workflows.commands.scene_options import SceneCommand, scene_from, 
     "scheduler that runs the jobs of a sweep file [default: bash]",
     click.Choice(["slurm", "pbs", "bash"]),
 )
-@option(
-    "--site FILE", "file of lines for the head of the script that submits the jobs of a sweep file"
-)
+@option("--site FILE", "lines for the head of a sweep file's submit script")
 @option("--jobs-per-task N", "jobs of a sweep file that a task of an array runs", ONE_OR_MORE)
 @option("--at-once N", "largest number of simultaneous tasks for a sweep file", ONE_OR_MORE)
 @option("--dry-run", "print the script and write nothing")
@@ -48,8 +46,8 @@ from chaincor.workflows.commands.scene_options import SceneCommand, scene_from, 
     nargs=2,
 )
 @option("--plain", "write only LAMMPS's own commands: about twenty, without an error bar")
-@option("--explain", "add a comment to every command that says what it is for")
-@option("--force", "replace the files of an existing job in the folder")
+@option("--explain", "explain every command in a comment")
+@option("--force", "replace the files of an existing job")
 def inputs(
     scene_file: str | None,
     output: str | None,

@@ -91,9 +91,8 @@ def describe_study(study: Tradeoff) -> str:
         cells = ("-" if value is None else f"{value:.1e}" for value in values)
         lines.append("    " + "".join(f"{cell:>12}" for cell in (budget.name, *cells)))
     lines.append(
-        "    (output: error if eta is read from a default dump with six "
-        f"digits; {study.budgets[0].output_exact:.0e} with the 17 digits of "
-        "chaincor's dumps)"
+        "    (output: error of eta from a default dump with six digits; "
+        f"{study.budgets[0].output_exact:.0e} with 17 digits)"
         if study.budgets
         else "    none"
     )

@@ -138,5 +138,5 @@ def test_the_command_names_both_bodies(chaincor):
 
 def test_a_study_refuses_what_its_oracles_do_not_know():
     for fields in ({"masses": [1, 2]}, {"target_particles": 3}, {"compression": 0.01}):
-        with pytest.raises(InputError, match=f"Drop {next(iter(fields))}"):
+        with pytest.raises(InputError, match=f"Leave out {next(iter(fields))}"):
             tradeoff(Scene(particles=4, **fields), quick=True)
