@@ -113,4 +113,4 @@ def test_a_study_says_what_of_a_scene_it_does_not_use(chaincor, tmp_path):
     path.write_text('particles = 3\nscheme = "verlet"\nsave = "job"\n')
     status, _, err = chaincor("tradeoff", str(path), "--quick")
     assert status == 0
-    assert "of the scene it does not use scheme, save" in err
+    assert "It ignores these keys of the scene: scheme, save" in err
