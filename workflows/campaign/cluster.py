@@ -116,7 +116,9 @@ class DaskCluster(Executor):
         now = time.monotonic()
         if now - self._counted >= _COUNT_SECONDS:
             self._counted = now
-            self._cores = sum(self._client.ncores().values())
+            # The watch reports a lost scheduler, and fails all pending tasks.
+            with contextlib.suppress(OSError):
+                self._cores = sum(self._client.ncores().values())
         return _TASKS_PER_CORE * max(1, self._cores)
 
     def submit(self, function: Callable, /, *args: Any, **kwargs: Any) -> Future:

@@ -74,7 +74,7 @@ USES = {
 # A command leaves this work to worker processes, which do what `run` does.
 BY_WORKERS = {"sweep": {"numba"}}
 # What a library loads for itself.
-BROUGHT = {"rocrate": ("jinja2",)}
+BROUGHT = {"pyarrow": ("pandas",), "rocrate": ("jinja2",)}
 
 
 def loaded(folder, *arguments):
