@@ -13,7 +13,7 @@ _MOST_PARTICLES = 10**9
 
 def printed_digits(path: Path) -> tuple[int, int | None]:
     """
-    Return the significant digits of the numbers in an extended XYZ file, and their decimals.
+    Return how many significant digits and decimals the numbers of an extended XYZ file have.
 
     The second value is None if the numbers have different numbers of decimals: ``%g`` drops zeros
     at the end, and ``%.8f`` keeps them. All frames count, because a chain that starts with round

@@ -84,7 +84,7 @@ def solve_to_tolerance(planned: Plan) -> BoundedRun:
 
 
 def _run_as_given(planned: Plan) -> BoundedRun:
-    """Run explicit numerics, with the error bar from runs at other steps."""
+    """Run the numerics of the user, with an error bar from runs at other steps."""
     problem, numerics = planned.problem, planned.numerics
     assert numerics is not None
     details: dict[str, Any] = {}

@@ -10,7 +10,8 @@ from chaincor.workflows.campaign.carry_out import TASKS_PER_WORKER
 from chaincor.workflows.errors import SchedulerError
 from chaincor.workflows.given import workers_given
 
-# Attributes of the number of workers: of mpi4py's executors, and of those of Python and loky.
+# These attributes hold the number of workers: the first in mpi4py's executors, the second in the
+# executors of Python and loky.
 _COUNTS = ("num_workers", "_max_workers")
 
 

@@ -11,7 +11,7 @@ from chaincor.workflows.tables.judge import Errors, Judge, last_row
 from chaincor.workflows.tables.reading import with_lengths_of_header
 from chaincor.workflows.tables.report import TableReport, sentence
 
-# Numbers of rows are recommended for this error, as a fraction of the local force.
+# A recommended number of rows keeps the error of the force below this fraction of the local force.
 TOLERANCE = 1e-3
 # Outside the range, a contradiction counts if it occurs in this many consecutive intervals, in each
 # of them by more than this fraction of the force.

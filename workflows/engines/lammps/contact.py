@@ -194,7 +194,8 @@ def approach_time(problem: Problem) -> float:
     """
     Return the longest time to the first contact; 0 if the bodies start with it.
 
-    The bodies meet before their centres of mass could, which approach each other with v0.
+    The centres of mass approach each other with v0. The bodies touch before their
+    centres would meet.
     """
     n, masses = problem.particles, problem.line.chain_masses
     positions, velocities = initial_state(problem.line)

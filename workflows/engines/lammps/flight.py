@@ -186,7 +186,7 @@ class ComposedFlight(LammpsFlight):
                 if taken is not None:
                     self.time += taken
                     return self.meeting.arrive(self.time)
-                # The polynomial has reached the wall, but the motion has not.
+                # The polynomial puts the particle at the wall; the motion is not there yet.
                 chain.restore(whole)
                 if after[0] < 0.0:
                     raise TimestepError(

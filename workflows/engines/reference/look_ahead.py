@@ -166,7 +166,7 @@ class LookAhead:
 
     def keeps_off(self, until: float) -> tuple[bool, float, int]:
         """
-        Return whether the chain stays off the wall until a time after which no contact can come.
+        Return whether the chain never touches the wall again.
 
         The result is a flag, the time at which this was seen or up to which the motion is known,
         and the number of force evaluations so far. ``whole_end`` gives the time `until`.
