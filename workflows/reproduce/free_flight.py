@@ -129,7 +129,6 @@ def _flight(point: MeasuredPoint, answer: Answer, times: Iterable[float]) -> Ite
     velocities, strains = arrays["velocities"], np.diff(arrays["displacements"])
     inner = 0.5 * float(np.sum((velocities - np.mean(velocities)) ** 2))
     inner += float(np.sum(bond.energy(strains)))
-    # The energy of internal motion bounds the compression of a bond. After a fast collision, no
     # The energy of internal motion limits the compression of a bond. After a fast collision, no
     # bond becomes as short as while the chain was at the wall.
     shortest = max(answer.result["bond_min"] - 1.0, compressed_strain(bond, inner))

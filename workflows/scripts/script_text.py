@@ -1,4 +1,4 @@
-"""Check a script's text before it runs: its variables, and files that it would overwrite."""
+"""Read the commands of a user's script and its includes, and check that copies of it can run."""
 
 import re
 from dataclasses import dataclass
