@@ -1,4 +1,4 @@
-"""Test that dumps of two bodies are analysed, however the bodies are told apart."""
+"""Test that dumps of two bodies are analysed, however the bodies are distinguished."""
 
 import json
 from dataclasses import replace

@@ -14,7 +14,7 @@ from chaincor.workflows.store.connection import named_errors
 from chaincor.workflows.store.merge import copy_rows
 from chaincor.workflows.store.results_store import Part, Store
 
-# Pages of SQLite's cache are kept for every open store. Kilobytes of each.
+# Each open store keeps a cache of its own. SQLite takes a negative size in kilobytes.
 _CACHE_KILOBYTES = 256
 _HIDDEN = "collision_sha256 NOT IN (SELECT collision_sha256 FROM temp.hidden)"
 

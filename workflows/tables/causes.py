@@ -39,18 +39,17 @@ def cause_of_error(judge: Judge, errors: Errors, style: Style, rows: int) -> Tab
         text = f"{len(t.lengths)} rows of energies do not determine the force {near}"
         return TableFaultCause("rows", text, "Give more rows, or forces.")
     error = errors.largest
-    for slopes in (_slopes_of_rows(judge),):
-        if slopes is not None and not t.is_bitmap:
-            better = replace(judge, table=replace(t, slopes=slopes)).errors(
-                style, rows, judge.low, judge.high
+    slopes = _slopes_of_rows(judge)
+    if slopes is not None and not t.is_bitmap:
+        sloped = replace(judge, table=replace(t, slopes=slopes))
+        better = sloped.errors(style, rows, judge.low, judge.high)
+        if better.largest < 0.3 * error and judge.size_at(errors.at)[k] > 0.0:
+            word = "FPRIME" if t.kind == "pair" else "FP"
+            blame = f"{word} is wrong" if t.slopes else "LAMMPS guesses the end slopes"
+            said = f"{blame}, which shows {near}"
+            return TableFaultCause(
+                "end slopes", said, f"write {word} {slopes[0]:.6g} {slopes[1]:.6g} after N"
             )
-            if better.largest < 0.3 * error and judge.size_at(errors.at)[k] > 0.0:
-                word = "FPRIME" if t.kind == "pair" else "FP"
-                blame = f"{word} is wrong" if t.slopes else "LAMMPS guesses the end slopes"
-                said = f"{blame}, which shows {near}"
-                return TableFaultCause(
-                    "end slopes", said, f"write {word} {slopes[0]:.6g} {slopes[1]:.6g} after N"
-                )
     many = 10 * max(rows, len(t.lengths))
     finer = judge.errors(style, many, judge.low, judge.high) if not t.is_bitmap else errors
     if finer.largest < 0.5 * error:

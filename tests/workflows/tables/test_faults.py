@@ -121,7 +121,7 @@ def test_a_shift_of_half_a_column_is_no_factor(tmp_path):
     assert "the force column is shifted down by 1 row between 1.3" in report.summary
 
 
-def test_reversed_energies_are_told_from_reversed_forces(tmp_path):
+def test_reversed_energies_are_distinguished_from_reversed_forces(tmp_path):
     """The first force of a bond pushes its particles apart."""
     path = write(tmp_path / "t", spoil=lambda d, h: h.pop("FP") and d * [1, -1, 1])
     assert "Multiply the energy column by -1" in check_table(path).summary
