@@ -8,17 +8,17 @@ distance to the reference engine at a tolerance of 1e-10. The C++ program then t
 which it has this error, and the ratio of both processor times is printed.
 """
 
-import resource
-import subprocess
-import sys
 import tempfile
 from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
 
 from benchmarks.beads.verlet import VerletColumn
+from benchmarks.jobs import processor_time
 from benchmarks.peers.integrators import timed
 from chaincor import Scene, collide, write_job
+from chaincor.analysis.dumps.printed import printed_numbers
+from chaincor.workflows.engines.lammps.library import find_lmp_command
 
 BEADS = (10, 100)
 TOLERANCES = (1e-4, 1e-6, 1e-8)
@@ -51,20 +51,15 @@ def granular_runs(beads: int, right: float, folder: Path) -> Iterator[tuple[str,
         idle = script.replace("ceil(v_duration/v_step)", "0")
         (job / "in.idle").write_text(idle)
         seconds = min(_seconds(job, "in.chain") - _seconds(job, "in.idle") for _ in range(TURNS))
-        yield f"LAMMPS {step:g}", abs(1 - _printed_eta(job) - right), seconds
+        printed = printed_numbers((job / "log.in.chain").read_text(), ["restitution"])
+        yield f"LAMMPS {step:g}", abs(1 - printed["restitution"] - right), seconds
 
 
 def _seconds(job: Path, script: str) -> float:
-    begun = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
-    lmp = str(Path(sys.executable).with_name("lmp"))
+    lmp = find_lmp_command()
+    assert lmp is not None, "LAMMPS is installed"
     command = [lmp, "-in", script, "-log", f"log.{script}", "-screen", "none"]
-    subprocess.run(command, cwd=job, check=True, capture_output=True)
-    return resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - begun
-
-
-def _printed_eta(job: Path) -> float:
-    lines = (job / "log.in.chain").read_text().splitlines()
-    return float(next(x for x in lines if x.startswith("restitution =")).split("=")[1])
+    return processor_time(command, job)[1]
 
 
 def main() -> None:
