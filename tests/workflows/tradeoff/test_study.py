@@ -115,7 +115,9 @@ def test_the_command_prints_the_advice_and_writes_the_files(tmp_path, chaincor, 
     words = ("--quick", "--particles", "3", "-o", tmp_path / "out", "--json")
     status, out, err = chaincor("tradeoff", *words)
     assert status == 0, err
-    assert "costs" in json.loads(out)["advice"] or "beyond" in out
+    # A busy machine measures too few settings in these seconds to reach the tolerance.
+    advice = json.loads(out)["advice"]
+    assert " costs " in advice or "no measured setting has an error of" in advice
     assert (tmp_path / "out" / "work_precision.png").exists()
 
 
