@@ -1,16 +1,16 @@
 r"""
 Find the time within a step at which the gap closes, to rounding, for both engines.
 
-The path of particle 1 over a step, x(s) for 0 <= s <= H, is the path of the composed map itself,
-:math:`x(s) = x_1(\Phi_s(z))`, so a contact is located to rounding at any order. Within one step,
-only as many particles as the map has stages can act on particle 1. The search moves only these
-particles.
+The path of particle 1 over a step, x(s) for 0 <= s <= H, comes from the composed map itself,
+:math:`x(s) = x_1(\Phi_s(z))`. A contact is therefore located to rounding at any order. Within one
+step, only as many particles as the map has stages can act on particle 1. The search moves only
+these particles.
 
-The search starts from the quintic that fits position, velocity and acceleration at both ends. Its
-Bernstein coefficients change sign at least as often as it has roots (Descartes' rule). Without a
-sign change there is no contact; with one, there is exactly one contact. With more, the step is
-halved until one of these cases holds. A departure from the wall at s = 0 does not count, because
-zeros have no sign.
+The search starts from the quintic that fits position, velocity and acceleration at both ends. The
+quintic has at most as many roots as its Bernstein coefficients have sign changes (Descartes' rule).
+Without a sign change there is no contact; with one sign change there is exactly one contact. With
+more sign changes, the step is halved until it has at most one. A departure from the wall at s = 0
+does not count, because zeros have no sign.
 """
 
 from collections.abc import Callable, Sequence
@@ -26,11 +26,12 @@ Quintic = tuple[float, float, float, float, float, float]
 
 # Rounding limits the relative resolution of times to this.
 RESOLUTION = 4e-16
-# Newton's steps double their digits, or halve the distance to a double zero. If a search takes more
-# steps than this, the motion has exploded and its bounds on the curvature are out of proportion.
+# A Newton step doubles the number of correct digits, or halves the distance to a double zero. If a
+# search takes more steps than this, the motion has exploded and its bounds on the curvature are out
+# of proportion.
 MOST_MOVES = 1000
-# A part of a step that is shorter than this is not divided further. So short a visit to the wall
-# changes the velocity of particle 1 by 1e-6 of the change that its acceleration causes in a step.
+# A part of a step that is shorter than this is not divided further. A contact that short changes
+# the velocity of particle 1 by 1e-6 of the change in a whole step.
 NARROWEST = 2.0**-20
 # A search takes at most this many evaluations. Newton's method needs about three; bisection to
 # rounding would need 53.
@@ -44,8 +45,8 @@ def count_sign_changes(start: PathPoint, end: PathPoint, step: float) -> int:
     """
     Return an upper bound on the number of contacts between two points.
 
-    It is the number of sign changes among the Bernstein coefficients of the Hermite quintic. Zeros
-    do not count, so a departure from x = 0 does not count either.
+    The bound is the number of sign changes among the Bernstein coefficients of the Hermite quintic.
+    Coefficients of zero are left out, so a departure from x = 0 does not count as a contact.
     """
     x0, v0, a0 = start
     x1, v1, a1 = end
@@ -69,7 +70,7 @@ def count_sign_changes(start: PathPoint, end: PathPoint, step: float) -> int:
 
 def first_root(coefficients: Sequence[float] | Array, end: float) -> float:
     """
-    Return the first zero of a polynomial that starts positive, by steps that cannot pass a zero.
+    Return the first zero of a polynomial that starts positive, with steps that never pass a zero.
 
     From x > 0 with slope v and a bound B on the curvature, no zero is nearer than the positive root
     of x + v d - B d^2/2; near a zero this is Newton's step. The coefficients belong to rising
@@ -144,8 +145,8 @@ def narrow(
     return low, high, better, moved <= SETTLED * better and near
 
 
-# A point of a path is needed for one of these purposes: the end of the step, a part of the step,
-# the zero.
+# The search requests a point of a path for one of these purposes: the end of the step, a part of
+# the step, the zero.
 LOOK, CUT, REFINE = range(3)
 
 # State of a search: fields of the ledger of a run.
@@ -167,7 +168,7 @@ SEARCH_FIELDS = [
 
 class SearchSteps(NamedTuple):
     """
-    Functions of a search, which requests the points of a path one by one.
+    Functions of a search that requests the points of a path one by one.
 
     The ledger holds the state of the search, see `SEARCH_FIELDS`.
     """
@@ -182,7 +183,7 @@ class SearchSteps(NamedTuple):
 
 
 def build_search_steps(register: Callable) -> SearchSteps:
-    """Return the parts of a search; `register` registers functions with a compiler."""
+    """Return the functions of a search; `register` registers functions with a compiler."""
     count_changes = register(count_sign_changes)
     guess_path = register(fit_path)
     guess_root = register(first_root)

@@ -21,43 +21,44 @@ from chaincor.workflows.engines.fragment_bounds import reach
 from chaincor.workflows.engines.fragments import Body, Fragments
 
 # A collision is followed for the first number times its own duration plus the second number of
-# sound crossings, but at most for the third number of crossings. These are choices: the judge of
-# many scenes (`tests/judge/plain.py`) runs on to 20 times the duration, and so finds no
+# sound crossings, but at most for the third number of crossings. These numbers are choices. A test
+# of many scenes (`tests/judge/plain.py`), which continues to 20 times the duration, finds no
 # contact after these limits.
 FOLLOWED_TIMES = 21.0
 LEAST_CROSSINGS, MOST_CROSSINGS = 5.0, 200.0
 # A fragment that approaches the wall is followed if it arrives within this number of crossings.
 ARRIVAL_CROSSINGS = 200.0
-# Whole bodies that still vibrate are followed until they certainly meet or are too far apart, up to
-# this number of crossings after the last contact.
+# Whole bodies that still vibrate are followed until they certainly touch or are too far apart to
+# touch, up to this number of crossings after the last contact.
 CERTAIN_CROSSINGS = 2000.0
 
-# An argument begins anew if the first fragment loses or gains particles, because the disturbance
-# may reach its other end. In a long fragment, whose far end evaporates, one particle in this number
-# may come and go.
+# The time of an argument starts again if the first fragment loses or gains particles, because this
+# disturbance may reach its other end. The far end of a long fragment evaporates, so one particle in
+# this number may come and go without a new start.
 EVAPORATING = 400
 
 # Nearly equal motions of a hot chain agree for this time after the last contact, in times of sound
 # over a bond.
 EARLY = 100.0
 
-# Each of two bodies has at least this share in the distance and in the speed between them.
+# The plane between two bodies leaves each of them at least this share of their distance and of
+# their relative speed.
 _LEAST_SHARE = 0.05
 
 LOOKS_PER_CROSSING = 10.0
-# The interval between looks grows with the time since the contact.
+# The interval between checks grows with the time since the contact.
 LOOK_GROWTH = 1.4
 
 
 def longest_collision(particles: int, stiffness: float, last_contact: float) -> float:
-    """Return the time since the first contact from which an end that is not argued is open."""
+    """Return the time since the first contact after which an end without an argument is open."""
     crossing = (particles + 5.0) / stiffness**0.5
     followed = FOLLOWED_TIMES * last_contact + LEAST_CROSSINGS * crossing
     return min(followed, MOST_CROSSINGS * crossing)
 
 
 def look_interval(particles: int, stiffness: float) -> float:
-    """Return the time between two looks for the end while contacts still occur."""
+    """Return the time between two checks for the end while contacts still occur."""
     return (particles + 10.0) / stiffness**0.5 / LOOKS_PER_CROSSING
 
 
@@ -108,7 +109,7 @@ def _share(first: float, second: float) -> float:
 
 class EndWatch:
     """
-    Search for the end of a collision; it records how long the end has been argued.
+    Search for the end of a collision, with a record of how long the end has been argued.
 
     `particles` is the number of particles of the chain. `stiffness` is U''(1) over the mean mass,
     by default the stiffness of the bond. `risk_allowed` is the risk of a return below which an end
@@ -127,7 +128,8 @@ class EndWatch:
         self._stiffness = bond.stiffness if stiffness is None else stiffness
         self._quiet = sound_round_trip(particles, self._stiffness)
         self._early = min(0.5 * self._quiet, EARLY / self._stiffness**0.5)
-        #: Risk of a return at the last look while nearly equal motions still agreed; 1 without one.
+        #: Risk of a return at the last check at which nearly equal motions still agreed; 1 without
+        #: such a check.
         self.early_risk = 1.0
         self._last_contact = -math.inf
         self._calm_since = 0.0
@@ -188,9 +190,10 @@ class EndWatch:
         """
         Return whether it will soon be certain that whole bodies meet, or that they do not.
 
-        They meet before their mean displacements D are so close that the first particles cannot be
-        far enough behind. They do not meet once D is so large that the first particles cannot be
-        far enough ahead, that is, once D is as large as both reaches.
+        The bodies certainly touch before D, the difference of their mean displacements, is so small
+        that their first particles cannot lie far enough behind the means. The bodies cannot touch
+        once D is as large as both reaches together, because their first particles cannot lie far
+        enough ahead.
         """
         if any(len(pieces.sizes) > 1 for pieces in parted):
             return False
@@ -209,12 +212,12 @@ class EndWatch:
         return True
 
     def followed_until(self, last_contact: float) -> float:
-        """Return the time until which the collision is followed, later if a fragment approaches."""
+        """Return the time until which to follow the collision, later if a fragment approaches."""
         longest = longest_collision(self._particles, self._stiffness, last_contact)
         return max(longest, self._arrival)
 
     def next_look(self, now: float, last_contact: float) -> float:
-        """Return the time of the next look, no later than an argument may be complete."""
+        """Return the time of the next check, at the latest when an argument may be complete."""
         later = last_contact + LOOK_GROWTH * (now - last_contact)
         argued = self._calm_since + self._quiet * (1.0 + 1e-12)
         calm = self._calm_since < now

@@ -1,5 +1,5 @@
 r"""
-Judge whether a collision is over, from the evidence that no further contact comes.
+Decide whether a collision is over, from the evidence that no further contact comes.
 
 The restitution is defined in the limit of long times, so late contacts count as well. To
 judge a state, the chain is cut into fragments that stay apart (see ``fragments``), and the first
@@ -11,8 +11,9 @@ far as its mean has moved. To hit the wall, the particle must move against the m
 Here D is the mean displacement of the m particles, V their mean velocity and I the internal energy.
 An end is
 
-*proved* if V > 0, the inequality fails and every cut is proved. A cut only pulls the fragment away
-from the wall, so D and V never fall, and I includes all energy that the pull can add.
+*proved* if V > 0, the inequality fails and a proof shows that the fragments at every cut stay
+apart. A cut only pulls the fragment away from the wall, so D and V never fall, and I includes all
+energy that the pull can add.
 
 *argued* in two cases. First, the energy would suffice for a return, but nearly all of it would have
 to gather in one vibration, which is very unlikely (``fragment_bounds.escape_risk``), and this has
@@ -62,24 +63,24 @@ class Ending:
     """End of a collision."""
 
     kind: EndingKind  #: ``proved``, ``argued`` or ``open``.
-    #: Largest momentum that contacts after an open end could give the chain; 0 for other ends.
+    #: Largest momentum that the chain could get from contacts after an open end; 0 for other ends.
     missed_momentum: float = 0.0
-    #: Largest momentum of contacts after an argued end in a nearly equal motion; 0 if contacts need
-    #: a rare gathering of energy.
+    #: Largest momentum of contacts after an argued end in a nearly equal motion; 0 if contacts are
+    #: possible only by a rare concentration of energy.
     momentum_at_stake: float = 0.0
 
     def doubted(self, momentum: float) -> "Ending":
         """
-        Return the end if late contacts with a given momentum, or 0 for no contacts, are in doubt.
+        Return the end when nearly equal motions disagree on late contacts.
 
-        Nearly equal motions disagree on these contacts. The end is open if the contacts could give
-        more than the momentum that is already missing.
+        The contacts have a given momentum, which is 0 for no contacts. The end is open if they
+        could give more than the momentum that is already missing.
         """
         return Ending("open", momentum) if momentum > self.missed_momentum else self
 
 
 def sound_round_trip(particles: int, stiffness: float) -> float:
-    """Return the time for which an argument must hold: a sound round trip through the chain."""
+    """Return the time for which an argument must hold, a sound round trip through the chain."""
     return QUIET_ROUND_TRIPS * 2.0 * particles / stiffness**0.5
 
 

@@ -19,13 +19,13 @@ from numpy.typing import NDArray
 
 from chaincor.lammps_inputs.bonds.potential import Potential
 
-# This part of the energy of a broken bond counts as spent once an end particle is far out.
+# This fraction of the energy of a broken bond counts as spent once an end particle is far out.
 PAID = 0.9
 # Estimates of risk assume this number of vibrations for each particle.
 VIBRATIONS = 100.0
-# An escape for which there is energy has at least this risk.
+# An escape that the energy allows has at least this risk.
 _LEAST_RISK = 1e-300
-# Bounds are computed and cached for energies on a ladder of this ratio.
+# Bounds are computed and cached for a geometric sequence of energies with this ratio.
 ENERGY_LADDER = math.log(1.03)
 
 
@@ -35,7 +35,7 @@ def breaking_energy(bond: Potential) -> float:
 
 
 class Lever(NamedTuple):
-    """Leverage of the bonds of a fragment on the distance of an end particle from the mean."""
+    """Effect of the bonds of a fragment on the distance of an end particle from the mean."""
 
     particles: int  #: Number of particles of the fragment.
     #: Sum of the weights w_i.
@@ -71,8 +71,8 @@ def reach(bond: Potential, energy: float, lever: Lever) -> float:
     """
     Return the largest distance of an end particle from its place relative to the mean.
 
-    `energy` is the largest energy of all bonds together. The distance is inf if this suffices to
-    break a bond.
+    `energy` is the largest energy of all bonds together. The distance is inf if this energy
+    suffices to break a bond.
     """
     if lever.particles == 1 or energy <= 0.0:
         return 0.0
@@ -90,7 +90,7 @@ def reach(bond: Potential, energy: float, lever: Lever) -> float:
 
 
 def _on_ladder(bond: Potential, energy: float) -> float:
-    """Return the next energy of the ladder, or `energy` if the next one would break the bond."""
+    """Return the next energy of the sequence, or `energy` if the next one would break the bond."""
     rung = math.ceil(math.log(energy / bond.stiffness) / ENERGY_LADDER)
     higher = bond.stiffness * math.exp(rung * ENERGY_LADDER)
     return higher if higher < breaking_energy(bond) else energy
@@ -141,5 +141,5 @@ def escape_risk(
     decays = math.exp(freedoms * math.log1p(-needed / energy)) if energy > needed else 0.0
     part = (energy - needed) / (energy - breaking)
     times = energy / breaking
-    # An unlikely escape never counts as impossible, however long the fragment.
+    # An unlikely escape never counts as impossible, even in a long fragment.
     return min(1.0, max(_LEAST_RISK, min(patience * decays, times * part**freedoms)))

@@ -34,12 +34,12 @@ from chaincor.workflows.engines.fragment_bounds import (
     reach,
 )
 
-# All pulls must leave this part of the present speed of separation.
+# After all pulls, this fraction of the present speed of separation must remain.
 _LEFT = 0.5
-# The pull has this reserve, because the pull itself makes the gaps smaller.
+# The bound on the pull is larger by this factor, because the pull itself makes the gaps smaller.
 _RESERVE = 1.5
-# Energies have this reserve, because the Verlet steps of look-ahead runs keep energies to some
-# parts in 1e3.
+# Energies are increased by this factor, because the Verlet steps of look-ahead runs conserve
+# energies only to some parts in 1e3.
 _ENERGY_RESERVE = 1.01
 
 
@@ -109,7 +109,7 @@ class _Chain:
         self.strains, self.velocities, self.bond = strains, velocities, bond
         self.momenta = self.masses * velocities
         self.patience = VIBRATIONS * len(velocities)
-        with np.errstate(over="ignore"):  # an exploded motion, which its energy reveals
+        with np.errstate(over="ignore"):  # the motion exploded, as its energy shows
             self.bond_energies = np.append(bond.energy(strains), 0.0)
 
     def bound_cuts(self, cuts: NDArray[np.int64]) -> NDArray[np.int64]:
@@ -215,7 +215,7 @@ class _Chain:
         ahead: Array,
         energies: Array,
     ) -> tuple[Array, Array]:
-        """Return lower bounds on the strains of the cut bonds and on their growth."""
+        """Return lower bounds on the strains of the cut bonds and on their rates of growth."""
         far = zip(energies[:-1], levers[:-1], strict=True)
         near = zip(energies[1:], levers[1:], strict=True)
         last = np.array([self._end(float(energy), lever[1]) for energy, lever in far])
@@ -236,14 +236,14 @@ class _Chain:
         return reach(bond, paid, lever), math.sqrt(rest)
 
     def _pull(self, gaps: Array, growths: Array, where: NDArray[np.bool_]) -> Array:
-        """Return the momentum that the pull across each gap can ever give."""
+        """Return the largest momentum that the pull across each gap can give in all future."""
         bond = self.bond
         gaps, growths = np.where(where, gaps, 1.0), np.where(where, growths, 1.0)
         return np.where(where, (bond.dissociation - bond.energy(gaps)) / growths, 0.0)
 
     @staticmethod
     def _worsened(energies: Array, pulls: Array, levers: list[tuple[Lever, Lever]]) -> Array:
-        """Return the internal energies including the effect of pulls from both sides."""
+        """Return the internal energies, increased by the effect of pulls from both sides."""
         first, last = (np.array([lever[end].mass for lever in levers]) ** -0.5 for end in (0, 1))
         sides = np.append(0.0, pulls) * first + np.append(pulls, 0.0) * last
         return 0.5 * (np.sqrt(2.0 * energies) + sides) ** 2

@@ -23,8 +23,9 @@ from chaincor.workflows.engines.outcome import Frames, Outcome
 from chaincor.workflows.engines.reference.finish import unfinished_error
 from chaincor.workflows.errors import CrossingError, LostAtomsError
 
-# The end is looked for at the first interval. The motion of n beads is followed for the second
-# time, times n + 10. Both are in units of the time in which two colliding beads stop each other.
+# The first number is the interval between checks for the end. The motion of n beads is followed for
+# n + 10 times the second number. Both are in units of the time in which two colliding beads stop
+# each other.
 _LOOK, _FOLLOWED = 0.3, 1000.0
 
 
@@ -58,15 +59,15 @@ def run_beads(
 
 
 class _Column:
-    """Column in flight: its contacts, the range of its bonds, its frames and its end."""
+    """Moving column, with its contacts, the range of its bonds, its frames and its end."""
 
     def __init__(self, problem: Problem, chain: LammpsChain, frame_interval: float | None) -> None:
         self._problem, self._chain, self._line = problem, chain, problem.line
         n, targets = problem.particles, problem.line.targets
         self._rest = bead_rests(problem.line)
         beads = problem.line.diameters
-        # If two neighbouring gaps have this sum, a bead overlaps the next bead but one, or the
-        # wall.
+        # If two neighbouring gaps add up to this value, a bead overlaps the next bead but one, or
+        # the wall.
         self._reach = -(np.ones(n + targets) if beads is None else beads)[
             : n + targets - 1 - bool(targets)
         ]

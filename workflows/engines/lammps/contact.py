@@ -12,7 +12,7 @@ from chaincor.lammps_inputs.problem import Problem
 from chaincor.workflows.engines.contact_search import PathPoint
 from chaincor.workflows.engines.lammps.instance import LammpsChain
 
-# The time that bodies need to reach each other has this reserve.
+# The time that bodies need to reach each other is increased by this factor.
 _LATEST = 1.1
 # Steps are graded over this time, in units of 1/frequency of the fastest bond.
 _ZONE = 1.0

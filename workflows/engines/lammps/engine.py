@@ -38,15 +38,15 @@ from chaincor.workflows.outputs import sign_job
 
 # These constants give the first guess of the range of bonds. Two particles that collide at 2 v0
 # compress their bond with the energy v0^2, and somewhat more if others push; bonds stretch about as
-# fast as they came. The engine notices and widens too narrow a guess, so these constants affect
-# only the cost.
+# fast as they were compressed. The engine notices and widens too narrow a guess, so these constants
+# affect only the cost.
 _GUESS_ENERGY = 1.6
 _GUESS_STRETCH = 3.0
 _WIDENING = 1.5
 _MOST_WIDENINGS = 12
-# A kept job has this folder for files that the engine itself does not use.
+# This folder of a saved job holds the files that the engine itself does not use.
 _KEPT = "kept"
-# Bonds are examined only at intervals, so this share of the stretch of the longest bond may be
+# Bonds are examined only at intervals, so this fraction of the stretch of the longest bond may be
 # missed.
 _UNSEEN: float = measured("unseen_stretch")
 # A run with a larger rounding error of eta than this is useless.
@@ -120,7 +120,8 @@ def _keep_job(target: Path, folder: Path, dump: Path | None = None) -> None:
         if file.is_file() and not (named and file.name == DUMP_FILE)
     ]
     with folder_aside(target) as aside:
-        # Files of the script come last: they replace files that only the engine can use.
+        # Files of the script are written last, so that they replace files that only the engine can
+        # use.
         for file in [*files, *folder.glob(f"{_KEPT}/*")]:
             shutil.copy2(file, aside / file.name)
         sign_job(aside)

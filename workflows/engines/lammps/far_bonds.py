@@ -20,7 +20,7 @@ class FarBonds:
         self.far = np.zeros(len(chain.lengths()), dtype=bool)
 
     def steps_left(self) -> int:
-        """Return a number of Verlet steps during which no bond can need to change its table."""
+        """Return a number of Verlet steps during which no bond can need another table."""
         lengths = self._chain.lengths()
         room = FAR_OUT - np.max(lengths, where=~self.far, initial=-np.inf)
         room = min(room, np.min(lengths, where=self.far, initial=np.inf) - FAR_BACK)

@@ -154,8 +154,9 @@ class ComposedFlight(LammpsFlight):
 
     _MOST_CORRECTIONS = 8
     _AT_WALL = 1e-12
-    # In parts of H: a correction below the first number is one Verlet step, with an error of (1e-3
-    # H)^3/12, less than the error of the composition; below the second it is exact to rounding.
+    # Both limits are fractions of H. A correction shorter than the first limit is one Verlet step;
+    # its error, (1e-3 H)^3/12, is less than the error of the composition. A correction shorter than
+    # the second limit is exact to rounding.
     _SHORT, _EXACT = 1e-3, 1e-5
 
     def advance(self, limit: float) -> ContactRecord | None:
@@ -237,7 +238,7 @@ class ComposedFlight(LammpsFlight):
 def flight_of(
     chain: LammpsChain, problem: Problem, numerics: Numerics, guarded: bool = True
 ) -> LammpsFlight:
-    """Return the flight of the bodies of a scene for some numerics."""
+    """Return the flight of the bodies of a scene for given numerics."""
     meeting = Meeting(chain, problem.line)
     if problem.line.soft:
         meeting = SoftMeeting(chain, problem, STEP_SCHEMES[numerics.scheme].order)

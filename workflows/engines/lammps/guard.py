@@ -55,8 +55,9 @@ class WallGuard:
         self.position = reach * h * h  #: Position at which particle 1 is stopped.
         #: Time over which the present acceleration is a prediction: 1/frequency of the bonds.
         self.longest = 1.0 / problem.slow_stiffness**0.5
-        # Part of the predicted time that is used. The present acceleration does not predict
-        # collisions of sharp bonds, which would otherwise spoil long windows again and again.
+        # Fraction of the predicted time that is used. The present acceleration does not predict
+        # collisions of sharp bonds; without this fraction, long windows would often have to be
+        # undone.
         self._share = 1.0
         # Groups of particle 1, one bit each, as LAMMPS stores them; the first bit is the group of
         # all.
@@ -82,7 +83,7 @@ class WallGuard:
         """
         Take full Verlet steps; return whether all of them ended clear of the wall.
 
-        The result is False if a step ended at or behind the wall, or failed; the state is then
+        The result is False if a step failed, or ended at or behind the wall; the state is then
         invalid.
         """
         self._mask[0] = self._watched

@@ -1,4 +1,4 @@
-"""Write the input script of a kept job, whose collision the engine ran command by command."""
+"""Write the input script of a saved job, whose collision the engine ran command by command."""
 
 from dataclasses import replace
 
@@ -32,10 +32,10 @@ from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.engines.reference.coarse_run import bonds_in_flight
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
 
-# The strains of the flight after the last contact, which are known to some parts in 1e3 for whole
-# chains, have this margin.
+# The range of strains in the flight after the last contact gets this margin, because these strains
+# are known only to some parts in 1e3 for whole chains.
 _MARGIN = 1.2
-# A script uses this scheme if the engine's scheme needs Python.
+# A script uses this scheme if only Python can carry out the engine's scheme.
 _INSTEAD: Scheme = "order8"
 
 
@@ -78,7 +78,7 @@ def _scripted_steps(problem: Problem, numerics: Numerics, time: float) -> Script
 
 def flown_on(problem: Problem) -> float:
     """
-    Return the time for which a script follows a chain after its last contact.
+    Return the time for which a script follows a chain after the last contact of the chain.
 
     The bond table of the script must hold the bonds during this time.
     """
@@ -87,7 +87,7 @@ def flown_on(problem: Problem) -> float:
 
 
 def scouted_end(outcome: Outcome) -> ScoutedEnd:
-    """Return the data on the end of a collision that a script needs to repeat it."""
+    """Return the data on the end of a collision that a script needs to repeat the collision."""
     times = outcome.contact_times
     last, kind = float(times[-1]), outcome.ending.kind
     return ScoutedEnd(last, len(times), kind, outcome.lasted, outcome.bond_min)
@@ -101,7 +101,7 @@ def kept_files(
     scene: str | None,
 ) -> dict[str, str]:
     """
-    Return the files that make a kept folder a job: ``lmp -in in.chain`` runs it.
+    Return the files with which ``lmp -in in.chain`` runs a saved job.
 
     The text of the `scene` is among the files. A script composes its steps as the engine did. If
     the engine extrapolated, the script has steps of order 8 with as many Verlet steps on average.
@@ -135,7 +135,7 @@ def kept_files(
 
 
 def _range_in_flight(table: BondTable, outcome: Outcome | None) -> tuple[float, float]:
-    """Return the range of a table that holds the engine's bonds and those of the later flight."""
+    """Return the range of a table for the bonds of the engine's run and of the later flight."""
     low, high = float(table.lengths[0]), table.longest
     if outcome is None or outcome.problem.longest_body == 1:
         return low, high

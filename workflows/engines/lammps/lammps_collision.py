@@ -204,7 +204,7 @@ class ChainCollision:
             )
 
     def _ask_what_comes(self) -> None:
-        """Ask the reference engine whether another contact follows."""
+        """Return whether another contact follows, according to the reference engine."""
         now, last = self.flight.time, self.contacts[-1].end
         displacements, velocities = self._state()
         if self.line.is_standard and not self.line.separation(velocities) > 0.0:

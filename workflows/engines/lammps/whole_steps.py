@@ -28,8 +28,9 @@ def build_composition(command: Callable) -> Callable:
     """
     Return the loop of one composed step, ``step(instance, run, weights, v, masses, true_masses)``.
 
-    ``command(instance, text)`` makes LAMMPS execute the command whose text is at an address.
-    `run` is the command of a Verlet step; `v` and the `masses` of types are LAMMPS's own memory.
+    ``command(instance, text)`` makes LAMMPS execute the command string at the memory address
+    `text`. `run` is the command of a Verlet step; `v` and the `masses` of types are LAMMPS's own
+    memory.
     """
 
     def step(

@@ -25,8 +25,8 @@ from chaincor.workflows.engines.reference.stages import Parameters
 # `advance` returns for one of these reasons.
 ARGUE, FULL, STUCK, OUTSIDE, LATE, PAUSE, OVER = range(7)
 
-# The step-size control aims below the allowed error by the first factor, and changes the step by no
-# more than the other two.
+# The step-size control aims at the allowed error times the first factor. It changes a step by a
+# factor between the other two.
 SAFETY = 0.9
 SHRINK, GROW = 0.2, 8.0
 ORDER = 8

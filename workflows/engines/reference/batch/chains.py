@@ -63,11 +63,11 @@ class StartStates(Rows):
 class ManyRuns(Rows):
     """Results of many runs."""
 
-    #: Whether the run reached an end, without which the other fields have no meaning; of shape
+    #: Whether the run reached an end; the other fields have no meaning without an end; of shape
     #: (runs,).
     settled: NDArray[np.bool_]
-    #: Whether the run was followed as long as allowed and had no end, which other steps would not
-    #: find either; of shape (runs,).
+    #: Whether the run had no end within the time limit, so that other steps would not find an end
+    #: either; of shape (runs,).
     endless: NDArray[np.bool_]
     #: End of each run, or None if it was not sought; of shape (runs,).
     endings: NDArray[np.object_]
@@ -95,7 +95,7 @@ class ManyRuns(Rows):
 
     @property
     def listed(self) -> NDArray[np.bool_]:
-        """Whether a place of `contacts` holds a contact, of shape (runs, capacity)."""
+        """Whether an entry of `contacts` is filled, of shape (runs, capacity)."""
         return np.arange(self.contacts.shape[2]) < self.counts[:, None]
 
     @property
@@ -133,11 +133,11 @@ def each_sum(terms: Array) -> Array:
 
 class Chains:
     """
-    Chains in motion, as ``Motion`` is for one chain; arrays have a row for each chain.
+    Moving chains, as ``Motion`` is one moving chain; arrays have a row for each chain.
 
-    `stepper` holds what all chains share; `starts` and `steps` give the initial state and the step
-    H of each chain. `speeds` are the speeds of approach to the wall, by default of the centres of
-    mass. The compiled loop changes `rows` in place.
+    `stepper` holds the properties that all chains share; `starts` and `steps` give the initial
+    state and the step H of each chain. `speeds` are the speeds of approach to the wall, by default
+    of the centres of mass. The compiled loop changes `rows` in place.
     """
 
     def __init__(

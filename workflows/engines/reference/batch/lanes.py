@@ -1,10 +1,10 @@
 r"""
 Step many chains side by side in SIMD lanes, each with its own step size.
 
-A chain of twenty is too short for the vector units of a processor: its loops spend most time at
-their beginnings and ends. Here each chain has a SIMD lane. Number i of lane k lies at :math:`i L +
-k`, and loops run over all lanes. The arithmetic of each number follows ``stages`` and ``schemes``
-in the same order, so a chain moves as it does alone, to the last bit.
+A chain of twenty particles is too short for the vector units of a processor, because its loops
+spend most time at their beginnings and ends. Here each chain has a SIMD lane. Number i of lane k
+lies at :math:`i L + k`, and loops run over all lanes. The arithmetic of each number follows
+``stages`` and ``schemes`` in the same order, so a chain moves as it does alone, to the last bit.
 """
 
 from collections.abc import Callable
@@ -21,14 +21,13 @@ from chaincor.workflows.engines.schemes import StepCoefficients
 # remainder loop.
 LANES = 16
 
-# A chain that moves has this status. Other statuses are reasons why it stopped, see
-# ``bookkeeping``, or: the loop proved its end, no end was found, an end was found.
+# A moving chain has the first status. The other statuses say why a chain stopped: an event of
+# ``bookkeeping``, a proof of the end in the loop, no end, or an end.
 MOVING = -1
 PROVED, ENDLESS, ENDED = 5, 6, 7
 
-# The knowledge of a lane about the next move of its chain has four values: nothing; a contact ends
-# the move; no contact ends the move; no contact ends it, and the move had to be repeated to show
-# this.
+# A lane knows one of four facts about the next move of its chain: nothing; a contact ends the move;
+# no contact ends the move; no contact ends the move, which had to be repeated to show this.
 OPEN, MEETS, FREE, REPEATED = range(4)
 
 Counts = NDArray[np.int64]

@@ -1,14 +1,14 @@
 """
 Build the loop that moves many chains before a hard wall side by side.
 
-Each pass moves all SIMD lanes (``lanes``), each by its own step. If a chain reaches the wall in a
-step, or may reach it, it waits outside the lanes until the time of the contact is found. It then
-takes a free lane up to the contact. A search is a sequence of steps of the particles near the wall,
-and each step size depends on the steps before. The particles of one chain are too few for the
-vector units of a processor, so that one search takes as long as several steps of a whole chain of
-twenty. Searches therefore wait until they fill the lanes, and then run side by side as well. All
-decisions follow ``motion`` in the same order, so a chain in a batch has, to the last bit, the
-result of a chain run alone.
+Each pass moves the chains in all SIMD lanes (``lanes``), each by its own step. If a chain reaches
+the wall in a step, or may reach it, it waits outside the lanes until the time of the contact is
+found. It then takes a free lane up to the contact. A search is a sequence of steps of the particles
+near the wall, and each step size depends on the steps before. The particles of one chain are too
+few for the vector units of a processor, so that one search takes as long as several steps of a
+whole chain of twenty. Searches therefore wait until they fill the lanes, and then run side by side
+as well. All decisions are made in the same order as in ``motion``, so a chain in a batch gives, to
+the last bit, the result of the chain run alone.
 """
 
 from collections.abc import Callable
@@ -47,9 +47,10 @@ def build_carry(source: KernelSpec, _stages: VerletKernels, split: bool) -> Call
     Return the loop over chains, with steps that are split or extrapolated.
 
     ``carry(rows, lanes, near, rule, bounds, places, most)`` takes steps of each moving chain until
-    its goal is reached, its end is proved or an event needs the caller, which its status then says,
-    or until about `most` steps were taken in all. `lanes` are `Lanes` of the chains, `near` are
-    `Lanes` of the particles near the wall, for the search for contacts.
+    it has taken its number of steps, its end is proved or an event needs the caller. The status of
+    the chain gives the reason. The loop also returns after about `most` steps in all. `lanes` are
+    `Lanes` of the chains, `near` are `Lanes` of the particles near the wall, for the search for
+    contacts.
     """
     register, gap_derivatives = source.register, build_contact(source).gap_derivatives
     take_step = register(build_lane_step(source, split), inline=False)

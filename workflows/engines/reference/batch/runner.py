@@ -61,7 +61,8 @@ class Batch:
         n = self.particles = len(line.chain_masses)
         self._stiffness = bond.stiffness / line.mean_mass
         self._most = steps_at_once(self._scheme.evaluations * n)
-        # Ends are proved within the loop only in lanes, for all chains but standard ones.
+        # The loop itself proves ends only when it runs in SIMD lanes, and only of chains that are
+        # not standard.
         self._in_lanes = n <= LONGEST_IN_LANES or not line.is_standard
         if self._in_lanes:
             self._carry_lanes = loop(build_carry, not self._scheme.extrapolated)
@@ -92,7 +93,7 @@ class Batch:
         approach = 1.5 * group.arrival() + 2.0 * interval
         group.follow_until(approach)
         watches: dict[int, EndWatch] = {}
-        # If bonds may break, energy proves little, and the fragments have to be examined.
+        # If bonds may break, energy alone proves few ends, so the fragments are examined.
         may_break = group.rows.energies >= breaking_energy(bond)
         while np.any(group.rows.statuses == MOVING):
             self._carry(group, bounds)
