@@ -82,8 +82,8 @@ class Outcome:
     Raw outcome of one collision.
 
     Time is counted from the first contact; lengths are in natural bond lengths; velocities are
-    positive away from the wall. The final state is the one right after the last contact, which
-    no engine's choice of when to stop can change.
+    positive away from the wall. The final state is the state right after the last contact, so it
+    does not depend on the time at which an engine stops.
     """
 
     problem: Problem = field(repr=False)  #: Bodies of the run.
@@ -99,15 +99,15 @@ class Outcome:
     contact_times: NDArray[np.float64]
     #: Incoming speeds (> 0) of particle 1; of shape (contacts,).
     contact_speeds: NDArray[np.float64]
-    #: Impulse of the wall at each contact, from the incoming state alone, so that the sum checks
-    #: the change of momentum; of shape (contacts,).
+    #: Impulse of the wall at each contact, computed from the incoming state alone; the sum of the
+    #: impulses checks the change of momentum; of shape (contacts,).
     impulses: NDArray[np.float64]
     #: Whether it is proved, argued or open that no further contact comes (see ``ending.py``).
     ending: Ending
     duration: float  #: Simulated time from the first contact to the end.
-    #: Shortest bond up to the last contact, to the resolution of the steps.
+    #: Shortest bond at the ends of steps up to the last contact.
     bond_min: float
-    bond_max: float  #: Longest bond up to the last contact, to the resolution of the steps.
+    bond_max: float  #: Longest bond at the ends of steps up to the last contact.
     #: Total energy at the first contact.
     energy_start: float
     energy_end: float  #: Total energy after the last contact.
@@ -130,7 +130,7 @@ class Outcome:
     #: Velocities of a free target; of shape (M,).
     target_velocities: NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
     numerics: Numerics | None = None  #: All settings of a LAMMPS run.
-    #: Details of one engine, such as the certificate of a bond table.
+    #: Results of one engine alone, such as the certificate of a bond table.
     details: dict[str, Any] = field(default_factory=dict)
 
     @cached_property

@@ -10,28 +10,29 @@ from chaincor.workflows.engines.schemes import STEP_SCHEMES
 from chaincor.workflows.measured import measured
 
 # LAMMPS holds absolute coordinates up to n, so rounding is n eps against displacements of order v0.
-# The constants are |error of eta| / (n eps/v0). The second applies if the drift of a stage is below
-# `SHORT_DRIFT` times n eps, so short that its rounding is no longer random. The lower limits are
-# choices that cover steps finer and chains slower than the sampled ones.
+# The constants are |error of eta| / (n eps/v0). The second constant applies if the drift of a stage
+# is below `SHORT_DRIFT` times n eps, because the rounding of so short a drift is not random. The
+# lower limits are choices that cover steps finer and chains slower than the sampled ones.
 COORDINATE_ROUNDING: float = measured("coordinate_rounding", 6.0)
 SHORT_DRIFT_ROUNDING: float = measured("short_drift_rounding", 15.0)
 SHORT_DRIFT = 1e3
-# An extrapolated step has this rounding, in units of the worst amplification of its combination.
+# The rounding of an extrapolated step is this number times the worst amplification by its
+# combination.
 EXTRAPOLATED_ROUNDING: float = measured("extrapolated_rounding")
 # Long chains that break amplify rounding. The reference engine, whose strains are rounded to eps,
 # measures the amplification by two nudges of the speed. Coordinates are rounded n/v0 times more
-# coarsely. The constant is the error over this estimate; the lower limit is a choice that covers
-# chains of 1000.
+# coarsely. The constant is the error divided by this estimate; the lower limit is a choice that
+# covers chains of 1000 particles.
 NUDGE_RESERVE: float = measured("nudge_reserve", 6.0)
 # Below this number times the plain rounding, a tolerance requires a check of the amplification.
-# This limit is chosen, not measured. Amplifications up to 1e7 occur, but above about 1e5 results
-# at different steps no longer agree, and the error of the step shows it.
+# This limit is a choice. Amplifications up to 1e7 occur. Above about 1e5, however, results at
+# different steps no longer agree, so the error of the step already shows the amplification.
 _AMPLIFICATION_MATTERS = 1e5
 # The arithmetic of each particle has this rounding: the squared mean of n velocities over hundreds
 # of contacts.
 ARITHMETIC_FLOOR: float = measured("arithmetic_floor")
-# A run has this rounding in units of eps times the root of the number of kicks. A run of 1e8 Verlet
-# steps has an error of 0.7 of eps 1e4; the choice adds a reserve of four.
+# A run has this rounding in units of eps times the root of the number of kicks. In a run of 1e8
+# Verlet steps the error is 0.7 times eps times 1e4; the constant is four times larger.
 _ROUNDINGS = 3.0
 
 

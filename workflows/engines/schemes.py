@@ -13,9 +13,9 @@ combination
 .. math:: z = \sum_m c_m z_m, \qquad c_m = \prod_{l \ne m} \frac{m^2}{m^2 - l^2},
 
 is of order 2k. With 1, 2, ... k, a step needs k(k + 1)/2 force evaluations, but may be ten times
-longer than a composed step. Numbers that are farther apart need more evaluations and amplify
-rounding less. Source: Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I, II.9
-and II.14.
+longer than a composed step. Numbers of steps that are farther apart need more evaluations and
+amplify rounding less. Source: Hairer, Norsett and Wanner, Solving Ordinary Differential Equations
+I, II.9 and II.14.
 """
 
 import math
@@ -60,7 +60,7 @@ _HALF = (*_KICKS, 0.5 - sum(_KICKS))
 class StepCoefficients(NamedTuple):
     """Coefficients of a step."""
 
-    fractions: Any  #: Fractions of the scheme for its `take_step`; Splitting or Extrapolation.
+    fractions: Any  #: Fractions that `take_step` of the scheme needs; Splitting or Extrapolation.
     parameters: Any  #: Parameters of the potential for its force kernel; NamedTuple.
 
 

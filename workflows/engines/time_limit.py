@@ -1,4 +1,4 @@
-"""Limit the time of a collision, and the time for which a compiled loop runs before Python."""
+"""Limit the time of a collision, and the time between two returns of a compiled loop to Python."""
 
 import ctypes
 import math

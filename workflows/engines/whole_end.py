@@ -5,7 +5,7 @@ After the last contact, the mean velocity V and the internal energy I are consta
 I, particle 1 can be behind the mean by at most a certain distance (``ending``). No contact comes
 once the mean displacement D exceeds this distance. This time is known beforehand, because D grows
 as V t. Coarse steps show that particle 1 stays off the wall until then (``look_ahead``). Loops over
-many chains check whether the time has come, by bounds for a ladder of energies.
+many chains check whether this time has come, with bounds for a sequence of energies.
 """
 
 import math
@@ -69,7 +69,7 @@ def _leverage(masses: Array) -> tuple[Lever, Array]:
 
 
 def next_look(now: float, last_contact: float, seen: float) -> float:
-    """Return the time of the next look, not before `seen`, when the chain was near the wall."""
+    """Return the time of the next check, not before `seen`, at which the chain was near the wall."""
     return max(seen, last_contact + LOOK_GROWTH * (now - last_contact))
 
 

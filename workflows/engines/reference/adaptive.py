@@ -42,7 +42,7 @@ SCHEME = "adaptive8"
 # A single step may have this error, relative to the accuracy of the restitution. Over the 1e3 to
 # 1e6 steps of a collision these errors mostly cancel.
 LOCAL_SHARE = 0.03
-# Below this error, rounding decides and would only mislead the step-size control.
+# Errors below this limit come from rounding and would mislead the step-size control.
 FINEST_LOCAL = 1e-15
 
 # The strain of a bond this short has no correct digits, so the end is not argued.
@@ -135,8 +135,8 @@ def _strain_scale(problem: Problem) -> float:
     """
     Return the scale of strain errors: v0, as for a stiffness of 1, but at most 1.
 
-    If the stiffness at rest says little about the bond, the scale lies within a factor of ten of
-    the strain at which two particles stop each other.
+    For bonds with little stiffness at rest, the scale is within a factor of ten of the strain at
+    which two colliding particles stop each other.
     """
     speed = problem.impact_velocity
     strain = -problem.bond.compressed_strain(speed**2)
@@ -222,7 +222,7 @@ class _Flight(AdaptiveFlight):
         quiet = sound_round_trip(problem.particles, problem.slow_stiffness)
         if ending is not None or now - last < quiet or now < self._not_before:
             return ending
-        # A chain that broke and flew freely for this long is followed with fixed steps.
+        # A chain that broke and then flew freely for this time is followed with fixed steps.
         shortest = float(self._bond.length_of(bonds.min()))
         along_x = np.append(first, strains), np.append(0.0, velocities)
         ahead = follow(problem, *along_x, now=now, last_contact=last, shortest=shortest)

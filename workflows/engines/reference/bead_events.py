@@ -1,4 +1,4 @@
-"""Build the events of columns of beads: begin and end of a contact, and the last end."""
+"""Build the events of columns of beads: begin and end of a contact, and end of the collision."""
 
 from collections.abc import Callable
 from typing import Any
@@ -7,8 +7,8 @@ import numpy as np
 
 from chaincor.lammps_inputs.arrays import Array
 
-# The search for a moment takes at most this many steps, and rounding ends it earlier. Rounding
-# limits its relative resolution to the second number.
+# The search for the time of an event takes at most the first number of steps, and rounding ends it
+# earlier. Rounding limits its relative resolution to the second number.
 _MOST_EVALUATIONS = 100
 _RESOLUTION = 4e-16
 
@@ -106,7 +106,7 @@ def build_moment(take: Callable, register: Callable) -> Callable:
 
     @register
     def moment_of(step: float, sign: float, path: Any) -> float:
-        # Find the moment at which sign*gap, negative at first, becomes positive: Newton's method
+        # Find the time at which sign*gap, negative at first, becomes positive, by Newton's method
         # with a bracket.
         arrays, gap = path.arrays, path.parameters.gap
         beads = arrays.masses.shape[0]

@@ -9,8 +9,9 @@ or part ends there; the same method takes the step to that moment.
 A bound on an energy proves that the bodies never touch again. Take velocities w that rise along x
 and are as close as possible to the velocities of the beads. No pair pulls, so the forces do no work
 against a motion at w; damping only takes energy. So :math:`K = \sum m (v - w)^2/2 + U` never grows.
-No bead is ever faster against its w than :math:`\sqrt{2 K/m}`. If two bodies that are apart have
-velocities w that differ by more than the sum of these bounds, they never touch again.
+The velocity of a bead therefore never differs from its w by more than :math:`\sqrt{2 K/m}`. If two
+bodies that are apart have velocities w that differ by more than the sum of these bounds, they never
+touch again.
 """
 
 from collections.abc import Callable
@@ -46,7 +47,7 @@ LEDGER: Any = np.dtype(
             ("longest", "f8"),  # time at which the run stops
             ("next_frame", "f8"),
             ("frame_interval", "f8"),
-            ("momentum", "f8"),  # momentum of the chain when the bodies touched
+            ("momentum", "f8"),  # momentum of the chain at the time when the bodies touched
             ("last_contact", "f8"),  # time at which the last contact ended
             ("strain_min", "f8"),  # smallest and largest strain so far
             ("strain_max", "f8"),

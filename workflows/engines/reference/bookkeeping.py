@@ -16,8 +16,8 @@ DONE, ARGUE, FULL, CROWDED, OUTSIDE = range(5)
 PATIENCE = 2.0
 # One step has room for this many contacts.
 SPARE_CONTACTS = 64
-# A contact within a step is likely if the initial parabola of the gap ends below this part of the
-# distance that the impact velocity covers in the step.
+# A contact within a step is likely if the parabola of the gap at the start ends below this fraction
+# of the distance that the impact velocity covers in the step.
 LIKELY = 0.05
 
 # All ledgers have one type, because loops are found by the types of their arguments, and NumPy
@@ -35,11 +35,11 @@ LEDGER: Any = np.dtype(
             ("first_contact", "f8"),  # time of the first contact
             ("last_contact", "f8"),  # time at which the last contact ended
             ("argue_after", "f8"),  # time after the last contact from which the end is argued
-            ("argue_first", "f8"),  # this time, if only the first contact has occurred
-            ("patience", "f8"),  # this time in mean intervals between contacts
+            ("argue_first", "f8"),  # the time above, if only the first contact has occurred
+            ("patience", "f8"),  # the time above, in mean intervals between contacts
             # shortest substep near touching and parting, in parts of a step
             ("shortest_share", "f8"),
-            ("grading", "f8"),  # length of graded substeps over the distance of their nearer end
+            ("grading", "f8"),  # length of graded substeps divided by the distance of their nearer end from the event
             ("strain_min", "f8"),  # smallest and largest strain since the first contact
             ("strain_max", "f8"),
             ("contact_min", "f8"),  # smallest and largest strain up to the last contact

@@ -1,13 +1,12 @@
 """
-Look ahead with coarse steps, which show that no further contact comes.
+Look ahead with coarse steps to show that no further contact comes.
 
-The result of a collision is the state right after its last contact. The motion after that state
-only has to show that no contact follows. Particle 1 is then so far from the wall that coarse Verlet
-steps show this as well as exact ones, as long as no bond comes near to breaking. If a bond comes
-near to breaking, or the coarse motion comes near the wall, the look-ahead run decides nothing. The
-engine then continues the exact run, and looks ahead again only after the time that the look-ahead
-run reached. A chain that broke is followed exactly for one sound round trip, and coarsely from then
-on.
+The result of a collision is the state right after its last contact. The later motion is needed only
+to show that no contact follows. Particle 1 is then far from the wall, so coarse Verlet steps show
+this as well as exact steps do, as long as no bond comes near to breaking. If a bond comes near to
+breaking, or the coarse motion comes near the wall, the look-ahead run decides nothing. The engine
+then continues the exact run, and looks ahead again only after the time that the look-ahead run
+reached. A chain that broke is followed exactly for one sound round trip, and coarsely from then on.
 """
 
 import math

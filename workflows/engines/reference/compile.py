@@ -1,4 +1,4 @@
-"""Compile loops around the force of a bond, and reuse them between processes."""
+"""Compile loops with the force of a bond, and reuse them between processes."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field

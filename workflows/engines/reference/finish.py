@@ -26,7 +26,7 @@ from chaincor.workflows.errors import (
 # difference of contact times between the runs.
 KNOWN_MARGIN = 5.0
 
-# A bond that fails at this share of its data range has left the data within one step.
+# A bond that fails at this fraction of its data range has left the data within one step.
 _NEAR_END = 0.95
 
 
@@ -80,8 +80,8 @@ def finish(
     """
     Return the outcome of a scene from the state after its last contact.
 
-    The keyword arguments are fields of `Outcome`. Raises TimestepError if the energy has grown as
-    only unstable steps can make it grow.
+    The keyword arguments are fields of `Outcome`. Raises TimestepError if the energy has grown so
+    much that the steps must be unstable.
     """
     bond, line = problem.bond, problem.line
     energy_start, energy_end = _energies(problem, last)

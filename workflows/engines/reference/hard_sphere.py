@@ -1,5 +1,5 @@
 r"""
-Treat collisions in the limit of high speed, in which bonds act like hard spheres.
+Compute collisions in the limit of high speed, in which bonds act like hard spheres.
 
 If the impact is so fast that the cohesion of the bonds does not matter, two neighbours that collide
 exchange velocities. Every particle then has one of the two velocities -v0 and v0, and each exchange
@@ -36,14 +36,15 @@ from chaincor.workflows.measured import measured
 
 SCHEME = "hard-sphere"
 
-# The velocities of a triple have this accuracy, and its vibration energy has the resulting floor.
+# The velocities of a triple have the first accuracy, and its vibration energy is known down to the
+# second number.
 _TRIPLE_ACCURACY = 1e-12
 _LEAST_LOSS = 1e-22
 # A triple is run at speeds up to this, in units of v*. Beyond it the loss is below the floor, and
 # the slow vibration of a triple that has flown apart consists of rounding errors, which no step can
 # follow.
 _FASTEST_TRIPLE = 1e6
-# Twenty halvings from the highest speed reach v*, where a triple of any bond with a v* is soft.
+# Twenty halvings of the highest speed reach v*, at which a triple of any bond with a v* is soft.
 _MOST_HALVINGS = 40
 # The loss falls with at least this power of the speed for all measured bonds.
 _LEAST_POWER: float = measured("sphere_power")

@@ -35,17 +35,18 @@ from chaincor.workflows.errors import RunError
 STEP = 0.3
 
 # Motions of a chain that broke are repeated at the step of the run times these factors. More
-# motions follow if these come to different ends. A chain longer than `_MOST_SAMPLED` costs the
-# square of its length. It is followed once and only from its last contact on, because two motions
-# of a chain that forgets its roundings differ in their earlier contacts.
+# motions follow if these come to different ends. The cost grows with the square of the length, so a
+# chain longer than `_MOST_SAMPLED` is followed once and only from its last contact on. Two motions
+# of such a chain would already differ in earlier contacts.
 _SAMPLES = (0.97, 0.91, 0.83, 0.77)
 _MORE_SAMPLES = (0.95, 0.88, 0.8, 0.74)
 _MOST_SAMPLED = 400
-# A run alone is followed for this many sound round trips. Fragments separate in this time, and
-# during its last round trip a return must be unlikely.
+# A single run is followed for this many sound round trips. Fragments separate in this time, and a
+# return must be unlikely during the last round trip.
 _CALM = 3.0
-# A contact in one of a few motions may be harder by this factor in the true motion. Like the
-# numbers of motions, this is a choice; `tests.judge.plain` counts how often the error bars hold.
+# A contact that occurs in one of a few motions may be harder by this factor in the true motion.
+# This factor and the numbers of motions are choices; `tests.judge.plain` counts how often the error
+# bars contain the true value.
 _HARDER = 1.5
 # Two motions have the same end if their first fragments agree to this part of v0 and of their
 # energy.
@@ -57,9 +58,9 @@ class LookAhead:
     Search, ahead of an exact run, for evidence that no further contact comes.
 
     A hot chain that broke forgets its initial state within some hundred units of time. Several
-    motions from the start, with errors of the size of the run's errors, then show whether such
-    errors decide on a late contact: some motions may have one, or their ends may differ in whether
-    one can come.
+    motions from the start, whose errors are as large as the errors of the run, then show whether
+    such errors decide on a late contact. Some motions may have a late contact, or their final
+    states may differ in whether one can come.
 
     The bodies, `moving`, stay unchanged except for their count of force evaluations. Coarse steps
     are taken only if they are cheaper than the steps of the run. `first` returns the bodies at step
@@ -80,7 +81,7 @@ class LookAhead:
         self._long = problem.longest_body > _MOST_SAMPLED
         self._quiet = sound_round_trip(problem.longest_body, problem.slow_stiffness)
         self._not_before = 0.0
-        # Largest impulse of contacts that occur, or may occur, in some motions only.
+        # Largest impulse of contacts that occur, or may occur, only in some motions.
         self.doubt = 0.0
         # These are the number of contacts so far, and the impulse of the next contact in other
         # motions.
@@ -188,9 +189,9 @@ class LookAhead:
         Follow the run itself until a return has been unlikely for a sound round trip.
 
         A few motions cannot measure a probability below `RISK_AT_STAKE`, so one motion suffices if
-        the risk was as low while all motions still agreed. Return None if the other motions must
-        decide: if a contact comes, if the risk stays higher, or if an end is proved, because the
-        motion of a short chain that broke is only one of several.
+        the risk was at most `RISK_AT_STAKE` while all motions still agreed. Return None if the
+        other motions must decide: if a contact comes, if the risk stays higher, or if an end is
+        proved, because the motion of a short chain that broke is only one of several.
         """
         latest = now + _CALM * self._quiet
         ahead = CoarseRun(self._moving, now, self._coarse_step(), clearance=0.0)
@@ -222,8 +223,9 @@ class LookAhead:
         """
         Update the doubt with the impulses of contacts that occur in some motions only.
 
-        Chance decides which motions have the contact and how hard it is. The impulse that the
-        bodies can still give in their present state, before the motions separate, counts as well.
+        Chance decides which motions have such a contact, and how hard the contact is. The impulse
+        that the bodies can still give in their present state, before the motions separate, counts
+        as well.
         """
         if max(momenta) > 0.0:
             parted = [body.pieces(self._bond) for body in self._moving.bodies()]

@@ -46,16 +46,16 @@ _SAMPLING = 0.5
 SAMPLE_INTERVAL = 0.25
 _SAMPLES_AT_ONCE = 32
 _MOST_SAMPLES = 40_000
-# Contacts are searched after a particle at rest on the target has moved for this part of the Taylor
-# window.
+# If a particle starts at rest on the target, the search for contacts begins after this fraction of
+# the Taylor window.
 _FIRST_MOVE = 1e-3
-# A sum below this fraction of its terms counts as zero.
+# A sum counts as zero if it is below this fraction of its terms.
 _ROUNDINGS = 1e-14
-# A flight without contact stops after this much work, in windows times modes: it takes minutes.
+# A flight without contact stops after this much work, in windows times modes, which takes minutes.
 _MOST_WORK = 2e9
 _WORK_AT_ONCE = WORK_AT_ONCE / 60  # one window of one mode costs 60 bond forces
-# All masses are multiplied by these factors. Powers of 4 are left out, because their roots would
-# cause no rounding.
+# Rounding errors are changed by multiplying all masses by these factors. Powers of 4 are left out,
+# because their roots are exact.
 _FACTORS = (0.61, 1.7, 2.3)
 # One call of the loop records at most this many mode amplitudes.
 _RECORDED = 200_000
@@ -125,7 +125,7 @@ def run(problem: Problem, frame_interval: float | None = None) -> Outcome:
 
 def rounding_sensitivity(problem: Problem) -> float:
     """
-    Return the largest change of eta when all roundings change, for scenes of :func:`run`.
+    Return the largest change of eta when all rounding errors change, for scenes of :func:`run`.
 
     A common factor on all masses is a unit of time, on which eta does not depend.
     """

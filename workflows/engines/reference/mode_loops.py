@@ -13,7 +13,7 @@ from chaincor.workflows.engines.reference.compile import LoopCompiler
 
 # The Taylor series of ``mode_flight`` has this many terms.
 TERMS = 26
-# `bounce` returned for one of these reasons: no contact can come, or its share of work is done.
+# `bounce` returns for one of these reasons: no contact can come, or its share of the work is done.
 PROVED, MORE = range(2)
 
 # The Taylor series of the gap has this remainder, relative to the sum of the speeds of all modes.
@@ -24,7 +24,7 @@ _PROOF_MARGIN = 1.0 + 1e-9
 # A contact costs this much, in units of the work of a window.
 _CONTACT_WORK = 2.0
 
-# Allowed changes of rounding: none, or sums in any order, which can be vectorised.
+# The compiler may change no rounding, or may sum in any order so that sums can be vectorised.
 _EXACT: frozenset[str] = frozenset()
 _SUMS = frozenset({"contract", "reassoc"})
 

@@ -30,8 +30,8 @@ SPARE_SUBSTEPS, SPARE_GRADED_SUBSTEPS = 8, 256
 # falls by about H^(2k)/(2k)!, which is 4e-36 at H = 1. Moving only the bonds behind the front
 # therefore changes no digit.
 FRONT_MARGIN = 16
-# A bond counts as at rest if its strain is below this times the impact velocity. The sum of all
-# neglected strains over a run stays orders of magnitude below rounding.
+# A bond counts as at rest if its strain is below this number times the impact velocity. All strains
+# neglected in a run together are orders of magnitude below rounding.
 FRONT_THRESHOLD = 1e-24
 # The front advances by as many bonds as fill a vector, because a remainder loop is scalar.
 FRONT_BLOCK = 8
@@ -98,8 +98,8 @@ def build_motion(source: KernelSpec, stages: VerletKernels, build_step: Callable
                 return FULL
             if 0 < log.shape[1] < ledger.substeps + spare:
                 return DONE
-            # The contacts within a step split it but do not move the grid of steps, so the motion
-            # stays reversible in time.
+            # Contacts within a step split the step but do not shift the times of later steps, so
+            # the motion stays reversible in time.
             since = ledger.steps * step
             bonds = ledger.active
             near_bonds = wanted = end - begin - 1

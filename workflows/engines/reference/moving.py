@@ -142,8 +142,8 @@ class Motion:
         """
         Return the bodies in any state, at t = 0, before any contact; all bonds move.
 
-        `strains`, including the gap, and `velocities` are along x as in a `Line`. `speed` is v0,
-        which decides if a contact is likely and how far the front of a cold chain has come.
+        `strains`, including the gap, and `velocities` are along x as in a `Line`. `speed` is v0. It
+        decides whether a contact is likely, and where the front of a cold chain is.
         """
         line, bond, scheme = stepper.line, stepper.bond, stepper.scheme
         at_wall = line.at_wall

@@ -69,8 +69,8 @@ class VerletKernels(NamedTuple):
     """
     Parts of a step; all of them work on the first `bonds` bonds and on one velocity more.
 
-    The functions of each stage take arrays. Unpacking a `State` counts references to its arrays,
-    which costs as much as ten bonds.
+    The functions of each stage take arrays. Unpacking a `State` would count references to its
+    arrays, which costs as much as ten bonds.
     """
 
     #: ``start(old, strain, velocity, bonds, drift, kick, parameters)``: a drift and a kick from an

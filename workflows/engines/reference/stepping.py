@@ -66,8 +66,7 @@ def run(
     moving = _at_start(problem, numerics)
     loaded = moving.stepper.kernels.loaded
     if not loaded.is_set():
-        # Advancing by no step only loads or compiles the loops, so this does not count as
-        # integration.
+        # Advancing by no step loads or compiles the loops before the integration is timed.
         with compile_in_background(_warm_up_coarse_steps, problem, numerics):
             moving.advance(0)
         _warm_up_coarse_steps(problem, numerics)

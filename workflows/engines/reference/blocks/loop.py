@@ -18,9 +18,9 @@ def build_move(source: KernelSpec, stages: VerletKernels, build_step: Callable) 
     Return the loop over the substeps of one block of a chain before a hard wall.
 
     `build_step` belongs to a scheme, see ``schemes``. A block is computed with a margin on either
-    side. The bond beyond the margin is missing, and the resulting error moves inward by the reach
-    of the scheme in each substep. If the margin has as many reaches as there are substeps, the
-    block itself agrees with the motion of the whole chain.
+    side. The bond beyond the margin is missing. The resulting error moves inward by the reach of
+    the scheme in each substep. If the margin is at least the reach times the number of substeps,
+    the block itself moves exactly as in the whole chain.
 
     ``move(states, scratch, block, log, limits, rule, found)`` moves bonds `first` to `end` of the
     first of three states through the substeps of a log. It writes their new state to the second

@@ -1,13 +1,13 @@
 """
 Run of a long chain on several cores.
 
-The effect of the wall travels by the reach of a scheme in each substep, which is a step or the part
-of a step up to a contact. The head of the chain is therefore moved through some substeps first, by
-the loop over whole chains. This finds the contacts and thereby the length of each substep. Blocks
-of the chain then go through these substeps side by side, each with a margin on either side that
-replaces the unknown state of its neighbours, so that cores synchronise once in many substeps. The
-arithmetic of all particles is the arithmetic of the loop over the whole chain, so no bit depends on
-the number of cores or blocks.
+A substep is a step, or the part of a step up to a contact. In each substep the effect of the wall
+travels by the reach of the scheme. The head of the chain is therefore moved through some substeps
+first, by the loop over whole chains. This finds the contacts and thereby the length of each
+substep. Blocks of the chain then go through these substeps side by side, each with a margin on
+either side that replaces the unknown state of its neighbours, so that cores synchronise once in
+many substeps. Each particle is computed with the same arithmetic as in the loop over the whole
+chain, so no bit depends on the number of cores or blocks.
 """
 
 import math
@@ -35,7 +35,7 @@ ALIGNED = 64
 # A block is at least this many times as large as its margin. In a smaller block too many bonds are
 # computed twice.
 LEAST_MARGINS = 8
-# A second core saves time from this number of moving bonds on.
+# A second core saves time if at least this many bonds move.
 LEAST_ACTIVE = 6000
 
 
@@ -90,7 +90,8 @@ def advance(
             if known and substeps.shape[1] > 0:
                 known = blocks.move(states[0], states[1], substeps, helpers)
             if not known:
-                # An invalid strain is rare; the loop over the whole chain then reports the error.
+                # If a strain is invalid, which is rare, the loop over the whole chain reports the
+                # error.
                 whole = arrays._replace(now=states[0])
                 until = min(goal, int(ledger["steps"]) + SUBSTEPS)
                 status = stepper.advance(ledger, whole, until)

@@ -73,7 +73,7 @@ def _describe_code(code: CodeType, names: dict, parts: list[str], seen: set[Any]
 
 def _describe_names(used: tuple[str, ...], known: dict, parts: list[str], seen: set[Any]) -> None:
     for name in used:
-        # The names include names of attributes; if some are also global names, this does no harm.
+        # The names include names of attributes. An attribute with the name of a global is harmless.
         if name not in known:
             continue
         parts.append(name)

@@ -39,8 +39,8 @@ COMPILING = threading.Event()
 
 _START: ContextVar[Callable[[], None] | None] = ContextVar("_START", default=None)
 
-# After this many seconds the process that holds the lock is taken to be stopped: three times the
-# slowest loop on a machine with four processes on a core.
+# After this many seconds the process that holds the lock is assumed to have stopped. The slowest
+# loop takes a third of this time on a machine with four processes per core.
 _LOCK_TIMEOUT = 120.0
 _LOCK_INTERVAL = 0.05
 
@@ -106,7 +106,7 @@ def compile_in_background(function: Callable, *arguments: Any) -> Iterator[None]
     Call a function in another process if a loop is compiled within the block.
 
     No result depends on whether this succeeds or is tried. It is not tried on a single core, or in
-    worker processes, which are as many as there are cores. The function, defined in a module, loads
+    worker processes, because these already use all cores. The function, defined in a module, loads
     or compiles loops, which are on disk after the block. Its arguments are pickled.
     """
     helpers: list[subprocess.Popen] = []
