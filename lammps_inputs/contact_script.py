@@ -56,7 +56,7 @@ def contact_values(problem: Problem, units: UnitSystem) -> dict[str, Any]:
     Return the formulas of a script that depend on the bodies, for the template.
 
     The formulas include `gap`, its first derivative `opening` and its second derivative `bend`. For
-    soft bodies they have the sign that makes each event a fall through 0. `parting` is the relative
+    soft bodies their signs make the gap fall through 0 at each event. `parting` is the relative
     velocity of the bodies. The other values describe the effect of a contact, and whether the
     velocity can be chosen.
     """

@@ -19,7 +19,8 @@ from chaincor.lammps_inputs.script_plan import ScriptPlan
 # 1/4, and R_eff = 1/2 at a wall.
 PAIR_STIFFNESS, WALL_STIFFNESS = 2.0, math.sqrt(2.0)
 _HERTZ = 1.5
-# The overlaps of a bead with both neighbours may add up to this, so that the neighbours stay apart.
+# The overlaps of a bead with both neighbours may add up to this value, so that the neighbours do
+# not touch each other.
 _FREE = 0.9
 # A script runs to the time of the reference run's last contact, times the first number, plus the
 # second in units of the time in which two colliding beads stop each other. Eta does not change

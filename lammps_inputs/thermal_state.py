@@ -5,9 +5,10 @@ Bond lengths are independent and distributed as :math:`\exp(-U/T)`. Velocities h
 distribution, less their mass-weighted mean, so that the momentum equals the momentum of cold bodies
 exactly.
 
-The flight of the bodies does not change their equilibrium. So the phase of the vibrations is
-independent of the first contact, if the initial distance of the centres of mass does not depend on
-the drawn state and excludes an earlier contact. A fixed distance of particle 1 would select phases.
+The flight of the bodies does not change their equilibrium. The phase of the vibrations is therefore
+independent of the first contact, provided that the initial distance of the centres of mass does not
+depend on the drawn state and excludes an earlier contact. A fixed initial distance of particle 1
+would select phases.
 
 The random bits come from NumPy's PCG64, seeded by a SeedSequence. They do not depend on the machine
 or the version. The numbers made from them can differ in last digits, as exponentials do between

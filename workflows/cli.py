@@ -183,7 +183,7 @@ def program() -> None:
 
 
 class _TerminatedError(KeyboardInterrupt):
-    """Batch systems send SIGTERM before they kill. It ends the program as Ctrl-C does."""
+    """Exception for SIGTERM, which batch systems send before they kill; it acts like Ctrl-C."""
 
 
 @contextlib.contextmanager

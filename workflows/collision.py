@@ -157,7 +157,7 @@ def collide(
     if isinstance(scene, Scene) and store is None:
         return collide_one(scenes[0], most_seconds, planned)
     if store is not None:
-        # The database library is imported only if results go into a store.
+        # Import the database library only if results go into a store.
         from chaincor.workflows.campaign.into_store import collide_into_store
 
         return collide_into_store(

@@ -5,9 +5,9 @@ The bond lengths of a free chain are independent in equilibrium, because only ne
 So a chain is drawn bond by bond, without a Markov chain.
 
 The density of a bond that can break does not vanish at infinite length. Only the bound states of
-such a bond are drawn. They end at the energy barrier, or, without a barrier, at :math:`U = D - T`,
-from where thermal energy breaks the bond. Temperatures are refused if the density at that end is
-not small, because bound states then have no meaning.
+such a bond are drawn. Bound states end at the energy barrier. Without a barrier they end at
+:math:`U = D - T`, because thermal energy breaks bonds beyond it. Temperatures are refused if the
+density at that end is not small, because bound states then have no meaning.
 """
 
 import math
@@ -23,8 +23,9 @@ from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.errors import SceneError
 
-# A bond must hold this many times T. The density at the energy that breaks it is then below 1e-3 of
-# the density at rest: exp(-8), or exp(-7) if the bound states end at D - T.
+# The energy that breaks a bond must be at least this many times T. The density at the end of the
+# bound states is then below 1e-3 of the density at rest: exp(-8), or exp(-7) if the bound states
+# end at D - T.
 LEAST_DEPTH = 8.0
 # Densities below exp(-50) = 2e-22 are left out: the smallest drawn probability is 2^-54 = 6e-17.
 _REACH = 50.0

@@ -18,7 +18,7 @@ def fault_of_energies(data: Array, digits: Array, path: str, allowed: float = 0.
 
     The mean force must lie between the smallest and the largest force of the two rows and their
     neighbours. If rows are too far apart to resolve the stiffness, the mean may miss this range by
-    the width of the range. The force may miss it by `allowed` more.
+    the width of the range. The mean may also miss the range by `allowed`.
     """
     lengths, energies, forces = data.T
     if np.ptp(energies) == 0.0:

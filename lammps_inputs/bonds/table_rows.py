@@ -1,9 +1,10 @@
 """
 Estimate the uncertainty of a bond table from other bonds that fit its rows.
 
-A table gives some values of a function, with a number of digits. The error between its rows shows
-if every second row is left out. The error of a cubic spline grows sixteen times if the function is
-smooth and its rows are close. If the rows are distant or noisy, the error changes little.
+A table gives some values of a function, with a number of digits. The error between its rows is
+estimated by leaving out every second row. The error of a cubic spline grows sixteen times if the
+function is smooth and its rows are close. If the rows are distant or noisy, the error changes
+little.
 """
 
 import math
@@ -29,8 +30,8 @@ _LEAST_SHARE = 1.0 / 8.0
 _BESIDE = 3
 # The noise follows from differences of these orders.
 _ORDERS = range(3, 10)
-# A row is an outlier if it misses a spline through the rows around it by this many times their own
-# errors.
+# A row is an outlier if its distance from a spline through the other rows is this many times the
+# errors of these rows.
 _OUTLIER = 20.0
 # This many of the most suspicious rows are checked.
 _CANDIDATES = 4

@@ -49,7 +49,7 @@ class Section:
         """
         One unit of the last digit of each number, for formats that omit trailing zeros.
 
-        A column has as many decimals, or digits, as its number with the most.
+        The decimals, or digits, of a column are those of its longest number.
         """
         digits = self.digits
         with np.errstate(divide="ignore", invalid="ignore"):

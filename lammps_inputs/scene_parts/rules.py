@@ -31,7 +31,8 @@ LARGEST_MASS = 1e30
 # lengths apart, and would otherwise take too long to touch.
 SLOWEST_APPROACH = 1e-4
 
-# Contacts must have a stiffness between 1/LARGEST_STIFFNESS and this. Others make times overflow.
+# The stiffness of contacts must lie between 1/LARGEST_STIFFNESS and this value, because times would
+# overflow otherwise.
 LARGEST_STIFFNESS = 1e100
 # With shorter steps, even the smallest collision would take days, and rounding would dominate.
 SHORTEST_TIMESTEP = 1e-9

@@ -1,1 +1,1 @@
-"""Numerics and error bars for a tolerance."""
+"""Choice of numerics for a tolerance, and error bars."""

@@ -1,4 +1,4 @@
-"""Solution of many cold chains of different speeds at once, equal to their single solutions."""
+"""Solve many cold chains of different speeds at once, with the results of single runs."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -25,12 +25,13 @@ from chaincor.workflows.engines.reference.batch.runner import Batch
 from chaincor.workflows.engines.reference.finish import End, LastContact, finish, kinetic_energy
 from chaincor.workflows.engines.rounding import rounding_error, rounding_matters
 
-# A batch holds no longer chains. Three runs do not suffice for them, and their loops gain nothing
-# from a batch.
+# Longer chains are left out of batches, because three runs do not suffice for them and their loops
+# gain nothing from a batch.
 LONGEST_TOGETHER = LONGEST_TRUSTED
-# A smaller batch leaves lanes empty, and its loop has to be loaded.
+# A batch with fewer collisions leaves lanes empty and gains less time than its loop takes to load.
 LEAST_TOGETHER = 16
-# A collision in a batch takes this share of its time alone: 0.1 for short chains, up to 0.5.
+# A collision in a batch takes this fraction of the time of a single run: 0.1 for short chains, up
+# to 0.5.
 TOGETHER_SHARE = 0.3
 # A batch holds at most this many collisions and seconds of work, so that progress is visible and an
 # interruption loses little.
@@ -47,7 +48,7 @@ def kind_of(scene: Scene) -> BatchKind | None:
     Return the kind of batch for a collision; None if it is solved alone.
 
     Batches are for cold chains of unit masses before a hard wall, in the reference engine with
-    fixed steps, to a tolerance far above any rounding.
+    fixed steps, and for a tolerance far above rounding.
     """
     if scene.engine != "reference" or scene.explicit or not scene.line.is_standard:
         return None
@@ -63,7 +64,7 @@ def kind_of(scene: Scene) -> BatchKind | None:
     if rounding_matters("reference", planned.problem, planned.target_error):
         return None
     if planned.usually_shatters:
-        return None  # it needs several steps, and most time goes to its end
+        return None  # it needs several steps, and its end takes most of the time
     return id(scene.bond), scene.particles, planned.numerics.scheme
 
 
@@ -95,7 +96,7 @@ def _target_error(scene: Scene, floor: float) -> float:
 
 def solve_batch(scenes: Sequence[Scene]) -> list[tuple[BoundedRun, Array] | None]:
     """
-    Solve scenes of one :func:`kind_of` to their tolerances, as far as a batch can.
+    Solve scenes with one value of :func:`kind_of` to their tolerances, as far as a batch can.
 
     Each scene is run at the step that usually suffices, at twice this step and at 1.3 times it. The
     result is None if the target error is missed or the number of contacts differs; the scene must

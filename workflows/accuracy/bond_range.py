@@ -1,4 +1,4 @@
-"""Ranges of bond lengths: from the initial state, and up to one of the contacts."""
+"""Find the range of bond lengths from the initial state, or up to one of the contacts."""
 
 import math
 
@@ -8,7 +8,7 @@ from chaincor.workflows.engines.reference import bookkeeping
 from chaincor.workflows.engines.reference.coarse_run import CoarseRun, coarse_step
 from chaincor.workflows.engines.reference.moving import Motion, Stepper
 
-# The first contact is looked for after this many steps.
+# The flight to the first contact is checked after this many steps.
 _APPROACH_STEPS = 64
 
 
@@ -16,8 +16,8 @@ def bonds_from_start(outcome: Outcome) -> tuple[float, float]:
     """
     Return the shortest and the longest bond from the initial state to the last contact.
 
-    The `outcome` has the range from the first contact on. The flight before that is followed with
-    coarse steps; in a cold chain no bond moves there.
+    The `outcome` has the range from the first contact on. The flight before the first contact is
+    followed with coarse steps; no bond of a cold chain moves there.
     """
     problem = outcome.problem
     line, bond = problem.line, problem.bond
@@ -37,11 +37,11 @@ def bonds_from_start(outcome: Outcome) -> tuple[float, float]:
 
 def bonds_to_contact(like: Outcome, contacts: int, last: float) -> tuple[float, float] | None:
     """
-    Return the shortest and the longest bond from the first contact to a later one.
+    Return the shortest and the longest bond from the first contact to a later contact.
 
-    The later one is contact number `contacts`, which begins at the time `last` since the first. The
-    scheme and the step are those of the run `like`, by the reference engine. Return None if the
-    motion has another number of contacts by then, or if fixed steps do not resolve it.
+    The later contact has the number `contacts` and begins at the time `last` since the first. The
+    scheme and the step come from the run `like` of the reference engine. Return None if the motion
+    has another number of contacts at that time, or if fixed steps do not resolve the motion.
     """
     problem = like.problem
     if like.timestep is None or problem.longest_body == 1:

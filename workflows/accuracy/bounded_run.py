@@ -1,4 +1,4 @@
-"""Run with its error bar, and the reason if it misses its tolerance."""
+"""Hold a run with its error bar, and the reason if it misses its tolerance."""
 
 import math
 from dataclasses import dataclass, field
@@ -17,8 +17,8 @@ from chaincor.workflows.engines.schemes import STEP_SCHEMES
 from chaincor.workflows.engines.time_limit import time_limit
 from chaincor.workflows.measured import measured
 
-# A run with explicit numerics at a step h is proved by runs at these shares of h: a half, and two
-# that are no simple fractions because the phases of contacts make errors irregular.
+# The error of a run with explicit numerics at a step h is measured by runs at these multiples of h.
+# Two of them are no simple fractions, because the phases of contacts make errors irregular.
 PROOF_STEPS = (0.5, 0.54, 0.93)
 # The error divided by the largest difference to those runs, for each wall. In theory it is 4/3 for
 # order 2 and near 1 for higher orders. The error of the stock wall does not shrink regularly, so
@@ -29,7 +29,8 @@ PROOF_SHARE: dict[str, float] = measured("proof_share")
 # of the integrator. The lower bounds are choices that suffice for long chains that break.
 TABLE_SENSITIVITY: dict[str, float] = measured("table_sensitivity", {"spline": 2.0, "linear": 5.0})
 
-# Single velocities and times depend on tables and rounding more than the mean does, by this factor.
+# Single velocities and times depend on tables and rounding more than the mean velocity does, by
+# this factor.
 ARRAY_SENSITIVITY: float = measured("array_sensitivity")
 
 
@@ -39,9 +40,10 @@ class BoundedRun:
 
     outcome: Outcome  #: Outcome of the run.
     bar: ErrorBar  #: Error bar of the run.
-    #: Change of eta in the reference engine when all rounding changes, as far as it was measured.
+    #: Change of eta in the reference engine when all rounding errors change; 0 if it was not
+    #: measured.
     rounding_sensitivity: float = 0.0
-    #: Reason why the run misses its tolerance; None if it does not, or was not compared with one.
+    #: Reason why the run misses its tolerance; None if it meets the tolerance, or has none.
     reason: str | None = None
     #: Pilot run, choice of numerics and proof, for the record.
     details: dict[str, Any] = field(default_factory=dict)
@@ -64,9 +66,9 @@ def bounded_run(
     """
     Return a run with its error bar, not yet compared with a tolerance.
 
-    `step` is its error due to the finite step. `other` is a run that differs by more than this
-    error, or the difference in each array. `tries` are the steps and errors of the search. For
-    `sensitivity` see :func:`error_bar`.
+    `step` is the error due to the finite step. `other` is a run that differs from this run by more
+    than this error, or the difference in each array. `tries` are the steps and errors of the
+    search. For `sensitivity` see :func:`error_bar`.
     """
     bar = error_bar(outcome, step, sensitivity)
     details: dict[str, Any] = {"spread": spread_of(outcome, other)}
@@ -120,8 +122,8 @@ def table_error(outcome: Outcome) -> float:
     """
     Return the error of eta due to the bond table, from its certificate.
 
-    It is the force error in units of v0 (the scale of all forces), times the measured sensitivity;
-    zero without a table.
+    The error is the force error in units of v0 (the scale of all forces) times the measured
+    sensitivity. It is zero without a table.
     """
     certificate = outcome.details.get("table")
     if certificate is None:
@@ -138,8 +140,8 @@ def ending_error(outcome: Outcome) -> float:
     r"""
     Return the largest change of eta by contacts that may still come.
 
-    It is :math:`(2 \bar v + w) w/v_0^2`, where w is the change of the mean velocity that they could
-    cause; zero if the end is proved or argued.
+    The change is :math:`(2 \bar v + w) w/v_0^2`, where w is the largest change of the mean velocity
+    by these contacts. It is zero if the end is proved or argued.
     """
     if outcome.ending.missed_momentum == 0.0:
         return 0.0
@@ -176,8 +178,8 @@ def differences(first: Outcome, second: Outcome) -> dict[str, float]:
     """
     Return the differences between the arrays of two runs at different steps.
 
-    The result has, for each array, the largest absolute difference: contact times and speeds,
-    velocities and mode energies. It is inf if the numbers of contacts differ.
+    The arrays are contact times and speeds, velocities and mode energies. The result holds the
+    largest absolute difference of each array. It is inf if the numbers of contacts differ.
     """
     pairs = {
         "contact_times": (first.contact_times, second.contact_times),
@@ -185,7 +187,7 @@ def differences(first: Outcome, second: Outcome) -> dict[str, float]:
         "velocities": (first.velocities, second.velocities),
         "target_velocities": (first.target_velocities, second.target_velocities),
     }
-    if not first.problem.bond.only_pushes:  # whose bodies have no modes
+    if not first.problem.bond.only_pushes:  # the bodies have no modes
         pairs["mode_energies"] = (first.mode_energies, second.mode_energies)
     return {name: farthest(*pair) for name, pair in pairs.items()}
 

@@ -1,4 +1,4 @@
-"""Solution to a tolerance with LAMMPS: choice of scheme, step and table, proof, and refinement."""
+"""Solve a scene to a tolerance with LAMMPS: choose scheme, step and table; measure the error."""
 
 import math
 import time
@@ -64,22 +64,23 @@ from chaincor.workflows.measured import measured
 # The table may use this share of the tolerance. An exact table costs little more, but a smaller
 # step costs much.
 _TABLE_SHARE = 0.01
-# The target error of the reference run is this share of the tolerance, because its error is part of
-# the error bar.
+# The target error of the reference run is this share of the tolerance, because the error of the
+# reference run is part of the error bar.
 REFERENCE_SHARE = 0.03
-# A tolerance may choose these schemes only after they were measured: for scripts, and with Python.
+# These schemes, first for scripts and then for runs with Python, may be chosen for a tolerance,
+# because their errors have been measured.
 SCRIPTED_SCHEMES: tuple[StepSchemeName, ...] = tuple(
     name for name in SCHEME_ORDERS if name in measured("usual_error")
 )
 LAMMPS_SCHEMES: tuple[StepSchemeName, ...] = (*SCRIPTED_SCHEMES, "extrapolated12")
 _ALWAYS: StepSchemeName = "order8"
-# LAMMPS's steps kick, drift and kick; those of the reference engine drift first. The errors have
-# this ratio.
+# The steps of LAMMPS kick, drift and kick; the steps of the reference engine drift first. The ratio
+# of their errors is this number.
 _LAMMPS_OVER_REFERENCE = 2.0
-# The run that proves a LAMMPS run has a step longer by this factor.
+# The error of a LAMMPS run is measured by a second run whose step is longer by this factor.
 COARSER = 2.0
-# Both runs together cost this many single runs. They may be expected to take this share of the
-# remaining time, because forecasts are right within a factor of two only.
+# Both runs together cost as much as the first number of single runs. Their expected time may be the
+# second number times the remaining time, because forecasts are right only within a factor of two.
 LAMMPS_RUNS = 1.0 + 1.0 / COARSER
 _TIME_SHARE = 0.5
 _MOST_REFINEMENTS = 5
@@ -87,7 +88,7 @@ _MOST_REFINEMENTS = 5
 # finished within the range of the bonds.
 _CURED_BY_STEPS = (TimestepError, LostAtomsError, CrossingError, BondRangeError)
 # The rounding that extrapolated steps amplify may use this share of the tolerance. The share
-# affects only the cost, because the sum is proved.
+# affects only the cost, because the total error is measured.
 _ROUNDING_SHARE = 0.4
 # Verlet steps for bonds that pass kinks may do this much work: about a minute, at some 20 ns for
 # each bond and 1 us for each step.
@@ -98,9 +99,9 @@ class LammpsSearch:
     """
     Search for LAMMPS numerics, which the reference engine chooses and LAMMPS runs check.
 
-    Steps get ever smaller, or tables ever better; each step is also run at twice its size.
-    `sensitivity` is the rounding sensitivity of eta, if it matters; `schemes` are the schemes to
-    choose from.
+    The search takes ever smaller steps or ever better tables, and also runs each step at twice its
+    size. `sensitivity` is the rounding sensitivity of eta, if it matters; `schemes` are the schemes
+    to choose from.
     """
 
     def __init__(
@@ -115,7 +116,7 @@ class LammpsSearch:
         self.problem, self.target_error, self.sensitivity = problem, target_error, sensitivity
         amplified = amplified_rounding("lammps", sensitivity, problem)
         self.floor = max(rounding_error("lammps", problem), amplified)
-        # Below the rounding a finer step gains nothing.
+        # A finer step gains nothing if the error is below the rounding.
         self.reachable = max(target_error - self.floor, self.floor)
         solver_of(problem, (LAMMPS,))  # raises RunError if LAMMPS cannot run the scene
         self.pilot = pilot_run(problem, REFERENCE_SHARE * self.reachable, files=files)
@@ -189,7 +190,7 @@ def solve_with_lammps(
     files: RunFiles = NO_FILES,
 ) -> BoundedRun:
     """
-    Choose the numerics of LAMMPS with the reference engine, then prove them with both engines.
+    Choose LAMMPS's numerics with the reference engine, then measure the error with both engines.
 
     The result is from a step h. Its error is the distance to the reference run, plus the error of
     the reference run, but at least the value that a LAMMPS run at 2h gives by the order of the
@@ -204,8 +205,9 @@ def solve_with_lammps(
     error, runs = ran[-1].error, ran[-1].found
     assert runs is not None
     fine, coarse = runs
-    # Both LAMMPS runs may have the same error, which the reference run reveals. The reference run
-    # differs from its own run at the next larger step by more than its error.
+    # Both LAMMPS runs may have one common error, which the comparison with the reference run
+    # reveals. The reference run differs from its own run at the next larger step by more than its
+    # error.
     reference = search.pilot.reference
     apart = [differences(fine, run) for run in (coarse, search.pilot.outcome)]
     own = differences(search.pilot.outcome, reference.proofs[-1])
@@ -301,7 +303,7 @@ def usual_schemes(
     usual = [name for name in serving if tolerance > table.get(name, math.inf)]
     # The table lists schemes from loose to tight tolerances.
     first = max(usual, key=lambda name: table[name], default=_ALWAYS)
-    # Schemes of nearly the same order follow.
+    # Schemes of similar order follow.
     others = SCRIPTED_SCHEMES if first == "verlet" else SCRIPTED_SCHEMES[::-1]
     return [first, *(name for name in others if name != first)]
 

@@ -1,4 +1,4 @@
-"""Solution to a tolerance with the reference engine, and converged runs for other engines."""
+"""Solve scenes to a tolerance with the reference engine, and converge runs for other engines."""
 
 from dataclasses import replace
 
@@ -38,10 +38,11 @@ _IRREGULAR_SHARES = tuple(3.0 * share for share in _ADAPTIVE_SHARES)
 # differences, by a factor of 1.45 at most.
 _BEAD_SHARES = (4.0, 1.5)
 _MOST_REFINEMENTS = 15
-# If adaptive steps would take hours, the limit of hard spheres is used, with its own error bar,
-# whenever it is good to three digits.
+# If adaptive steps would take hours, the limit of hard spheres is used with its own error bar,
+# provided that it is good to three digits.
 _ROUGH_SPHERES = 1e-3
-# The exact propagator only rounds. Its error, found with higher precision, is below this.
+# The exact propagator has rounding errors alone. A comparison with higher precision shows that they
+# are below this limit.
 MODAL_ERROR = 1e-13
 
 
@@ -127,7 +128,7 @@ def converge(problem: Problem, target_error: float) -> ConvergedRun:
         run, step = solved.outcome, solved.bar.step or 0.0
         return ConvergedRun(run, [*solved.others], run.eta, step + floor, run.seconds)
     if is_smooth(problem):
-        # Trial steps for LAMMPS in the reference engine use the same compiled scheme.
+        # Trial steps for LAMMPS use this compiled scheme, too.
         found = refine_regularly(problem, target_error, "order8", floor, None)
     else:
         found = refine_irregularly(problem, target_error, floor)
@@ -158,6 +159,6 @@ def modal_error(problem: Problem) -> float:
     Return the error of eta of an exact propagation, beyond that of a plain chain at a wall.
 
     Light particles between heavy ones, and long bodies with many contacts, amplify rounding. The
-    error is the effect of some changes of all rounding, with a reserve of three.
+    error is three times the largest effect of several changes of all rounding errors.
     """
     return 0.0 if problem.line.is_standard else 3.0 * modal.rounding_sensitivity(problem)

@@ -26,9 +26,9 @@ from chaincor.workflows.engines.schemes import STEP_SCHEMES
 from chaincor.workflows.versions import processor
 
 _FILE = "cost_model.json"
-# Before each Verlet step, Python checks the gap. The check costs this many stages: 15 to 20 us
-# against 1.9 us. Bodies of unequal masses need it, because no bound gives the time of their
-# contact.
+# For bodies of unequal masses, Python checks the gap before each Verlet step, because no bound
+# gives the time of their contact. The check costs as much as this many stages: 15 to 20 us against
+# 1.9 us.
 _LOOK = 8.0
 # A measurement has this many repeats, chains and steps, and tables of this many rows.
 _REPEATS = 7
@@ -57,7 +57,7 @@ class CostModel:
     #: Seconds added by one stage of a composition, or one part of an extrapolated step: a ``run``
     #: command, and the change of its Verlet steps.
     stage: float
-    #: Seconds added by one contact with Verlet: steps without checks, the shortened step, the
+    #: Seconds that one contact adds to Verlet steps: undone steps, the shortened step, the
     #: reversal.
     contact: float
 
@@ -65,7 +65,7 @@ class CostModel:
         """
         Return the expected seconds to integrate a simulated time.
 
-        LAMMPS runs little longer than to the last contact.
+        The time after the last contact is left out, because LAMMPS stops soon after this contact.
         """
         if problem.bond.only_pushes:
             per_step = _GRANULAR_STEP + _GRANULAR_BEAD * problem.all_particles

@@ -1,4 +1,4 @@
-"""Solution to a tolerance with fixed steps of smooth bonds, refined until three steps agree."""
+"""Solve scenes of smooth bonds to a tolerance with fixed steps, refined until three steps agree."""
 
 import math
 from collections.abc import Sequence
@@ -29,10 +29,10 @@ from chaincor.workflows.measured import measured
 
 # Each scheme is usually the cheapest for target errors above its number.
 _SCHEMES: dict[StepSchemeName, float] = measured("reference_schemes")
-# This scheme amplifies rounding least. Long chains, in which grazing contacts depend on the last
-# digit, use it for any target error. The choice affects only the cost.
+# This scheme amplifies rounding least. It is used for any target error in long chains, in which
+# grazing contacts depend on the last digit. The choice affects only the cost.
 _PLAINEST: StepSchemeName = "srkn14"
-# Bodies that need more attempts than this amplify errors more than usual bodies do.
+# Bodies that need more attempts than this number amplify errors more than usual.
 _USUAL_TRIES = 3
 # Chains of more particles than this are solved one by one, with a measurement of their rounding, if
 # they need finer steps than usual.
@@ -41,10 +41,10 @@ LONGEST_TRUSTED = 250
 # bodies that amplify errors of steps. Among 141 chains with one heavy mass, at three steps each,
 # three had errors of up to 2.1 times the estimate.
 _RESERVE = 3.0
-# Velocities have converged if their change in the near run is at most this part of their change at
-# twice the step (0.12 at order 4), or this part of the velocities. Unequal masses, two bodies and
-# warm chains amplify errors of steps: among 527 chains with one heavy mass, 51 had too small an
-# error bar while the order of the scheme was trusted.
+# Velocities have converged if their change in the near run is at most the first number times their
+# change at twice the step (0.12 at order 4), or the second number times the velocities. Unequal
+# masses, two bodies and warm chains amplify errors of steps: among 527 chains with one heavy mass,
+# 51 had too small an error bar while the order of the scheme was trusted.
 _NEARER, _SAME = 0.15, 1e-9
 # Steps with this usual error resolve a long chain; longer steps do not show whether contacts depend
 # on the last digit. In lj chains of 3000 and 4000 particles (0.4 v*) contacts do not depend on the
@@ -145,8 +145,9 @@ def with_doubts(outcome: Outcome, others: Sequence[Outcome]) -> Outcome:
     ending = outcome.ending
     for other in others:
         ending = ending.doubted(other.ending.missed_momentum)
-        # A grazing contact in the middle of the collision that only one run has is part of their
-        # difference. A contact after the other run's last contact may be the first of several.
+        # If only one run has a grazing contact in the middle of the collision, the difference of
+        # the runs shows its effect. A contact after the last contact of the other run may be the
+        # first of several.
         sooner, later = sorted((outcome, other), key=lambda each: float(each.contact_times[-1]))
         same = int(np.argmin(np.abs(later.contact_times - sooner.contact_times[-1])))
         ending = ending.doubted(2.0 * float(np.sum(later.contact_speeds[same + 1 :])))
@@ -230,7 +231,7 @@ class _Search:
             if late:
                 return Attempt(step, math.inf, [whole, *proofs], following=step)
             fine = whole
-        share = 0.5  # without an order: this run then serves for comparison with the next
+        share = 0.5  # without an order, this run is compared with the next one
         if regular:
             order = effective_order(problem, scheme)
             # Below the rounding floor a finer step gains nothing.
@@ -241,8 +242,8 @@ class _Search:
         """
         Return runs at `COARSER` times the step of a run; `last` may be one of them.
 
-        For a long chain, only the first run is taken if it misses the target error with other
-        contacts. No order holds then, and the second run would prove nothing.
+        For a long chain, only the first run is made if it misses the target error and has other
+        contacts. No order holds in this case, so a second run would prove nothing.
         """
         problem = self.problem
         assert fine.timestep is not None

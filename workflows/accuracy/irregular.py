@@ -1,4 +1,4 @@
-"""Solution to a target error for bonds of unknown smoothness, without an order of convergence."""
+"""Solve scenes with bonds of unknown smoothness to a target error, without a known order."""
 
 import math
 from dataclasses import dataclass
@@ -34,7 +34,7 @@ KINKED_SHARE = 1.5
 # Without a reliable order, this composition has the smallest error for its number of force
 # evaluations.
 SCHEME: StepSchemeName = "order8"
-# If no kink was found, half of the share for order 2 is taken, whatever the order.
+# If no kink was found, half of the share for order 2 is used for every order.
 _SEEMINGLY_SMOOTH_SHARE = 1.0
 # If the error of a scheme of higher order falls no faster than this power of the step, twice in
 # succession, the bonds have kinks that were not declared.

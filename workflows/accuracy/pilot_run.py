@@ -1,4 +1,4 @@
-"""Pilot run: a run of the reference engine that gives the facts for a later LAMMPS run."""
+"""Make pilot runs of the reference engine, which give the data that a later LAMMPS run needs."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -24,13 +24,13 @@ _SCOUTING_GOAL = 1e-4
 # Pilot runs follow frequency ratios up to this one, for which a hundred particles take a second.
 # LAMMPS, with the far longer step of a scene, reports itself if it cannot follow the bonds.
 _SHARPEST = 1e4
-# LAMMPS stops some steps after it looks for the end; this factor on the time covers them.
+# LAMMPS stops some steps after its check for the end; this factor on the time covers these steps.
 _ASKED_WITHIN = 1.3
 
 
 @dataclass(frozen=True)
 class PilotRun:
-    """Facts about a collision from a run of the reference engine, for a later LAMMPS run."""
+    """Data on a collision from a run of the reference engine, for a later LAMMPS run."""
 
     reference: ConvergedRun  #: Converged run, with its eta and error, and whether bonds pass kinks.
     #: Shortest bond from the initial state until LAMMPS stops, after the last contact.
@@ -44,16 +44,16 @@ class PilotRun:
 
     @property
     def end(self) -> ScoutedEnd:
-        """Facts about the end that a script needs."""
+        """Data on the end that a script needs."""
         return scouted_end(self.outcome)
 
     def beside(self, run: Outcome) -> dict[str, Any]:
         """
-        Return the facts for the record of a run by LAMMPS.
+        Return the data for the record of a LAMMPS run.
 
-        Bonds are those up to the last contact of that run: fragments of a broken chain may have
-        further contacts in the pilot run alone. They are None where the reference engine does not
-        have the contacts of LAMMPS.
+        The bond range ends with the last contact of the LAMMPS run, because fragments of a broken
+        chain may have further contacts in the pilot run alone. It is None if the two engines have
+        different contacts.
         """
         known, contacts = self.to_dict(), len(run.contact_times)
         if contacts == len(self.outcome.contact_times):
@@ -64,7 +64,7 @@ class PilotRun:
         return known | {"bond_min": shortest, "bond_max": longest}
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the facts for the record."""
+        """Return the data for the record."""
         run, end = self.outcome, self.end
         return {
             "bond_min": run.bond_min,
@@ -84,8 +84,8 @@ class PilotRun:
         """
         Return the shortest and longest bond that a bond table must hold.
 
-        If bonds may have broken, the range has room for fragments that fly on until LAMMPS looks
-        for the end.
+        If bonds may have broken, the range covers fragments that fly on until LAMMPS checks for the
+        end.
         """
         problem, longest = self.outcome.problem, self.flight_max
         nearly_broken = problem.bond.energy(longest - 1.0) >= 0.6 * problem.bond.dissociation
@@ -104,9 +104,9 @@ def pilot_run(
     """
     Return the pilot run of a scene for a target error of eta.
 
-    `fly_on` is the time after the last contact during which bonds are examined. By default it lasts
-    until LAMMPS has looked for the end, and as long as frames are taken. Raises RunError as
-    :func:`converge` does.
+    `fly_on` is the time after the last contact during which bonds are examined. By default this
+    time lasts until LAMMPS has checked for the end, and at least as long as frames are taken.
+    Raises RunError as :func:`converge` does.
     """
     return watched_on(converge(problem, target_error), fly_on, files)
 

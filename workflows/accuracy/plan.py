@@ -48,10 +48,11 @@ from chaincor.workflows.errors import CostError, RunError
 # The reference runs, until they agree or until the step of LAMMPS is chosen, cost this many runs of
 # one step.
 _REFERENCE_RUNS = 2.1
-# If the energy suffices to break this many bonds, motions usually differ so much that one step
-# seldom reaches a target error.
+# If the energy suffices to break this many bonds, motions usually separate so fast that the first
+# step seldom reaches a target error.
 _SHATTERED = 33.0
-# The cost was measured for chains up to this length; longer chains fit no cache.
+# The cost was measured for chains up to this length; longer chains do not fit into the processor's
+# cache.
 _MOST_MEASURED = 500
 
 
@@ -60,7 +61,7 @@ class Plan:
     """
     Solver and numerics of a scene.
 
-    With a tolerance, steps are the first ones to try: the runs may need finer steps, and the
+    With a tolerance, the plan holds the first steps to try. The runs may need finer steps, and the
     reference run decides the step of LAMMPS.
     """
 
@@ -68,15 +69,15 @@ class Plan:
     solver: Solver  #: Solver that gives the result.
     scheme: str | None  #: Scheme of its steps; None without fixed steps.
     numerics: Numerics | None  #: Numerics of its first run; None without fixed steps.
-    #: Steps of the runs that prove the result, in units of its own step.
+    #: Steps of the runs that prove the result, as multiples of the step of the result.
     proofs: tuple[float, ...]
     #: Target error for the choice of numerics; None with explicit numerics.
     target_error: float | None
     seconds: float  #: Expected seconds on one core, everything included.
     refusal: str | None = None  #: Reason why nothing can be run.
     reference: "Plan | None" = None  #: Plan of the reference run that decides the step of LAMMPS.
-    #: Solver that replaces the first if it reaches the target error, which a run of three particles
-    #: shows.
+    #: Solver that replaces the first solver if a run of three particles shows that it reaches the
+    #: target error.
     instead: Solver | None = None
     tolerance: float | None = None  #: Absolute error asked of eta; None with explicit numerics.
     files: RunFiles = NO_FILES  #: Files that the run writes.

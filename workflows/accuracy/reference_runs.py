@@ -1,4 +1,4 @@
-"""Runs of the reference engine at several steps, or with other rounding, for comparison."""
+"""Run the reference engine at several steps, or with other rounding errors, for comparison."""
 
 import math
 import sys
@@ -35,9 +35,10 @@ _NUDGES_OF_LONG = (*_NUDGES, -9.0, 7.0, -2.0, 11.0, -14.0, 5.0)
 _GOAL = 1e-9
 # If the usual step does not run, it is halved at most this many times, to a thousandth.
 _MOST_HALVINGS = 10
-# An estimate from one step keeps this reserve. The error of the next step differs by chance, and a
-# missed target error costs another search, while a reserve of 0.3 costs a tenth of the step at
-# order 8. The reserve affects only the cost, because the step is proved.
+# A step that is estimated from one run aims at this fraction of the target error. The error of the
+# next step differs by chance, and a missed target error costs another search, while the fraction
+# shortens a step of order 8 by only a tenth. The fraction affects only the cost, because the error
+# is measured.
 _RESERVE = 0.3
 _MOST_TRIES = 5
 
@@ -78,7 +79,7 @@ class ConvergedRun:
     seconds: float  #: Integration time of all compared runs.
     stalled: bool = False  #: Whether smaller steps no longer helped.
     tries: list[dict[str, float]] = field(default_factory=list)  #: Steps and errors on the way.
-    first: Outcome | None = None  #: Run whose end all others took over, if they did.
+    first: Outcome | None = None  #: Run whose end all other runs took over, or None.
     #: Change of eta by other rounding, if this is why smaller steps do not help; else 0.
     nudged: float = 0.0
     kinked: bool = False  #: Whether bonds pass kinks, at which no scheme has an order above 2.
@@ -104,8 +105,8 @@ def refined(
     Return the best of several attempts, each with a run and its proofs, and its error.
 
     If smaller steps no longer help, or rounding (`nudged`) decides the collision, the true eta may
-    be anywhere in the range of the last few runs. If each step is only another nudge, the finest
-    run is no better than the first, whose end may have been followed.
+    be anywhere in the range of the last few runs. If another step only changes the rounding, the
+    finest run is no better than the first run, whose end may have been followed.
     """
     ran = [(each.error, each.found or []) for each in that_ran(tries)]
     error, runs = min(ran, key=lambda each: each[0])
@@ -151,7 +152,7 @@ def find_rounding_sensitivity(problem: Problem) -> float:
     It is the largest change for impact velocities a few units in the last place away, with a step
     that depends on the scene alone. It needs bonds that fixed steps can follow.
     """
-    # A slow warm chain may be thrown back to the target long after its first contacts.
+    # Vibration may throw a slow warm chain back to the target long after the first contacts.
     follow = problem.temperature is not None
 
     def attempt(step: float) -> Attempt[float]:

@@ -12,9 +12,9 @@ Found = TypeVar("Found")
 # If the error has not halved after this many refinements, it does not come from the steps. Each
 # step is 0.8 of the last at most and the order at least 4, so the error should halve every time.
 STALLED = 3
-# A failure counts only after this many steps, each about half of the one before, have failed alike.
-# Too large a step also makes particles meet or bonds break, but a sixteenth of a guessed step is
-# stable beyond doubt.
+# A failure counts only if this many successive steps, each about half as long as the step before,
+# have failed with one error. Too large a step can also make particles meet or bonds break, but a
+# sixteenth of a guessed step is certainly stable.
 _CONFIRMATIONS = 4
 
 
@@ -38,7 +38,7 @@ class Policy:
 
     most: int  #: Largest number of steps.
     refused: float = 0.5  #: Factor on a step that did not run.
-    #: Errors that a smaller step may cure; any other error ends the search.
+    #: Errors that a smaller step may avoid; any other error ends the search.
     retried: tuple[type[RunError], ...] = (RunError,)
     believed: bool = True  #: Whether repeated errors of one kind end the search.
     stalls: bool = False  #: Whether the search ends if smaller steps no longer help.

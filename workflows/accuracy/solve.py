@@ -1,4 +1,4 @@
-"""Solution of a scene to a tolerance: choice of numerics, runs and error bar."""
+"""Solve a scene to a tolerance: choose numerics, run, and compute the error bar."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -26,7 +26,7 @@ from chaincor.workflows.errors import ToleranceError
 
 # If a target error is missed, this many looser ones are tried. The rounding of a short step may
 # exceed its forecast by up to one decade. More decades are missed only if nothing converges, and
-# the error bar is not small then.
+# the error bar is then large.
 _MOST_LOOSER = 2
 
 
@@ -55,8 +55,9 @@ def solve_to_tolerance(planned: Plan) -> BoundedRun:
     loosest = target_error * 10.0**_MOST_LOOSER
     best = found = solve_goal(problem, target_error, sensitivity)
     for _ in range(_MOST_LOOSER):
-        # No finer step reduces the error from contacts after an open end. If refinement stalled
-        # above the loosest target and the rounding, a smaller bar at longer steps would be luck.
+        # No finer step reduces the error from contacts after an open end. If refinement stalled at
+        # an error above the loosest target and the rounding, a smaller error bar at longer steps
+        # would be a coincidence.
         assert found.bar.step is not None
         stalled = found.bar.step > max(loosest, found.bar.rounding)
         # Looser targets are also hopeless if amplified rounding exceeds the loosest of them.
@@ -65,7 +66,7 @@ def solve_to_tolerance(planned: Plan) -> BoundedRun:
             < found.bar.rounding
             <= amplified_rounding(planned.engine, found.rounding_sensitivity, problem)
         )
-        short = time_limit().was_short  # for looser goals, too
+        short = time_limit().was_short  # for looser targets, too
         if found.error - found.bar.ending <= target_error or stalled or hopeless or short:
             break
         target_error *= 10.0
@@ -89,7 +90,7 @@ def _run_as_given(planned: Plan) -> BoundedRun:
     assert numerics is not None
     details: dict[str, Any] = {}
     pilot = usual_pilot_run(problem, files=planned.files) if planned.solver is LAMMPS else None
-    # The reference engine sees its bonds.
+    # The reference engine records every bond.
     if pilot is not None:
         numerics = replace(numerics, bond_range=pilot.table_range())
     timesteps = [share * numerics.timestep for share in (1.0, *planned.proofs)]
@@ -125,7 +126,7 @@ def target_error_of(planned: Plan) -> tuple[float, float]:
     # Light particles between heavy ones amplify rounding more than equal ones ever do.
     matters = not problem.line.has_equal_masses
     matters |= planned.solver is LAMMPS and rounding_matters("lammps", problem, target_error)
-    # Modes have no chaos, and steps that are too long for the bonds measure nothing.
+    # Modes are not chaotic, and steps that are too long for the bonds measure nothing.
     stepped = planned.solver in (FIXED_STEPS, LAMMPS) and not EXACT_MODES.supports(problem)
     stepped &= (
         not problem.bond.only_pushes

@@ -1,4 +1,4 @@
-"""Guess of the step of the reference engine that reaches a target error, without a run."""
+"""Guess, without a run, the step with which the reference engine reaches a target error."""
 
 import math
 from collections.abc import Iterable
@@ -30,9 +30,9 @@ USUAL_STEPS: dict[str, float] = {
     "extrapolated14": 0.8,
 }
 _USUAL_ERROR: dict[str, float] = measured("usual_error")
-# The error falls with this power of the step if the order of the scheme holds for shorter steps
-# only. The second number is the error that nine scenes in ten stay below, over the median, if it is
-# not about two.
+# The first number replaces the order of schemes whose order holds only for shorter steps. The
+# second number is the error below which nine scenes in ten stay, divided by the median error, for
+# schemes in which it is not about two.
 _USUAL_ORDERS = {"srkn14": 9}
 _USUAL_SCATTER = {"srkn14": 20.0}
 # Error of eta with LAMMPS's granular styles, divided by the square of the step in units of
@@ -54,7 +54,7 @@ def frequency_ratio(problem: Problem) -> float:
     """
     line, bond = problem.line, problem.bond
     if bond.only_pushes:
-        return 1.0  # of the scale of the scene, which is no stiffness at rest
+        return 1.0  # the stiffness at the scale of the scene, not at rest
     sharpest = 1.0
     if line.heaviest_pair > 0.0:
         energy = pair_energy(line)

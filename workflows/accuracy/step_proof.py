@@ -28,15 +28,16 @@ from chaincor.workflows.engines.schemes import STEP_SCHEMES
 COARSER = (2.0, 1.3)
 _LEAST_ORDER = math.log(2.0) / math.log(COARSER[1])
 _STEEPEST = 1.0 / (COARSER[0] ** _LEAST_ORDER - 1.0)
-# Part of the scatter of contacts that counts. With it, no error bar of 20,114 plain cold chains of
-# 2 to 7 particles is exceeded (`python -m benchmarks.bars.plain_scenes --seed 53 --particles 2 3 4
-# 5 7`), and those of 24 breaking lj chains of 10 to 97 are at least 2.6 times their errors.
+# Fraction of the scatter of contacts that enters the error. With it, no error bar of 20,114 plain
+# cold chains of 2 to 7 particles is exceeded (`python -m benchmarks.bars.plain_scenes --seed 53
+# --particles 2 3 4 5 7`), and those of 24 breaking lj chains of 10 to 97 are at least 2.6 times
+# their errors.
 _SCATTER = 0.75
 # Additional share for few contacts, whose scatter is itself uncertain; the first contact is the
 # same at every step. Among 17,231 plain cold chains all five outside their error bars, by a factor
 # of up to 1.3, had two contacts.
 _OF_FEW = 2.0
-# The time to the last contact depends on the step, so it has this reserve.
+# The time to the last contact depends on the step, so it is multiplied by this factor.
 _ENOUGH = 0.9
 
 

@@ -1,4 +1,4 @@
-"""Error of the restitution from the limited rows and digits of a user's bond table."""
+"""Estimate the error of eta from the limited rows and digits of a user's bond table."""
 
 from dataclasses import replace
 from typing import TYPE_CHECKING
@@ -26,7 +26,7 @@ _STEP = 0.05
 # one length. With rows twice as far apart, the error of a spline's stiffness is eight times larger,
 # not sixteen times like the error of its force. It varies as t(1 - t)(1 - 2t) with the place t
 # between two rows, up to twice more than both altered tables show, which leave out even and odd
-# rows. A reserve of a half is for faster chains.
+# rows. Half as much more is added for faster chains.
 _BETWEEN = 3.0
 # The standard deviation of six random changes is multiplied by this factor, because six samples
 # leave it uncertain by a third.

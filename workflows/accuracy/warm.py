@@ -1,4 +1,4 @@
-"""Solver to a tolerance for warm chains before a hard wall, for many seeds and speeds at once."""
+"""Solve warm chains before a hard wall to a tolerance, for many seeds and speeds at once."""
 
 import math
 from functools import cached_property
@@ -33,16 +33,16 @@ from chaincor.workflows.errors import CostError, RunError
 SHARPEST_GOAL = 1e-8
 # Energy of the most compressed bond of a warm chain, in units of T. It decides only the first step.
 _HOTTEST_BOND = 5.0
-# Steps belong to a ladder of this ratio, so that they change at few speeds.
+# Steps belong to a geometric sequence of this ratio, so that they change at few speeds.
 _STEP_LADDER = 0.8
-# The first steps are guessed for energies on a ladder of this logarithmic ratio.
+# The first steps are guessed for a geometric sequence of energies with this logarithmic ratio.
 _ENERGY_LADDER = math.log(1.1)
 # Largest step, in units of 1/frequency. Orders begin to hold at twice this step. The limit affects
 # only the cost.
 _LARGEST_STEP = 0.33
-# Collisions that need more refinements than this mostly never converge.
+# Collisions that need more refinements than this seldom converge.
 _MOST_REFINEMENTS = 7
-# A smaller error of a step is below the rounding and useless.
+# A smaller error of a step is useless, because it is below the rounding.
 _SMALLEST_ERROR = 1e-16
 # Rounding may use this share of a target error.
 _ROUNDING_SHARE = 0.1
@@ -124,7 +124,7 @@ class WarmSolver:
             found.last_contact_time[done] = runs.last_contact_times[met]
             tries[now] += 1
             left[now] = ~met & (tries[now] < _MOST_REFINEMENTS) & (rungs[now] < last_rungs[now])
-            # Late contacts and late ends of chains that broke need more than a finer step.
+            # A finer step alone does not settle late contacts and late ends of broken chains.
             left[now[runs.settled & self._may_come_late(runs) | runs.endless]] = False
             rungs[now] = np.minimum(self._finer(rungs[now], errors, tries[now]), last_rungs[now])
         return found

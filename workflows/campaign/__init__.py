@@ -1,1 +1,1 @@
-"""Execution of many collisions: tasks, workers, and the place of their results."""
+"""Carry out many collisions: tasks, workers, and stores for the results."""

@@ -1,4 +1,4 @@
-"""Axes of a sweep: the fields that each value sets, listed or computed on request."""
+"""Axes of a sweep, with the fields that each value sets."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -71,7 +71,7 @@ class Spaced(Sequence[float]):
 
 def spaced(first: float, last: float, count: int, *, log: bool) -> Sequence[float]:
     """
-    Return numbers from `first` to `last`, both included, with NumPy's rounding where they are kept.
+    Return numbers from `first` to `last`, both included, rounded as NumPy does if they are listed.
 
     Long ranges are computed on request.
     """
@@ -88,7 +88,7 @@ def merged(*parts: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def fields_of(axis: Axis) -> list[str]:
-    """Return every key that a value of an axis sets, each once, in their order."""
+    """Return the keys that values of an axis set, each once, in the order of their first use."""
     if isinstance(axis, ValuesAxis):
         return [axis.name]
     return list(dict.fromkeys(key for entry in axis for key in entry))

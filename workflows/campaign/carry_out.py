@@ -1,4 +1,4 @@
-"""Execution of many collisions: tasks go to workers, and results go to a callback."""
+"""Carry out many collisions: send tasks to workers, and results to a callback."""
 
 import itertools
 import queue
@@ -15,13 +15,13 @@ from chaincor.workflows.campaign.pool import ProcessPool
 from chaincor.workflows.campaign.progress import PointProgress
 from chaincor.workflows.errors import SchedulerError, WorkerDiedError
 
-# A full disk or lack of memory is the failure of one collision, not of the others.
+# A full disk or lack of memory fails only the collision that meets it.
 MACHINE_FAILURES = (OSError, MemoryError)
-# Submitted tasks per worker: one that runs, and one that begins without waiting.
+# Each worker has one running task and one submitted task, which begins without a delay.
 TASKS_PER_WORKER = 2
 # Seconds that new processes need to start.
 SOONER_HERE = 3.0
-# Seconds between two looks at tasks that workers still prepare.
+# Seconds between two checks of tasks that workers still prepare.
 _LOOK_SECONDS = 0.02
 
 

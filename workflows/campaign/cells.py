@@ -12,7 +12,7 @@ from chaincor.workflows.campaign.axes import Axis, ValuesAxis, fields_of
 from chaincor.workflows.campaign.points import Point, SweepPoints
 from chaincor.workflows.errors import SweepError
 
-# Number of cells that are made at a time: what a process describes in some seconds.
+# Number of cells that are made at a time; a process describes them in some seconds.
 WINDOW = 8192
 # Odd numbers that scatter the bits of an index.
 _ROUNDS = (0x9E3779B97F4A7C15, 0xBF58476D1CE4E5B9, 0x94D049BB133111EB, 0xD6E8FEB86659FD93)
@@ -27,7 +27,7 @@ class _Digit:
     Values that differ only in their tolerance belong to one collision, and so do equal values.
     """
 
-    members: Sequence[Sequence[int]] | None  #: Places of equal values; None if all values differ.
+    members: Sequence[Sequence[int]] | None  #: Indices of equal values; None if all values differ.
     size: int  #: Number of distinct values.
 
     @classmethod

@@ -19,14 +19,14 @@ from chaincor.workflows.versions import version_of
 _CONNECT_SECONDS = 10.0
 # A scheduler that does not answer for longer than this is lost.
 _PATIENCE_SECONDS = 5.0
-# The scheduler drops the tasks of a client that is gone, so nothing has to be waited for.
+# The scheduler drops the tasks of a client that has left, so this client waits only this long.
 _LEAVE_SECONDS = 1.0
 # Seconds between two messages that the scheduler still has no workers.
 _REPORT_SECONDS = 60.0
 # Seconds between two counts of the workers.
 _COUNT_SECONDS = 2.0
-# One task that a worker runs, and one that it begins without waiting. More would be taken from
-# another sweep that shares the store.
+# Each worker has one running task and one submitted task, which begins without a delay. More
+# submitted tasks would leave less work for another sweep on the same store.
 _TASKS_PER_CORE = 2
 _ADDRESS = re.compile(r"(?:tcp|tls|ucx|ws|wss)://(?:\[[^\]]+\]|[^/:\s]+):\d+")
 # Dask, Tornado and asyncio log tracebacks of connections that are lost. This module reports a lost

@@ -1,4 +1,4 @@
-"""Forecast of the time and the disk space that many collisions take."""
+"""Forecast the time and the disk space that many collisions take."""
 
 import random
 from collections.abc import Callable, Sequence
@@ -15,7 +15,7 @@ _START_SECONDS = 2.5
 # array in NumPy's format.
 _ROW_BYTES = {True: 2500, False: 700}
 _ARRAY_BYTES = 5 * 230
-# Number of collisions that the forecast of a large sweep is made from.
+# The forecast of a large sweep is made from a sample of this many collisions.
 _SAMPLE = 2000
 
 
@@ -33,7 +33,8 @@ class Forecast:
     seconds: float
     longest: float  #: Time of the longest collision.
     disk_bytes: int  #: Growth of the store.
-    #: Number of collisions that the forecast was made from; None if it was made from all of them.
+    #: Number of collisions in the sample of the forecast; None if the forecast counts all
+    #: collisions.
     sample: int | None = None
 
     @classmethod
@@ -81,8 +82,7 @@ def forecast_cells(
     """
     Return the forecast of the collisions of a sweep that are `missing` in a store.
 
-    The forecast of a sweep of more than a window is made from a sample, in which every length has
-    its share.
+    The forecast of a large sweep is made from a sample that represents all chain lengths.
     """
     if len(cells) <= WINDOW:
         points = [cells.points.point(k) for k in cells.numbers(0, WINDOW)]

@@ -16,7 +16,7 @@ _COUNTS = ("num_workers", "_max_workers")
 
 
 class GivenExecutor(Executor):
-    """A user's executor, which stays open: shutting this one down only cancels its own tasks."""
+    """Wrapper of a user's executor, which its shutdown leaves open."""
 
     def __init__(self, executor: Executor) -> None:
         self._executor = executor
@@ -45,10 +45,10 @@ def tasks_to(
     executor: Any, workers: int | None
 ) -> Iterator[tuple[Executor, int | Callable[[], int]]]:
     """
-    Yield an executor for the tasks of a user's one, and the number of tasks at a time.
+    Yield a wrapper of a user's executor, and the number of tasks at a time.
 
-    `workers` is the number of its workers; by default the executor knows it, else it is the number
-    of cores. Raises InputError for other objects.
+    `workers` is the number of its workers. By default it is read from the executor, or is the
+    number of cores. Raises InputError for other objects.
     """
     if not isinstance(executor, Executor):
         raise InputError(

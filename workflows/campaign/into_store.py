@@ -1,4 +1,4 @@
-"""Computation of the collisions that a store lacks."""
+"""Compute the collisions that a store lacks."""
 
 import itertools
 import random
@@ -54,7 +54,7 @@ class Tally:
     computed: int = 0
     failed: int = 0  #: Collisions that failed.
     inexact: int = 0  #: Computed collisions that miss their tolerance.
-    found: int = 0  #: Results found in the store, also from another sweep meanwhile.
+    found: int = 0  #: Results in the store, also those stored by another sweep meanwhile.
     #: Earlier failures that were not repeated, because the scene itself is the reason.
     known_failures: int = 0
     seconds: float = 0.0  #: Wall-clock time.
@@ -70,9 +70,9 @@ class IntoStore:
     The collisions are scenes, or the cells of a sweep, which are made a window at a time. If scenes
     of a window differ only in their tolerance, the tightest counts. With `arrays`, contacts, mode
     energies and final states are stored too. Without `details`, rows have only their columns.
-    Results without arrays, or to be recomputed, are
-    requested at least as exactly as before. `recompute` repeats stored results, and `retry_failed`
-    repeats failures. `keep_jobs` is a folder for the jobs of LAMMPS.
+    Stored results that lack arrays or are recomputed get at least their earlier accuracy.
+    `recompute` repeats stored results, and `retry_failed` repeats failures. `keep_jobs` is a folder
+    for the jobs of LAMMPS.
     """
 
     def __init__(

@@ -1,4 +1,4 @@
-"""Points of a sweep, numbered and made on request."""
+"""Points of a sweep, which are numbered and made on request."""
 
 import itertools
 import math
@@ -15,7 +15,7 @@ from chaincor.workflows.errors import SweepError
 
 # Largest number of values of an axis that are all tried before a large sweep begins.
 _MOST_TRIED = 1000
-# Begins the name of an axis over one parameter of a formula.
+# The name of an axis over one parameter of a formula begins with this text.
 PARAMETER_AXIS = "parameters."
 
 

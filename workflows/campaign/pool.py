@@ -1,4 +1,4 @@
-"""Pool of processes in which the death of a worker costs one task only."""
+"""Pool of processes in which the death of a worker fails only one task."""
 
 import contextlib
 import multiprocessing
@@ -170,7 +170,7 @@ def _answer(function: Callable, args: tuple[Any, ...], kwargs: dict[str, Any]) -
         error.add_note(f"In the worker process:\n{story}")
         try:
             answer = pickle.dumps((None, error))
-            pickle.loads(answer)  # some errors can be sent and not received
+            pickle.loads(answer)  # some errors can be pickled but not unpickled
         except Exception:
             answer = pickle.dumps((None, RuntimeError(f"in the worker process:\n{story}")))
         return answer
@@ -182,7 +182,7 @@ def _leave_with_parent(folder: str, patience: float | None = None) -> None:
     assert parent is not None
     if not wait([parent.sentinel], timeout=patience):
         return
-    shutil.rmtree(folder, ignore_errors=True)  # a killed main process could not
+    shutil.rmtree(folder, ignore_errors=True)  # a killed main process could not end it
     os._exit(1)
 
 

@@ -1,4 +1,4 @@
-"""Progress of work: a bar on a terminal and in a notebook, a line per minute elsewhere."""
+"""Show the progress of work: a bar on a terminal and in a notebook, a line per minute elsewhere."""
 
 import contextlib
 import sys
@@ -12,7 +12,8 @@ from chaincor.analysis.showing.notebook import in_notebook, session_bar
 from chaincor.workflows.durations import format_duration
 from chaincor.workflows.engines.reference.loops.processes import COMPILING
 
-# Function that is called after every few collisions, with their expected cost and number.
+# Function that is called after every few collisions; its arguments are their expected cost and
+# their number.
 PointProgress = Callable[[float, int], None]
 # Shorter work shows no progress.
 _QUIET_SECONDS = 2.0
@@ -224,6 +225,6 @@ def _time_text(elapsed: float, expected: float, known: str, begin: str) -> str:
     if elapsed <= expected:
         return f"{begin}, {known} expected"
     if expected < _QUIET_SECONDS:
-        # The start-up, not the collision, takes long.
+        # The start-up takes long, not the collision.
         return f"{begin}, of which the collision itself needs about {format_duration(expected)}"
     return f"{begin}, {format_duration(expected)} were expected; how much longer is not known"

@@ -1,4 +1,4 @@
-"""Sweeps from Python: axes over fields of a scene, results as a data frame."""
+"""Run sweeps from Python: axes over fields of a scene, and results as a data frame."""
 
 import tempfile
 from collections.abc import Iterable

@@ -1,4 +1,4 @@
-"""Sweep files: a base scene, and axes over its fields, crossed or moving together."""
+"""Read sweep files: a base scene, and axes over its fields, crossed or moving together."""
 
 import math
 import sys
@@ -40,7 +40,7 @@ class Sweep:
     """A sweep, read and checked."""
 
     scenes: SweepPoints  #: The points.
-    axes: dict[str, int]  #: Names of the axes and how many values each has.
+    axes: dict[str, int]  #: Names of the axes, and the number of values of each.
     store: Path  #: File of the results.
     arrays: bool  #: Whether to keep contacts, mode energies and final states.
     details: bool  #: Whether to keep the details of each result.

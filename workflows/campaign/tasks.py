@@ -1,4 +1,4 @@
-"""Tasks of workers: collisions that take about a second together."""
+"""Divide collisions into tasks of workers that take about a second each."""
 
 import math
 from collections import Counter
@@ -15,8 +15,8 @@ from chaincor.workflows.store.row import row_key
 # Fields of a requested collision besides its place and scene.
 Facts = tuple[float, Hashable, str, float | None, int]
 
-# Expected seconds of a task: long against the time that its way to a worker takes, and short
-# against the time that an interruption may lose.
+# Expected seconds of a task. This is long compared with the transfer to a worker, and short enough
+# that an interruption loses little.
 _TASK_SECONDS = 1.0
 # Tasks per task in flight in a short sweep, so that workers end together and sweeps with one store
 # share its collisions.
@@ -36,7 +36,7 @@ def describe(scenes: Iterable[Scene | Point], *, stored: bool = True) -> list[Co
 
 
 def facts_of(scenes: Sequence[Scene | Point], *, stored: bool = True) -> list[Facts]:
-    """Return the facts of :func:`describe` without the scenes, for other processes."""
+    """Return the results of :func:`describe` without the scenes, for other processes."""
     made = [scene_of(each) for each in scenes]
     foresee_frequency_ratio(each.problem for each in made if each.engine == "reference")
     return [
@@ -52,7 +52,7 @@ def facts_of(scenes: Sequence[Scene | Point], *, stored: bool = True) -> list[Fa
 
 
 def with_facts(scenes: Sequence[Scene | Point], facts: Iterable[Facts]) -> list[CollisionRequest]:
-    """Return collisions of scenes and their facts."""
+    """Return collisions from scenes and the results of :func:`facts_of`."""
     both = enumerate(zip(scenes, facts, strict=True))
     return [CollisionRequest(place, scene, *known) for place, (scene, known) in both]
 

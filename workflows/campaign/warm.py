@@ -1,4 +1,4 @@
-"""Groups of warm scenes that differ only in seed and speed and run in one batch."""
+"""Groups of the scenes of `collide_many` that differ only in seed and speed."""
 
 import json
 from collections.abc import Sequence

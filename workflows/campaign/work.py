@@ -1,4 +1,4 @@
-"""Work on collisions inside a worker: from scenes to results."""
+"""Carry out collisions inside a worker, from scenes to results."""
 
 import math
 import threading

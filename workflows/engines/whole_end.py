@@ -69,7 +69,7 @@ def _leverage(masses: Array) -> tuple[Lever, Array]:
 
 
 def next_look(now: float, last_contact: float, seen: float) -> float:
-    """Return the time of the next check, not before `seen`, at which the chain was near the wall."""
+    """Return the time of the next check, not before `seen`, when the chain was near the wall."""
     return max(seen, last_contact + LOOK_GROWTH * (now - last_contact))
 
 

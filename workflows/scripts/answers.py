@@ -14,14 +14,14 @@ from chaincor.workflows.scripts.advice import largest_value, runs_to_average
 from chaincor.workflows.scripts.ladder_runs import NumberLadder, ScriptLadder
 
 # State of a number at the script's own value. "small enough": one run meets the tolerance. "too
-# noisy": a mean of several runs meets it. "too large": neither meets it. "beyond": no value of the
-# ladder meets it, and the runs show the error. "not seen": the scatter of the runs hides the error.
-# "constant": all runs give the same number.
+# noisy": a mean of several runs meets the tolerance. "too large": not even a mean meets the
+# tolerance. "beyond": no value of the ladder meets the tolerance, and the runs show the error. "not
+# seen": the scatter of the runs hides the error. "constant": all runs give the same number.
 AnswerState = Literal["small enough", "too noisy", "too large", "beyond", "not judged", "constant"]
 # A coarser value is mentioned if it is larger by at least this factor.
 _COARSER = 1.1
-# If the scatter shrinks along the ladder by more than this factor, it comes from the step. An error
-# above this fraction of the tolerance comes from the step, too.
+# The step causes the scatter if the scatter shrinks along the ladder by more than the first number.
+# The step also causes an error above the second number times the tolerance.
 _SHRINKS, _STEP_PART = 2.0, 0.5
 # No answer averages more runs than this.
 _MOST_RUNS = 100
@@ -42,10 +42,12 @@ class NumberAnswer:
 
     number: NumberLadder
     state: AnswerState  #: At the script's own value; without one, at the finest.
-    error: float  #: Largest error of one run there; inf if it is unknown.
-    runs: int | None  #: Number of runs whose mean keeps the tolerance there; None if too many.
-    largest: float | None  #: Coarsest value at which one run keeps the tolerance.
-    reached: bool  #: Whether one run or a mean keeps the tolerance at some value.
+    error: float  #: Largest error of one run at that value; inf if unknown.
+    runs: (
+        int | None
+    )  #: Number of runs whose mean meets the tolerance at that value; None if too many.
+    largest: float | None  #: Coarsest value at which one run meets the tolerance.
+    reached: bool  #: Whether one run or a mean meets the tolerance at some value.
 
 
 @dataclass(frozen=True)
@@ -55,8 +57,8 @@ class LadderAnswer:
     numbers: tuple[NumberAnswer, ...]
     own: float | None  #: The script's own value of the variable, if it is known and varied.
     own_fails: bool  #: Whether runs fail at that value or near it.
-    single: Choice | None  #: Coarsest value at which one run keeps all tolerances.
-    several: Choice | None  #: Cheapest mean of several runs that keeps them.
+    single: Choice | None  #: Coarsest value at which one run meets all tolerances.
+    several: Choice | None  #: Cheapest mean of several runs that meets all tolerances.
     #: Choice to take: the script's own value if it is small enough, else one of the two above.
     use: Choice | None
 
@@ -127,7 +129,7 @@ def promised_at(each: ScriptLadder, number: NumberLadder, step: float) -> float:
 
 
 def needs_finer(number: NumberLadder) -> bool:
-    """Return whether the error would become small enough by finer values, not by longer runs."""
+    """Return whether finer values, not longer runs, would make the error small enough."""
     verdict, tolerance = number.verdict, number.tolerance or 0.0
     if verdict.kind == "regular" and verdict.value is not None:
         left = abs(float(number.results[-1].mean()) - verdict.value)
@@ -196,7 +198,7 @@ def _rung(steps: Array, at: float) -> int:
 
 
 def _unseen(number: NumberLadder, tolerance: float) -> NDArray[np.bool_]:
-    """Return the rungs at which, and below which, no bias surely exceeds the tolerance."""
+    """Return the rungs from which on no bias is certain to exceed the tolerance."""
     verdict, means = number.verdict, number.results.mean(axis=1)
     best = float(means[-1]) if verdict.value is None else verdict.value
     error = (verdict.value_error or 0.0) + 2.0 * verdict.scatter / math.sqrt(

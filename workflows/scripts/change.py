@@ -32,7 +32,9 @@ _LARGEST_SEED = 900_000_000
 class Change:
     """Changes of one run to a script."""
 
-    finer: float = 1.0  #: Steps for each step of the script: 2 halves the step. 1 leaves it.
+    finer: float = (
+        1.0  #: Number of steps that replace one step of the script: 2 halves the step, 1 keeps it.
+    )
     #: Sampled quantities, as LAMMPS's formulas name them: ``etotal``, ``c_1``, ``v_x``.
     quantities: tuple[str, ...] = ()
     #: Values of the script's own variables, as text.

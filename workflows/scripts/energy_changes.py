@@ -43,10 +43,10 @@ class EnergyChange:
     name: str  #: The quantity.
     drift: float  #: Drift over the run in the limit of small steps.
     error: float  #: Its error.
-    causes: tuple[DriftCause, ...]  #: The likeliest first.
-    tested: DriftCause | None = None  #: The cause that was removed in one more run.
+    causes: tuple[DriftCause, ...]  #: Possible causes, with the likeliest first.
+    tested: DriftCause | None = None  #: Cause that was removed in one more run.
     before: float = 0.0  #: Drift at the finest step, with that cause.
-    after: float = 0.0  #: And without.
+    after: float = 0.0  #: Drift at the finest step without that cause.
 
     @property
     def confirmed(self) -> bool:

@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 
 STEP = "timestep"
-# Nearby values of one rung differ from it by at most this fraction.
+# Nearby values of a rung differ from the value of the rung by at most this fraction.
 PHASE_WIDTH = 0.02
 _GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 # The default ladder begins at this multiple of the script's step, and has this number of rungs.

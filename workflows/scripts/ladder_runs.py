@@ -42,7 +42,7 @@ class NumberLadder:
     standard_error: float | None
     independent: float | None  #: Number of independent samples of one run's mean.
     verdict: LadderVerdict  #: The kind of its error.
-    tolerance: float | None  #: Error that the advice keeps; None if unknown.
+    tolerance: float | None  #: Tolerance of the advice; None if unknown.
     tolerance_reason: str  #: Reason of the default tolerance; empty if the user gave one.
     advice: ScriptAdvice | None  #: Advice, if the ladder allows one.
     repeats: bool  #: Whether a mean of several runs is advice as well.
@@ -57,7 +57,8 @@ class ScriptLadder:
     #: All runs, with failed ones, in the order of execution.
     runs: tuple[ScriptRun, ...]
     given: tuple[float, ...]  #: The varied value of each of these.
-    #: Values of all runs on rungs without a failed run, coarse to fine; of shape (R, M).
+    #: Values of the varied quantity in all runs, on rungs without a failed run, coarse to fine; of
+    #: shape (R, M).
     inputs: Array
     seconds: Array  #: Processor time of one run: the median of a rung; of shape (R,).
     numbers: tuple[NumberLadder, ...]  #: Results by number.

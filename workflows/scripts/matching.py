@@ -18,10 +18,10 @@ _SAME_PLACE, _SAME_SPEED = 1e-9, 1e-9
 class Match:
     """Match between the particles of two runs at their start."""
 
-    order: IndexArray  #: Which particle of the second run each of the first is.
+    order: IndexArray  #: Index in the second run of each particle of the first run.
     renumbered: bool  #: Whether ids differ, so that particles were matched by position.
     same_places: bool  #: Whether positions agree up to roundings.
-    same_speeds: bool  #: Whether velocities do.
+    same_speeds: bool  #: Whether velocities agree up to roundings.
 
 
 def match_particles(first: ScriptFrames, second: ScriptFrames, at: tuple[int, int]) -> Match:

@@ -27,7 +27,8 @@ from chaincor.workflows.scripts.varied import LAST_DIGIT, RANKS, RESTART, Varied
 
 # Runs count as parted if their particles are this many distances of neighbours apart.
 PARTED = 0.01
-# Roundings make at most this difference in the first part, of this length, of a run.
+# Roundings cause at most the first difference during the first part of a run, whose length is the
+# second number.
 _AT_ONCE, _EARLY = 1e-6, 0.1
 # A last digit displaces the particles by this fraction of the length of the box.
 _SHAKEN = 1e-15
@@ -44,8 +45,8 @@ _SAME_TIME = 1e-9
 class Difference:
     """One number in two runs."""
 
-    value: float  #: In the first run.
-    difference: float  #: Second minus first.
+    value: float  #: Number in the first run.
+    difference: float  #: Number in the second run minus the number in the first run.
     #: Standard error of the difference; nan unless the number is a mean, inf with too few samples.
     error: float
     independent: float  #: Number of independent samples of a mean.
@@ -79,7 +80,9 @@ class PartingComparison:
     distances: Array  #: See ``times``.
     numbers: dict[str, Difference]  #: By name.
     renumbered: bool = False  #: Whether ids differed, so that particles were matched by position.
-    causes: tuple[str, ...] = ()  #: Why runs differ at once, the likeliest first.
+    causes: tuple[
+        str, ...
+    ] = ()  #: Possible causes of a difference from the beginning, with the likeliest first.
 
     def agrees(self, name: str) -> bool | None:
         """Return whether a number's difference is within three standard errors; None if unknown."""

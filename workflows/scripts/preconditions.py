@@ -48,7 +48,7 @@ def check_motion(
     script: ScriptText, lengths: Iterable[tuple[int, int]], samples: Samples | None, screen: str
 ) -> None:
     """
-    Raise InputError if nothing moves in a run of a script, or moves twice in a step.
+    Raise InputError if nothing moves in a run of a script, or if atoms move twice in a step.
 
     `lengths` are the first step and the number of steps of each run, `screen` is what LAMMPS
     printed.

@@ -35,7 +35,7 @@ class Remedy(NamedTuple):
     """Remedy that would let the runs judge some numbers."""
 
     text: str  #: A sentence, with a command at its end.
-    longer: float = 1.0  #: Factor by which it makes the runs longer.
+    longer: float = 1.0  #: Factor by which the remedy makes the runs longer.
 
 
 def unanswered(study: "ScriptStudy", each: ScriptLadder, answer: LadderAnswer) -> list[str]:

@@ -60,7 +60,7 @@ class ScriptRun:
     #: First step and number of steps of every `run`, as the script asks for them.
     lengths: tuple[tuple[int, int], ...] = ()
     crash: Crash | None = None  #: Step and reason of a crash; None after a full run.
-    screen: str = ""  #: LAMMPS's text, its end if it is long; empty unless asked for.
+    screen: str = ""  #: LAMMPS's output, or the end of a long output; empty unless requested.
 
 
 def list_files(folder: Path) -> list[Path]:

@@ -29,8 +29,8 @@ _READERS = (
 class Command(NamedTuple):
     """Command of a script, without its comment and with continued lines joined."""
 
-    path: Path  #: The file it stands in.
-    number: int  #: Number of its first line.
+    path: Path  #: File that contains the command.
+    number: int  #: Line number of its first line.
     text: str
 
     @property
@@ -48,7 +48,7 @@ class ScriptText:
 
     path: Path
     commands: tuple[Command, ...]
-    whole: bool  #: Whether all of it was found: names of files may be worked out by the script.
+    whole: bool  #: Whether all files were found; a script may compute names of files.
 
     @classmethod
     def read(cls, path: Path) -> "ScriptText":

@@ -47,10 +47,12 @@ class StepCount:
     """Command of a script that counts steps."""
 
     command: Command
-    what: str  #: Its command and style.
+    what: str  #: Name and style of the command.
     says: str  #: Effect on a ladder of steps.
-    moves: bool = True  #: Whether the motion depends on it; otherwise what is written does.
-    periods: bool = False  #: Whether ``--scale-periods`` holds it in time.
+    moves: bool = (
+        True  #: Whether the motion depends on the command; otherwise only the output does.
+    )
+    periods: bool = False  #: Whether ``--scale-periods`` keeps its period in time.
 
     def __str__(self) -> str:
         return f"{self.command}, '{self.what}', {self.says}"

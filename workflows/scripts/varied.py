@@ -46,8 +46,10 @@ class Varied:
     fixed: list[dict[str, str]]
     #: Seeds of the runs of a rung; empty if the runs have nearby values instead.
     seeds: tuple[int, ...]
-    columns: int  #: Runs a rung.
-    scale_periods: bool  #: Whether what the script counts in steps is held in time.
+    columns: int  #: Number of runs per rung.
+    scale_periods: (
+        bool  #: Whether periods that the script counts in steps keep their simulated time.
+    )
     #: Script's own step in its last run, if it is varied and known.
     own_step: float | None = None
 

@@ -54,7 +54,8 @@ class Tape(NamedTuple):
     #: Speed of the hard contact that ends a substep, and accelerations of both particles; of shape
     #: (L, 3).
     impacts: Array
-    #: Forces at each kick; on the way back, the derivative of eta by each; of shape (L, K, N - 1).
+    #: Forces at each kick; later replaced by the derivatives of eta by these forces; of shape (L,
+    #: K, N - 1).
     weights: Array
 
 

@@ -34,8 +34,8 @@ _WANTED, _MOST_HALVINGS = 1e-8, 6
 _RESERVE = 10.0
 # A derivative with a larger relative error is not returned.
 _WORST = 0.1
-# The variance of rounding, over the square of the number. It is a twelfth of the squared last
-# place, which is on average 0.54 (machine epsilon times the number)^2.
+# Variance of rounding divided by the square of the number. The variance is a twelfth of the squared
+# unit in the last place, which is on average 0.54 (machine epsilon times the number)^2.
 _ROUNDED = 0.54 / 12.0 * np.finfo(float).eps ** 2
 # Bond parameters are varied by this fraction. The error of the differences is of the order of its
 # square.

@@ -22,7 +22,7 @@ SCHEME = "order8"
 # order less than eta, so the steps are shorter than in a collision.
 GRADING, SHORTEST_SHARE = 0.25, 2.0**-14
 # The tape of a section has at most this many numbers, so that it fits into a cache. A motion has at
-# least this many sections, because the last section goes beyond the last contact.
+# least the second number of sections, because the last section goes beyond the last contact.
 TAPE, LEAST_STRETCHES = 2.0**19, 4.0
 # A small change of the input can remove a contact that is slower than this fraction of the impact
 # velocity.

@@ -103,5 +103,5 @@ _ALSO = {
     "mode_energies": ("target_mode_energies",),
     "error bars": ("agrees", "differs"),
 }
-# This table gives the term that explains each other word.
+# This table gives, for other words, the term that explains them.
 OTHER_NAMES = OTHER_WORDS | {word: term for term, words in _ALSO.items() for word in words}

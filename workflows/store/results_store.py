@@ -20,7 +20,7 @@ _HAS_ARRAYS = (
     "EXISTS (SELECT 1 FROM {0}.arrays AS kept "
     "WHERE kept.collision_sha256 = collisions.collision_sha256) AS has_arrays"
 )
-# Columns that decide whether a collision must be run, and which of two rows stays; of one schema.
+# Columns that decide whether a collision must be run, and which of two rows stays.
 STANDINGS = f"""
     SELECT collision_sha256, restitution, restitution_error, tolerance, failure_tolerance,
     failure_stands, tries, finished, {_HAS_ARRAYS} FROM {{0}}.collisions

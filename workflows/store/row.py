@@ -51,8 +51,8 @@ class Row:
 
     A worker fills the columns of the result; the store adds the key and the columns of the scene.
 
-    The tolerance of a row is the tightest one that was requested and that the result stands for:
-    the result reaches it, or no run reached a smaller error. It is None with explicit numerics.
+    The tolerance of a row is the tightest requested tolerance that the result reaches, or that no
+    run could reach better. It is None with explicit numerics.
     """
 
     #: Known columns of the schema. A row from a store also has ``collision_sha256`` (its key),
@@ -267,8 +267,8 @@ def scene_columns(scene: Scene) -> dict[str, Any]:
     """Return the columns of a row that come from its scene."""
     canonical = scene.canonical_fields
     columns = {name: canonical.get(name) for name in SCENE_COLUMNS}
-    # Keep a given speed: v0/v* may differ in the last digit, which would split the rows of one
-    # speed into several groups.
+    # Keep a given speed, because a computed v0/v* may differ in the last digit and would split the
+    # rows of one speed into several groups.
     speed, scale = scene.speed, scene.bond.natural_speed
     if speed is None and scale is not None:
         speed = scene.impact_velocity / scale

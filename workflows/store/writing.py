@@ -1,4 +1,4 @@
-"""Writing of rows into a store: new ones in one statement, others one by one."""
+"""Write rows into a store: new rows in one statement, other rows one by one."""
 
 import datetime
 from collections.abc import Sequence
@@ -40,7 +40,7 @@ def write_rows(store: "Store", rows: Sequence[Row], *, arrays: bool, replace: bo
             columns["environment"] = environments[versions]
             new.setdefault(tuple(columns), []).append(tuple(columns.values()))
             kept += _npy(key, row) if arrays else ()
-        # Rows of new collisions are most of a sweep, and are written in one statement.
+        # New rows, which are most of the rows of a sweep, are written in one statement.
         for names, values in new.items():
             places = f"VALUES ({', '.join('?' * len(names))})"
             store.connection.executemany(upsertion(names, places), values)

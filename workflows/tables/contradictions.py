@@ -1,4 +1,4 @@
-"""Find why forces are not -dE/dr: undo each candidate, and see if the difference vanishes."""
+"""Find why forces differ from -dE/dr: undo each possible cause, and compare again."""
 
 from dataclasses import dataclass, replace
 
@@ -25,14 +25,16 @@ _FACTORS = {
     "a factor of 100": 100.0,
     "a factor of 1000": 1000.0,
 }
-# A cause is accepted if its removal leaves less than this fraction of the difference.
+# A cause is accepted if less than this fraction of the difference is left without it.
 _EXPLAINS = 0.1
 # Forces are a constant multiple of the slopes if their ratio varies by less than this fraction.
 _CONSTANT = 0.03
-# A cause holds for the whole table if it improves this part of the rows, and otherwise for the
-# longest run of rows, if there are at most so many runs.
+# A cause holds for the whole table if its removal improves at least the first fraction of the rows.
+# Otherwise it holds for the longest run of improved rows, provided that there are at most as many
+# runs as the second number.
 _WHOLE, _MOST_RUNS, _LEAST_RUN = 0.97, 3, 3
-# A dihedral is not periodic if all contradictions lie within so many rows of the first and last.
+# A dihedral is not periodic if all contradictions lie within this many rows of the first and last
+# rows.
 _NEAR_WRAP = 12
 
 

@@ -1,4 +1,4 @@
-"""Faults of a table that its header, spacing and numbers show."""
+"""Find faults in the header, the spacing and the numbers of a table."""
 
 import re
 
@@ -29,7 +29,7 @@ _ANGLE_ENDS = 1e-10
 _SAME_LENGTH = 1e-6
 # Cubic splines through closer rows overflow.
 _NEAREST = 1e-30
-# Lines that LAMMPS cannot read, and what to do.
+# Kinds of lines that LAMMPS cannot read, with remedies.
 _UNREADABLE = (
     (
         re.compile(r"^[ \t]*\d+[ \t]*[,;][ \t]*[-+.\d].*$", re.MULTILINE),

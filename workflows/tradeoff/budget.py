@@ -1,4 +1,4 @@
-"""Split the error of a setting by cause, each of which a run without that cause measures."""
+"""Split the error of a setting by cause, by runs without one cause at a time."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace

@@ -13,8 +13,8 @@ from chaincor.workflows.tradeoff.settings import Measurement, Setting, time_unit
 
 # A setting promises an error of this many times the worst measured one. At equal steps (in units of
 # the fastest bond), errors scatter between scenes, because contacts may graze the wall. 95 of 100
-# scenes stay below these factors. The lower limits are what the 130 scenes of the first trade-off
-# needed.
+# scenes stay below these factors. The lower limits are the factors of the 130 scenes of the first
+# study.
 RESERVE: dict[Scheme, float] = measured(
     "promise_reserve", {"verlet": 40.0, "order4": 20.0, "order6": 20.0, "order8": 20.0}
 )
@@ -22,7 +22,7 @@ LOOSEST_DECADE, TIGHTEST_DECADE = 2, 13
 
 
 def reserve_of(scheme: Scheme) -> float:
-    """Return the reserve of a scheme; of one that was not measured, the largest of all."""
+    """Return the factor of a scheme; for a scheme that was not measured, the largest factor."""
     return RESERVE.get(scheme, max(RESERVE.values()))
 
 

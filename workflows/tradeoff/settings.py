@@ -105,7 +105,7 @@ _EVENT_ENDS: dict[Scheme, tuple[float, float]] = {
     "order6": (0.8, 0.07),
     "order8": (0.8, 0.1),
 }
-_OTHER_ENDS = (0.8, 0.05)  # of schemes that have no entry
+_OTHER_ENDS = (0.8, 0.05)  # for schemes without an entry
 _NOT_WHEN_QUICK: dict[Engine, tuple[Scheme, ...]] = {
     "lammps": ("order4",),
     "reference": ("verlet", "order4"),

@@ -23,8 +23,8 @@ from chaincor.workflows.result import Collision
 _USUAL_STEP = 0.4
 _ROUNDING = 1e-12
 
-# The reference run has this fraction of the tolerance, so that its error does not limit the
-# comparison.
+# The tolerance of the reference run is this fraction of the tolerance, so that its error does not
+# limit the comparison.
 SHARPER = 0.1
 SHARPEST = 1e-11
 

@@ -13,8 +13,8 @@ from chaincor.workflows.errors import ChaincorError
 from chaincor.workflows.result import Collision
 from chaincor.workflows.validation.comparison import judging_scene
 
-# A cause is accepted if it leaves less than this fraction of the difference, and less than this
-# number or this many error bars.
+# A cause is accepted if the difference left without it is less than the first fraction of the
+# difference, and less than the second number or the third number of error bars.
 _LEFT, _MOST_LEFT, _BARS = 0.02, 2e-3, 2.0
 # The bond of an LJ potential with energy scale 1 is this many times stiffer than the chain's.
 _LJ_STIFFNESS = 72.0

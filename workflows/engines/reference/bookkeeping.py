@@ -39,7 +39,7 @@ LEDGER: Any = np.dtype(
             ("patience", "f8"),  # the time above, in mean intervals between contacts
             # shortest substep near touching and parting, in parts of a step
             ("shortest_share", "f8"),
-            ("grading", "f8"),  # length of graded substeps divided by the distance of their nearer end from the event
+            ("grading", "f8"),  # length of graded substeps over their distance from the event
             ("strain_min", "f8"),  # smallest and largest strain since the first contact
             ("strain_max", "f8"),
             ("contact_min", "f8"),  # smallest and largest strain up to the last contact
