@@ -6,7 +6,7 @@ from pathlib import Path
 
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.given_numbers import shown
-from chaincor.workflows.lessons.script_faults import BEGUN, PARTS, StudentScript
+from chaincor.workflows.lessons.script_faults import StudentScript, faults_by_part
 from chaincor.workflows.lessons.script_run import faults_of_run, run_script
 
 _RUN = "run by LAMMPS"
@@ -70,10 +70,7 @@ def check_script(path: str | Path) -> ScriptReport:
             f"the script {shown(str(path))} cannot be read: {reason}. Give the path of a script"
         ) from None
     script = StudentScript.of(text, path.parent)
-    parts: dict[str, tuple[str, ...]] = {}
-    for part, faults_in in PARTS.items():
-        begun = any(script.named(name) or script.misspelt(name) for name in BEGUN[part])
-        parts[part] = tuple(faults_in(script)) if begun else ("nothing yet",)
+    parts = faults_by_part(script)
     if not any(parts.values()):
         parts[_RUN] = tuple(faults_of_run(run_script(path)))
     return ScriptReport(parts)

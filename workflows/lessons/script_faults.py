@@ -83,7 +83,7 @@ class StudentScript:
 
     def misspelt(self, name: str) -> str | None:
         """Return the misspelt form of a missing command, such as `boundry`, or None."""
-        known = {command for commands in BEGUN.values() for command in commands}
+        known = {command for commands in _BEGUN.values() for command in commands}
         names = {c[0].lower(): c[0] for c in self.commands if c[0] not in known}
         near = difflib.get_close_matches(name, names, 1, _SIMILAR)
         return names[near[0]] if near and not self.named(name) else None
@@ -241,7 +241,7 @@ def _output_and_run(script: StudentScript) -> Iterator[str]:
         yield script.missing("thermo", "the energy is then printed at the first and last step only")
     if script.last("run") is None:
         yield script.missing("run", "LAMMPS reads the script and takes no step")
-    for name in ("timestep", "thermo"):
+    for name in ("timestep", "thermo") if script.named("run") else ():
         if script.last_place("run") < script.place(name) < len(script.commands):
             yield f"`{name}` must stand before `run`"
     prints = [k for k, c in enumerate(script.commands) if _prints_restitution(c)]
@@ -259,18 +259,46 @@ def _prints_restitution(command: StudentCommand) -> bool:
 
 
 #: Name of each part of a script, and the function that yields its faults.
-PARTS: dict[str, Callable[[StudentScript], Iterator[str]]] = {
+_PARTS: dict[str, Callable[[StudentScript], Iterator[str]]] = {
     "1. units and box": _units_and_box,
     "2. atoms and bonds": _atoms_and_bonds,
     "3. springs": _springs,
     "4. motion and wall": _motion_and_wall,
     "5. output and run": _output_and_run,
 }
-#: First commands of each part. A part without such a command is still empty.
-BEGUN = {
+# First commands of each part. A part without such a command is still empty.
+_BEGUN = {
     "1. units and box": ("units", "boundary"),
     "2. atoms and bonds": ("atom_style", "read_data", "create_atoms"),
     "3. springs": ("bond_style", "bond_coeff"),
     "4. motion and wall": ("velocity", "fix"),
     "5. output and run": ("timestep", "thermo", "thermo_style", "run", "print"),
 }
+# The lesson writes these words where a script has values.
+_PLACEHOLDERS = {
+    "FILE": "the name of the data file",
+    "K": "half the stiffness of a bond",
+    "R0": "the length of a bond at rest",
+    "FACE": "the side of the box that the wall closes",
+    "PLACE": "the wall's x",
+    "N": "the number of steps",
+}
+
+
+def faults_by_part(script: StudentScript) -> dict[str, tuple[str, ...]]:
+    """Return the faults of each part of a script, in order."""
+    return {part: _faults_of_part(script, part) for part in _PARTS}
+
+
+def _faults_of_part(script: StudentScript, part: str) -> tuple[str, ...]:
+    begun = _BEGUN[part]
+    if not any(script.named(name) or script.misspelt(name) for name in begun):
+        return ("nothing yet",)
+    unreplaced = tuple(
+        f"`{' '.join(command)}`: write {_PLACEHOLDERS[word]} in place of {word}"
+        for command in script.commands
+        if command[0] in begun
+        for word in command[1:]
+        if word in _PLACEHOLDERS and not (command[0] == "fix" and word == command[1])
+    )
+    return unreplaced or tuple(_PARTS[part](script))

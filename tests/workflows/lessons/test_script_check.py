@@ -7,9 +7,14 @@ from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.job import write_job
 from chaincor.workflows.lessons import check_script
 from chaincor.workflows.lessons.script_check import _RUN as RUN
-from chaincor.workflows.lessons.script_faults import PARTS
 
-PARTS = list(PARTS)
+PARTS = [
+    "1. units and box",
+    "2. atoms and bonds",
+    "3. springs",
+    "4. motion and wall",
+    "5. output and run",
+]
 SCRIPT = """
 units           lj
 boundary        f f f
@@ -88,6 +93,13 @@ FAULTS = [
     ("all wall/reflect xlo 0.0", "all wall/harmonic xlo 0.0 1 1 1", 3, "soft wall"),
     ("thermo          100\n", "", 4, "no `thermo`"),
     ("run             2500\n", "", 4, "no `run`"),
+    # Words of the lesson's table that stand for a value.
+    ("run             2500", "run N", 4, "`run N`: write the number of steps in place of N"),
+    ("1 0.5 1.0", "1 K 1.0", 2, "write half the stiffness of a bond in place of K"),
+    ("1 0.5 1.0", "1 0.5 R0", 2, "write the length of a bond at rest in place of R0"),
+    ("chain.data", "FILE", 1, "write the name of the data file in place of FILE"),
+    ("xlo 0.0", "FACE 0.0", 3, "write the side of the box that the wall closes in place of FACE"),
+    ("xlo 0.0", "xlo PLACE", 3, "write the wall's x in place of PLACE"),
     ('print           "restitution = $(v_restitution)"\n', "", 4, "nothing prints the result"),
     # Misspelt commands are named as they are written.
     ("units  ", "Units  ", 0, "`Units` is no command of LAMMPS: write `units`"),
@@ -113,6 +125,7 @@ def test_what_a_script_lacks_is_said_at_its_part(report_on, line, other, part, p
     found = said(report_on(SCRIPT.replace(line, other)))
     assert set(found) == {PARTS[part]}
     assert piece in found[PARTS[part]]
+    assert "must stand before" not in found[PARTS[part]]
 
 
 def test_what_comes_too_late_is_said(report_on):
