@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from chaincor import Scene
-from chaincor.workflows.campaign.warm import group_scenes
+from chaincor.workflows.campaign.groups import group_scenes
 from chaincor.workflows.engines.reference.batch.runner import Batch
 
 SCHEME = "order8"

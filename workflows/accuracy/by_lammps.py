@@ -273,7 +273,7 @@ def choose_numerics(
         if coarse is not None:
             return replace(numerics, scheme=scheme, timestep=coarse / COARSER)
     raise RunError(
-        f"no composition and step reaches an error of {tolerance:.1g} here. Give a "
+        f"no scheme and time step reach an error of {tolerance:.1g} here. Give a "
         "looser tolerance or a lower speed, or try engine 'reference'"
     )
 

@@ -140,13 +140,13 @@ def _ended(future: Future, task: Task) -> tuple[Done, list[Task]]:
         found = future.result()
     except CancelledError:
         raise SchedulerError(
-            "the cluster dropped a collision that was handed to it; what is finished is in the "
-            "store: run the same command again"
+            "the cluster dropped a collision. Run the same command again: finished results are in "
+            "the store"
         ) from None
     except BrokenExecutor as error:
         raise SchedulerError(
-            f"the executor lost its workers ({one_line(error)}). A store has what is finished: "
-            "make a new executor and call again"
+            f"the executor lost its workers ({one_line(error)}). Repeat the call with a new "
+            "executor: finished results are in the store, if there is one"
         ) from None
     except (WorkerDiedError, *MACHINE_FAILURES) as error:
         # If the task has several collisions, the failing one reports the error when it runs alone.

@@ -20,9 +20,9 @@ from chaincor.workflows.campaign.carry_out import (
     workers_for,
 )
 from chaincor.workflows.campaign.ensemble import Ensemble, Sample
+from chaincor.workflows.campaign.groups import Group, group_scenes, shared_fields
 from chaincor.workflows.campaign.progress import progress_bar
 from chaincor.workflows.campaign.tasks import describe, tasks_of
-from chaincor.workflows.campaign.warm import Group, group_scenes, shared_fields
 from chaincor.workflows.campaign.work import MOST_SECONDS, collide_scenes
 from chaincor.workflows.durations import format_duration
 from chaincor.workflows.errors import CostError

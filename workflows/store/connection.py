@@ -38,7 +38,7 @@ def connect(path: Path, *, read_only: bool = False) -> sqlite3.Connection:
     if path.exists() and not path.is_file():
         raise StoreError(f"the results store {path} is no file. Give a file, or a new name")
     if not path.parent.is_dir():
-        raise StoreError(f"the folder of the results store {path} does not exist; make it first")
+        raise StoreError(f"the folder of the results store {path} does not exist. Create it first")
     mode = "ro" if read_only else "rwc"
     with named_errors(path):
         connection = sqlite3.connect(
