@@ -13,7 +13,7 @@ from typing import Any
 
 from chaincor.lammps_inputs.bonds.potentials import NAMED_POTENTIALS
 from chaincor.lammps_inputs.errors import one_line
-from chaincor.workflows.cli import COMMANDS
+from chaincor.workflows.command_list import COMMANDS
 from chaincor.workflows.engines.lammps.library import find_lmp_command, find_mpi_library
 from chaincor.workflows.errors import ChaincorError, MissingLibraryError
 from chaincor.workflows.versions import version_of

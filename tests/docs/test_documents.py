@@ -4,7 +4,7 @@ import re
 
 import pytest
 
-from chaincor.workflows.cli import COMMANDS
+from chaincor.workflows.command_list import COMMANDS
 from tests.docs.documents import DOCUMENTS, ROOT, run_document
 
 LESSONS = sorted((ROOT / "docs" / "tutorials").glob("*.md"))

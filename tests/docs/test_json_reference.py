@@ -109,12 +109,14 @@ def printed(tmp_path_factory):
         monkeypatch.chdir(folder)
         if arguments[0] == "analyze" and not (folder / arguments[1]).exists():
             targets = ("--target-particles", "2") if "two" in arguments else ()
-            cli._run(["run", *SMALL, *targets, "--dump", f"{arguments[1]}/dump.lammpstrj"])
+            cli.run_command_line(
+                ["run", *SMALL, *targets, "--dump", f"{arguments[1]}/dump.lammpstrj"]
+            )
         if arguments[0] == "show" and not (folder / "s.sqlite").exists():
-            cli._run(["sweep", "s.toml", "--store", "s.sqlite", "--workers", "1"])
+            cli.run_command_line(["sweep", "s.toml", "--store", "s.sqlite", "--workers", "1"])
         if arguments not in known:
             capsys.readouterr()
-            assert cli._run([*arguments, "--json"]) == 0
+            assert cli.run_command_line([*arguments, "--json"]) == 0
             known[arguments] = json.loads(capsys.readouterr().out)
         return known[arguments]
 

@@ -54,7 +54,7 @@ def call_in_process(case: Case, hang_seconds: float = HANG_SECONDS) -> Answer:
                 must_end(hang_seconds),
             ):
                 warnings.simplefilter("always")
-                status = cli._run(list(case.arguments))
+                status = cli.run_command_line(list(case.arguments))
         except HangError:
             err.write(f"HANG: {traceback.format_exc(limit=-4)}".replace("Traceback", "at"))
         except SystemExit as leave:

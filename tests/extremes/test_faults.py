@@ -12,8 +12,8 @@ from pathlib import Path
 import pytest
 
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.cli import _TERMINATED
 from chaincor.workflows.collision import collide
+from chaincor.workflows.error_messages import TERMINATED
 from chaincor.workflows.store.results_store import Store
 from chaincor.workflows.store.row import Row
 from tests.waiting import HANGS, wait_until
@@ -97,7 +97,7 @@ def test_a_run_that_is_terminated(tmp_path, good):
     run.wait_until(run.in_lammps)
     run.process.send_signal(signal.SIGTERM)
     status, out, (known, last) = run.end()
-    assert (status, out, last) == (143, "", f"chaincor: {_TERMINATED}")
+    assert (status, out, last) == (143, "", f"chaincor: {TERMINATED}")
     assert known.startswith("chaincor: no number yet after ")
     assert good.read_text() == DUMP
     assert list(good.parent.iterdir()) == [good]
@@ -112,7 +112,7 @@ def test_a_sweep_that_is_terminated(tmp_path):
     sweep.process.send_signal(signal.SIGTERM)
     status, out, lines = sweep.end()
     assert (status, out) == (143, "")
-    assert lines[-1] == f"chaincor: {_TERMINATED}"
+    assert lines[-1] == f"chaincor: {TERMINATED}"
     assert "finished results are in sweep.sqlite" in lines[-2]
     after = read_rows(store)
     assert {key: after[key] for key in before} == before

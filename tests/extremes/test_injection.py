@@ -119,7 +119,7 @@ def plain_job(tmp_path_factory):
     """The job and the commands of a bond table with a harmless name."""
     folder = tmp_path_factory.mktemp("plain")
     path = table_file(folder, "plain")
-    assert cli._run([*job_of(path), "-o", str(folder / "job")]) == 0
+    assert cli.run_command_line([*job_of(path), "-o", str(folder / "job")]) == 0
     return (folder / "job" / SCRIPT_FILE).read_text().splitlines()
 
 

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from chaincor.workflows import machine
-from chaincor.workflows.cli import COMMANDS, GROUPS
+from chaincor.workflows.command_list import COMMANDS, GROUPS
 
 ROOT = Path(__file__).parents[3]
 LIBRARIES = sorted({n for facts in COMMANDS.values() for n in (*facts.needs, *facts.also)})

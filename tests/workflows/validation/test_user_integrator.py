@@ -136,7 +136,7 @@ def test_files(folder):
 def test_a_module_that_cannot_be_imported_is_one_line(tmp_path, monkeypatch, capfd, text, words):
     (tmp_path / "broken.py").write_text(text)
     monkeypatch.chdir(tmp_path)
-    assert cli._run(["validate", "--particles", "3", "--against", "broken:f"]) == 2
+    assert cli.run_command_line(["validate", "--particles", "3", "--against", "broken:f"]) == 2
     err = capfd.readouterr().err  # of the process that imports it, too
     assert len(err.strip().splitlines()) == 1
     assert words in err
@@ -146,7 +146,7 @@ def test_a_module_that_cannot_be_imported_is_one_line(tmp_path, monkeypatch, cap
 def test_a_file_of_python_is_told_how_functions_are_named(tmp_path, monkeypatch, capfd, against):
     (tmp_path / "broken.py").write_text("def f(scene) return 1\n")
     monkeypatch.chdir(tmp_path)
-    assert cli._run(["validate", "--particles", "3", "--against", against]) == 2
+    assert cli.run_command_line(["validate", "--particles", "3", "--against", against]) == 2
     err = capfd.readouterr().err
     assert len(err.strip().splitlines()) == 1
     assert "Give module:function, such as broken:f" in err
