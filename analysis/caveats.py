@@ -74,7 +74,7 @@ def _precision_caveats(reading: CollisionFrames) -> list[str]:
             f"displacements are taken from column {column}, good to {resolution:.0e} of a bond "
             "length; a column of displacements keeps all digits"
         )
-        strains = np.diff(reading.opening.displacements)
+        strains = np.diff(reading.first_state.displacements)
         if strains.size and abs(np.median(strains)) > _UNUSUAL_BOND + 2.0 * resolution:
             caveats.append(
                 f"bonds are {1.0 + np.median(strains):.6g} long in the first frame, not 1; all "

@@ -78,15 +78,17 @@ class CollisionFrames:
                 "the dump has steps but no times. Give the timestep of the run (--timestep), or "
                 "dump the time as a column v_time"
             )
-        self.opening = self.layout.state(self.first, known.timestep)  #: State in the first frame.
+        self.first_state = self.layout.state(
+            self.first, known.timestep
+        )  #: State in the first frame.
         resolution = self.first.resolution("vx", self.first.significant_digits())
         #: Half-width of the interval of velocities that print as the velocity in the first frame.
         self.resolution = float(np.max(resolution))
         #: Masses of the chain and of a free target, each from the contact outward.
         self.masses = known.masses or masses_of_bodies(self.first, self.layout)[0]
         # Velocities are taken relative to the target. All particles of a cold target are at rest.
-        target = self.opening.target_velocities
-        relative = self.opening.velocities - (float(target[0]) if target.size else 0.0)
+        target = self.first_state.target_velocities
+        relative = self.first_state.velocities - (float(target[0]) if target.size else 0.0)
         self.start, seen = find_start(relative, resolution)
         #: Impact speed v0. A given speed, which has all its digits, replaces the speed in the
         #: frame.
@@ -107,8 +109,8 @@ class CollisionFrames:
 
     def states(self) -> Iterator[ChainState]:
         """Yield all states, the first included, in order of time."""
-        yield self.opening
-        time = self.opening.time
+        yield self.first_state
+        time = self.first_state.time
         for frame in self._frames:
             self.last_interval = max(0, frame.step - self.last.step)
             self.last = frame
@@ -123,14 +125,14 @@ class CollisionFrames:
 
     def first_contact(self) -> tuple[float, ChainState] | None:
         """Return the closing speed of a contact in the first frame, and the state after it."""
-        state = self.opening
-        arrives = state.gap == 0.0 and state.opening < 0.0
+        state = self.first_state
+        arrives = state.gap == 0.0 and state.gap_velocity < 0.0
         turned = self.start in ("reflected", "turned")
         if not turned and not (arrives and self.start in ("incoming", "moving")):
             return None
-        speed = abs(state.opening)
+        speed = abs(state.gap_velocity)
         if self.layout.targets:
-            return speed, state.after_contact(self.masses) if state.opening < 0.0 else state
+            return speed, state.after_contact(self.masses) if state.gap_velocity < 0.0 else state
         if self.start in ("incoming", "reflected"):
             speed = self.velocity
         return speed, state.turned_round(speed)
@@ -153,15 +155,15 @@ class CollisionFrames:
 
     def _approach(self, given: float | None) -> float:
         """Return the closing speed of a chain and a free target in the first frame."""
-        opening, masses = self.opening, self.masses
-        v0 = -opening.separation(masses)
-        if opening.gap == 0.0 and opening.opening > 0.0:
+        first_state, masses = self.first_state, self.masses
+        v0 = -first_state.separation(masses)
+        if first_state.gap == 0.0 and first_state.gap_velocity > 0.0:
             # The frame may follow the first contact at once. The chain came faster before that
             # contact.
             share = sum(1.0 / float(np.sum(m)) for m in masses) / sum(1.0 / m[0] for m in masses)
-            before = v0 + 2.0 * float(opening.opening * share)
+            before = v0 + 2.0 * float(first_state.gap_velocity * share)
             if given is None:
-                cold = opening.after_contact(masses)
+                cold = first_state.after_contact(masses)
                 slack = 8.0 * self.resolution + 1e-9 * float(np.max(np.abs(cold.all_velocities)))
                 follows = all(np.ptp(body.velocities) <= slack for body in cold.bodies)
             else:
@@ -186,11 +188,11 @@ class CollisionFrames:
         """Examine a first frame without the start of a collision again, with the data known now."""
         if self.layout.targets:  # the impact velocity is that of this frame
             return "moving"
-        v = self.opening.velocities
+        v = self.first_state.velocities
         # Each printed velocity has this rounding error, and so has their sum.
         slack = 4.0 * self.resolution + 1e-9 * self.velocity
         slack += v.size * float(np.finfo(float).eps * np.max(np.abs(v)))
-        at_wall = self.opening.gap == 0.0
+        at_wall = self.first_state.gap == 0.0
         return find_moving_start(v, self.masses[0], self.velocity, slack, at_wall)
 
 

@@ -79,7 +79,7 @@ def follow(reading: CollisionFrames) -> Followed:
     detector = ContactDetector(velocity, masses, known.bond, reading.resolution, known.soft)
     records = [Record(each, known.bond) for each in masses]
     first = None if known.soft else reading.first_contact()
-    state = parted = reading.opening
+    state = parted = reading.first_state
     touched = None
     for state in reading.states():
         if first is not None and records[0].count == 0:

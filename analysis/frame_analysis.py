@@ -39,10 +39,10 @@ def analyze_frames(
     if masses differ and are unknown.
     """
     reading = CollisionFrames(frames.frames(progress), known)
-    masses, velocity, opening = reading.masses, reading.velocity, reading.opening
+    masses, velocity, first_state = reading.masses, reading.velocity, reading.first_state
     seen = follow(reading)
     detection = seen.detection
-    origin = opening.time if known.soft else float(detection.times[0])
+    origin = first_state.time if known.soft else float(detection.times[0])
     times = detection.times - origin
     statistics = contact_statistics(times, detection.speeds, masses[0].size, velocity)
     energies = _energies(seen)
@@ -80,7 +80,7 @@ def analyze_frames(
         bond_max=max(record.bond_max for record in seen.records),
         frames=seen.records[0].count,
         timestep=None if reading.layout.time_known else known.timestep,
-        time_start=float(opening.time - origin),
+        time_start=float(first_state.time - origin),
         time_end=float(seen.last.time - origin),
         ending=seen.argument,
         finished=seen.finished,
@@ -104,7 +104,7 @@ def _energies(seen: Followed) -> list[list[EnergySplit]]:
             energy_split(body.displacements, body.velocities, bond, m)
             for body, m in zip(state.bodies, seen.reading.masses, strict=True)
         ]
-        for state in (seen.reading.opening, seen.parted, seen.last)
+        for state in (seen.reading.first_state, seen.parted, seen.last)
     ]
 
 
@@ -114,7 +114,7 @@ def _each_body(
     """Return the results for each body; the velocity of a target is along x."""
     reading, found = seen.reading, []
     k = stiffness_of(reading.known.bond)
-    states = zip(reading.masses, reading.opening.bodies, seen.last.bodies, strict=True)
+    states = zip(reading.masses, reading.first_state.bodies, seen.last.bodies, strict=True)
     for i, (m, first, last) in enumerate(states):
         velocity = float(centre_of_mass_velocity(last.velocities, m))
         body = BodyAnalysis(
@@ -139,7 +139,7 @@ def _momentum_residual(seen: Followed) -> float:
         if seen.detection.method == "none":
             return 0.0  # a soft wall takes any momentum
         return abs(momentum_residual(seen.last.velocities, v0, seen.detection.speeds, masses[0]))
-    both = [_momentum(each, masses) for each in (reading.opening, seen.last)]
+    both = [_momentum(each, masses) for each in (reading.first_state, seen.last)]
     return abs(both[1] - both[0]) / (float(np.sum(masses[0])) * v0)
 
 
@@ -159,6 +159,6 @@ def _largest_restitution(energy: float | None, reading: CollisionFrames) -> floa
     reduced = 1.0 / sum(1.0 / mass for mass in masses)
     if len(masses) > 1:
         # The energy of the common motion of both bodies is conserved.
-        energy -= 0.5 * _momentum(reading.opening, reading.masses) ** 2 / sum(masses)
+        energy -= 0.5 * _momentum(reading.first_state, reading.masses) ** 2 / sum(masses)
     bound = energy / (0.5 * reduced * reading.velocity**2)
     return bound if bound > 1.0 + _ROUNDINGS else 1.0

@@ -85,7 +85,7 @@ def analyze_job(
     """
     if view is not None:
         job = replace(job, seen=view)
-    view, scene = job.view, job.told_scene
+    view, scene = job.view, job.loaded_scene
     units = view.units
     _refuse_other_units(job, units.style)
     dump = job.frames()
@@ -147,7 +147,7 @@ def target_particles_of(job: Job, first: DumpFrame, given: int | None = None) ->
     The number comes from `given`, from ``scene.toml``, or from the first frame of the dump, whose
     column ``mol`` is 1 in the chain and 2 in the target. Raises InputError if these differ.
     """
-    scene = job.told_scene
+    scene = job.loaded_scene
     counts: dict[str, int] = {}
     if given is not None:
         counts["--target-particles"] = given
@@ -167,7 +167,7 @@ def target_particles_of(job: Job, first: DumpFrame, given: int | None = None) ->
 
 def _with_scene(known: Known, job: Job, layout: ChainLayout) -> tuple[Known, list[str]]:
     """Complete the user's data by the scene of the job, or by the springs of its script."""
-    scene = job.told_scene
+    scene = job.loaded_scene
     if scene is None or job.scene is None:
         if known.bond is not None or job.commands.setup.spring is None:
             return known, []

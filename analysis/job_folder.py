@@ -56,7 +56,7 @@ class Job:
         return [(kind, path) for kind, paths in found.items() for path in paths if path is not None]
 
     @cached_property
-    def told_scene(self) -> Scene | None:
+    def loaded_scene(self) -> Scene | None:
         """Scene of the job; None without a scene. Raises SceneError for a faulty scene."""
         return None if self.scene is None else Scene.from_file(self.scene)
 
@@ -106,7 +106,7 @@ class Job:
         """Order of convergence of the run: 0 for the stock wall, None if unknown."""
         if self.commands.stock_wall:
             return 0
-        scene = self.told_scene
+        scene = self.loaded_scene
         return None if scene is None else SCHEME_ORDERS[scene.scheme or "verlet"]
 
     @property

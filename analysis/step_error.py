@@ -138,7 +138,7 @@ def _difference(a: CollisionAnalysis, b: CollisionAnalysis) -> str | None:
     for owner, body in a.bodies.items():
         if not np.allclose(body.masses, b.bodies[owner].masses, rtol=1e-5, atol=0.0):
             return "the masses of the target" if owner else "the masses"
-    scenes = _job_of(a).told_scene, _job_of(b).told_scene
+    scenes = _job_of(a).loaded_scene, _job_of(b).loaded_scene
     if None in scenes:
         return None if scenes == (None, None) else "scene.toml, which one of them lacks"
     one, two = (scene.canonical_fields for scene in scenes if scene is not None)

@@ -45,24 +45,24 @@ def trials_of(scene: Scene) -> list[Trial]:
     bond, n = scene.bond, scene.particles
     stepper = Stepper.of(scene.line, bond, "verlet", STEP)
     moving = Motion.at_start(scene.problem, stepper)
-    bookkeeping.never_argue(moving.ledger)
+    bookkeeping.never_argue(moving.run_state)
     crossing, quiet = n / math.sqrt(bond.stiffness), sound_round_trip(n, bond.stiffness)
     found: list[Trial] = []
     asked: Trial | None = None
     contacts = 1
     while True:
-        goal = int(moving.ledger["steps"]) + math.ceil(LOOKS * crossing / STEP)
-        status = moving.advance(goal)
+        target_steps = int(moving.run_state["steps"]) + math.ceil(LOOKS * crossing / STEP)
+        status = moving.advance(target_steps)
         while status == bookkeeping.FULL:
             moving.make_room()
-            status = moving.advance(goal)
+            status = moving.advance(target_steps)
         if status != bookkeeping.DONE:
             return found  # bonds that Verlet steps do not resolve
-        now, last = int(moving.ledger["steps"]) * STEP, float(moving.ledger["last_contact"])
-        if int(moving.ledger["contacts"]) != contacts:
+        now, last = int(moving.run_state["steps"]) * STEP, float(moving.run_state["last_contact"])
+        if int(moving.run_state["contacts"]) != contacts:
             if asked is not None:
                 found.append(asked._replace(contact=True))
-            contacts, asked = int(moving.ledger["contacts"]), None
+            contacts, asked = int(moving.run_state["contacts"]), None
         if asked is None and now - last > quiet:
             pieces = moving.bodies()[0].pieces(bond)
             risk = return_risk(pieces, bond)

@@ -37,8 +37,8 @@ def scene_of(particles: int) -> Scene:
 def step_once(scene: Scene, stepper: Stepper, steps: int) -> tuple[float, float, Motion]:
     """Return seconds, processor seconds and the chain after steps with all bonds in motion."""
     chain = Motion.at_start(scene.problem, stepper)
-    chain.ledger.active = scene.particles - 1
-    bookkeeping.never_argue(chain.ledger)
+    chain.run_state.active = scene.particles - 1
+    bookkeeping.never_argue(chain.run_state)
     started, used = time.perf_counter(), time.process_time()
     chain.advance(steps)
     return time.perf_counter() - started, time.process_time() - used, chain

@@ -69,7 +69,7 @@ def everything_moves() -> Iterator[None]:
 
     def all_active(*arguments):  # type: ignore[no-untyped-def]
         chain = begin(*arguments)
-        chain.ledger.active = len(chain.strain)
+        chain.run_state.active = len(chain.strain)
         return chain
 
     with patch.object(Motion, "at_start", all_active):

@@ -55,31 +55,35 @@ def contact_values(problem: Problem, units: UnitSystem) -> dict[str, Any]:
     """
     Return the formulas of a script that depend on the bodies, for the template.
 
-    The formulas include `gap`, its first derivative `opening` and its second derivative `bend`. For
-    soft bodies their signs make the gap fall through 0 at each event. `parting` is the relative
-    velocity of the bodies. The other values describe the effect of a contact, and whether the
-    velocity can be chosen.
+    The formulas include `gap`, its first derivative `gap_velocity` and its second derivative
+    `gap_acceleration`. For soft bodies their signs make the gap fall through 0 at each event.
+    `parting` is the relative velocity of the bodies. The other values describe the effect of a
+    contact, and whether the velocity can be chosen.
     """
     line, n = problem.line, problem.particles
     targets = line.targets
     place = n + 1 if targets else None
-    gap, opening, bend = "x[1]", "vx[1]", "fx[1]"
+    gap, gap_velocity, gap_acceleration = "x[1]", "vx[1]", "fx[1]"
     if not line.is_standard:
-        bend = f"(fx[1]/{number(line.chain_masses[0])})"
+        gap_acceleration = f"(fx[1]/{number(line.chain_masses[0])})"
     if place is not None:
-        gap, opening = f"(x[1]-x[{place}])", f"(vx[1]-vx[{place}])"
-        bend = f"({bend}-fx[{place}]/{number(line.target_masses[0])})"
+        gap, gap_velocity = f"(x[1]-x[{place}])", f"(vx[1]-vx[{place}])"
+        gap_acceleration = f"({gap_acceleration}-fx[{place}]/{number(line.target_masses[0])})"
     if units != CHAIN_UNITS:
-        bend = f"({number(units.force_to_acceleration / units.mass)}*{bend})"
+        gap_acceleration = (
+            f"({number(units.force_to_acceleration / units.mass)}*{gap_acceleration})"
+        )
     soft = line.soft
     if soft:
-        gap, opening, bend = (f"(v_side*{formula})" for formula in (gap, opening, bend))
+        gap, gap_velocity, gap_acceleration = (
+            f"(v_side*{formula})" for formula in (gap, gap_velocity, gap_acceleration)
+        )
     chain = "chain" if targets else "all"
     positions, velocities = initial_state(line)
     values: dict[str, Any] = {
         "gap": gap,
-        "opening": opening,
-        "bend": bend,
+        "gap_velocity": gap_velocity,
+        "gap_acceleration": gap_acceleration,
         # This is twice the reduced mass of the two particles at the contact.
         "doubled_mass": number(2.0 * units.mass)
         if line.is_standard

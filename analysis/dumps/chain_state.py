@@ -30,7 +30,7 @@ class ChainState:
         return float(self.displacements[0] - target[0] if target.size else self.displacements[0])
 
     @property
-    def opening(self) -> float:
+    def gap_velocity(self) -> float:
         """Rate at which the gap grows."""
         target = self.target_velocities
         return float(self.velocities[0] - target[0] if target.size else self.velocities[0])
@@ -77,7 +77,7 @@ class ChainState:
     def after_contact(self, masses: Sequence[Array]) -> "ChainState":
         """Return the state on the other side of a contact of a chain and a target."""
         velocities, target = self.velocities.copy(), self.target_velocities.copy()
-        push = 2.0 * self.opening / (1.0 / masses[0][0] + 1.0 / masses[1][0])
+        push = 2.0 * self.gap_velocity / (1.0 / masses[0][0] + 1.0 / masses[1][0])
         velocities[0] -= push / masses[0][0]
         target[0] += push / masses[1][0]
         return replace(self, velocities=velocities, target_velocities=target)

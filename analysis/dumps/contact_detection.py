@@ -134,7 +134,7 @@ class ContactDetector:
             return
         # A frame that was written right after a contact shows its time and its speed.
         speed = 0.5 * given
-        if state.gap == 0.0 and abs(state.opening - speed) <= slack:
+        if state.gap == 0.0 and abs(state.gap_velocity - speed) <= slack:
             self.add_known(state.time, speed)
             return
         duration = state.time - before.time
@@ -216,8 +216,8 @@ def interpolate_contact(before: ChainState, after: ChainState, speed: float) -> 
     frames. Each estimate is at most ten times this time, even if particle 1 does not move towards
     the wall.
     """
-    closing = 0.5 * (speed - before.opening)
-    leaving = 0.5 * (speed + after.opening)
+    closing = 0.5 * (speed - before.gap_velocity)
+    leaving = 0.5 * (speed + after.gap_velocity)
     ahead = max(before.gap, 0.0) / closing if closing > 0.0 else np.inf
     since = max(after.gap, 0.0) / leaving if leaving > 0.0 else np.inf
     duration = after.time - before.time

@@ -171,14 +171,14 @@ def _slow_samples(random: Random, count: int, *, short: bool) -> list[float]:
         scheme = str(random.choice(["order6", "order8"]))
         # Finer steps than rounding lets count are not taken for a tolerance; with explicit ones
         # the runs that prove them also differ by their rounding.
-        goal = max(0.1 * unit, 1e-10)
-        numerics = Numerics(scheme=scheme, timestep=guess_step(scene.problem, scheme, goal))
+        target_error = max(0.1 * unit, 1e-10)
+        numerics = Numerics(scheme=scheme, timestep=guess_step(scene.problem, scheme, target_error))
         stage = numerics.timestep * min(abs(w) for w in COMPOSITIONS[scheme].weights)
         drift = scene.impact_velocity * stage
         if (drift < SHORT_DRIFT * scene.particles * grain) is not short:
             continue
         error = abs(lammps.run(scene.problem, numerics).eta - find_reference(scene).restitution)
-        samples.append(max(error - goal, 0.0) / unit)
+        samples.append(max(error - target_error, 0.0) / unit)
     return samples
 
 
@@ -198,12 +198,14 @@ def extrapolated_rounding(random: Random, count: int) -> Samples:
     for _ in range(count):
         scene, unit = _slow_scene(random)
         name: StepSchemeName = "extrapolated12"
-        goal = max(0.1 * unit, 1e-10)
+        target_error = max(0.1 * unit, 1e-10)
         # Steps finer than the target error needs are included.
-        step = guess_step(scene.problem, name, goal) * float(10 ** random.uniform(-0.7, 0.0))
+        step = guess_step(scene.problem, name, target_error) * float(
+            10 ** random.uniform(-0.7, 0.0)
+        )
         run = lammps.run(scene.problem, Numerics(scheme=name, timestep=step))
         error = abs(run.eta - find_reference(scene).restitution)
-        samples.append(max(error - goal, 0.0) / (unit * STEP_SCHEMES[name].amplification))
+        samples.append(max(error - target_error, 0.0) / (unit * STEP_SCHEMES[name].amplification))
     return {"": samples}
 
 

@@ -24,7 +24,7 @@ from chaincor.workflows.accuracy.step_proof import COARSER, usual_share
 from chaincor.workflows.engines.lammps import engine as lammps
 from chaincor.workflows.errors import RunError
 
-GOALS = tuple(10.0**-k for k in range(2, 12))
+TARGET_ERRORS = tuple(10.0**-k for k in range(2, 12))
 # Lower orders gain a tenth at 1e-2, nothing from 1e-4 on.
 IN_HOUSE_SCHEMES = ("order8", "srkn14", "extrapolated12", "extrapolated14")
 # Cost factor of a scheme that cannot meet an error, or that is expected to take so many times
@@ -33,18 +33,20 @@ HOPELESS = 5.0
 _REPEATS = 2
 
 
-def lammps_costs(random: Random, goal: float) -> dict[str, float]:
+def lammps_costs(random: Random, target_error: float) -> dict[str, float]:
     """Return the seconds that each scheme takes to a target error in LAMMPS, in a random scene."""
     scene = draw_scene(random, most=300)
-    reference_value = converge(scene.problem, 0.03 * goal)
+    reference_value = converge(scene.problem, 0.03 * target_error)
     scouting = watched_on(reference_value)
     model = shipped_cost_model()
     numerics = {}
     for scheme in LAMMPS_SCHEMES:
-        if not serves_in_lammps(scene.problem, scheme, goal):
+        if not serves_in_lammps(scene.problem, scheme, target_error):
             continue
         try:
-            numerics[scheme] = choose_numerics(scene.problem, goal, scouting, schemes=(scheme,))
+            numerics[scheme] = choose_numerics(
+                scene.problem, target_error, scouting, schemes=(scheme,)
+            )
         except RunError:
             continue
     foreseen = {
@@ -59,13 +61,13 @@ def lammps_costs(random: Random, goal: float) -> dict[str, float]:
     return costs
 
 
-def reference_costs(random: Random, goal: float) -> dict[str, float]:
+def reference_costs(random: Random, target_error: float) -> dict[str, float]:
     """Return the seconds that each scheme of the reference engine takes to a target error."""
     scene = draw_scene(random, most=300, potentials=("lj", "toda", "log", "power"))
-    reference_value = converge(scene.problem, max(0.03 * goal, 3e-14 * scene.particles))
+    reference_value = converge(scene.problem, max(0.03 * target_error, 3e-14 * scene.particles))
     costs = {}
     for scheme in IN_HOUSE_SCHEMES:
-        wanted = 0.5 * goal / usual_share(scheme)
+        wanted = 0.5 * target_error / usual_share(scheme)
         coarse = find_step(
             scene.problem,
             scheme,
@@ -94,38 +96,39 @@ def measure_losses(
     random: Random,
     scenes: int,
 ) -> dict[float, dict[str, float]]:
-    """Return, by goal, the mean logarithm of each scheme's cost over the cheapest in its scene."""
+    """Return the mean logarithm of each scheme's cost over the cheapest, by target error."""
     losses = {}
-    for goal in GOALS:
+    for target_error in TARGET_ERRORS:
         found: list[list[float]] = []
         while len(found) < scenes:
             try:
-                costs = draw(random, goal)
+                costs = draw(random, target_error)
             except RunError:
                 continue
             if costs:
                 best = min(costs.values())
                 worst = HOPELESS * best
                 found.append([np.log(min(costs.get(s, worst), worst) / best) for s in schemes])
-        losses[goal] = dict(zip(schemes, np.mean(found, axis=0).tolist(), strict=True))
+        losses[target_error] = dict(zip(schemes, np.mean(found, axis=0).tolist(), strict=True))
     return losses
 
 
 def best_table(losses: dict[float, dict[str, float]]) -> tuple[dict[str, float], float]:
     """
-    Return above which goal each scheme is to be taken, and the mean loss of doing so.
+    Return above which target error each scheme is to be taken, and the mean loss of doing so.
 
-    Schemes follow one another from loose to tight, the cheapest way over all goals; the last one
-    is for all goals below. The loss is the geometric mean of cost over that of the cheapest.
+    Schemes follow one another from loose to tight, the cheapest way over all target errors; the
+    last one is for all target errors below. The loss is the geometric mean of cost over that of the
+    cheapest.
     """
-    goals = sorted(losses, reverse=True)
+    target_errors = sorted(losses, reverse=True)
     schemes = list(next(iter(losses.values())))
     # Cheapest way to have come to each scheme: schemes are only ever left for later ones.
     ways: list[tuple[float, list[str]]] = [(0.0, []) for _ in schemes]
-    for goal in goals:
+    for target_error in target_errors:
         reached = [min(ways[: k + 1], key=lambda way: way[0]) for k in range(len(schemes))]
         ways = [
-            (total + losses[goal][scheme], [*path, scheme])
+            (total + losses[target_error][scheme], [*path, scheme])
             for (total, path), scheme in zip(reached, schemes, strict=True)
         ]
     total, path = min(ways, key=lambda way: way[0])
@@ -133,5 +136,7 @@ def best_table(losses: dict[float, dict[str, float]]) -> tuple[dict[str, float],
     for scheme in dict.fromkeys(path):
         last = max(k for k, each in enumerate(path) if each == scheme)
         # Halfway to the next target error; all target errors are powers of ten.
-        table[scheme] = 0.0 if last == len(goals) - 1 else float(f"{goals[last] / 10**0.5:.1g}")
-    return table, float(np.exp(total / len(goals)))
+        table[scheme] = (
+            0.0 if last == len(target_errors) - 1 else float(f"{target_errors[last] / 10**0.5:.1g}")
+        )
+    return table, float(np.exp(total / len(target_errors)))

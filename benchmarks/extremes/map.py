@@ -93,7 +93,9 @@ def judge(cell: Cell, scheme: str) -> dict[str, Any]:
         }
 
     if scheme == "adaptive8":
-        steps = [guess_step(scene.problem, "order8", goal) for goal in JUDGE_STEP_GOALS]
+        steps = [
+            guess_step(scene.problem, "order8", target_error) for target_error in JUDGE_STEP_GOALS
+        ]
         return compare([run_reference(scene.problem, "order8", step) for step in steps])
     for accuracies in JUDGE_ACCURACIES:
         try:

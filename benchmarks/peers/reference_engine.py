@@ -68,7 +68,7 @@ def seconds_to_last_contact(scene: Scene, step: float, scheme: str, last: float)
     """Return the time the stepping engine takes up to a time, without arguing the end."""
     stepper = Stepper.of(scene.line, scene.bond, scheme, step)
     chain = Motion.at_start(scene.problem, stepper)
-    bookkeeping.never_argue(chain.ledger)
+    bookkeeping.never_argue(chain.run_state)
     return timed(lambda: chain.advance(math.ceil(last / step)))
 
 

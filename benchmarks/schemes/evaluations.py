@@ -51,7 +51,7 @@ def collide(candidate: Candidate, scene: Scene, step: float, last: float) -> tup
         return first(candidate.take_step(start, time, forces))
 
     find_contact = build_contact_search(probe=probe, register=lambda function: function)
-    ledger = np.zeros(1, np.dtype(SEARCH_FIELDS)).view(np.recarray)[0]
+    run_state = np.zeros(1, np.dtype(SEARCH_FIELDS)).view(np.recarray)[0]
     substeps = 0
     for _ in range(math.ceil(last / step)):
         left = step
@@ -60,7 +60,7 @@ def collide(candidate: Candidate, scene: Scene, step: float, last: float) -> tup
             end = candidate.take_step(state, left, forces)
             if not np.isfinite(end[0]):
                 return np.nan, substeps
-            time = find_contact(left, first(state), first(end), ledger, state)
+            time = find_contact(left, first(state), first(end), run_state, state)
             if time < 0.0:
                 state = end
                 break

@@ -28,10 +28,10 @@ def bonds_from_start(outcome: Outcome) -> tuple[float, float]:
     step = coarse_step(bond, shortest - 1.0, line.lightest)
     stepper = Stepper.of(line, bond, "verlet", step)
     moving = Motion.in_state(stepper, line.strains, line.velocities, problem.impact_velocity)
-    ceiling = float(moving.ledger["strain_ceiling"])
+    ceiling = float(moving.run_state["strain_ceiling"])
     ahead = CoarseRun(moving, 0.0, step, clearance=0.0, ceiling=ceiling)
     ahead.fly(approach_time(problem))
-    low, high = (float(ahead.moving.ledger[name]) for name in ("strain_min", "strain_max"))
+    low, high = (float(ahead.moving.run_state[name]) for name in ("strain_min", "strain_max"))
     return min(shortest, 1.0 + low), max(longest, 1.0 + high)
 
 
@@ -48,26 +48,26 @@ def bonds_to_contact(like: Outcome, contacts: int, last: float) -> tuple[float, 
         return None
     step = like.timestep
     moving = Motion.at_start(problem, Stepper.of(problem.line, problem.bond, like.scheme, step))
-    ledger = moving.ledger
-    bookkeeping.never_argue(ledger)
+    run_state = moving.run_state
+    bookkeeping.never_argue(run_state)
     latest = math.ceil(approach_time(problem) / step)
-    while ledger["contacts"] == 0 and ledger["steps"] <= latest:
-        if not _advance(moving, int(ledger["steps"]) + _APPROACH_STEPS):
+    while run_state["contacts"] == 0 and run_state["steps"] <= latest:
+        if not _advance(moving, int(run_state["steps"]) + _APPROACH_STEPS):
             return None
-    goal = math.ceil((float(ledger["first_contact"]) + last) / step) + 1
-    if not _advance(moving, goal):
+    target_steps = math.ceil((float(run_state["first_contact"]) + last) / step) + 1
+    if not _advance(moving, target_steps):
         return None
-    while ledger["touching"]:  # soft bodies part later
-        goal += 1
-        if not _advance(moving, goal):
+    while run_state["touching"]:  # soft bodies part later
+        target_steps += 1
+        if not _advance(moving, target_steps):
             return None
-    if ledger["contacts"] != contacts:
+    if run_state["contacts"] != contacts:
         return None
-    return 1.0 + float(ledger["contact_min"]), 1.0 + float(ledger["contact_max"])
+    return 1.0 + float(run_state["contact_min"]), 1.0 + float(run_state["contact_max"])
 
 
-def _advance(moving: Motion, goal: int) -> bool:
-    """Take steps until `goal` are done; return whether all strains were allowed."""
-    while (status := moving.advance(goal)) == bookkeeping.FULL:
+def _advance(moving: Motion, target_steps: int) -> bool:
+    """Take steps until `target_steps` are done; return whether all strains were allowed."""
+    while (status := moving.advance(target_steps)) == bookkeeping.FULL:
         moving.make_room()
     return status == bookkeeping.DONE

@@ -149,7 +149,7 @@ def analyze(
         found["units"] = units.to_dict()
         lines.append(describe_in_units(analysis, units))
     # Print the numbers and write the data first, because pictures may fail.
-    tell(found, "\n".join(lines), as_json, job.told_scene)
+    tell(found, "\n".join(lines), as_json, job.loaded_scene)
     if xyz is not None:
         both = [body.masses for body in analysis.bodies.values()]
         write_extended_xyz(job.frames(), xyz, analysis.timestep or 1.0, *both)

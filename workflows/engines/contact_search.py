@@ -149,7 +149,7 @@ def narrow(
 # the step, the zero.
 LOOK, CUT, REFINE = range(3)
 
-# State of a search: fields of the ledger of a run.
+# State of a search: fields of the state of a run.
 SEARCH_FIELDS = [
     ("search_stage", "i8"),  # purpose of the next point
     ("search_moves", "i8"),  # number of refinements of the zero
@@ -170,15 +170,15 @@ class SearchSteps(NamedTuple):
     """
     Functions of a search that requests the points of a path one by one.
 
-    The ledger holds the state of the search, see `SEARCH_FIELDS`.
+    The run state holds the state of the search, see `SEARCH_FIELDS`.
     """
 
     #: ``is_free(start, end, step)``: whether the ends of a step exclude a contact.
     is_free: Callable
-    #: ``begin(ledger, step, start)`` begins a search; it first needs the end of the step.
+    #: ``begin(run_state, step, start)`` begins a search; it first needs the end of the step.
     begin: Callable
-    #: ``go_on(ledger, point)`` continues with the requested point and returns whether the search is
-    #: over.
+    #: ``go_on(run_state, point)`` continues with the requested point and returns whether the search
+    #: is over.
     go_on: Callable
 
 
@@ -194,18 +194,23 @@ def build_search_steps(register: Callable) -> SearchSteps:
         return count_changes(start, end, step) == 0 and not (end[0] <= 0.0 and end[1] < 0.0)
 
     @register
-    def begin(ledger: Any, step: float, start: PathPoint) -> None:
-        ledger.search_stage, ledger.search_moves = LOOK, 0
-        ledger.search_low, ledger.search_step = 0.0, step
-        ledger.search_high = ledger.search_time = step
-        ledger.search_start_x, ledger.search_start_v, ledger.search_start_a = start
+    def begin(run_state: Any, step: float, start: PathPoint) -> None:
+        run_state.search_stage, run_state.search_moves = LOOK, 0
+        run_state.search_low, run_state.search_step = 0.0, step
+        run_state.search_high = run_state.search_time = step
+        run_state.search_start_x, run_state.search_start_v, run_state.search_start_a = start
 
     @register
-    def shorten_substep(ledger: Any, point: PathPoint) -> bool:
+    def shorten_substep(run_state: Any, point: PathPoint) -> bool:
         # Continue from the point at the end of a part.
-        step, low, high, after = ledger.search_step, ledger.search_low, ledger.search_high, point
-        before = (ledger.search_start_x, ledger.search_start_v, ledger.search_start_a)
-        end = (ledger.search_end_x, ledger.search_end_v, ledger.search_end_a)
+        step, low, high, after = (
+            run_state.search_step,
+            run_state.search_low,
+            run_state.search_high,
+            point,
+        )
+        before = (run_state.search_start_x, run_state.search_start_v, run_state.search_start_a)
+        end = (run_state.search_end_x, run_state.search_end_v, run_state.search_end_a)
         while True:
             width = high - low
             changes = count_changes(before, after, width)
@@ -215,38 +220,44 @@ def build_search_steps(register: Callable) -> SearchSteps:
                 # The position is positive at `low`, apart from a departure, and not positive at
                 # `high`.
                 guess = low + width * guess_root(guess_path(before, after, width), 1.0)
-                ledger.search_low, ledger.search_high, ledger.search_stage = low, high, REFINE
-                ledger.search_time = guess if low < guess < high else 0.5 * (low + high)
+                run_state.search_low, run_state.search_high, run_state.search_stage = (
+                    low,
+                    high,
+                    REFINE,
+                )
+                run_state.search_time = guess if low < guess < high else 0.5 * (low + high)
                 return False
             else:
                 low, width, before = high, 2.0 * width, after
                 if not low < step:
-                    ledger.search_time = -1.0
+                    run_state.search_time = -1.0
                     return True
             high = low + width
             if high < step:
-                ledger.search_low, ledger.search_high, ledger.search_time = low, high, high
-                ledger.search_start_x, ledger.search_start_v, ledger.search_start_a = before
+                run_state.search_low, run_state.search_high, run_state.search_time = low, high, high
+                run_state.search_start_x, run_state.search_start_v, run_state.search_start_a = (
+                    before
+                )
                 return False
             high, after = step, end
 
     @register
-    def refine(ledger: Any, point: PathPoint) -> bool:
+    def refine(run_state: Any, point: PathPoint) -> bool:
         low, high, time, settled = narrow_down(
-            ledger.search_low, ledger.search_high, ledger.search_time, point
+            run_state.search_low, run_state.search_high, run_state.search_time, point
         )
-        ledger.search_low, ledger.search_high, ledger.search_time = low, high, time
-        ledger.search_moves += 1
-        return settled or ledger.search_moves == MOST_ITERATIONS
+        run_state.search_low, run_state.search_high, run_state.search_time = low, high, time
+        run_state.search_moves += 1
+        return settled or run_state.search_moves == MOST_ITERATIONS
 
     @register
-    def go_on(ledger: Any, point: PathPoint) -> bool:
-        if ledger.search_stage == REFINE:
-            return refine(ledger, point)
-        if ledger.search_stage == LOOK:
-            ledger.search_stage = CUT
-            ledger.search_end_x, ledger.search_end_v, ledger.search_end_a = point
-        return shorten_substep(ledger, point)
+    def go_on(run_state: Any, point: PathPoint) -> bool:
+        if run_state.search_stage == REFINE:
+            return refine(run_state, point)
+        if run_state.search_stage == LOOK:
+            run_state.search_stage = CUT
+            run_state.search_end_x, run_state.search_end_v, run_state.search_end_a = point
+        return shorten_substep(run_state, point)
 
     return SearchSteps(is_free, begin, go_on)
 
@@ -255,22 +266,23 @@ def build_contact_search(state_after: Callable, register: Callable) -> Callable:
     """
     Return the search for the first contact within a step.
 
-    ``find_contact(step, start, end, ledger, path)`` returns the time of the first contact after the
-    start, or -1 if there is none. The ledger is a record with `SEARCH_FIELDS`. ``state_after(time,
-    path)`` returns the point after one step of any size; `path` is its argument.
+    ``find_contact(step, start, end, run_state, path)`` returns the time of the first contact after
+    the start, or -1 if there is none. The run state is a record with `SEARCH_FIELDS`.
+    ``state_after(time, path)`` returns the point after one step of any size; `path` is its
+    argument.
     """
     is_free, begin, go_on = build_search_steps(register)
 
     @register
     def find_contact(
-        step: float, start: PathPoint, end: PathPoint, ledger: Any, path: Any
+        step: float, start: PathPoint, end: PathPoint, run_state: Any, path: Any
     ) -> float:
         if is_free(start, end, step):
             return -1.0
-        begin(ledger, step, start)
+        begin(run_state, step, start)
         point = end
-        while not go_on(ledger, point):
-            point = state_after(ledger.search_time, path)
-        return ledger.search_time
+        while not go_on(run_state, point):
+            point = state_after(run_state.search_time, path)
+        return run_state.search_time
 
     return find_contact

@@ -81,7 +81,7 @@ def write_analysis_page(
     known = max(error or 0.0, analysis.data_error)
     job = analysis.job
     assert job is not None
-    scene = job.told_scene
+    scene = job.loaded_scene
     terms = TERMS | TERMS_OF_DUMPS
     settings = {
         "contacts found by": analysis.detection.method,

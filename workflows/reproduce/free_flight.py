@@ -136,11 +136,11 @@ def _flight(point: MeasuredPoint, answer: Answer, times: Iterable[float]) -> Ite
     stepper = Stepper.of(line, bond, "order8", STEP / highest_frequency(bond, shortest))
     state = np.append(0.0, strains), np.append(0.0, velocities)
     chain = Motion.in_state(stepper, *state, speed)
-    bookkeeping.never_argue(chain.ledger)
+    bookkeeping.never_argue(chain.run_state)
     for time in times:
-        goal = math.ceil(time / stepper.step)
-        if goal > 0:
-            status = chain.advance(goal)
-            if status != bookkeeping.DONE or chain.ledger["contacts"] > 0:
+        target_steps = math.ceil(time / stepper.step)
+        if target_steps > 0:
+            status = chain.advance(target_steps)
+            if status != bookkeeping.DONE or chain.run_state["contacts"] > 0:
                 return
         yield chain

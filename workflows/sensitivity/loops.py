@@ -90,10 +90,10 @@ def _compiled(
     compiler = LoopCompiler.for_force(function, keep, f".sensitivity.{law.name}")
     register, compiled = compiler.register, compiler.compile
     force = register(function)
-    bend = register(curvature or differences_of(force))
+    bond_curvature = register(curvature or differences_of(force))
     return Loops(
         compiled(_build_follow(force, law, register)),
-        compiled(_build_pull(bend, law, register)),
+        compiled(_build_pull(bond_curvature, law, register)),
         compiled(_build_impulse(force)),
         (),
     )
@@ -166,7 +166,7 @@ def kicked(velocity: Array, forces: Array, inverse: Array, kick: float) -> None:
     velocity[bonds] += kick * inverse[bonds] * forces[bonds - 1]
 
 
-def _build_pull(bend: Callable, law: type[ContactLaw], register: Callable) -> Callable:
+def _build_pull(bond_curvature: Callable, law: type[ContactLaw], register: Callable) -> Callable:
     press_bend = register(law.curvature_kernel)
 
     @register
@@ -176,7 +176,7 @@ def _build_pull(bend: Callable, law: type[ContactLaw], register: Callable) -> Ca
         softer = press_bend(at[gap], line.contact) * change[gap]
         softer = forces[gap] - softer
         for i in range(at.shape[0]):
-            forces[i] -= bend(at[i], line.bond) * change[i]
+            forces[i] -= bond_curvature(at[i], line.bond) * change[i]
         forces[gap] = softer
 
     @register

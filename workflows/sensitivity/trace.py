@@ -117,14 +117,14 @@ def trace(scene: Scene, step: float, contacts: int, duration: float) -> Trace:
     room = np.empty((2, 2 * steps + motion.SPARE_GRADED_SUBSTEPS))
     moving.arrays = moving.arrays._replace(log=room)
     if not line.contact.smooth:
-        moving.ledger["grading"], moving.ledger["shortest_share"] = GRADING, SHORTEST_SHARE
+        moving.run_state["grading"], moving.run_state["shortest_share"] = GRADING, SHORTEST_SHARE
     mark, wanted = (2.0, 2 * contacts) if line.soft else (1.0, contacts)
     met, stretches = 0, []
-    if moving.ledger["contacts"] > 0:
+    if moving.run_state["contacts"] > 0:
         meeting = Substeps(np.zeros(1), np.full(1, mark), drifts, kicks)
         stretches.append(Stretch(line.strains.copy(), line.velocities.copy(), meeting))
         met = 1
-    bookkeeping.never_argue(moving.ledger)
+    bookkeeping.never_argue(moving.run_state)
     gone = 0.0
     while met < wanted:
         check_time()
@@ -147,14 +147,14 @@ def trace(scene: Scene, step: float, contacts: int, duration: float) -> Trace:
 
 def _advanced(moving: Motion, steps: int) -> tuple[Array, Array]:
     """Take steps, and return each substep's duration and whether a contact ends it."""
-    stepper, ledger = moving.stepper, moving.ledger
-    ledger["substeps"] = 0
-    status = stepper.advance(ledger, moving.arrays, int(ledger["steps"]) + steps)
+    stepper, run_state = moving.stepper, moving.run_state
+    run_state["substeps"] = 0
+    status = stepper.advance(run_state, moving.arrays, int(run_state["steps"]) + steps)
     if status == bookkeeping.FULL:
         moving.make_room()
     elif status != bookkeeping.DONE:
         raise SensitivityError(
             f"a step of {stepper.step:.3g} does not resolve the bonds. Lower the speed"
         )
-    times, hits = moving.arrays.log[:, : ledger["substeps"]].copy()
+    times, hits = moving.arrays.log[:, : run_state["substeps"]].copy()
     return times, hits

@@ -108,7 +108,7 @@ def test_interpolation_is_off_by_the_third_order_of_the_time(harmonic20):
             # The mean of two velocities differs from the mean velocity over the time t between them
             # by t^2/12 times the second derivative of the velocity, which is the velocity of
             # particle 2 less that of particle 1.
-            mean = 0.5 * (speed - frames[0].opening), 0.5 * (speed + frames[1].opening)
+            mean = 0.5 * (speed - frames[0].gap_velocity), 0.5 * (speed + frames[1].gap_velocity)
             for known, printed, slow in zip((ahead, since), found, mean, strict=True):
                 assert abs(printed - known) < known**3 * fastest / (6.0 * slow)
 

@@ -10,8 +10,7 @@ from benchmarks.bars.honest import random_scene, try_scene
 from chaincor.analysis.error_bar import ErrorBar
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.accuracy import fixed_steps
-from chaincor.workflows.accuracy import solve as meeting
+from chaincor.workflows.accuracy import fixed_steps, solve
 from chaincor.workflows.accuracy.bounded_run import BoundedRun
 from chaincor.workflows.accuracy.plan import plan
 from chaincor.workflows.collision import collide
@@ -132,9 +131,9 @@ def test_looser_goals_are_tried_where_they_can_help(
     )
     target_errors = []
     monkeypatch.setattr(
-        meeting, "solve_with_reference", lambda *given: target_errors.append(given[1]) or found
+        solve, "solve_with_reference", lambda *given: target_errors.append(given[1]) or found
     )
-    assert meeting.solve_to_tolerance(plan(scene, 1e-9)).bar is found.bar
+    assert solve.solve_to_tolerance(plan(scene, 1e-9)).bar is found.bar
     assert target_errors == pytest.approx([1e-9, 1e-8, 1e-7][:asked])
 
 
@@ -196,7 +195,7 @@ def test_masses_that_are_alike_take_the_way_of_equal_ones(part, monkeypatch):
     counts, found = [], []
     for masses in (None, (1.0,) * 11 + (1.0 + part,)):
         scene = Scene(potential="lj", particles=12, speed=0.4, engine="reference", masses=masses)
-        found.append(meeting.solve_to_tolerance(plan(scene, 1e-6)))
+        found.append(solve.solve_to_tolerance(plan(scene, 1e-6)))
         counts.append(len(runs))
     equal, alike = found
     assert counts == [3, 6], "a run and those at twice and 1.3 times its step"
@@ -214,7 +213,7 @@ def test_what_late_contacts_may_bring_does_not_hinge_on_which_motion_had_one():
     bars = []
     for masses in (None, (1.0,) * 59 + (1.0000000001,)):
         scene = Scene(potential="lj", particles=60, speed=1.35, engine="reference", masses=masses)
-        bars.append(meeting.solve_to_tolerance(plan(scene, 1e-6)).bar.total)
+        bars.append(solve.solve_to_tolerance(plan(scene, 1e-6)).bar.total)
     # By the energy of the piece at the wall, which the motions' own errors change by 1e-4.
     assert bars[1] == pytest.approx(bars[0], rel=1e-3)
 
@@ -238,8 +237,8 @@ def test_bonds_too_sharp_for_lammps_are_named_with_their_own_length(fields, leng
 
 def test_a_bar_that_says_nothing_is_refused(monkeypatch):
     scene = Scene(potential="lj", particles=3, engine="reference")
-    met = meeting.solve_to_tolerance(plan(scene, 1e-6))
+    met = solve.solve_to_tolerance(plan(scene, 1e-6))
     unknown = replace(met, bar=replace(met.bar, step=57.0))
-    monkeypatch.setattr(meeting, "solve_with_reference", lambda *_: unknown)
+    monkeypatch.setattr(solve, "solve_with_reference", lambda *_: unknown)
     with pytest.raises(ToleranceError, match="says nothing"):
-        meeting.solve_to_tolerance(plan(scene, 1e-6))
+        solve.solve_to_tolerance(plan(scene, 1e-6))

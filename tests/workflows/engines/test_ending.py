@@ -318,8 +318,8 @@ def test_no_hit_follows_once_the_end_was_seen(fields, monkeypatch):
     def patiently_off(self, until):
         # What energy alone rules out, from some time on.
         off, time, evaluations = keeps_off(self, until)
-        ledger = self._moving.ledger
-        now, last_contact = ledger.steps * self._stepper.step, float(ledger.last_contact)
+        run_state = self._moving.run_state
+        now, last_contact = run_state.steps * self._stepper.step, float(run_state.last_contact)
         if off and not seen:
             seen.append((now, last_contact))
         long = seen and now > seen[0][0] + 8.0 * scene.particles

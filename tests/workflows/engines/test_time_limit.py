@@ -95,10 +95,10 @@ class Counted:
     def __init__(self, kernels):
         self.steps, self._advance = [], kernels.advance
 
-    def advance(self, ledger, *others):
-        before = int(ledger.steps)
-        status = self._advance(ledger, *others)
-        self.steps.append(int(ledger.steps) - before)
+    def advance(self, run_state, *others):
+        before = int(run_state.steps)
+        status = self._advance(run_state, *others)
+        self.steps.append(int(run_state.steps) - before)
         return status
 
 
@@ -108,9 +108,9 @@ def test_no_call_does_more_work_than_it_may(monkeypatch):
     stepper = Stepper.of(scene.line, scene.bond, "order4", 1e-3)
     kernels, evaluations = Counted(stepper.kernels), stepper.scheme.evaluations
     chain = Motion.at_start(scene.problem, replace(stepper, kernels=kernels))
-    goal = 4 * time_limit.WORK_AT_ONCE // (evaluations * 200_000)
-    chain.advance(goal)
-    assert sum(kernels.steps) == goal
+    target_steps = 4 * time_limit.WORK_AT_ONCE // (evaluations * 200_000)
+    chain.advance(target_steps)
+    assert sum(kernels.steps) == target_steps
     assert max(kernels.steps) * evaluations * 200_000 <= time_limit.WORK_AT_ONCE
     assert len(kernels.steps) == 4
 

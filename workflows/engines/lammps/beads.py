@@ -16,7 +16,7 @@ from chaincor.lammps_inputs.problem import Problem
 from chaincor.workflows.engines.bead_end import bodies_part
 from chaincor.workflows.engines.ending import Ending
 from chaincor.workflows.engines.fragments import count_fragments
-from chaincor.workflows.engines.lammps.contact import ContactRecord, Meeting
+from chaincor.workflows.engines.lammps.contact import ContactRecord, HardContactEvents
 from chaincor.workflows.engines.lammps.flight import VerletFlight
 from chaincor.workflows.engines.lammps.instance import LammpsChain
 from chaincor.workflows.engines.outcome import Frames, Outcome
@@ -72,7 +72,7 @@ class _Column:
             : n + targets - 1 - bool(targets)
         ]
         self._order = np.append(np.arange(n + targets)[: n - 1 : -1], np.arange(n))
-        self._flight = VerletFlight(chain, Meeting(chain, problem.line), False, None)
+        self._flight = VerletFlight(chain, HardContactEvents(chain, problem.line), False, None)
         self._contacts: list[ContactRecord] = []
         self._touched: tuple[float, float, float] | None = None
         self._seen = self._range = (0.0, 0.0)
@@ -146,19 +146,19 @@ class _Column:
     def _overlap(self, until: float) -> ContactRecord | None:
         """Take steps of soft bodies; return the contact if one ends before a time."""
         flight, chain = self._flight, self._chain
-        gap, opening = self._gap()
-        if self._touched is None and gap <= 0.0 > opening:
-            self._touched = flight.time, -opening, self._momentum()
+        gap, gap_velocity = self._gap()
+        if self._touched is None and gap <= 0.0 > gap_velocity:
+            self._touched = flight.time, -gap_velocity, self._momentum()
         while flight.time < until:
-            before, started = (gap, opening), flight.time
+            before, started = (gap, gap_velocity), flight.time
             chain.run(1)
             flight.time += chain.timestep
-            gap, opening = self._gap()
+            gap, gap_velocity = self._gap()
             if (gap < 0.0) != (self._touched is not None):
                 share = before[0] / (before[0] - gap)
                 moment = started + share * chain.timestep
                 if self._touched is None:
-                    speed = -before[1] - share * (opening - before[1])
+                    speed = -before[1] - share * (gap_velocity - before[1])
                     self._touched = moment, speed, self._momentum()
                 elif gap > 0.0:
                     touched, speed, momentum = self._touched

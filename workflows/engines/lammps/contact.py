@@ -28,7 +28,7 @@ class ContactRecord:
     end: float  #: Time at which the bodies parted; equal to `time` for hard bodies.
 
 
-class Meeting:
+class HardContactEvents:
     """
     Contact of two hard bodies; the event is the fall of their gap through zero.
 
@@ -49,12 +49,12 @@ class Meeting:
     def state(self) -> PathPoint:
         """Return the distance to the next event and its first and second derivatives in time."""
         x, v, f = self.chain.x, self.chain.v, self.chain.f
-        gap, opening, acceleration = float(x[0]), float(v[0]), float(f[0]) / self._mass
+        gap, gap_velocity, acceleration = float(x[0]), float(v[0]), float(f[0]) / self._mass
         if self._place is not None:
             gap -= float(x[self._place])
-            opening -= float(v[self._place])
+            gap_velocity -= float(v[self._place])
             acceleration -= float(f[self._place]) / self._target_mass
-        return gap, opening, acceleration
+        return gap, gap_velocity, acceleration
 
     def arrive(self, time: float) -> ContactRecord | None:
         """
@@ -88,7 +88,7 @@ class Meeting:
         return -self.state()[1]
 
 
-class SoftMeeting(Meeting):
+class SoftContactEvents(HardContactEvents):
     r"""
     Contact of bodies that repel with :math:`K d^q` while they overlap by d.
 
@@ -110,9 +110,9 @@ class SoftMeeting(Meeting):
 
     def state(self) -> PathPoint:
         """Return the gap and its derivatives, or the overlap and its derivatives during contact."""
-        gap, opening, acceleration = super().state()
+        gap, gap_velocity, acceleration = super().state()
         sign = -1.0 if self.touching else 1.0
-        return sign * gap, sign * opening, sign * acceleration
+        return sign * gap, sign * gap_velocity, sign * acceleration
 
     def step(self, time: float, state: PathPoint) -> float:
         """Return the step H, or less if soft bodies have just touched or are about to part."""

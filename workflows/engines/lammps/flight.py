@@ -13,8 +13,8 @@ from chaincor.workflows.engines.contact_search import (
 )
 from chaincor.workflows.engines.lammps.contact import (
     ContactRecord,
-    Meeting,
-    SoftMeeting,
+    HardContactEvents,
+    SoftContactEvents,
     time_to_zero,
 )
 from chaincor.workflows.engines.lammps.guard import WallGuard
@@ -60,8 +60,8 @@ def foretold_crossing(start: PathPoint, end: PathPoint, step: float) -> float | 
 class LammpsFlight(ABC):
     """Motion of a chain from contact to contact."""
 
-    def __init__(self, chain: LammpsChain, meeting: Meeting) -> None:
-        self.chain, self.meeting = chain, meeting
+    def __init__(self, chain: LammpsChain, contact_events: HardContactEvents) -> None:
+        self.chain, self.contact_events = chain, contact_events
         self.time = 0.0  #: Time since the first contact.
 
     @abstractmethod
@@ -90,9 +90,13 @@ class VerletFlight(LammpsFlight):
     """
 
     def __init__(
-        self, chain: LammpsChain, meeting: Meeting, reflect: bool, guard: WallGuard | None
+        self,
+        chain: LammpsChain,
+        contact_events: HardContactEvents,
+        reflect: bool,
+        guard: WallGuard | None,
     ) -> None:
-        super().__init__(chain, meeting)
+        super().__init__(chain, contact_events)
         self.reflect, self._guard = reflect, guard
 
     def _dips(self, now: PathPoint) -> bool:
@@ -106,7 +110,7 @@ class VerletFlight(LammpsFlight):
         start, taken = self.time, 0
         last = max(1, math.ceil((limit - start) / h))
         while taken < last:
-            now = self.meeting.state()
+            now = self.contact_events.state()
             if self._guard is not None and (steps := self._guard.run_blind(now, last - taken)):
                 taken += steps
                 self.time = start + taken * h
@@ -130,7 +134,7 @@ class VerletFlight(LammpsFlight):
         if s > 0.0:
             self.chain.verlet(s)
         self.time += s
-        return self.meeting.arrive(self.time)
+        return self.contact_events.arrive(self.time)
 
     def _reflect(self, now: PathPoint) -> ContactRecord:
         chain, h = self.chain, self.chain.timestep
@@ -140,7 +144,7 @@ class VerletFlight(LammpsFlight):
         time = self.time + x / speed
         chain.run(1)
         self.time += h
-        return ContactRecord(time, speed, 2.0 * self.meeting.reduced_mass * speed, time)
+        return ContactRecord(time, speed, 2.0 * self.contact_events.reduced_mass * speed, time)
 
 
 class ComposedFlight(LammpsFlight):
@@ -163,22 +167,22 @@ class ComposedFlight(LammpsFlight):
         """Take steps, with a search for a contact in each."""
         chain = self.chain
         earlier: PathPoint | None = None
-        now, step = self.meeting.state(), chain.timestep
+        now, step = self.contact_events.state(), chain.timestep
         while self.time < limit:
             if now[0] == 0.0 and now[1] < 0.0:
-                return self.meeting.arrive(self.time)
+                return self.contact_events.arrive(self.time)
             before = chain.snapshot()
-            done, step = step, self.meeting.step(self.time, now)
+            done, step = step, self.contact_events.step(self.time, now)
             if earlier is not None:
                 foretold = foretold_crossing(earlier, now, done)
                 if foretold is not None:
                     taken = self._go_to_wall(now, foretold)
                     if taken is not None and taken <= step:
                         self.time += taken
-                        return self.meeting.arrive(self.time)
+                        return self.contact_events.arrive(self.time)
                     chain.restore(before)
             chain.step(None if step == chain.timestep else step)
-            after = self.meeting.state()
+            after = self.contact_events.state()
             guess = first_crossing(now, after, step)
             if guess is not None:
                 whole = chain.snapshot()
@@ -186,7 +190,7 @@ class ComposedFlight(LammpsFlight):
                 taken = self._go_to_wall(now, guess)
                 if taken is not None:
                     self.time += taken
-                    return self.meeting.arrive(self.time)
+                    return self.contact_events.arrive(self.time)
                 # The polynomial puts the particle at the wall; the motion is not there yet.
                 chain.restore(whole)
                 if after[0] < 0.0:
@@ -204,7 +208,7 @@ class ComposedFlight(LammpsFlight):
         taken = self._step_to_wall(guess)
         if taken is not None:
             # The path up to the contact must stay in front of the wall.
-            first = first_crossing(now, (0.0, *self.meeting.state()[1:]), taken)
+            first = first_crossing(now, (0.0, *self.contact_events.state()[1:]), taken)
             if first is not None and first < (1.0 - 2.0 * _RESOLUTION) * taken:
                 self.chain.restore(state)
                 return self._step_to_wall(first)
@@ -216,7 +220,7 @@ class ComposedFlight(LammpsFlight):
         chain.step(guess)
         taken = guess
         for _ in range(self._MOST_CORRECTIONS):
-            x, v, _ = self.meeting.state()
+            x, v, _ = self.contact_events.state()
             # Positions are rounded to about 1e-16 of the natural length.
             if abs(x) < 1e-18 or v == 0.0:
                 break
@@ -230,7 +234,7 @@ class ComposedFlight(LammpsFlight):
             chain.verlet(correction)
             if abs(correction) < self._EXACT * chain.timestep:
                 break
-        x, v, _ = self.meeting.state()
+        x, v, _ = self.contact_events.state()
         arrived = abs(x) < self._AT_WALL and v < 0.0 < taken
         return taken if arrived else None
 
@@ -239,13 +243,13 @@ def flight_of(
     chain: LammpsChain, problem: Problem, numerics: Numerics, guarded: bool = True
 ) -> LammpsFlight:
     """Return the flight of the bodies of a scene for given numerics."""
-    meeting = Meeting(chain, problem.line)
+    contact_events = HardContactEvents(chain, problem.line)
     if problem.line.soft:
-        meeting = SoftMeeting(chain, problem, STEP_SCHEMES[numerics.scheme].order)
+        contact_events = SoftContactEvents(chain, problem, STEP_SCHEMES[numerics.scheme].order)
     if numerics.scheme != "verlet":
-        return ComposedFlight(chain, meeting)
+        return ComposedFlight(chain, contact_events)
     reflect = numerics.wall == "reflect"
     # The guard works for one body at a hard wall.
     guarded = guarded and problem.line.is_standard and problem.particles > 1
     guard = WallGuard(chain, problem, reflect) if guarded else None
-    return VerletFlight(chain, meeting, reflect, guard)
+    return VerletFlight(chain, contact_events, reflect, guard)

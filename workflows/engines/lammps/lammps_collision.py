@@ -107,7 +107,7 @@ class ChainCollision:
             if now >= self.next_frame:
                 self._take_frame()
             if now >= self.overdue:
-                if self.flight.meeting.touching:
+                if self.flight.contact_events.touching:
                     self.overdue = now + self.patience
                 else:
                     self._ask_what_comes()
@@ -126,18 +126,18 @@ class ChainCollision:
 
     def _approach(self) -> None:
         """Set the time so that the first contact is at 0 if the bodies start apart."""
-        gap, opening, _ = self.flight.meeting.state()
-        if gap == 0.0 and opening < 0.0:
+        gap, gap_velocity, _ = self.flight.contact_events.state()
+        if gap == 0.0 and gap_velocity < 0.0:
             return
         start, stages = self.chain.snapshot(), self.chain.stages_done
         longest = approach_time(self.problem)
         while self._advance(self.flight.time + self.patience) is None:
             self._watch_bonds()
-            if self.flight.meeting.touching:
+            if self.flight.contact_events.touching:
                 break
             if self.flight.time > longest:
                 raise unfinished_error(self.problem, self.flight.time)
-        self.flight.meeting.reset()
+        self.flight.contact_events.reset()
         self._touched = False
         self.chain.restore(start)
         self.chain.stages_done = stages
@@ -191,7 +191,7 @@ class ChainCollision:
         if not self.contacts and not self._touched:
             # The range of bonds begins with the first contact; soft bodies are in it for a while.
             self.shortest_seen, self.longest_seen = shortest, longest
-            self._touched = self.flight.meeting.touching
+            self._touched = self.flight.contact_events.touching
         self.shortest_seen = min(self.shortest_seen, shortest)
         self.longest_seen = max(self.longest_seen, longest)
         self.longest_ever = max(self.longest_ever, longest)

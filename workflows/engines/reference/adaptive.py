@@ -70,9 +70,9 @@ def run(problem: Problem, accuracy: float, frame_interval: float | None = None) 
     started = time.perf_counter()
     ending = flight.run()
     seconds = time.perf_counter() - started
-    ledger = flight.ledger
-    times, speeds, _ = flight.arrays.contacts[:, : ledger.contacts].copy()
-    lowest, highest = (bond.length_of(y) for y in (ledger.contact_min, ledger.contact_max))
+    run_state = flight.run_state
+    times, speeds, _ = flight.arrays.contacts[:, : run_state.contacts].copy()
+    lowest, highest = (bond.length_of(y) for y in (run_state.contact_min, run_state.contact_max))
     last_bonds, last_velocities = flight.split(flight.arrays.last)
     potential_energy = float(np.sum(bond.energy(last_bonds)))
     return finish(
@@ -85,7 +85,7 @@ def run(problem: Problem, accuracy: float, frame_interval: float | None = None) 
             bond_range=(float(lowest), float(highest)),
             energy=0.5 * float(last_velocities @ last_velocities) + potential_energy,
         ),
-        End(ending, float(ledger.time), int(ledger.evaluations)),
+        End(ending, float(run_state.time), int(run_state.evaluations)),
         scheme=SCHEME,
         timestep=None,
         seconds=seconds,
@@ -174,40 +174,40 @@ class _Flight(AdaptiveFlight):
         )
         self._not_before = 0.0
         stiffness = problem.slow_stiffness
-        ledger = np.zeros(1, adaptive.LEDGER)[0]
-        super().__init__(bond.advance, ledger, arrays, bond.parameters, particles)
-        ledger.momentum = -particles * speed
-        bookkeeping.argue_when_silent(ledger, stiffness)
-        ledger.longest = longest_collision(particles, stiffness, 0.0)
-        ledger.frame_interval = math.inf if frame_interval is None else frame_interval
-        ledger.next_frame = math.inf if frame_interval is None else 0.0
+        run_state = np.zeros(1, adaptive.RUN_STATE)[0]
+        super().__init__(bond.advance, run_state, arrays, bond.parameters, particles)
+        run_state.momentum = -particles * speed
+        bookkeeping.argue_when_silent(run_state, stiffness)
+        run_state.longest = longest_collision(particles, stiffness, 0.0)
+        run_state.frame_interval = math.inf if frame_interval is None else frame_interval
+        run_state.next_frame = math.inf if frame_interval is None else 0.0
         floor, ceiling = allowed_strains(problem.bond)
-        ledger.strain_floor = -math.inf if bond.logarithmic else floor
-        ledger.strain_ceiling = ceiling
+        run_state.strain_floor = -math.inf if bond.logarithmic else floor
+        run_state.strain_ceiling = ceiling
         # This is only a guess: steps that are too large are rejected and shrink.
-        ledger.step = 0.05 / (math.sqrt(stiffness) * max(1.0, speed))
-        bookkeeping.record_contact(ledger, contacts, 0.0, speed)
-        bookkeeping.note_impulse(ledger, contacts, 2.0 * speed)
-        bookkeeping.note_parting(ledger, 0.0, 0.0, 0.0)
+        run_state.step = 0.05 / (math.sqrt(stiffness) * max(1.0, speed))
+        bookkeeping.record_contact(run_state, contacts, 0.0, speed)
+        bookkeeping.note_impulse(run_state, contacts, 2.0 * speed)
+        bookkeeping.note_parting(run_state, 0.0, 0.0, 0.0)
 
     def run(self) -> Ending:
         """Integrate until the collision ends and return its end."""
-        ledger, problem = self.ledger, self._problem
+        run_state, problem = self.run_state, self._problem
         watch = EndWatch(problem.particles, problem.bond, problem.slow_stiffness)
         while True:
             status = self._advance()
-            now, last = float(ledger.time), float(ledger.last_contact)
+            now, last = float(run_state.time), float(run_state.last_contact)
             if status == adaptive.FULL:
                 self._make_room()
             elif status in (adaptive.ARGUE, adaptive.LATE):
                 ending = self._look(watch)
                 if ending is not None:
                     return ending
-                ledger.argue_after = watch.next_look(now, last) - last
+                run_state.argue_after = watch.next_look(now, last) - last
                 if status == adaptive.LATE:
                     if now > watch.followed_until(last):
                         raise unfinished_error(problem, now)
-                    ledger.longest = 1.01 * watch.followed_until(last)
+                    run_state.longest = 1.01 * watch.followed_until(last)
             else:
                 raise self._failure(status)
 
@@ -215,8 +215,8 @@ class _Flight(AdaptiveFlight):
         bonds, velocities = self.split(self.arrays.state)
         if self._bond.logarithmic and bonds.min() < _LOG_LENGTH_TO_ARGUE:
             return None
-        ledger, problem = self.ledger, self._problem
-        now, last = float(ledger.time), float(ledger.last_contact)
+        run_state, problem = self.run_state, self._problem
+        now, last = float(run_state.time), float(run_state.last_contact)
         first, strains = float(self.arrays.state[0]), self._bond.strains(bonds)
         ending = watch.look_at(now, last, [Body(first, strains, velocities)])
         quiet = sound_round_trip(problem.particles, problem.slow_stiffness)
@@ -230,11 +230,11 @@ class _Flight(AdaptiveFlight):
         return ahead.ending
 
     def _failure(self, status: int) -> RunError:
-        ledger, problem = self.ledger, self._problem
-        now = float(ledger.time)
+        run_state, problem = self.run_state, self._problem
+        now = float(run_state.time)
         if status == adaptive.OUTSIDE:
             low, high = (
-                float(self._bond.length_of(y)) for y in (ledger.strain_min, ledger.strain_max)
+                float(self._bond.length_of(y)) for y in (run_state.strain_min, run_state.strain_max)
             )
             return strain_error(problem, low - 1.0, high - 1.0, now, "lower the speed")
         return TimestepError(
@@ -250,7 +250,7 @@ class _Flight(AdaptiveFlight):
         """Return the snapshots; None if no interval was given."""
         if self._interval is None:
             return None
-        count = int(self.ledger.frames)
+        count = int(self.run_state.frames)
         states = self.arrays.frames[:count]
         strains = [self._bond.strains(self.split(state)[0]) for state in states]
         return Frames(

@@ -20,12 +20,12 @@ def dormand_prince() -> Tableau:
 
 
 class AdaptiveFlight:
-    """Arrays and ledger of a flight, and the loop that advances them."""
+    """Arrays and state of a flight, and the loop that advances them."""
 
     def __init__(
-        self, loop: Callable[..., int], ledger: Any, arrays: Any, parameters: Any, particles: int
+        self, loop: Callable[..., int], run_state: Any, arrays: Any, parameters: Any, particles: int
     ) -> None:
-        self.ledger, self.arrays = ledger, arrays
+        self.run_state, self.arrays = run_state, arrays
         self._loop, self._parameters, self._particles = loop, parameters, particles
         self._method = dormand_prince()
 
@@ -33,20 +33,20 @@ class AdaptiveFlight:
         stages = len(self._method.b)
         while True:
             check_time()
-            self.ledger.pause = self.ledger.steps + steps_at_once(stages * self._particles)
-            status = self._loop(self.ledger, self.arrays, self._method, self._parameters)
+            self.run_state.pause = self.run_state.steps + steps_at_once(stages * self._particles)
+            status = self._loop(self.run_state, self.arrays, self._method, self._parameters)
             if status != PAUSE:
                 return int(status)
 
     def warm_up(self) -> None:
         """Load or compile the loops, so that this time does not count as integration."""
-        longest, self.ledger.longest = float(self.ledger.longest), -1.0
+        longest, self.run_state.longest = float(self.run_state.longest), -1.0
         self._advance()
-        self.ledger.longest = longest
+        self.run_state.longest = longest
 
     def _make_room(self) -> None:
         contacts, frames = self.arrays.contacts, self.arrays.frames
-        if self.ledger.contacts == contacts.shape[1]:
+        if self.run_state.contacts == contacts.shape[1]:
             contacts = np.concatenate((contacts, np.zeros_like(contacts)), axis=1)
         else:
             frames = np.concatenate((frames, np.zeros_like(frames)))

@@ -35,11 +35,11 @@ ORDER = 8
 MOST_REFUSALS = 80
 
 # The fields for strains hold coordinates y here.
-LEDGER: Any = np.dtype(
+RUN_STATE: Any = np.dtype(
     (
         np.record,
         [
-            *bookkeeping.LEDGER.descr,
+            *bookkeeping.RUN_STATE.descr,
             ("time", "f8"),
             ("step", "f8"),  # size of the next step to try
             ("longest", "f8"),  # time at which the run stops
@@ -199,8 +199,8 @@ def build_flight(rates: Callable, register: Callable) -> Callable:
     """
     Return the loop of the adaptive engine.
 
-    ``advance(ledger, arrays, method, parameters)`` moves the chain until an event needs the caller,
-    and returns the reason. `arrays` are `AdaptiveArrays`, `method` is a `Tableau`.
+    ``advance(run_state, arrays, method, parameters)`` moves the chain until an event needs the
+    caller, and returns the reason. `arrays` are `AdaptiveArrays`, `method` is a `Tableau`.
     """
     record_contact, note_parting = map(
         register, (bookkeeping.record_contact, bookkeeping.note_parting)
@@ -219,7 +219,7 @@ def build_flight(rates: Callable, register: Callable) -> Callable:
     find_contact = build_contact_search(state_after=state_after, register=register)
 
     def advance(
-        ledger: np.record, arrays: AdaptiveArrays, method: Tableau, parameters: Parameters
+        run_state: np.record, arrays: AdaptiveArrays, method: Tableau, parameters: Parameters
     ) -> int:
         state, contacts, frames = arrays.state, arrays.contacts, arrays.frames
         kept, slopes = arrays.kept, arrays.slopes
@@ -229,61 +229,64 @@ def build_flight(rates: Callable, register: Callable) -> Callable:
         final = method.b.shape[0]
         refusals = 0
         rates(state, slopes[0], parameters)
-        while ledger.time < ledger.longest:
-            if refusals == 0 and ledger.steps >= ledger.pause:
+        while run_state.time < run_state.longest:
+            if refusals == 0 and run_state.steps >= run_state.pause:
                 return PAUSE
-            step = ledger.step
+            step = run_state.step
             if (
-                ledger.contacts == contacts.shape[1]
-                or step / ledger.frame_interval > frames.shape[0] - ledger.frames - 1
+                run_state.contacts == contacts.shape[1]
+                or step / run_state.frame_interval > frames.shape[0] - run_state.frames - 1
             ):
                 return FULL
             np.positive(state, kept)
             take(kept, state, slopes, step, path)
-            ledger.evaluations += final
+            run_state.evaluations += final
             error = estimate(step, path)
             if not error < 1.0:
                 np.positive(kept, state)
                 factor = SAFETY * error ** (-1.0 / ORDER)
-                ledger.step = step * (factor if factor > SHRINK else SHRINK)
+                run_state.step = step * (factor if factor > SHRINK else SHRINK)
                 refusals += 1
                 if refusals > MOST_REFUSALS:
                     return STUCK
                 continue
             grow = SAFETY * error ** (-1.0 / ORDER) if error > 0.0 else GROW
-            ledger.step = step * min(1.0 if refusals > 0 else GROW, grow)
+            run_state.step = step * min(1.0 if refusals > 0 else GROW, grow)
             refusals = 0
-            ledger.steps += 1
+            run_state.steps += 1
 
             start = (kept[0], kept[particles], slopes[0, particles])
             end = (state[0], state[particles], slopes[final, particles])
             np.positive(slopes[0], trial_slopes[0])
-            contact = find_contact(step, start, end, ledger, path)
+            contact = find_contact(step, start, end, run_state, path)
             taken = contact if contact >= 0.0 else step
-            while ledger.next_frame < ledger.time + taken:
-                time = ledger.next_frame - ledger.time
+            while run_state.next_frame < run_state.time + taken:
+                time = run_state.next_frame - run_state.time
                 take(kept, trial, trial_slopes, time, path)
-                np.positive(trial, frames[ledger.frames])
-                ledger.frames += 1
-                ledger.next_frame = ledger.frames * ledger.frame_interval
-            ledger.time += taken
+                np.positive(trial, frames[run_state.frames])
+                run_state.frames += 1
+                run_state.next_frame = run_state.frames * run_state.frame_interval
+            run_state.time += taken
             if contact >= 0.0:
                 take(kept, state, trial_slopes, contact, path)
                 speed = abs(state[particles])
                 state[0] = 0.0
                 state[particles] = speed
-                record_contact(ledger, contacts, ledger.time, speed)
-                note_impulse(ledger, contacts, 2.0 * speed)
+                record_contact(run_state, contacts, run_state.time, speed)
+                note_impulse(run_state, contacts, 2.0 * speed)
                 np.positive(state, arrays.last)
                 rates(state, slopes[0], parameters)
             else:
                 np.positive(slopes[final], slopes[0])
             low, high = extremes(state[1:particles], particles - 1)
             if contact >= 0.0:
-                note_parting(ledger, ledger.time, low, high)
-            if not widen(ledger, low, high):
+                note_parting(run_state, run_state.time, low, high)
+            if not widen(run_state, low, high):
                 return OUTSIDE
-            if ledger.momentum > 0.0 and ledger.time - ledger.last_contact >= ledger.argue_after:
+            if (
+                run_state.momentum > 0.0
+                and run_state.time - run_state.last_contact >= run_state.argue_after
+            ):
                 return ARGUE
         return LATE
 

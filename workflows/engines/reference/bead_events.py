@@ -14,13 +14,13 @@ _RESOLUTION = 4e-16
 
 
 def build_end(bond: Callable, register: Callable) -> Callable:
-    """Return ``is_over(ledger, arrays, parameters)``: whether the bodies never touch again."""
+    """Return ``is_over(run_state, arrays, parameters)``: whether the bodies never touch again."""
 
     @register
-    def is_over(ledger: Any, arrays: Any, parameters: Any) -> bool:
-        state, masses, rising, gap = arrays.state, arrays.masses, arrays.rising, ledger.gap
+    def is_over(run_state: Any, arrays: Any, parameters: Any) -> bool:
+        state, masses, rising, gap = arrays.state, arrays.masses, arrays.rising, run_state.gap
         beads = masses.shape[0]
-        if ledger.touching or state[1 + gap] < 0.0:
+        if run_state.touching or state[1 + gap] < 0.0:
             return False
         # Each w is the mean of two velocities: the largest up to a bead, and the smallest from that
         # bead on.
@@ -61,38 +61,38 @@ def build_contact(register: Callable) -> tuple[Callable, Callable, Callable]:
         return total
 
     @register
-    def end(ledger: Any, arrays: Any, given: float) -> None:
+    def end(run_state: Any, arrays: Any, given: float) -> None:
         state, strains = arrays.state, arrays.masses.shape[0] - 1
-        state[1 + ledger.gap] = 0.0
-        ledger.touching = 0
-        ledger.last_contact = ledger.time
-        arrays.contacts[2, ledger.contacts - 1] = given
+        state[1 + run_state.gap] = 0.0
+        run_state.touching = 0
+        run_state.last_contact = run_state.time
+        arrays.contacts[2, run_state.contacts - 1] = given
         np.positive(state, arrays.last)
         for i in range(strains):
-            if i != ledger.gap:
-                ledger.strain_min = min(ledger.strain_min, state[1 + i])
-                ledger.strain_max = max(ledger.strain_max, state[1 + i])
-        ledger.contact_min, ledger.contact_max = ledger.strain_min, ledger.strain_max
+            if i != run_state.gap:
+                run_state.strain_min = min(run_state.strain_min, state[1 + i])
+                run_state.strain_max = max(run_state.strain_max, state[1 + i])
+        run_state.contact_min, run_state.contact_max = run_state.strain_min, run_state.strain_max
 
     @register
-    def begin(ledger: Any, arrays: Any, parameters: Any) -> None:
+    def begin(run_state: Any, arrays: Any, parameters: Any) -> None:
         # The gap is zero and closes: soft bodies touch, and a hard contact is over at once.
-        state, gap, contacts = arrays.state, ledger.gap, arrays.contacts
+        state, gap, contacts = arrays.state, run_state.gap, arrays.contacts
         beads = arrays.masses.shape[0]
         speed = state[beads + gap] - state[beads + gap + 1]
-        contacts[0, ledger.contacts] = ledger.time
-        contacts[1, ledger.contacts] = speed
-        ledger.contacts += 1
+        contacts[0, run_state.contacts] = run_state.time
+        contacts[1, run_state.contacts] = speed
+        run_state.contacts += 1
         state[1 + gap] = 0.0
-        if ledger.soft:
-            ledger.touching = 1
-            ledger.momentum = chain_momentum(state, arrays.masses, gap)
+        if run_state.soft:
+            run_state.touching = 1
+            run_state.momentum = chain_momentum(state, arrays.masses, gap)
             return
         inverse = parameters.inverse
         given = 2.0 * speed / (inverse[gap] + inverse[gap + 1])
         state[beads + gap] -= given * inverse[gap]
         state[beads + gap + 1] += given * inverse[gap + 1]
-        end(ledger, arrays, given)
+        end(run_state, arrays, given)
 
     return chain_momentum, end, begin
 

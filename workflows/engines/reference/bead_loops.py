@@ -38,7 +38,7 @@ from chaincor.workflows.engines.reference.adaptive_loops import (
 from chaincor.workflows.engines.reference.bead_events import build_contact, build_end, build_moment
 from chaincor.workflows.engines.reference.tracked import Overlapping, build_track
 
-LEDGER: Any = np.dtype(
+RUN_STATE: Any = np.dtype(
     (
         np.record,
         [
@@ -151,8 +151,8 @@ def build_bead_flight(bond: Callable, rates: Callable, register: Callable) -> Ca
     """
     Return the loop of the adaptive engine for beads.
 
-    ``advance(ledger, arrays, method, parameters)`` moves the beads until an event needs the caller,
-    and returns the reason. `bond` is the force of one strain.
+    ``advance(run_state, arrays, method, parameters)`` moves the beads until an event needs the
+    caller, and returns the reason. `bond` is the force of one strain.
     """
     extremes = register(bookkeeping.extremes)
     take, estimate = build_step(rates, register)
@@ -167,81 +167,81 @@ def build_bead_flight(bond: Callable, rates: Callable, register: Callable) -> Ca
         return Overlapping(state[1 + gap], slopes[1 + gap], acceleration)
 
     def advance(
-        ledger: Any, arrays: BeadArrays, method: Tableau, parameters: BeadParameters
+        run_state: Any, arrays: BeadArrays, method: Tableau, parameters: BeadParameters
     ) -> int:
         state, kept, frames = arrays.state, arrays.kept, arrays.frames
         slopes, trial, trial_slopes = arrays.slopes, arrays.trial, arrays.trial_slopes
         path = BeadPath(arrays, method, parameters)
-        beads, gap, final = arrays.masses.shape[0], ledger.gap, method.b.shape[0]
+        beads, gap, final = arrays.masses.shape[0], run_state.gap, method.b.shape[0]
         refusals = 0
         closes = state[beads + gap] > state[beads + gap + 1]
-        if ledger.steps == 0 and ledger.contacts == 0 and state[1 + gap] == 0.0 and closes:
-            begin(ledger, arrays, parameters)
+        if run_state.steps == 0 and run_state.contacts == 0 and state[1 + gap] == 0.0 and closes:
+            begin(run_state, arrays, parameters)
         rates(state, slopes[0], parameters)
-        while ledger.time < ledger.longest:
-            if not ledger.free and is_over(ledger, arrays, parameters):
+        while run_state.time < run_state.longest:
+            if not run_state.free and is_over(run_state, arrays, parameters):
                 return OVER
-            if refusals == 0 and ledger.steps >= ledger.pause:
+            if refusals == 0 and run_state.steps >= run_state.pause:
                 return PAUSE
-            step = ledger.step
-            rows = step / ledger.frame_interval
+            step = run_state.step
+            rows = step / run_state.frame_interval
             if (
-                ledger.contacts == arrays.contacts.shape[1]
-                or rows > frames.shape[0] - ledger.frames - 1
+                run_state.contacts == arrays.contacts.shape[1]
+                or rows > frames.shape[0] - run_state.frames - 1
             ):
                 return FULL
             np.positive(state, kept)
             take(kept, state, slopes, step, path)
-            ledger.evaluations += final
+            run_state.evaluations += final
             error = estimate(step, path)
             if not error < 1.0:
                 np.positive(kept, state)
-                ledger.step = step * max(SHRINK, SAFETY * error ** (-1.0 / ORDER))
+                run_state.step = step * max(SHRINK, SAFETY * error ** (-1.0 / ORDER))
                 # The comparison is false for a NaN.
-                if not ledger.step > 0.0:
-                    ledger.step = step * SHRINK
+                if not run_state.step > 0.0:
+                    run_state.step = step * SHRINK
                 refusals += 1
                 if refusals > MOST_REFUSALS:
                     return STUCK
                 continue
             grow = SAFETY * error ** (-1.0 / ORDER) if error > 0.0 else GROW
-            ledger.step = step * min(1.0 if refusals > 0 else GROW, grow)
+            run_state.step = step * min(1.0 if refusals > 0 else GROW, grow)
             refusals = 0
-            ledger.steps += 1
-            meets = not ledger.touching and state[1 + gap] < 0.0
-            parts = ledger.touching == 1 and state[1 + gap] > 0.0
+            run_state.steps += 1
+            meets = not run_state.touching and state[1 + gap] < 0.0
+            parts = run_state.touching == 1 and state[1 + gap] > 0.0
             taken = step
             np.positive(slopes[0], trial_slopes[0])
             if meets or parts:
                 taken = moment_of(step, -1.0 if meets else 1.0, path)
-            while ledger.next_frame < ledger.time + taken:
-                take(kept, trial, trial_slopes, ledger.next_frame - ledger.time, path)
-                np.positive(trial, frames[ledger.frames])
-                ledger.frames += 1
-                ledger.next_frame = ledger.frames * ledger.frame_interval
-            ledger.time += taken
+            while run_state.next_frame < run_state.time + taken:
+                take(kept, trial, trial_slopes, run_state.next_frame - run_state.time, path)
+                np.positive(trial, frames[run_state.frames])
+                run_state.frames += 1
+                run_state.next_frame = run_state.frames * run_state.frame_interval
+            run_state.time += taken
             if meets or parts:
                 take(kept, state, trial_slopes, taken, path)
                 if meets:
-                    begin(ledger, arrays, parameters)
+                    begin(run_state, arrays, parameters)
                 else:
                     rates(state, slopes[0], parameters)
                     before = overlapping(kept, trial_slopes[0], gap)
                     track(arrays.tracked, before, overlapping(state, slopes[0], gap), taken)
-                    given = chain_momentum(state, arrays.masses, gap) - ledger.momentum
-                    end(ledger, arrays, given)
+                    given = chain_momentum(state, arrays.masses, gap) - run_state.momentum
+                    end(run_state, arrays, given)
                 rates(state, slopes[0], parameters)
             else:
-                if ledger.touching:
+                if run_state.touching:
                     before = overlapping(kept, slopes[0], gap)
                     track(arrays.tracked, before, overlapping(state, slopes[final], gap), taken)
                 np.positive(slopes[final], slopes[0])
             low, high = extremes(state[1 : 1 + gap], gap)
-            ledger.strain_min = min(ledger.strain_min, low)
-            ledger.strain_max = max(ledger.strain_max, high)
+            run_state.strain_min = min(run_state.strain_min, low)
+            run_state.strain_max = max(run_state.strain_max, high)
             low, high = extremes(state[2 + gap : beads], beads - 2 - gap)
-            ledger.strain_min = min(ledger.strain_min, low)
-            ledger.strain_max = max(ledger.strain_max, high)
+            run_state.strain_min = min(run_state.strain_min, low)
+            run_state.strain_max = max(run_state.strain_max, high)
         return LATE
 
     return advance

@@ -49,12 +49,12 @@ def run(problem: Problem, accuracy: float, frame_interval: float | None, scheme:
     flight.warm_up()
     started = time.perf_counter()
     flight.run()
-    over = float(flight.ledger.time)
+    over = float(flight.run_state.time)
     if frame_interval is not None:
         flight.fly_on()
     seconds = time.perf_counter() - started
-    ledger, line = flight.ledger, problem.line
-    times, speeds, given = flight.arrays.contacts[:, : ledger.contacts].copy()
+    run_state, line = flight.run_state, problem.line
+    times, speeds, given = flight.arrays.contacts[:, : run_state.contacts].copy()
     first = float(times[0])
     beads = len(line.masses)
     last = flight.arrays.last
@@ -68,12 +68,12 @@ def run(problem: Problem, accuracy: float, frame_interval: float | None, scheme:
             contact_speeds=speeds,
             impulses=given,
             position=float(last[0]),
-            lasted=float(ledger.last_contact),
-            bond_range=(1.0 + float(ledger.contact_min), 1.0 + float(ledger.contact_max)),
+            lasted=float(run_state.last_contact),
+            bond_range=(1.0 + float(run_state.contact_min), 1.0 + float(run_state.contact_max)),
             dissipated=float(last[-1]) if flight.damped else None,
             tracked=tracked_values(flight.arrays.tracked, line.soft),
         ),
-        End(Ending("proved"), over - first, int(ledger.evaluations)),
+        End(Ending("proved"), over - first, int(run_state.evaluations)),
         scheme=scheme,
         timestep=None,
         seconds=seconds,
@@ -120,15 +120,15 @@ class _Flight(AdaptiveFlight):
             *(line.pair_stiffness.copy(), line.gap),
             *(float(bond.damping), float(bond.damping_power)),
         )
-        ledger = np.zeros(1, loops.LEDGER)[0]
+        run_state = np.zeros(1, loops.RUN_STATE)[0]
         loop = _compile(bond.force_kernel, type(line.contact))
-        super().__init__(loop, ledger, arrays, parameters, beads)
-        ledger.gap, ledger.soft = line.gap, int(line.soft)
+        super().__init__(loop, run_state, arrays, parameters, beads)
+        run_state.gap, run_state.soft = line.gap, int(line.soft)
         closing = float(np.max(line.strains, initial=0.0)) / speed
-        ledger.longest = _FOLLOWED * (beads + 10) * (unit + closing)
-        ledger.frame_interval = math.inf if frame_interval is None else frame_interval
-        ledger.next_frame = math.inf if frame_interval is None else 0.0
-        ledger.step = _FIRST_STEP * unit
+        run_state.longest = _FOLLOWED * (beads + 10) * (unit + closing)
+        run_state.frame_interval = math.inf if frame_interval is None else frame_interval
+        run_state.next_frame = math.inf if frame_interval is None else 0.0
+        run_state.step = _FIRST_STEP * unit
 
     def run(self) -> None:
         """Integrate until it is proved that the bodies do not touch again."""
@@ -136,8 +136,8 @@ class _Flight(AdaptiveFlight):
 
     def fly_on(self) -> None:
         """Record snapshots for a fifth of the collision's duration and a few contacts more."""
-        self.ledger.free = 1
-        self.ledger.longest = 1.2 * self.ledger.time + _SHOWN * self._unit
+        self.run_state.free = 1
+        self.run_state.longest = 1.2 * self.run_state.time + _SHOWN * self._unit
         self._until(LATE)
 
     def _until(self, wanted: int) -> None:
@@ -147,13 +147,13 @@ class _Flight(AdaptiveFlight):
             elif status == LATE:
                 if self.damped:
                     raise UnfinishedCollisionError(
-                        f"the bodies have not parted at time {self.ledger.time:.6g}: damping holds "
-                        "them together. Lower the damping"
+                        f"the bodies have not parted at time {self.run_state.time:.6g}: "
+                        "damping holds them together. Lower the damping"
                     )
-                raise unfinished_error(self._problem, float(self.ledger.time))
+                raise unfinished_error(self._problem, float(self.run_state.time))
             else:
                 raise TimestepError(
-                    f"no step resolves the overlaps of the beads at time {self.ledger.time:.6g} "
+                    f"no step resolves the overlaps of the beads at time {self.run_state.time:.6g} "
                     "to the required accuracy. Give a larger tolerance"
                 )
 
@@ -161,7 +161,7 @@ class _Flight(AdaptiveFlight):
         """Return the snapshots since the first contact; None if no interval was given."""
         if self._interval is None:
             return None
-        states = self.arrays.frames[: int(self.ledger.frames)]
+        states = self.arrays.frames[: int(self.run_state.frames)]
         beads = self._particles
         moved = [displacements_from(state[0], state[1:beads]) for state in states]
         times = self._interval * np.arange(len(states)) - first

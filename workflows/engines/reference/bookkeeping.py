@@ -20,9 +20,9 @@ SPARE_CONTACTS = 64
 # of the distance that the impact velocity covers in the step.
 LIKELY = 0.05
 
-# All ledgers have one type, because loops are found by the types of their arguments, and NumPy
+# All run states have one type, because loops are found by the types of their arguments, and NumPy
 # would make a new type for each view of records.
-LEDGER: Any = np.dtype(
+RUN_STATE: Any = np.dtype(
     (
         np.record,
         [
@@ -66,65 +66,65 @@ LEDGER: Any = np.dtype(
 )
 
 
-def argue_when_silent(ledger: Any, stiffness: float) -> None:
+def argue_when_silent(run_state: Any, stiffness: float) -> None:
     """
     Let loops return for the end after `PATIENCE` mean intervals without a contact.
 
     `stiffness` is U''(1) over the least mass; it gives the interval while there is only one
     contact.
     """
-    ledger["patience"] = PATIENCE
-    ledger["argue_first"] = PATIENCE * math.pi / math.sqrt(2.0 * stiffness)
-    ledger["argue_after"] = math.inf
+    run_state["patience"] = PATIENCE
+    run_state["argue_first"] = PATIENCE * math.pi / math.sqrt(2.0 * stiffness)
+    run_state["argue_after"] = math.inf
 
 
-def never_argue(ledger: Any) -> None:
+def never_argue(run_state: Any) -> None:
     """Let loops never return for the end."""
-    ledger["argue_after"] = ledger["argue_first"] = ledger["patience"] = math.inf
+    run_state["argue_after"] = run_state["argue_first"] = run_state["patience"] = math.inf
 
 
-def is_likely(ledger: Any, start: tuple[float, float, float], ahead: float) -> bool:
+def is_likely(run_state: Any, start: tuple[float, float, float], ahead: float) -> bool:
     """Return whether a contact is likely within a time, by the gap and its derivatives."""
     reached = start[0] + ahead * (start[1] + 0.5 * ahead * start[2])
-    return reached < LIKELY * ahead * ledger.impact_velocity
+    return reached < LIKELY * ahead * run_state.impact_velocity
 
 
-def record_contact(ledger: Any, contacts: Array, moment: float, speed: float) -> None:
+def record_contact(run_state: Any, contacts: Array, moment: float, speed: float) -> None:
     """Record the start of a contact, with its time and closing speed."""
-    contacts[0, ledger.contacts] = moment
-    contacts[1, ledger.contacts] = speed
-    if ledger.contacts == 0:
-        ledger.first_contact = moment
-    ledger.contacts += 1
+    contacts[0, run_state.contacts] = moment
+    contacts[1, run_state.contacts] = speed
+    if run_state.contacts == 0:
+        run_state.first_contact = moment
+    run_state.contacts += 1
 
 
-def begin_range(ledger: Any, low: float, high: float) -> None:
+def begin_range(run_state: Any, low: float, high: float) -> None:
     """Begin the range of strains at the first contact, with the extremes `low` and `high`."""
-    if ledger.contacts == 1 and low <= high:
-        ledger.strain_min = low
-        ledger.strain_max = high
+    if run_state.contacts == 1 and low <= high:
+        run_state.strain_min = low
+        run_state.strain_max = high
 
 
-def note_impulse(ledger: Any, contacts: Array, given: float) -> None:
+def note_impulse(run_state: Any, contacts: Array, given: float) -> None:
     """Record the impulse of the last contact on the chain."""
-    contacts[2, ledger.contacts - 1] = given
-    ledger.momentum += given
+    contacts[2, run_state.contacts - 1] = given
+    run_state.momentum += given
 
 
-def note_parting(ledger: Any, moment: float, low: float, high: float) -> None:
+def note_parting(run_state: Any, moment: float, low: float, high: float) -> None:
     """
     Record the end of a contact, and set the time after which the end is argued.
 
     `low` and `high` are the smallest and the largest strain at this moment.
     """
-    ledger.last_contact = moment
-    ledger.contact_min = min(ledger.strain_min, low)
-    ledger.contact_max = max(ledger.strain_max, high)
-    if ledger.contacts == 1:
-        ledger.argue_after = ledger.argue_first
+    run_state.last_contact = moment
+    run_state.contact_min = min(run_state.strain_min, low)
+    run_state.contact_max = max(run_state.strain_max, high)
+    if run_state.contacts == 1:
+        run_state.argue_after = run_state.argue_first
     else:
-        lasted = moment - ledger.first_contact
-        ledger.argue_after = ledger.patience * lasted / (ledger.contacts - 1)
+        lasted = moment - run_state.first_contact
+        run_state.argue_after = run_state.patience * lasted / (run_state.contacts - 1)
 
 
 def extremes(values: Array, count: int) -> tuple[float, float]:
@@ -140,14 +140,14 @@ def extremes(values: Array, count: int) -> tuple[float, float]:
     return (np.nan, np.nan) if unknown > 0 else (low, high)
 
 
-def widen(ledger: Any, low: float, high: float) -> bool:
+def widen(run_state: Any, low: float, high: float) -> bool:
     """Record the extreme strains of a moment; return whether they are allowed."""
-    ledger.strain_min = min(ledger.strain_min, low)
-    ledger.strain_max = max(ledger.strain_max, high)
-    return low > ledger.strain_floor and high < ledger.strain_ceiling
+    run_state.strain_min = min(run_state.strain_min, low)
+    run_state.strain_max = max(run_state.strain_max, high)
+    return low > run_state.strain_floor and high < run_state.strain_ceiling
 
 
-def may_be_over(ledger: Any, step: float) -> bool:
+def may_be_over(run_state: Any, step: float) -> bool:
     """Return whether the bodies separate and the end may be argued after a long silence."""
-    away = ledger.steps * step - ledger.last_contact
-    return ledger.momentum > 0.0 and away >= ledger.argue_after and not ledger.touching
+    away = run_state.steps * step - run_state.last_contact
+    return run_state.momentum > 0.0 and away >= run_state.argue_after and not run_state.touching

@@ -48,10 +48,10 @@ class CoarseRun:
         ceiling: float = math.inf,
     ) -> None:
         self.moving, self.time = moving.copy(), time
-        ledger = self.moving.ledger
-        ledger["strain_ceiling"] = ceiling
+        run_state = self.moving.run_state
+        run_state["strain_ceiling"] = ceiling
         # Only the strains from now on count.
-        ledger["strain_max"] = longest_strain(moving)
+        run_state["strain_max"] = longest_strain(moving)
         self._step, self._clearance = step, clearance
 
     def fly(self, duration: float) -> bool:
@@ -67,7 +67,7 @@ class CoarseRun:
         for begin in range(0, steps, most):
             part = min(most, steps - begin)
             asked = part, self._step, self._clearance, begin == 0, begin + part == steps
-            arguments = self.moving.ledger, state, asked, stepper.rule.parameters
+            arguments = self.moving.run_state, state, asked, stepper.rule.parameters
             taken = stepper.kernels.take_coarse_steps(*arguments)
             done += taken
             if taken < part:
@@ -158,8 +158,8 @@ def bonds_in_flight(outcome: Outcome, duration: float) -> tuple[float, float]:
     step = coarse_step(bond, outcome.bond_min - 1.0, line.lightest)
     stepper = Stepper.of(line, bond, "verlet", step)
     moving = Motion.in_state(stepper, strains, velocities, problem.impact_velocity)
-    ceiling = float(moving.ledger["strain_ceiling"])
+    ceiling = float(moving.run_state["strain_ceiling"])
     ahead = CoarseRun(moving, 0.0, step, ceiling=ceiling)
     ahead.fly(duration)
-    ledger = ahead.moving.ledger
-    return 1.0 + float(ledger["strain_min"]), 1.0 + float(ledger["strain_max"])
+    run_state = ahead.moving.run_state
+    return 1.0 + float(run_state["strain_min"]), 1.0 + float(run_state["strain_max"])

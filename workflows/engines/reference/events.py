@@ -118,26 +118,27 @@ def _of_two(source: KernelSpec) -> ContactFunctions:
 class Event(NamedTuple):
     """Event of a line as the loop over steps uses it; all functions are known to the compiler."""
 
-    #: ``direction(ledger)``: 1 if the next event is a contact, so that the gap falls, and -1 if it
-    #: is a parting.
+    #: ``direction(run_state)``: 1 if the next event is a contact, so that the gap falls, and -1 if
+    #: it is a parting.
     direction: Callable
     #: ``condition(position, state, direction, parameters)``: the gap and its first and second
     #: derivatives, times the direction. The first value is positive until the event. `position`
     #: belongs to the first particle.
     condition: Callable
-    #: ``reach(ledger, contacts, now, left, step)``: length of the next substep, out of the time
+    #: ``reach(run_state, contacts, now, left, step)``: length of the next substep, out of the time
     #: `left` in the step, and the time ahead in which the event is searched.
     reach: Callable
     #: ``state_after(time, path)``: the condition after a substep of any size along a `SubstepPath`.
     state_after: Callable
-    #: ``find(far, start, end, ledger, path)``: time of the first zero of the condition, or -1 if
+    #: ``find(far, start, end, run_state, path)``: time of the first zero of the condition, or -1 if
     #: there is none, see ``contact_search``.
     find: Callable
-    #: ``shorten_substep(ledger, time, ahead, step)``: length of the substep towards a zero at
+    #: ``shorten_substep(run_state, time, ahead, step)``: length of the substep towards a zero at
     #: `time`, and whether the substep reaches the zero.
     shorten_substep: Callable
-    #: ``apply_event(ledger, arrays, moment, bonds, parameters)``: applies the event to the bodies.
-    #: `arrays` are the state, the state after the last contact, the contacts and the masses.
+    #: ``apply_event(run_state, arrays, moment, bonds, parameters)``: applies the event to the
+    #: bodies. `arrays` are the state, the state after the last contact, the contacts and the
+    #: masses.
     apply_event: Callable
 
 
@@ -167,8 +168,8 @@ def build_event(source: KernelSpec, stages: VerletKernels, take_step: Callable) 
     note_impulse, begin_range = map(register, (bookkeeping.note_impulse, bookkeeping.begin_range))
 
     @register
-    def direction(ledger: Any) -> float:
-        return -1.0 if not wall and ledger.touching else 1.0
+    def direction(run_state: Any) -> float:
+        return -1.0 if not wall and run_state.touching else 1.0
 
     @register
     def condition(position: float, state: State, sign: float, parameters: Any) -> PathPoint:
@@ -184,28 +185,30 @@ def build_event(source: KernelSpec, stages: VerletKernels, take_step: Callable) 
 
     @register
     def reach(
-        ledger: Any, contacts: Array, now: float, left: float, step: float
+        run_state: Any, contacts: Array, now: float, left: float, step: float
     ) -> tuple[float, float]:
-        if wall or not ledger.soft or not ledger.shortest_share < 1.0:
+        if wall or not run_state.soft or not run_state.shortest_share < 1.0:
             return left, left
         ahead = left
-        if ledger.contacts > 0:
-            before = ledger.last_contact
-            if ledger.touching:
-                before = contacts[0, ledger.contacts - 1]
+        if run_state.contacts > 0:
+            before = run_state.last_contact
+            if run_state.touching:
+                before = contacts[0, run_state.contacts - 1]
             away = now - before
-            ahead = min(left, max(ledger.shortest_share * step, ledger.grading * away))
+            ahead = min(left, max(run_state.shortest_share * step, run_state.grading * away))
         # A substep must also not end just before the bodies part.
-        if ledger.touching:
-            return ahead, ahead / (ledger.grading / (1.0 + ledger.grading))
+        if run_state.touching:
+            return ahead, ahead / (run_state.grading / (1.0 + run_state.grading))
         return ahead, ahead
 
     @register
-    def shorten_substep(ledger: Any, time: float, ahead: float, step: float) -> tuple[float, bool]:
+    def shorten_substep(
+        run_state: Any, time: float, ahead: float, step: float
+    ) -> tuple[float, bool]:
         if time < 0.0:
             return ahead, False
-        if not wall and ledger.touching and time > min(ledger.shortest_share * step, ahead):
-            return min(ahead, ledger.grading / (1.0 + ledger.grading) * time), False
+        if not wall and run_state.touching and time > min(run_state.shortest_share * step, ahead):
+            return min(ahead, run_state.grading / (1.0 + run_state.grading) * time), False
         return time, True
 
     @register
@@ -216,31 +219,33 @@ def build_event(source: KernelSpec, stages: VerletKernels, take_step: Callable) 
         return total
 
     @register
-    def apply_event(ledger: Any, arrays: tuple, moment: float, bonds: int, parameters: Any) -> None:
+    def apply_event(
+        run_state: Any, arrays: tuple, moment: float, bonds: int, parameters: Any
+    ) -> None:
         state, last, contacts, masses = arrays
         strain, velocity = state
-        ledger.position = close(ledger.position, state, parameters)
-        speed = -gap_derivatives(ledger.position, state, parameters)[1]
+        run_state.position = close(run_state.position, state, parameters)
+        speed = -gap_derivatives(run_state.position, state, parameters)[1]
         low, high = extremes(strain, bonds, parameters)
-        if not wall and ledger.touching:
-            ledger.touching = 0
-            given = momentum_of(masses, velocity) - ledger.chain_momentum
-            note_impulse(ledger, contacts, given)
-        elif not wall and ledger.soft:
-            record_contact(ledger, contacts, moment, speed)
-            begin_range(ledger, low, high)
-            ledger.touching = 1
-            ledger.chain_momentum = momentum_of(masses, velocity)
+        if not wall and run_state.touching:
+            run_state.touching = 0
+            given = momentum_of(masses, velocity) - run_state.chain_momentum
+            note_impulse(run_state, contacts, given)
+        elif not wall and run_state.soft:
+            record_contact(run_state, contacts, moment, speed)
+            begin_range(run_state, low, high)
+            run_state.touching = 1
+            run_state.chain_momentum = momentum_of(masses, velocity)
             return
         else:
-            record_contact(ledger, contacts, moment, abs(speed))
-            begin_range(ledger, low, high)
-            given = 2.0 * ledger.contact_mass * abs(speed)
+            record_contact(run_state, contacts, moment, abs(speed))
+            begin_range(run_state, low, high)
+            given = 2.0 * run_state.contact_mass * abs(speed)
             bounce(state, given, parameters)
-            note_impulse(ledger, contacts, given)
-        ledger.last_position = ledger.position
+            note_impulse(run_state, contacts, given)
+        run_state.last_position = run_state.position
         copy(strain, velocity, last, bonds)
-        note_parting(ledger, moment, low, high)
+        note_parting(run_state, moment, low, high)
 
     find = build_contact_search(state_after=state_after, register=register)
     return Event(direction, condition, reach, state_after, find, shorten_substep, apply_event)

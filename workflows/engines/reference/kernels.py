@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from chaincor.lammps_inputs.bonds.potential import Potential
+from chaincor.workflows.engines.reference.array_stages import array_stages
 from chaincor.workflows.engines.reference.compile import (
     KEPT,
     LoopCompiler,
@@ -16,7 +17,7 @@ from chaincor.workflows.engines.reference.compile import (
 )
 from chaincor.workflows.engines.reference.line_traits import PLAIN, KernelSpec, LineTraits, as_it_is
 from chaincor.workflows.engines.reference.motion import build_coarse_steps, build_motion
-from chaincor.workflows.engines.reference.stages import array_stages, looped_stages
+from chaincor.workflows.engines.reference.stages import looped_stages
 from chaincor.workflows.engines.schemes import StepScheme
 
 

@@ -89,19 +89,19 @@ class LookAhead:
 
     def times(self) -> tuple[float, float]:
         """Return the time and the end of the last contact (0 if none), since the first contact."""
-        ledger = self._moving.ledger
-        begun = self._start - float(ledger["first_contact"])
-        now = begun + float(ledger["steps"] * self._stepper.step)
-        return now, max(begun + float(ledger["last_contact"]), 0.0)
+        run_state = self._moving.run_state
+        begun = self._start - float(run_state["first_contact"])
+        now = begun + float(run_state["steps"] * self._stepper.step)
+        return now, max(begun + float(run_state["last_contact"]), 0.0)
 
     def _coarse_step(self) -> float:
-        shortest = float(self._moving.ledger["strain_min"])
+        shortest = float(self._moving.run_state["strain_min"])
         return coarse_step(self._bond, shortest, self._problem.line.lightest)
 
     def unresolved(self) -> RunError:
         """Return the error that describes the invalid strains of the bodies."""
-        ledger, step = self._moving.ledger, self._stepper.step
-        low, high = float(ledger["strain_min"]), float(ledger["strain_max"])
+        run_state, step = self._moving.run_state, self._stepper.step
+        low, high = float(run_state["strain_min"]), float(run_state["strain_max"])
         remedy = f"take a smaller timestep than {step:g}, or a lower speed"
         return strain_error(self._problem, low, high, self.times()[0], remedy)
 
@@ -115,20 +115,20 @@ class LookAhead:
         (now, last), moving = self.times(), self._moving
         ending = watch.look_at(now, last, moving.bodies())
         if ending is not None:
-            return End(self._doubt_about(ending), now, int(moving.ledger["evaluations"]))
+            return End(self._doubt_about(ending), now, int(moving.run_state["evaluations"]))
         if not follow and now - last > self._quiet:
-            return End(Ending("argued"), now, int(moving.ledger["evaluations"]))
+            return End(Ending("argued"), now, int(moving.run_state["evaluations"]))
         settled = self.settle(watch.early_risk)
         if settled is None:
             return None
         ahead, ending = settled
-        evaluations = int(ahead.moving.ledger["evaluations"])
+        evaluations = int(ahead.moving.run_state["evaluations"])
         return End(self._doubt_about(ending), ahead.time, evaluations)
 
     def _doubt_about(self, ending: Ending) -> Ending:
         """Return the end of the run, with the doubt that other motions leave."""
         contacts, momentum = self._awaited
-        missed = contacts == self._moving.ledger["contacts"]
+        missed = contacts == self._moving.run_state["contacts"]
         return ending.doubted(max(self.doubt, momentum if missed else 0.0))
 
     def settle(self, early_risk: float = 1.0) -> tuple[CoarseRun, Ending] | None:
@@ -139,7 +139,7 @@ class LookAhead:
         Return the look-ahead run and the end of the collision; None if another contact may come or
         a bond may break.
         """
-        ledger, problem = self._moving.ledger, self._problem
+        run_state, problem = self._moving.run_state, self._problem
         now, last = self.times()
         if now < self._not_before:
             return None
@@ -161,7 +161,7 @@ class LookAhead:
         ending = find_end(problem, ahead, last)
         if ending is not None:
             return ahead, ending
-        ledger["evaluations"] = ahead.moving.ledger["evaluations"]
+        run_state["evaluations"] = ahead.moving.run_state["evaluations"]
         self._not_before = ahead.time
         return None
 
@@ -172,9 +172,9 @@ class LookAhead:
         The result is a flag, the time at which this was seen or up to which the motion is known,
         and the number of force evaluations so far. ``whole_end`` gives the time `until`.
         """
-        ledger, problem = self._moving.ledger, self._problem
+        run_state, problem = self._moving.run_state, self._problem
         now, _ = self.times()
-        evaluations = int(ledger["evaluations"])
+        evaluations = int(run_state["evaluations"])
         if until <= now:
             return True, now, evaluations
         clearance = required_clearance(problem, self._moving.gap)
@@ -182,7 +182,7 @@ class LookAhead:
             return False, now, evaluations
         coarse, ceiling = self._coarse_step(), coarse_ceiling(problem.bond)
         ahead = CoarseRun(self._moving, now, coarse, clearance, ceiling)
-        return ahead.fly(until - now), ahead.time, int(ahead.moving.ledger["evaluations"])
+        return ahead.fly(until - now), ahead.time, int(ahead.moving.run_state["evaluations"])
 
     def _follow_on(self, now: float, last: float) -> tuple[CoarseRun, Ending] | None:
         """
@@ -214,7 +214,7 @@ class LookAhead:
             # If the motions disagree, the run itself is one motion among many.
             self._doubt(met + [ending.momentum_at_stake for _, ending in settled])
         if met:
-            self._awaited = int(self._moving.ledger["contacts"]), max(met)
+            self._awaited = int(self._moving.run_state["contacts"]), max(met)
             self._not_before = math.inf
             return None
         return settled[0]
@@ -254,16 +254,16 @@ class LookAhead:
     ) -> tuple[CoarseRun, Ending] | float:
         """Return the end of one more motion, or the impulse of its next contact."""
         whole = self._moving
-        since = whole.ledger["steps"] * self._stepper.step
-        if self._long and whole.ledger["last_contact"] > 0.0:
+        since = whole.run_state["steps"] * self._stepper.step
+        if self._long and whole.run_state["last_contact"] > 0.0:
             moving, contacts, since = whole.after_last_contact(), 1, now - last
         else:
             moving = self._first().copy(room=whole.arrays.contacts.shape[1])
-            contacts = int(whole.ledger["contacts"])
+            contacts = int(whole.run_state["contacts"])
         moving.stepper = stepper = self._stepper.of_size(share * self._stepper.step)
-        bookkeeping.never_argue(moving.ledger)
+        bookkeeping.never_argue(moving.run_state)
         moving.advance(math.ceil(since / stepper.step))
-        if moving.ledger["contacts"] != contacts:
+        if moving.run_state["contacts"] != contacts:
             return 2.0 * self._problem.line.contact_mass * float(moving.contact_speeds[-1])
         ahead = CoarseRun(moving, now, share * self._coarse_step(), clearance=0.0)
         ending = find_end(self._problem, ahead, last)
@@ -306,10 +306,10 @@ def follow(
     strains = strains.copy()
     strains[line.gap] = max(float(strains[line.gap]), 0.0)
     moving = Motion.in_state(stepper, strains, velocities, problem.impact_velocity)
-    ledger = moving.ledger
-    bookkeeping.never_argue(ledger)
-    ledger["last_contact"] = last_contact - now
-    ledger["strain_min"] = shortest - 1.0
+    run_state = moving.run_state
+    bookkeeping.never_argue(run_state)
+    run_state["last_contact"] = last_contact - now
+    run_state["strain_min"] = shortest - 1.0
     look_ahead = LookAhead(problem, moving, moving.copy().copy, start=now)
     watch = EndWatch(problem.longest_body, bond, problem.slow_stiffness)
     while True:
@@ -323,7 +323,7 @@ def follow(
         # be zero.
         until = max(watch.next_look(time, last_contact), time + step) - now
         status = moving.advance(math.ceil(until / step))
-        if ledger["contacts"] > 0:
+        if run_state["contacts"] > 0:
             return Flight(now + float(moving.contact_times[0]), None, look_ahead.doubt)
         if status != bookkeeping.DONE:
             raise look_ahead.unresolved()

@@ -33,7 +33,7 @@ from chaincor.workflows.engines.reference.mode_flight import (
     ModalBodies,
     ModalGap,
 )
-from chaincor.workflows.engines.reference.mode_loops import LEDGER, MORE, TERMS, mode_loops
+from chaincor.workflows.engines.reference.mode_loops import MORE, RUN_STATE, TERMS, mode_loops
 from chaincor.workflows.engines.time_limit import WORK_AT_ONCE, check_time
 from chaincor.workflows.errors import UnfinishedCollisionError
 
@@ -172,8 +172,8 @@ class _Collision:
     def run(self) -> Ending:
         """Integrate until the collision ends and return its end."""
         self._start()
-        gap, ledger = self._gap, np.zeros(1, LEDGER)[0]
-        ledger.wall_distance, ledger.flown = gap.wall_distance, self.time
+        gap, run_state = self._gap, np.zeros(1, RUN_STATE)[0]
+        run_state.wall_distance, run_state.flown = gap.wall_distance, self.time
         # This is twice the reduced mass of the contact up to the last digits of the shapes. With
         # these digits no contact changes the energy, so no error adds up over many contacts.
         exchange = 2.0 / math.fsum(gap.shape**2)
@@ -183,12 +183,12 @@ class _Collision:
         scratch = np.empty(TERMS), np.empty((2, modes))
         while True:
             check_time()
-            ended = bounce(ledger, gap.modes, exchange, _WORK_AT_ONCE, record, scratch)
-            count, gap.wall_distance = int(ledger.contacts), float(ledger.wall_distance)
+            ended = bounce(run_state, gap.modes, exchange, _WORK_AT_ONCE, record, scratch)
+            count, gap.wall_distance = int(run_state.contacts), float(run_state.wall_distance)
             if count > 0:
                 self._note_contacts(*(each[:count] for each in record))
             before = self.contact_times[-1] if self.contact_times else 0.0
-            self.time = float(ledger.flown) + before
+            self.time = float(run_state.flown) + before
             worked = 0.0 if count > 0 else worked + _WORK_AT_ONCE
             if ended == MORE and worked < _MOST_WORK:
                 continue

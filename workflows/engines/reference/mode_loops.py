@@ -32,9 +32,9 @@ _SUMS = frozenset({"contract", "reassoc"})
 # first mode is the translation.
 Modes = tuple[Array, Array, Array, Array]
 
-# The ledger holds the gap, the time since the last contact, and the number of contacts in the
+# The run state holds the gap, the time since the last contact, and the number of contacts in the
 # record.
-LEDGER: Any = np.dtype(
+RUN_STATE: Any = np.dtype(
     (np.record, [("wall_distance", "f8"), ("flown", "f8"), ("contacts", "i8")]),
 )
 
@@ -56,8 +56,8 @@ def mode_loops() -> ModeLoops:
     window = compiler.compile(taylor_window, _EXACT)
     loops = ModeLoops(bounce, compiler.compile(rotate), window)
     one, many, path = np.ones(1), np.ones((1, 1)), np.ones(TERMS)
-    modes, ledger = (one, one, one, one), np.zeros(1, LEDGER)[0]
-    loops.bounce(ledger, modes, 1.0, 0.0, (one, one, many, many), (path, np.ones((2, 1))))
+    modes, run_state = (one, one, one, one), np.zeros(1, RUN_STATE)[0]
+    loops.bounce(run_state, modes, 1.0, 0.0, (one, one, many, many), (path, np.ones((2, 1))))
     loops.rotate(modes, 0.0)
     loops.taylor_window(modes, 1.0)
     return loops
@@ -132,11 +132,11 @@ def build_bounce(register: Callable) -> Callable:
     """
     Return the loop that moves from contact to contact.
 
-    ``bounce(ledger, modes, exchange, work, record, scratch)`` applies at each contact the momentum
-    `exchange` times the closing speed. It stops after `work`, in windows times modes, or when the
-    record is full. The record holds the closing speed of each contact and the time since the
-    contact before, both of shape (most,), and e_j and p_j right after each contact, of shape (most,
-    n). The scratch arrays are described in `expand_path`. Returns ``PROVED`` or ``MORE``.
+    ``bounce(run_state, modes, exchange, work, record, scratch)`` applies at each contact the
+    momentum `exchange` times the closing speed. It stops after `work`, in windows times modes, or
+    when the record is full. The record holds the closing speed of each contact and the time since
+    the contact before, both of shape (most,), and e_j and p_j right after each contact, of shape
+    (most, n). The scratch arrays are described in `expand_path`. Returns ``PROVED`` or ``MORE``.
     """
     exact = partial(register, fastmath=_EXACT)
     expand, turn = register(expand_path, fastmath=_SUMS), register(rotate)
@@ -144,7 +144,7 @@ def build_bounce(register: Callable) -> Callable:
 
     @exact
     def fly(
-        ledger: Any, modes: Modes, window: float, longest: float, scratch: tuple[Array, Array]
+        run_state: Any, modes: Modes, window: float, longest: float, scratch: tuple[Array, Array]
     ) -> tuple[float, float]:
         # Fly to the next contact, without its effect on the modes, or for whole windows until
         # `longest`. Return the time and the opening velocity of the gap, which is positive if there
@@ -152,25 +152,25 @@ def build_bounce(register: Callable) -> Callable:
         path, moving = scratch
         flown = 0.0
         while flown < longest:
-            expand(modes, ledger.wall_distance, path, moving)
+            expand(modes, run_state.wall_distance, path, moving)
             root = root_of(path, window)
             if root >= 0.0:
                 turn(modes, root)
                 incoming = 0.0
                 for j in range(modes[2].shape[0]):
                     incoming += modes[3][j] * modes[1][j]
-                ledger.wall_distance = 0.0
+                run_state.wall_distance = 0.0
                 return flown + root, -abs(incoming)
             wall_distance = 0.0
             for m in range(TERMS - 1, -1, -1):
                 wall_distance = wall_distance * window + path[m]
-            ledger.wall_distance = wall_distance
+            run_state.wall_distance = wall_distance
             turn(modes, window)
             flown += window
         return flown, 1.0
 
     def bounce(
-        ledger: Any,
+        run_state: Any,
         modes: Modes,
         exchange: float,
         work: float,
@@ -180,27 +180,27 @@ def build_bounce(register: Callable) -> Callable:
         speeds, flights, strain_record, velocity_record = record
         strain_modes, velocity_modes, _, shape = modes
         count = shape.shape[0]
-        ledger.contacts = 0
-        while ledger.contacts < speeds.shape[0] and work > 0.0:
-            window = window_of(modes, ledger.wall_distance)
-            proof = proof_of(modes, ledger.wall_distance)
+        run_state.contacts = 0
+        while run_state.contacts < speeds.shape[0] and work > 0.0:
+            window = window_of(modes, run_state.wall_distance)
+            proof = proof_of(modes, run_state.wall_distance)
             if proof <= 0.0:
                 return PROVED
             longest = min(proof, window * max(work / count, 1.0))
-            time, velocity = fly(ledger, modes, window, longest, scratch)
-            ledger.flown += time
+            time, velocity = fly(run_state, modes, window, longest, scratch)
+            run_state.flown += time
             work -= count * (time / window + _CONTACT_WORK)
             if velocity > 0.0:
                 if time >= proof:
                     return PROVED
                 continue
-            met = ledger.contacts
+            met = run_state.contacts
             for j in range(count):
                 velocity_modes[j] -= exchange * velocity * shape[j]
                 strain_record[met, j] = strain_modes[j]
                 velocity_record[met, j] = velocity_modes[j]
-            speeds[met], flights[met] = -velocity, ledger.flown
-            ledger.contacts, ledger.flown = met + 1, 0.0
+            speeds[met], flights[met] = -velocity, run_state.flown
+            run_state.contacts, run_state.flown = met + 1, 0.0
         return MORE
 
     return bounce

@@ -40,7 +40,7 @@ FRONT_BLOCK = 8
 class LineArrays(NamedTuple):
     """Arrays that the loops change in place."""
 
-    now: State  #: Current state; the ledger holds the position of the first particle.
+    now: State  #: Current state; the run state holds the position of the first particle.
     last: State  #: State right after the last contact.
     #: Scratch: state before a step.
     kept: State
@@ -62,9 +62,9 @@ def build_motion(source: KernelSpec, stages: VerletKernels, build_step: Callable
     """
     Return the loop of the stepping engine; `build_step` belongs to a scheme, see ``schemes``.
 
-    ``advance(ledger, arrays, goal, step, rule)`` takes steps until `goal` steps are done or an
-    event needs the caller, and returns the reason. If there is a log, it also returns `DONE` as
-    soon as the log may lack room for the substeps of another step.
+    ``advance(run_state, arrays, target_steps, step, rule)`` takes steps until `target_steps` steps
+    are done or an event needs the caller, and returns the reason. If there is a log, it also
+    returns `DONE` as soon as the log may lack room for the substeps of another step.
     """
     register, wall = source.register, source.kind.at_wall
     slice_parameters = read_parameters(source).slice_parameters
@@ -82,35 +82,38 @@ def build_motion(source: KernelSpec, stages: VerletKernels, build_step: Callable
         return bonds
 
     def advance(
-        ledger: Any, arrays: LineArrays, goal: int, step: float, rule: StepCoefficients
+        run_state: Any, arrays: LineArrays, target_steps: int, step: float, rule: StepCoefficients
     ) -> int:
         now, last, kept, near, trial, contacts, masses, tracked, window, log = arrays
         begin, end = window[0], window[1]
         parameters = rule.parameters
         near_rule = StepCoefficients(rule.fractions, slice_parameters(parameters, begin, end))
         kept_near = State(kept.strain[begin : end - 1], kept.velocity[begin:end])
-        threshold = FRONT_THRESHOLD * ledger.impact_velocity
+        threshold = FRONT_THRESHOLD * run_state.impact_velocity
         spare = SPARE_SUBSTEPS
-        if ledger.soft and ledger.shortest_share < 1.0:
+        if run_state.soft and run_state.shortest_share < 1.0:
             spare = SPARE_GRADED_SUBSTEPS
-        while ledger.steps < goal:
-            if contacts.shape[1] - ledger.contacts < SPARE_CONTACTS:
+        while run_state.steps < target_steps:
+            if contacts.shape[1] - run_state.contacts < SPARE_CONTACTS:
                 return FULL
-            if 0 < log.shape[1] < ledger.substeps + spare:
+            if 0 < log.shape[1] < run_state.substeps + spare:
                 return DONE
             # Contacts within a step split the step but do not shift the times of later steps, so
             # the motion stays reversible in time.
-            since = ledger.steps * step
-            bonds = ledger.active
+            since = run_state.steps * step
+            bonds = run_state.active
             near_bonds = wanted = end - begin - 1
             if wall:
                 near_bonds, wanted = min(bonds, near_bonds), 1
             left = step
             while left > 0.0:
-                if ledger.contacts == contacts.shape[1] or 0 < log.shape[1] == ledger.substeps:
+                if (
+                    run_state.contacts == contacts.shape[1]
+                    or 0 < log.shape[1] == run_state.substeps
+                ):
                     return CROWDED
-                ahead, far = reach(ledger, contacts, since + (step - left), left, step)
-                begun, sign = ledger.position, direction(ledger)
+                ahead, far = reach(run_state, contacts, since + (step - left), left, step)
+                begun, sign = run_state.position, direction(run_state)
                 copy(now.strain, now.velocity, kept, bonds)
                 start = condition(begun, now, sign, parameters)
                 path = SubstepPath(
@@ -118,36 +121,40 @@ def build_motion(source: KernelSpec, stages: VerletKernels, build_step: Callable
                 )
                 # If a contact is likely, the few particles that act on the gap are moved first.
                 # This costs less than to move all particles and to undo it.
-                likely = is_likely(ledger, start, far)
+                likely = is_likely(run_state, start, far)
                 if likely:
                     reached = state_after(far, path)
                 else:
-                    ledger.position = take_step(begun, kept, now, trial, bonds, bonds, ahead, rule)
-                    ledger.evaluations += ledger.step_evaluations
-                    reached = condition(ledger.position, now, sign, parameters)
+                    run_state.position = take_step(
+                        begun, kept, now, trial, bonds, bonds, ahead, rule
+                    )
+                    run_state.evaluations += run_state.step_evaluations
+                    reached = condition(run_state.position, now, sign, parameters)
                     far = ahead
-                time = find(far, start, reached, ledger, path)
-                moved, meets = shorten_substep(ledger, time, ahead, step)
+                time = find(far, start, reached, run_state, path)
+                moved, meets = shorten_substep(run_state, time, ahead, step)
                 if likely or moved != ahead or meets:
-                    ledger.position = take_step(begun, kept, now, trial, bonds, bonds, moved, rule)
-                    ledger.evaluations += ledger.step_evaluations
-                if not wall and ledger.touching:
+                    run_state.position = take_step(
+                        begun, kept, now, trial, bonds, bonds, moved, rule
+                    )
+                    run_state.evaluations += run_state.step_evaluations
+                if not wall and run_state.touching:
                     # The condition of a parting has the opposite sign.
-                    ended = condition(ledger.position, now, -sign, parameters)
+                    ended = condition(run_state.position, now, -sign, parameters)
                     before = Overlapping(-start[0], -start[1], -start[2])
                     track(tracked, before, Overlapping(ended[0], ended[1], ended[2]), moved)
                 left -= moved
                 if log.shape[1] > 0:
-                    log[0, ledger.substeps], log[1, ledger.substeps] = moved, meets
-                    ledger.substeps += 1
+                    log[0, run_state.substeps], log[1, run_state.substeps] = moved, meets
+                    run_state.substeps += 1
                 if meets:
                     met = now, last, contacts, masses
-                    apply_event(ledger, met, since + (step - left), bonds, parameters)
-            ledger.steps += 1
-            if not are_allowed(ledger, now.strain, bonds, parameters):
+                    apply_event(run_state, met, since + (step - left), bonds, parameters)
+            run_state.steps += 1
+            if not are_allowed(run_state, now.strain, bonds, parameters):
                 return OUTSIDE
-            ledger.active = reached_by_front(now.strain, bonds, threshold)
-            if may_be_over(ledger, step):
+            run_state.active = reached_by_front(now.strain, bonds, threshold)
+            if may_be_over(run_state, step):
                 return ARGUE
         return DONE
 
@@ -158,34 +165,36 @@ def build_coarse_steps(source: KernelSpec, stages: VerletKernels) -> Callable:
     """
     Return the loop over coarse steps of bodies that stay apart, for look-ahead runs.
 
-    ``take_coarse_steps(ledger, state, asked, parameters)`` takes Verlet steps and returns how many
-    it took. `asked` holds the number of steps, their size, the least allowed gap, and two flags for
-    the first and the last part of a flight. The loop takes fewer steps if the gap gets too small or
-    a strain is not allowed. The state is half a step off after such a return, and between the parts
-    of a flight.
+    ``take_coarse_steps(run_state, state, asked, parameters)`` takes Verlet steps and returns how
+    many it took. `asked` holds the number of steps, their size, the least allowed gap, and two
+    flags for the first and the last part of a flight. The loop takes fewer steps if the gap gets
+    too small or a strain is not allowed. The state is half a step off after such a return, and
+    between the parts of a flight.
     """
     stage, drift, are_allowed = stages.stage, stages.drift, stages.are_allowed
     wall = source.kind.at_wall
 
-    def take_coarse_steps(ledger: Any, state: State, asked: tuple, parameters: Parameters) -> int:
+    def take_coarse_steps(
+        run_state: Any, state: State, asked: tuple, parameters: Parameters
+    ) -> int:
         strain, velocity = state
         steps, step, clearance, first, last = asked
         bonds = strain.shape[0]
         ahead = 0.5 * step if first else step  # the drifts of neighbouring steps merge
         for taken in range(steps):
-            ledger.position += ahead * velocity[0]
+            run_state.position += ahead * velocity[0]
             stage(strain, velocity, bonds, ahead, step, parameters)
             ahead = step
-            ledger.evaluations += 1
-            gap = ledger.position
+            run_state.evaluations += 1
+            gap = run_state.position
             if not wall:
                 gap = strain[parameters.gap]
             if not gap > clearance:
                 return taken
-            if not are_allowed(ledger, strain, bonds, parameters):
+            if not are_allowed(run_state, strain, bonds, parameters):
                 return taken
         if last:
-            ledger.position += 0.5 * step * velocity[0]
+            run_state.position += 0.5 * step * velocity[0]
             drift(strain, velocity, bonds, 0.5 * step)
         return steps
 
@@ -196,14 +205,14 @@ def build_look_ahead(source: KernelSpec, stages: VerletKernels) -> Callable:
     """
     Return the loop over coarse steps of many chains before a hard wall.
 
-    ``look_ahead(ledgers, strains, velocities, counts, steps, clearances, done, parameters)`` moves
-    each chain, a row of the arrays, by `counts` steps while its distance from the wall exceeds the
-    clearance. It writes the number of steps taken to `done`.
+    ``look_ahead(run_states, strains, velocities, counts, steps, clearances, done, parameters)``
+    moves each chain, a row of the arrays, by `counts` steps while its distance from the wall
+    exceeds the clearance. It writes the number of steps taken to `done`.
     """
     take_coarse_steps = source.register(build_coarse_steps(source, stages))
 
     def look_ahead(
-        ledgers: Any,
+        run_states: Any,
         strains: Array,
         velocities: Array,
         counts: NDArray[np.int64],
@@ -215,6 +224,6 @@ def build_look_ahead(source: KernelSpec, stages: VerletKernels) -> Callable:
         for k in range(counts.shape[0]):
             asked = (counts[k], steps[k], clearances[k], True, True)
             state = State(strains[k], velocities[k])
-            done[k] = take_coarse_steps(ledgers[k], state, asked, parameters)
+            done[k] = take_coarse_steps(run_states[k], state, asked, parameters)
 
     return look_ahead

@@ -56,9 +56,9 @@ class Stepper:
         """Return a stepper of the same scheme with steps of another size."""
         return replace(self, step=step)
 
-    def advance(self, ledger: np.record, arrays: motion.LineArrays, goal: int) -> int:
+    def advance(self, run_state: np.record, arrays: motion.LineArrays, target_steps: int) -> int:
         """Take steps with the loop over the whole line, see ``motion``."""
-        return int(self.kernels.advance(ledger, arrays, goal, self.step, self.rule))
+        return int(self.kernels.advance(run_state, arrays, target_steps, self.step, self.rule))
 
 
 @dataclass
@@ -66,7 +66,7 @@ class Motion:
     """Bodies of a line in motion, with all arrays of their loops."""
 
     stepper: Stepper  #: Steps that move the bodies.
-    ledger: np.record  #: Scalar variables of the run, see ``bookkeeping``.
+    run_state: np.record  #: Scalar variables of the run, see ``bookkeeping``.
     #: Current state, state right after the last contact, contacts, and scratch.
     arrays: motion.LineArrays
 
@@ -93,7 +93,7 @@ class Motion:
     @property
     def gap(self) -> float:
         """Gap between the bodies."""
-        return float(self.ledger["position"] if self.at_wall else self.strain[self.line.gap])
+        return float(self.run_state["position"] if self.at_wall else self.strain[self.line.gap])
 
     @property
     def closing(self) -> float:
@@ -105,17 +105,17 @@ class Motion:
     @property
     def contact_times(self) -> Array:
         """Times of the contacts since the start."""
-        return self.arrays.contacts[0, : self.ledger["contacts"]]
+        return self.arrays.contacts[0, : self.run_state["contacts"]]
 
     @property
     def contact_speeds(self) -> Array:
         """Closing speeds of the contacts."""
-        return self.arrays.contacts[1, : self.ledger["contacts"]]
+        return self.arrays.contacts[1, : self.run_state["contacts"]]
 
     @property
     def impulses(self) -> Array:
         """Impulses on the chain, one for each contact."""
-        return self.arrays.contacts[2, : self.ledger["contacts"]]
+        return self.arrays.contacts[2, : self.run_state["contacts"]]
 
     @classmethod
     def at_start(cls, problem: Problem, stepper: Stepper) -> "Motion":
@@ -149,8 +149,8 @@ class Motion:
         at_wall = line.at_wall
         # The particle of the target at the contact starts at its natural place.
         position = float(strains[0]) if at_wall else -float(np.sum(strains[: line.gap]))
-        ledger = np.zeros(1, bookkeeping.LEDGER)[0]
-        ledger["momentum"] = line.reduced_mass * line.separation(velocities)
+        run_state = np.zeros(1, bookkeeping.RUN_STATE)[0]
+        run_state["momentum"] = line.reduced_mass * line.separation(velocities)
         bonds, masses = strains[1:], line.chain_masses
         if at_wall:
             strains, velocities = bonds, velocities[1:]
@@ -162,19 +162,19 @@ class Motion:
         now.strain[:], now.velocity[:] = strains, velocities
         begin = max(0, gap - scheme.reach)
         end = min(len(velocities), gap + scheme.reach + 2)
-        ledger["position"] = position
-        ledger["impact_velocity"] = speed
-        ledger["contact_mass"] = line.contact_mass
-        ledger["soft"] = line.soft
-        bookkeeping.argue_when_silent(ledger, bond.stiffness / line.lightest)
-        ledger["shortest_share"] = 1.0 if line.contact.smooth else events.SHORTEST_SHARE
-        ledger["grading"] = events.GRADING
-        ledger["strain_floor"], ledger["strain_ceiling"] = allowed_strains(bond)
+        run_state["position"] = position
+        run_state["impact_velocity"] = speed
+        run_state["contact_mass"] = line.contact_mass
+        run_state["soft"] = line.soft
+        bookkeeping.argue_when_silent(run_state, bond.stiffness / line.lightest)
+        run_state["shortest_share"] = 1.0 if line.contact.smooth else events.SHORTEST_SHARE
+        run_state["grading"] = events.GRADING
+        run_state["strain_floor"], run_state["strain_ceiling"] = allowed_strains(bond)
         if bonds.size > 0:
-            ledger["strain_min"] = ledger["contact_min"] = float(np.min(bonds))
-            ledger["strain_max"] = ledger["contact_max"] = float(np.max(bonds))
-        ledger["step_evaluations"] = scheme.evaluations
-        ledger["active"] = len(strains)
+            run_state["strain_min"] = run_state["contact_min"] = float(np.min(bonds))
+            run_state["strain_max"] = run_state["contact_max"] = float(np.max(bonds))
+        run_state["step_evaluations"] = scheme.evaluations
+        run_state["active"] = len(strains)
         last, kept, trial = (now.copied() for _ in range(3))
         contacts = np.zeros((3, 2 * len(velocities) + 2 * bookkeeping.SPARE_CONTACTS))
         arrays = motion.LineArrays(
@@ -189,7 +189,7 @@ class Motion:
             window=np.array([begin, end]),
             log=np.empty((2, 0)),
         )
-        return cls(stepper, ledger, arrays)
+        return cls(stepper, run_state, arrays)
 
     def _renewed(self, stepper: Stepper) -> "Motion":
         """Return a copy with arrays of its own and other steps of the same scheme."""
@@ -203,18 +203,18 @@ class Motion:
             contacts=old.contacts.copy(),
             tracked=old.tracked.copy(),
         )
-        return Motion(stepper, self.ledger.copy(), arrays)
+        return Motion(stepper, self.run_state.copy(), arrays)
 
     def start_front(self) -> None:
         """Restrict the motion of a cold chain to the bonds near a hard wall."""
         if self.at_wall and self.line.cold:
             reach = len(self.arrays.near.strain)
             blocks = math.ceil(max(reach, motion.FRONT_MARGIN + 1) / motion.FRONT_BLOCK)
-            self.ledger["active"] = min(len(self.strain), blocks * motion.FRONT_BLOCK)
+            self.run_state["active"] = min(len(self.strain), blocks * motion.FRONT_BLOCK)
 
     def _meet(self) -> None:
         """Apply the first contact if the bodies touch and approach each other."""
-        line, ledger, velocity = self.line, self.ledger, self.velocity
+        line, run_state, velocity = self.line, self.run_state, self.velocity
         closing = self.closing
         if self.gap != 0.0 or closing <= 0.0:
             return
@@ -222,19 +222,19 @@ class Motion:
         # This repeats `bookkeeping.record_contact`, which as Python code would take a tenth of a
         # short collision.
         self.arrays.contacts[:, 0] = 0.0, closing, given
-        ledger["contacts"] = 1
+        run_state["contacts"] = 1
         if line.soft:
-            ledger["touching"] = 1
-            ledger["chain_momentum"] = float(line.chain_masses @ velocity[line.first :])
+            run_state["touching"] = 1
+            run_state["chain_momentum"] = float(line.chain_masses @ velocity[line.first :])
         else:
             if self.at_wall:
                 velocity[0] = closing
             else:
                 velocity[line.gap] -= given * line.inverse_masses[line.gap]
                 velocity[line.first] += given * line.inverse_masses[line.first]
-            ledger["momentum"] += given
-            ledger["argue_after"] = ledger["argue_first"]
-        ledger["last_position"] = ledger["position"]
+            run_state["momentum"] += given
+            run_state["argue_after"] = run_state["argue_first"]
+        run_state["last_position"] = run_state["position"]
         np.copyto(self.arrays.last.strain, self.strain)
         np.copyto(self.arrays.last.velocity, velocity)
 
@@ -259,24 +259,24 @@ class Motion:
 
         The copy counts at most the first contact, and shares the scratch arrays.
         """
-        ledger = self.ledger.copy()
-        ledger["contacts"] = min(int(ledger["contacts"]), 1)
+        run_state = self.run_state.copy()
+        run_state["contacts"] = min(int(run_state["contacts"]), 1)
         own = self.arrays._replace(
             now=self.arrays.now.copied(),
             last=self.arrays.last.copied(),
             tracked=self.arrays.tracked.copy(),
             contacts=np.zeros((3, room)),
         )
-        return Motion(self.stepper, ledger, own)
+        return Motion(self.stepper, run_state, own)
 
     def after_last_contact(self) -> "Motion":
         """Return a copy in the state right after the last contact, at t = 0."""
         moving, last = self.copy(), self.arrays.last
         moving.strain[:], moving.velocity[:] = last.strain, last.velocity
-        ledger = moving.ledger
-        ledger["position"] = ledger["last_position"]
-        ledger["first_contact"] = ledger["last_contact"] = 0.0
-        ledger["steps"] = 0
+        run_state = moving.run_state
+        run_state["position"] = run_state["last_position"]
+        run_state["first_contact"] = run_state["last_contact"] = 0.0
+        run_state["steps"] = 0
         return moving
 
     def make_room(self) -> None:
@@ -285,20 +285,20 @@ class Motion:
         more = np.concatenate((contacts, np.zeros_like(contacts)), axis=1)
         self.arrays = self.arrays._replace(contacts=more)
 
-    def advance(self, goal: int) -> int:
-        """Take steps until `goal` are done; return the reason, see ``bookkeeping``."""
-        stepper, ledger, arrays = self.stepper, self.ledger, self.arrays
+    def advance(self, target_steps: int) -> int:
+        """Take steps until `target_steps` are done; return the reason, see ``bookkeeping``."""
+        stepper, run_state, arrays = self.stepper, self.run_state, self.arrays
         long = self.at_wall and len(self.strain) >= running.LEAST_ACTIVE
         count = cores() if long else 1
         move = running.load(stepper) if count > 1 and stepper.kernels.compiled else None
         most = steps_at_once(stepper.scheme.evaluations * len(self.strain))
         while True:
             check_time()
-            steps = int(ledger["steps"])
-            if move is not None and running.pays(int(ledger["active"]), goal - steps):
-                return running.advance(ledger, arrays, stepper, move, goal, count)
-            status = stepper.advance(ledger, arrays, min(goal, steps + most))
-            if status != bookkeeping.DONE or ledger["steps"] >= goal:
+            steps = int(run_state["steps"])
+            if move is not None and running.pays(int(run_state["active"]), target_steps - steps):
+                return running.advance(run_state, arrays, stepper, move, target_steps, count)
+            status = stepper.advance(run_state, arrays, min(target_steps, steps + most))
+            if status != bookkeeping.DONE or run_state["steps"] >= target_steps:
                 return status
 
 

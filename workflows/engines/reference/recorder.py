@@ -26,24 +26,24 @@ class Recorder:
 
     def _next_time(self) -> float:
         """Return the time of the next snapshot since the start of the motion."""
-        ledger = self._moving.ledger
-        if self._interval is None or ledger["contacts"] == 0:
+        run_state = self._moving.run_state
+        if self._interval is None or run_state["contacts"] == 0:
             return math.inf
-        return float(ledger["first_contact"]) + len(self._times) * self._interval
+        return float(run_state["first_contact"]) + len(self._times) * self._interval
 
     def next_step(self) -> float:
         """Return the number of steps to reach before :meth:`record` is called."""
         if self._interval is None:
             return math.inf
-        steps = int(self._moving.ledger["steps"])
-        if self._moving.ledger["contacts"] == 0:
+        steps = int(self._moving.run_state["steps"])
+        if self._moving.run_state["contacts"] == 0:
             self._before = self._moving.copy()
             return steps + 1
         return max(steps, self._next_time() // self._step)
 
     def record(self) -> None:
         """Take all snapshots within the next step, or within the step of the first contact."""
-        begun = int(self._moving.ledger["steps"])
+        begun = int(self._moving.run_state["steps"])
         while self._next_time() // self._step <= begun:
             now = self._next_time()
             source = self._moving
@@ -54,18 +54,18 @@ class Recorder:
     def _take(self, source: Motion, now: float) -> None:
         copy = source.copy()
         # Take one step over the missing time, with its contacts.
-        missing = now - float(copy.ledger["steps"] * self._step)
+        missing = now - float(copy.run_state["steps"] * self._step)
         copy.stepper = copy.stepper.of_size(max(missing, 0.0))
-        copy.advance(int(copy.ledger["steps"]) + 1)
+        copy.advance(int(copy.run_state["steps"]) + 1)
         self._times.append(now)
-        displacements = displacements_from(float(copy.ledger["position"]), copy.strain)
+        displacements = displacements_from(float(copy.run_state["position"]), copy.strain)
         self._states.append((displacements, copy.velocity))
 
     def record_until(self, end: float) -> None:
         """Take all snapshots up to a time since the first contact; no contact comes before."""
-        ledger = self._moving.ledger
-        ledger["argue_after"] = math.inf
-        until = float(ledger["first_contact"]) + end
+        run_state = self._moving.run_state
+        run_state["argue_after"] = math.inf
+        until = float(run_state["first_contact"]) + end
         while self._next_time() <= until:
             self._moving.advance(int(self.next_step()))
             self.record()
@@ -74,7 +74,7 @@ class Recorder:
         """Return the snapshots up to a time since the first contact, or None if off."""
         if self._interval is None:
             return None
-        begin = float(self._moving.ledger["first_contact"])
+        begin = float(self._moving.run_state["first_contact"])
         count = sum(moment - begin <= until for moment in self._times)
         times = np.array(self._times[:count]) - begin
         return Frames.of(self._moving.line, times, *zip(*self._states[:count], strict=True))

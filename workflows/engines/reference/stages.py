@@ -1,5 +1,5 @@
 r"""
-Build the stages of a Verlet step, as loops for the compiler and as NumPy expressions.
+Build the stages of a Verlet step, as loops for the compiler.
 
 The state consists of the distance of particle 1 from the wall, the bond strains :math:`s_i =
 u_{i+1} - u_i` and the velocities :math:`v_i`. A slow chain then loses no digits to absolute
@@ -18,14 +18,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from chaincor.lammps_inputs.arrays import Array
-from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.workflows.engines.reference import bookkeeping
 from chaincor.workflows.engines.reference.damped_contact import build_mean_force
 from chaincor.workflows.engines.reference.line_traits import (
-    PLAIN,
     KernelSpec,
     LineTraits,
-    as_it_is,
     read_parameters,
 )
 
@@ -89,8 +86,8 @@ class VerletKernels(NamedTuple):
     #: ``extremes(strain, bonds, parameters)``: smallest and largest strain without the gap; NaN if
     #: a strain is NaN.
     extremes: Callable
-    #: ``are_allowed(ledger, strain, bonds, parameters)``: whether all strains are allowed; updates
-    #: the smallest and largest strain of the ledger.
+    #: ``are_allowed(run_state, strain, bonds, parameters)``: whether all strains are allowed;
+    #: updates the smallest and largest strain of the run state.
     are_allowed: Callable
 
 
@@ -151,8 +148,8 @@ def looped_stages(source: KernelSpec) -> VerletKernels:
                 if damped:
                     beyond = 0.0
                     if gap + 1 < bonds:
-                        opening = old_velocity[gap + 2] - old_velocity[gap + 1]
-                        beyond = force(old_strain[gap + 1] + drift * opening, parameters)
+                        strain_rate = old_velocity[gap + 2] - old_velocity[gap + 1]
+                        beyond = force(old_strain[gap + 1] + drift * strain_rate, parameters)
                     before, after = parameters.inverse[gap], parameters.inverse[gap + 1]
                     ahead = mean_force(
                         ahead,
@@ -225,97 +222,11 @@ def looped_stages(source: KernelSpec) -> VerletKernels:
             outside += not (low <= strain[i] <= high)
         return outside
 
-    looks = _looks(count_outside, register(bookkeeping.extremes), source.kind, register)
+    looks = strain_scans(count_outside, register(bookkeeping.extremes), source.kind, register)
     return VerletKernels(start, stage, drift, copy, mix, *looks)
 
 
-def array_stages(bond: Potential, kind: LineTraits = PLAIN) -> VerletKernels:
-    """Return the stages in NumPy, for forces on arrays that cannot be compiled."""
-    drag = kind.law.drag_kernel
-    mean_force = None if drag is None else build_mean_force(drag, as_it_is)
-
-    def start(
-        old: State,
-        strain: Array,
-        velocity: Array,
-        bonds: int,
-        drift: float,
-        kick: float,
-        parameters: Parameters,
-    ) -> None:
-        copy(*old, State(strain, velocity), bonds)
-        stage(strain, velocity, bonds, drift, kick, parameters)
-
-    def stage(
-        strain: Array,
-        velocity: Array,
-        bonds: int,
-        time: float,
-        kick: float,
-        parameters: Parameters,
-    ) -> None:
-        drift(strain, velocity, bonds, time)
-        if kind.unit:
-            impulse = kick * bond.force(strain[:bonds])
-            velocity[:bonds] -= impulse
-            velocity[1 : bonds + 1] += impulse
-            return
-        forces = strain[:bonds].copy()
-        if kind.at_wall:
-            forces = bond.force(forces)
-        else:
-            gap = parameters.gap
-            forces[:gap], forces[gap + 1 :] = (
-                bond.force(forces[:gap]),
-                bond.force(forces[gap + 1 :]),
-            )
-            pushed = kind.law.force_kernel(strain[gap], parameters.contact)
-            if mean_force is not None:
-                around = np.concatenate(([0.0], forces[:gap], [0.0], forces[gap + 1 :], [0.0]))
-                before, after = parameters.inverse[gap], parameters.inverse[gap + 1]
-                pushed = mean_force(
-                    pushed,
-                    strain[gap],
-                    velocity[gap + 1] - velocity[gap],
-                    -(after * around[gap + 2] + before * around[gap]),
-                    before + after,
-                    kick,
-                    parameters.contact,
-                )
-            forces[gap] = pushed
-        pushes = np.concatenate((-forces, [0.0])) + np.concatenate(([0.0], forces))
-        velocity[: bonds + 1] += kick * parameters.inverse[: bonds + 1] * pushes
-
-    def drift(strain: Array, velocity: Array, bonds: int, time: float) -> None:
-        strain[:bonds] += time * np.diff(velocity[: bonds + 1])
-
-    def copy(strain: Array, velocity: Array, new: State, bonds: int) -> None:
-        new_strain, new_velocity = new
-        new_strain[:bonds] = strain[:bonds]
-        new_velocity[: bonds + 1] = velocity[: bonds + 1]
-
-    def mix(
-        state: State, old: State, mixture: State, bonds: int, drift: float, weight: float
-    ) -> None:
-        strain, velocity = state[0][:bonds], state[1][: bonds + 1]
-        old_strain, old_velocity = old[0][:bonds], old[1][: bonds + 1]
-        moved = strain + drift * np.diff(velocity)
-        mixture[0][:bonds] += weight * (moved - old_strain)
-        mixture[1][: bonds + 1] += weight * (velocity - old_velocity)
-
-    def count_outside(strain: Array, bonds: int, low: float, high: float) -> int:
-        strain = strain[:bonds]
-        return int(np.count_nonzero(~((strain >= low) & (strain <= high))))
-
-    def extremes(strain: Array, bonds: int) -> tuple[float, float]:
-        low, high = np.min(strain[:bonds], initial=np.inf), np.max(strain[:bonds], initial=-np.inf)
-        return float(low), float(high)
-
-    looks = _looks(count_outside, extremes, kind, lambda function: function)
-    return VerletKernels(start, stage, drift, copy, mix, *looks)
-
-
-def _looks(count: Callable, spread: Callable, kind: LineTraits, register: Callable) -> tuple:
+def strain_scans(count: Callable, spread: Callable, kind: LineTraits, register: Callable) -> tuple:
     """Return the functions that scan strains without the gap, from functions for all strains."""
     wall, widen = kind.at_wall, register(bookkeeping.widen)
 
@@ -342,10 +253,10 @@ def _looks(count: Callable, spread: Callable, kind: LineTraits, register: Callab
         return before + count(strain[place + 1 :], bonds - place - 1, low, high)
 
     @register
-    def are_allowed(ledger: Any, strain: Array, bonds: int, parameters: Parameters) -> bool:
-        if count_outside(strain, bonds, ledger.strain_min, ledger.strain_max, parameters) > 0:
+    def are_allowed(run_state: Any, strain: Array, bonds: int, parameters: Parameters) -> bool:
+        if count_outside(strain, bonds, run_state.strain_min, run_state.strain_max, parameters) > 0:
             low, high = extremes(strain, bonds, parameters)
-            return widen(ledger, low, high)
+            return widen(run_state, low, high)
         return True
 
     return count_outside, extremes, are_allowed

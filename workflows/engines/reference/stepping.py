@@ -75,8 +75,8 @@ def run(
     started = time.perf_counter()
     end = collision.run(known, follow)
     seconds = time.perf_counter() - started
-    ledger, last = moving.ledger, moving.arrays.last
-    begin = float(ledger["first_contact"])
+    run_state, last = moving.run_state, moving.arrays.last
+    begin = float(run_state["first_contact"])
     quiet = sound_round_trip(problem.longest_body, problem.slow_stiffness)
     return finish(
         problem,
@@ -86,16 +86,19 @@ def run(
             contact_times=moving.contact_times - begin,
             contact_speeds=moving.contact_speeds.copy(),
             impulses=moving.impulses.copy(),
-            position=float(ledger["last_position"]),
-            lasted=float(ledger["last_contact"]),
-            bond_range=(1.0 + float(ledger["contact_min"]), 1.0 + float(ledger["contact_max"])),
+            position=float(run_state["last_position"]),
+            lasted=float(run_state["last_contact"]),
+            bond_range=(
+                1.0 + float(run_state["contact_min"]),
+                1.0 + float(run_state["contact_max"]),
+            ),
             tracked=tracked_values(moving.arrays.tracked, problem.line.soft),
         ),
         end,
         scheme=numerics.scheme,
         timestep=numerics.timestep,
         seconds=seconds,
-        frames=collision.frames.collected(float(ledger["last_contact"]) - begin + quiet),
+        frames=collision.frames.collected(float(run_state["last_contact"]) - begin + quiet),
     )
 
 
@@ -135,23 +138,23 @@ class _Collision:
 
         `left` is the reason why earlier steps, taken elsewhere, returned.
         """
-        problem, ledger = self.problem, self.moving.ledger
+        problem, run_state = self.problem, self.moving.run_state
         if known is not None:
-            bookkeeping.never_argue(ledger)
+            bookkeeping.never_argue(run_state)
         while True:
-            goal, last_step = self._goal(known)
-            status = self.moving.advance(goal) if left is None else left
+            target_steps, last_step = self._target_steps(known)
+            status = self.moving.advance(target_steps) if left is None else left
             left = None
             if status in (bookkeeping.OUTSIDE, bookkeeping.CROWDED):
                 raise self.look_ahead.unresolved()
             if status == bookkeeping.FULL:
                 self.moving.make_room()
                 continue
-            late = ledger["steps"] > last_step
+            late = run_state["steps"] > last_step
             now, _ = self.look_ahead.times()
-            if late and known is not None and not ledger["touching"]:
-                return End(known.ending, now, int(ledger["evaluations"]))
-            if (status == bookkeeping.ARGUE or late) and not ledger["touching"]:
+            if late and known is not None and not run_state["touching"]:
+                return End(known.ending, now, int(run_state["evaluations"]))
+            if (status == bookkeeping.ARGUE or late) and not run_state["touching"]:
                 end = self._look(status, follow)
                 if end is not None:
                     self.frames.record_until(end.time)
@@ -161,20 +164,20 @@ class _Collision:
                     raise unfinished_error(problem, now)
                 self.frames.record()
 
-    def _goal(self, known: Outcome | None) -> tuple[int, float]:
+    def _target_steps(self, known: Outcome | None) -> tuple[int, float]:
         """Return the number of steps to reach, and the last step before the run is late."""
-        problem, ledger, step = self.problem, self.moving.ledger, self.moving.stepper.step
-        steps, interval = int(ledger["steps"]), 1.0 / problem.slow_stiffness**0.5
-        if ledger["contacts"] == 0:
+        problem, run_state, step = self.problem, self.moving.run_state, self.moving.stepper.step
+        steps, interval = int(run_state["steps"]), 1.0 / problem.slow_stiffness**0.5
+        if run_state["contacts"] == 0:
             # The mean displacement approaches the wall, so a contact comes sooner or later.
-            goal = steps + math.ceil(interval / step)
-            return int(min(goal, self.frames.next_step())), math.inf
+            target_steps = steps + math.ceil(interval / step)
+            return int(min(target_steps, self.frames.next_step())), math.inf
         if known is None:
             longest = self._patience()
         else:
             longest = float(known.contact_times[-1]) + KNOWN_MARGIN * interval
-        last_step = math.ceil((longest + float(ledger["first_contact"])) / step)
-        if ledger["touching"]:
+        last_step = math.ceil((longest + float(run_state["first_contact"])) / step)
+        if run_state["touching"]:
             last_step = max(last_step, steps + math.ceil(interval / step))
         return int(min(last_step + 1, self.frames.next_step())), last_step
 
@@ -182,19 +185,19 @@ class _Collision:
         """Return the time since the first contact until which the bodies are followed."""
         _, last = self.look_ahead.times()
         patience = self.watch.followed_until(last)
-        ledger = self.moving.ledger
-        if ledger["touching"]:
-            begun = float(self.moving.contact_times[-1] - ledger["first_contact"])
+        run_state = self.moving.run_state
+        if run_state["touching"]:
+            begun = float(self.moving.contact_times[-1] - run_state["first_contact"])
             patience = max(patience, begun + LONGEST_TOUCHES * self.problem.contact_duration)
         return patience
 
     def _look(self, status: int, follow: bool) -> End | None:
         """Return the end of the collision; None if the bodies must be followed further."""
-        moving, ledger, line = self.moving, self.moving.ledger, self.problem.line
+        moving, run_state, line = self.moving, self.moving.run_state, self.problem.line
         now, last = self.look_ahead.times()
         certain = math.inf
         if status == bookkeeping.ARGUE and line.at_wall and line.cold:
-            speed, momentum = float(ledger["impact_velocity"]), float(ledger["momentum"])
+            speed, momentum = float(run_state["impact_velocity"]), float(run_state["momentum"])
             if not abs(momentum) <= MOST_ENERGY_GROWTH * line.chain_masses.sum() * speed:
                 # A step that is too long makes the chain leave faster than it came.
                 raise self.look_ahead.unresolved()
@@ -203,11 +206,11 @@ class _Collision:
             certain = certain_at(self.problem.bond, speed, momentum, *state, now, last, masses)
         if certain == math.inf:
             end = self.look_ahead.look(self.watch, follow)
-            ledger["argue_after"] = self.watch.next_look(now, last) - last
+            run_state["argue_after"] = self.watch.next_look(now, last) - last
             return end
         off, seen, evaluations = self.look_ahead.keeps_off(certain)
         if off:
             return End(Ending("proved"), seen, evaluations)
-        ledger["evaluations"] = evaluations
-        ledger["argue_after"] = next_look(now, last, seen) - last
+        run_state["evaluations"] = evaluations
+        run_state["argue_after"] = next_look(now, last, seen) - last
         return None

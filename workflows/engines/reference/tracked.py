@@ -20,12 +20,12 @@ class Overlapping(NamedTuple):
 def gap_within(before: Overlapping, after: Overlapping, time: float, part: float) -> float:
     """Return the gap after a part of a substep, from the polynomial of order 5 between its ends."""
     g, v, a = before.gap, before.rate * time, 0.5 * before.acceleration * time * time
-    rise = after.gap - g - v - a
-    bend = after.rate * time - v - 2.0 * a
-    curl = 0.5 * after.acceleration * time * time - a
-    third = 10.0 * rise - 4.0 * bend + curl
-    fourth = -15.0 * rise + 7.0 * bend - 2.0 * curl
-    fifth = 6.0 * rise - 3.0 * bend + curl
+    gap_rest = after.gap - g - v - a
+    velocity_rest = after.rate * time - v - 2.0 * a
+    acceleration_rest = 0.5 * after.acceleration * time * time - a
+    third = 10.0 * gap_rest - 4.0 * velocity_rest + acceleration_rest
+    fourth = -15.0 * gap_rest + 7.0 * velocity_rest - 2.0 * acceleration_rest
+    fifth = 6.0 * gap_rest - 3.0 * velocity_rest + acceleration_rest
     return g + part * (v + part * (a + part * (third + part * (fourth + part * fifth))))
 
 

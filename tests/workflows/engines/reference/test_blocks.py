@@ -111,8 +111,8 @@ def test_what_is_not_foreseen_is_left_to_the_loop_over_the_whole(in_blocks, move
     in_blocks(2)
     go_ahead, calls = running._Head.go_ahead, []
 
-    def crowded_now_and_then(head, state, goal):
-        status, substeps = go_ahead(head, state, goal)
+    def crowded_now_and_then(head, state, target_steps):
+        status, substeps = go_ahead(head, state, target_steps)
         calls.append(status)
         return (bookkeeping.CROWDED if len(calls) % 3 == 0 else status), substeps
 

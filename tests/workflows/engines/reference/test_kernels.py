@@ -17,10 +17,11 @@ from chaincor.workflows.engines.contact_search import (
     fit_path,
 )
 from chaincor.workflows.engines.reference import kernels
+from chaincor.workflows.engines.reference.array_stages import array_stages
 from chaincor.workflows.engines.reference.compile import LoopCompiler, scalar_force
 from chaincor.workflows.engines.reference.line_traits import WALL, KernelSpec, LineTraits
 from chaincor.workflows.engines.reference.motion import build_coarse_steps
-from chaincor.workflows.engines.reference.stages import State, array_stages, looped_stages
+from chaincor.workflows.engines.reference.stages import State, looped_stages
 from chaincor.workflows.engines.schemes import STEP_SCHEMES, StepCoefficients
 
 BONDS = [Harmonic(), LennardJones(), Toda(), Logarithmic(), Power(4, 1.0)]
@@ -159,7 +160,7 @@ sys.dont_write_bytecode, sys.pycache_prefix = False, sys.argv[1]
 from chaincor.lammps_inputs.bonds.potentials import Harmonic, LennardJones
 from chaincor.workflows.engines.reference.compile import LoopCompiler, scalar_force
 from chaincor.workflows.engines.reference.line_traits import KernelSpec
-from chaincor.workflows.engines.reference.bookkeeping import LEDGER
+from chaincor.workflows.engines.reference.bookkeeping import RUN_STATE
 from chaincor.workflows.engines.reference.motion import build_coarse_steps
 from chaincor.workflows.engines.reference.stages import State, looped_stages
 for bond in (Harmonic(), LennardJones()):
@@ -167,11 +168,11 @@ for bond in (Harmonic(), LennardJones()):
     compiler = LoopCompiler.for_force(force.function, force.keep)
     source = KernelSpec(compiler.register(force.function), compiler.register)
     take_coarse_steps = compiler.compile(build_coarse_steps(source, looped_stages(source)))
-    ledger = np.zeros(1, LEDGER).view(np.recarray)[0]
-    ledger.position, ledger.strain_min, ledger.strain_max = 1.0, -0.5, 0.5
+    run_state = np.zeros(1, RUN_STATE).view(np.recarray)[0]
+    run_state.position, run_state.strain_min, run_state.strain_max = 1.0, -0.5, 0.5
     state = State(np.full(4, -0.1), np.zeros(5))
     asked = 3, 0.1, 0.0, True, True
-    assert take_coarse_steps(ledger, state, asked, force.parameters) == 3
+    assert take_coarse_steps(run_state, state, asked, force.parameters) == 3
     print(state.velocity.tobytes().hex(), take_coarse_steps.compiled)
 """
 
@@ -195,7 +196,7 @@ def test_loops_kept_on_disk_are_found_again_and_do_not_mix_potentials(tmp_path):
     assert sorted("lj_force" in name for name in kept) == [False, True]
 
 
-def new_ledger():
+def new_run_state():
     return np.zeros(1, np.dtype(SEARCH_FIELDS)).view(np.recarray)[0]
 
 
@@ -208,7 +209,7 @@ def search_for(path):
 
     find = build_contact_search(state_after=state_after, register=as_it_is)
     ends = [(path(t), slope(t), gap_acceleration(t)) for t in (0.0, 1.0)]
-    return find(1.0, *ends, new_ledger(), None)
+    return find(1.0, *ends, new_run_state(), None)
 
 
 @pytest.mark.parametrize(
@@ -259,7 +260,7 @@ def test_path_that_no_quintic_fits(frequency, offset):
         )
 
     find = build_contact_search(state_after=state_after, register=as_it_is)
-    time = find(1.0, state_after(0.0), state_after(1.0), new_ledger(), None)
+    time = find(1.0, state_after(0.0), state_after(1.0), new_run_state(), None)
     times = np.linspace(1e-4, 1.0, 100_000)
     below = np.flatnonzero(state_after(times)[0] < 0.0)
     expected = times[below[0]] if len(below) else -1.0

@@ -116,12 +116,12 @@ def test_motion_is_reversible(scene):
     line = scene.line
     stepper = Stepper.of(line, scene.bond, "order8", 0.05)
     forth = Motion.at_start(scene.problem, stepper)
-    bookkeeping.never_argue(forth.ledger)
+    bookkeeping.never_argue(forth.run_state)
     # To a moment without a contact.
     assert forth.advance(1200) == bookkeeping.DONE
-    assert not forth.ledger.touching
+    assert not forth.run_state.touching
     back = Motion.in_state(stepper, forth.strain, -forth.velocity, scene.impact_velocity)
-    bookkeeping.never_argue(back.ledger)
+    bookkeeping.never_argue(back.run_state)
     assert back.advance(1200) == bookkeeping.DONE
     at_rest = np.delete(back.strain, line.gap)
     # Rounding, amplified by some contacts; graded steps are not symmetric in time.

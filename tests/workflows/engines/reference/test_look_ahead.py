@@ -33,9 +33,9 @@ def random_scene(random):
 
 
 def only_now(self, until):
-    ledger = self._moving.ledger
-    now = float(ledger.steps * self._stepper.step)
-    return until <= now, now, int(ledger.evaluations)
+    run_state = self._moving.run_state
+    now = float(run_state.steps * self._stepper.step)
+    return until <= now, now, int(run_state.evaluations)
 
 
 def run_without_look_ahead(monkeypatch, scene, numerics, frame_interval=None):
@@ -53,8 +53,8 @@ def test_results_are_equal_to_the_last_bit(monkeypatch):
     for _ in range(60):
         scene = random_scene(random)
         scheme = str(random.choice(["order4", "order6", "order8"]))
-        goal = {"order4": 1e-6, "order6": 1e-8, "order8": 1e-10}[scheme]
-        step = float(random.uniform(0.3, 1.0)) * guess_step(scene.problem, scheme, goal)
+        target_error = {"order4": 1e-6, "order6": 1e-8, "order8": 1e-10}[scheme]
+        step = float(random.uniform(0.3, 1.0)) * guess_step(scene.problem, scheme, target_error)
         numerics = Numerics(scheme=scheme, timestep=step)
         try:
             exact = run_without_look_ahead(monkeypatch, scene, numerics)

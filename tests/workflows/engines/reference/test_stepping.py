@@ -87,28 +87,28 @@ def test_time_reversal(scheme, potential):
     step = min(DEFAULT_TIMESTEPS.get(scheme, 0.1), 0.1)
     stepper = Stepper.of(scene.line, scene.bond, scheme, step)
     chain = Motion.at_start(scene.problem, stepper)
-    chain.ledger.argue_after = np.inf
-    chain.ledger.patience = np.inf
-    chain.ledger.active = 29
-    goal = round(50.0 / step)
+    chain.run_state.argue_after = np.inf
+    chain.run_state.patience = np.inf
+    chain.run_state.active = 29
+    target_steps = round(50.0 / step)
     assert chain.advance(1) == bookkeeping.DONE
     early = chain.copy()
-    assert chain.advance(goal) == bookkeeping.DONE
-    assert chain.ledger.contacts > 20
+    assert chain.advance(target_steps) == bookkeeping.DONE
+    assert chain.run_state.contacts > 20
     forward = chain.contact_times[1:].copy()
 
     back = chain.copy()
     back.velocity[:] *= -1.0
-    back.ledger.steps = 0
-    assert back.advance(goal - 1) == bookkeeping.DONE
+    back.run_state.steps = 0
+    assert back.advance(target_steps - 1) == bookkeeping.DONE
     # A symmetric map undoes itself, partial steps to the wall and from it included. What is left
     # is rounding: one epsilon a stage at random, grown thirtyfold by what contacts amplify.
-    allowed = 30.0 * np.finfo(float).eps * np.sqrt(2 * goal * stepper.scheme.evaluations)
+    allowed = 30.0 * np.finfo(float).eps * np.sqrt(2 * target_steps * stepper.scheme.evaluations)
     v0 = scene.impact_velocity
     assert np.abs(back.velocity + early.velocity).max() < allowed * v0
     assert np.abs(back.strain - early.strain).max() < allowed * v0
-    assert back.ledger.position == pytest.approx(early.ledger.position, abs=allowed * v0)
-    backward = goal * step - back.contact_times[1:][::-1]
+    assert back.run_state.position == pytest.approx(early.run_state.position, abs=allowed * v0)
+    backward = target_steps * step - back.contact_times[1:][::-1]
     assert np.abs(backward - forward).max() < 10.0 * allowed
 
 
@@ -163,11 +163,11 @@ def test_particles_ahead_of_the_front_may_be_left_out():
     for active in (None, 299):
         chain = Motion.at_start(scene.problem, stepper)
         if active is not None:
-            chain.ledger.active = active
+            chain.run_state.active = active
         chain.advance(1000)
         states.append(chain)
         if active is None:
-            assert chain.ledger.active < 299  # something was left out
+            assert chain.run_state.active < 299  # something was left out
     restricted, full = states
     # What is left out is 1e-24 v0 a step. Only multiply-adds at the ragged end of vector loops
     # may differ, by a rounding each.
@@ -260,18 +260,18 @@ def test_a_chain_after_its_last_contact_goes_the_same_way():
     stepper = Stepper.of(scene.line, scene.bond, "order8", 0.02)
     chain = Motion.at_start(scene.problem, stepper)
     assert chain.advance(10**6) == bookkeeping.ARGUE
-    last, steps = float(chain.ledger["last_contact"]), int(chain.ledger["steps"])
+    last, steps = float(chain.run_state["last_contact"]), int(chain.run_state["steps"])
     again = chain.after_last_contact()
-    assert (again.ledger["contacts"], again.ledger["position"]) == (1, 0.0)
+    assert (again.run_state["contacts"], again.run_state["position"]) == (1, 0.0)
     kept = chain.strain.copy()
     count = 100
-    again.ledger["argue_after"] = np.inf
+    again.run_state["argue_after"] = np.inf
     again.stepper = stepper.of_size((0.02 * steps - last) / count)
     assert again.advance(count) == bookkeeping.DONE
     # Both are good to 1e-10 by then.
     assert again.strain == pytest.approx(chain.strain, abs=1e-9)
     assert again.velocity == pytest.approx(chain.velocity, abs=1e-9)
-    assert again.ledger["position"] == pytest.approx(chain.ledger["position"], abs=1e-9)
+    assert again.run_state["position"] == pytest.approx(chain.run_state["position"], abs=1e-9)
     assert np.array_equal(chain.strain, kept)
 
 

@@ -154,16 +154,18 @@ class Chains:
         first = Motion.in_state(stepper, line.strains, line.velocities, 0.0)
         first.start_front()
         self._first = first
-        ledgers = np.repeat(np.array([first.ledger], first.ledger.dtype), count).view(np.recarray)
+        run_states = np.repeat(np.array([first.run_state], first.run_state.dtype), count).view(
+            np.recarray
+        )
         strain, velocity = starts.strains[:, 1:].copy(), starts.velocities.copy()
-        ledgers["impact_velocity"] = approach
-        ledgers["position"] = starts.strains[:, 0]
-        ledgers["momentum"] = line.reduced_mass * -approach
+        run_states["impact_velocity"] = approach
+        run_states["position"] = starts.strains[:, 0]
+        run_states["momentum"] = line.reduced_mass * -approach
         if strain.size > 0:
-            ledgers["strain_min"] = np.min(strain, axis=1)
-            ledgers["strain_max"] = np.max(strain, axis=1)
+            run_states["strain_min"] = np.min(strain, axis=1)
+            run_states["strain_max"] = np.max(strain, axis=1)
         for name in ("min", "max"):
-            ledgers[f"contact_{name}"] = ledgers[f"strain_{name}"]
+            run_states[f"contact_{name}"] = run_states[f"strain_{name}"]
         contacts = np.zeros((count, *first.arrays.contacts.shape))
         # Chains that touch the wall and approach it have their first contact.
         met = (starts.strains[:, 0] == 0.0) & (velocity[:, 0] < 0.0)
@@ -171,15 +173,15 @@ class Chains:
         velocity[met, 0] = closing[met]
         given = 2.0 * line.contact_mass * closing
         contacts[:, 1, 0], contacts[:, 2, 0] = closing, given
-        ledgers["contacts"] = met
-        ledgers["momentum"] += given
-        ledgers["argue_after"] = np.where(met, ledgers["argue_first"], np.inf)
+        run_states["contacts"] = met
+        run_states["momentum"] += given
+        run_states["argue_after"] = np.where(met, run_states["argue_first"], np.inf)
         inverse = 1.0 / masses
         # Each group has its own SIMD lanes, because several threads compute groups of one batch.
         self.lanes = Lanes.of(inverse)
         self.near = Lanes.of(inverse[: stepper.scheme.reach + 1])
         self.rows = ChainRows(
-            ledgers=ledgers,
+            run_states=run_states,
             strains=strain,
             velocities=velocity,
             last_strains=strain.copy(),
@@ -187,7 +189,7 @@ class Chains:
             contacts=contacts,
             energies=chain_energies(line, stepper.bond, starts),
             steps=np.asarray(steps, dtype=float),
-            goals=np.zeros(count, np.int64),
+            target_steps=np.zeros(count, np.int64),
             statuses=np.full(count, MOVING),
         )
         self.durations = np.zeros(count)  # simulated time from the first contact to the end
@@ -195,23 +197,26 @@ class Chains:
 
     def times(self) -> Array:
         """Return the time of each chain since its start."""
-        return np.asarray(self.rows.ledgers["steps"] * self.rows.steps)
+        return np.asarray(self.rows.run_states["steps"] * self.rows.steps)
 
     def arrival(self) -> Array:
         """Return the times at which the mean displacements would reach the wall."""
-        ledgers, strains = self.rows.ledgers, self.rows.strains
+        run_states, strains = self.rows.run_states, self.rows.strains
         along = displacements_from(0.0, strains)
-        distance = ledgers["position"] + each_sum(along * self._shares)
-        return np.asarray(np.maximum(distance, 0.0) / ledgers["impact_velocity"])
+        distance = run_states["position"] + each_sum(along * self._shares)
+        return np.asarray(np.maximum(distance, 0.0) / run_states["impact_velocity"])
 
     def follow_until(self, times: Array) -> None:
         """Set the numbers of steps of all chains to reach these times since their starts."""
-        self.rows.goals[:] = np.ceil(times / self.rows.steps)
+        self.rows.target_steps[:] = np.ceil(times / self.rows.steps)
 
     def follow_on(self, s: int, until: float) -> None:
         """Set the number of steps of one chain to reach a time, at least one step ahead."""
-        done, goal = int(self.rows.ledgers["steps"][s]), math.ceil(until / self.rows.steps[s])
-        self.rows.goals[s], self.rows.statuses[s] = max(done + 1, goal), MOVING
+        done, target_steps = (
+            int(self.rows.run_states["steps"][s]),
+            math.ceil(until / self.rows.steps[s]),
+        )
+        self.rows.target_steps[s], self.rows.statuses[s] = max(done + 1, target_steps), MOVING
 
     def end(self, s: int, ending: Ending, time: float) -> None:
         """Record the end of one chain and the time since its first contact when it was found."""
@@ -234,11 +239,11 @@ class Chains:
             last=State(rows.last_strains[s], rows.last_velocities[s]),
             contacts=rows.contacts[s],
         )
-        return Motion(self._stepper.of_size(float(rows.steps[s])), rows.ledgers[s], arrays)
+        return Motion(self._stepper.of_size(float(rows.steps[s])), rows.run_states[s], arrays)
 
     def outcomes(self, seconds: float, done: NDArray[np.bool_] | None = None) -> ManyRuns:
         """Return the results of runs whose ends were found or that are `done`."""
-        ledgers, contacts = self.rows.ledgers, self.rows.contacts
+        run_states, contacts = self.rows.run_states, self.rows.contacts
         strains, velocities = self.rows.last_strains, self.rows.last_velocities
         if done is None:
             done = np.array([ending is not None for ending in self.endings], bool)
@@ -246,21 +251,21 @@ class Chains:
             energies = np.sum(np.asarray(self._stepper.bond.energy(strains)), axis=1)
             whole = energies + 0.5 * each_sum(velocities**2 * self._stepper.line.chain_masses)
             bounded = whole <= MOST_ENERGY_GROWTH * self.rows.energies
-        contacts[:, 0] -= ledgers["first_contact"][:, None]
+        contacts[:, 0] -= run_states["first_contact"][:, None]
         return ManyRuns(
             settled=done & bounded,
             endless=self.rows.statuses == ENDLESS,
             endings=self.endings,
             durations=self.durations,
-            evaluations=ledgers["evaluations"],
+            evaluations=run_states["evaluations"],
             strains=strains,
             velocities=velocities,
             speeds=each_sum(velocities * self._shares),
             contacts=contacts[:, :2],
-            counts=ledgers["contacts"],
-            lasted=ledgers["last_contact"],
-            bond_min=1.0 + ledgers["contact_min"],
-            bond_max=1.0 + ledgers["contact_max"],
+            counts=run_states["contacts"],
+            lasted=run_states["last_contact"],
+            bond_min=1.0 + run_states["contact_min"],
+            bond_max=1.0 + run_states["contact_max"],
             energies=energies,
             seconds=np.full(len(done), seconds / len(done)),
         )

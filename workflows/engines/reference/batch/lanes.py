@@ -91,7 +91,7 @@ class Lanes(NamedTuple):
 class ChainRows(NamedTuple):
     """Chains of a batch, a row for each."""
 
-    ledgers: np.recarray  #: Scalar variables, see ``bookkeeping``; of shape (chains,).
+    run_states: np.recarray  #: Scalar variables, see ``bookkeeping``; of shape (chains,).
     #: Current strains; of shape (chains, n - 1).
     strains: Array
     velocities: Array  #: Current velocities; of shape (chains, n).
@@ -102,7 +102,7 @@ class ChainRows(NamedTuple):
     contacts: Array
     energies: Array  #: Initial energy of each chain; of shape (chains,).
     steps: Array  #: Step H of each chain; of shape (chains,).
-    goals: Counts  #: Number of steps to reach; of shape (chains,).
+    target_steps: Counts  #: Number of steps to reach; of shape (chains,).
     statuses: Counts  #: Whether the chain moves, or the reason why not; of shape (chains,).
 
 

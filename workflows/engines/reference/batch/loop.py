@@ -86,7 +86,7 @@ def build_carry(source: KernelSpec, _stages: VerletKernels, split: bool) -> Call
             lane[0][i * LANES + k] = rows.strains[s, i]
         for i in range(lane[1].shape[0] // LANES):
             lane[1][i * LANES + k] = rows.velocities[s, i]
-        lane[2][k] = rows.ledgers[s].position
+        lane[2][k] = rows.run_states[s].position
 
     @register
     def note(s: int, k: int, strains: Array, velocities: Array, lane: LaneState) -> None:
@@ -98,7 +98,7 @@ def build_carry(source: KernelSpec, _stages: VerletKernels, split: bool) -> Call
     @register
     def unload(s: int, k: int, rows: ChainRows, lane: LaneState) -> None:
         note(s, k, rows.strains, rows.velocities, lane)
-        rows.ledgers[s].position = lane[2][k]
+        rows.run_states[s].position = lane[2][k]
 
     @register
     def park(k: int, lane: LaneState, steps: Array) -> None:
@@ -112,15 +112,15 @@ def build_carry(source: KernelSpec, _stages: VerletKernels, split: bool) -> Call
 
     @register
     def begin_step(s: int, rows: ChainRows) -> None:
-        ledger, step = rows.ledgers[s], rows.steps[s]
-        ledger.begun, ledger.left = ledger.steps * step, step
+        run_state, step = rows.run_states[s], rows.steps[s]
+        run_state.begun, run_state.left = run_state.steps * step, step
 
     @register
     def wait_if_likely(s: int, start: PathPoint, rows: ChainRows, places: Places) -> bool:
         # A likely contact is searched first, as in ``motion``.
-        ledger = rows.ledgers[s]
-        ledger.move, ledger.known = ledger.left, OPEN
-        likely = is_likely(ledger, start, ledger.left)
+        run_state = rows.run_states[s]
+        run_state.move, run_state.known = run_state.left, OPEN
+        likely = is_likely(run_state, start, run_state.left)
         if likely:
             push(places.waiting, s)
         return likely
@@ -138,7 +138,7 @@ def build_carry(source: KernelSpec, _stages: VerletKernels, split: bool) -> Call
                 continue
             begin_step(last, rows)
             state = rows.strains[last], rows.velocities[last]
-            start = gap_derivatives(rows.ledgers[last].position, state, parameters)
+            start = gap_derivatives(rows.run_states[last].position, state, parameters)
             if not wait_if_likely(last, start, rows, places):
                 return last, last
         return -1, last
@@ -149,7 +149,7 @@ def build_carry(source: KernelSpec, _stages: VerletKernels, split: bool) -> Call
     ) -> int:
         # Compute one point of the path of each chain whose contact is searched; return their
         # number.
-        searched, ledgers = places.searched, rows.ledgers
+        searched, run_states = places.searched, rows.run_states
         kept, moved, room = near
         for k in range(LANES):
             if searched[k] < 0 and places.waiting.held[0] > 0:
@@ -157,21 +157,21 @@ def build_carry(source: KernelSpec, _stages: VerletKernels, split: bool) -> Call
                 searching += 1
                 load(s, k, rows, kept)
                 start = point_of(kept, k, rule.parameters)
-                begin_search(ledgers[s], ledgers[s].left, start)
-                room.steps[k] = ledgers[s].search_time
+                begin_search(run_states[s], run_states[s].left, start)
+                room.steps[k] = run_states[s].search_time
         take_step(near, 1, rule)
         for k in range(LANES):
             s = searched[k]
             if s < 0:
                 continue
-            ledger = ledgers[s]
-            if not go_on(ledger, point_of(moved, k, rule.parameters)):
-                room.steps[k] = ledger.search_time
+            run_state = run_states[s]
+            if not go_on(run_state, point_of(moved, k, rule.parameters)):
+                room.steps[k] = run_state.search_time
                 continue
-            if ledger.search_time >= 0.0:
-                ledger.move, ledger.known = ledger.search_time, MEETS
+            if run_state.search_time >= 0.0:
+                run_state.move, run_state.known = run_state.search_time, MEETS
             else:
-                ledger.known = FREE if ledger.known == OPEN else REPEATED
+                run_state.known = FREE if run_state.known == OPEN else REPEATED
             push(places.found, s)
             searched[k] = -1
             searching -= 1
@@ -180,45 +180,45 @@ def build_carry(source: KernelSpec, _stages: VerletKernels, split: bool) -> Call
     @register
     def touch(s: int, k: int, rows: ChainRows, new: LaneState, places: Places) -> None:
         # Reverse particle 1 at the wall, as ``motion`` does.
-        ledger, contacts = rows.ledgers[s], rows.contacts[s]
+        run_state, contacts = rows.run_states[s], rows.contacts[s]
         speed = abs(new[1][k])
         new[1][k] = speed
         new[2][k] = 0.0
-        ledger.left -= ledger.move
-        now = ledger.begun + (rows.steps[s] - ledger.left)
-        record_contact(ledger, contacts, now, speed)
-        begin_range(ledger, places.low[k], places.high[k])
-        note_impulse(ledger, contacts, 2.0 * ledger.contact_mass * speed)
-        note_parting(ledger, now, places.low[k], places.high[k])
+        run_state.left -= run_state.move
+        now = run_state.begun + (rows.steps[s] - run_state.left)
+        record_contact(run_state, contacts, now, speed)
+        begin_range(run_state, places.low[k], places.high[k])
+        note_impulse(run_state, contacts, 2.0 * run_state.contact_mass * speed)
+        note_parting(run_state, now, places.low[k], places.high[k])
         note(s, k, rows.last_strains, rows.last_velocities, new)
 
     @register
     def as_it_goes_on(s: int, rows: ChainRows) -> int:
-        ledger = rows.ledgers[s]
-        if ledger.steps >= rows.goals[s]:
+        run_state = rows.run_states[s]
+        if run_state.steps >= rows.target_steps[s]:
             return bookkeeping.DONE
-        room = rows.contacts.shape[2] - ledger.contacts
+        room = rows.contacts.shape[2] - run_state.contacts
         return bookkeeping.FULL if room < bookkeeping.SPARE_CONTACTS else MOVING
 
     @register
     def look(s: int, rows: ChainRows, bounds: EndBounds) -> int:
         # Check whether the end is proved; if not, set the time of the next check.
-        ledger, state = rows.ledgers[s], (rows.strains[s], rows.velocities[s])
-        if over(ledger.position, state[0], state[1], rows.energies[s], bounds):
+        run_state, state = rows.run_states[s], (rows.strains[s], rows.velocities[s])
+        if over(run_state.position, state[0], state[1], rows.energies[s], bounds):
             return PROVED
-        away = ledger.steps * rows.steps[s] - ledger.last_contact
-        ledger.argue_after = away + max(_FIRST_LOOK * bounds.interval, _LATER_LOOKS * away)
+        away = run_state.steps * rows.steps[s] - run_state.last_contact
+        run_state.argue_after = away + max(_FIRST_LOOK * bounds.interval, _LATER_LOOKS * away)
         return as_it_goes_on(s, rows)
 
     @register
     def after_step(s: int, k: int, rows: ChainRows, places: Places) -> int:
         # Return the status of a chain after a step, as at the end of a step of ``motion``.
-        ledger, low, high = rows.ledgers[s], places.low[k], places.high[k]
-        ledger.steps += 1
-        within = ledger.strain_min <= low and high <= ledger.strain_max
-        if not within and not widen(ledger, low, high):
+        run_state, low, high = rows.run_states[s], places.low[k], places.high[k]
+        run_state.steps += 1
+        within = run_state.strain_min <= low and high <= run_state.strain_max
+        if not within and not widen(run_state, low, high):
             return bookkeeping.OUTSIDE
-        if may_be_over(ledger, rows.steps[s]):
+        if may_be_over(run_state, rows.steps[s]):
             return bookkeeping.ARGUE
         return as_it_goes_on(s, rows)
 
@@ -234,33 +234,33 @@ def build_carry(source: KernelSpec, _stages: VerletKernels, split: bool) -> Call
     ) -> bool:
         # Process the move of one lane; return whether its chain stays in the lane.
         (old, new, room), s = lanes, places.whose[k]
-        ledger = rows.ledgers[s]
-        if ledger.known != REPEATED:
-            ledger.evaluations += ledger.step_evaluations
-        if ledger.known == OPEN:
+        run_state = rows.run_states[s]
+        if run_state.known != REPEATED:
+            run_state.evaluations += run_state.step_evaluations
+        if run_state.known == OPEN:
             start, end = point_of(old, k, rule.parameters), point_of(new, k, rule.parameters)
-            if not is_free(start, end, ledger.left):
-                ledger.known = REPEATED
+            if not is_free(start, end, run_state.left):
+                run_state.known = REPEATED
                 unload(s, k, rows, old)
                 push(places.waiting, s)
                 return False
         status = MOVING
-        if ledger.known == MEETS:
+        if run_state.known == MEETS:
             touch(s, k, rows, new, places)
-            if ledger.contacts == rows.contacts.shape[2]:
+            if run_state.contacts == rows.contacts.shape[2]:
                 status = bookkeeping.CROWDED
         else:
-            ledger.left = 0.0
-        if status == MOVING and ledger.left <= 0.0:
+            run_state.left = 0.0
+        if status == MOVING and run_state.left <= 0.0:
             status = after_step(s, k, rows, places)
             if status == bookkeeping.ARGUE and bounds.reaches.shape[0] > 0:
                 unload(s, k, rows, new)
                 status = look(s, rows, bounds)
             if more:
                 begin_step(s, rows)
-        if status == MOVING and ledger.left > 0.0:
+        if status == MOVING and run_state.left > 0.0:
             if not wait_if_likely(s, point_of(new, k, rule.parameters), rows, places):
-                room.steps[k] = ledger.left
+                room.steps[k] = run_state.left
                 return True
         else:
             rows.statuses[s] = status
@@ -303,7 +303,7 @@ def build_carry(source: KernelSpec, _stages: VerletKernels, split: bool) -> Call
                     continue
                 moving += 1
                 load(s, k, rows, lanes.new)
-                room.steps[k] = rows.ledgers[s].move
+                room.steps[k] = rows.run_states[s].move
             wanted = searching + places.waiting.held[0]
             if moving + wanted == 0:
                 return

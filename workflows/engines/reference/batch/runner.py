@@ -100,12 +100,12 @@ class Batch:
             times = group.times()
             for s in np.flatnonzero(group.rows.statuses == PROVED).tolist():
                 group.end(
-                    s, Ending("proved"), float(times[s] - group.rows.ledgers["first_contact"][s])
+                    s, Ending("proved"), float(times[s] - group.rows.run_states["first_contact"][s])
                 )
             for s in np.flatnonzero(group.rows.statuses == bookkeeping.DONE).tolist():
-                ledger = group.rows.ledgers[s]
-                now, last = float(times[s]), float(ledger["last_contact"])
-                if ledger["contacts"] == 0:
+                run_state = group.rows.run_states[s]
+                now, last = float(times[s]), float(run_state["last_contact"])
+                if run_state["contacts"] == 0:
                     group.follow_on(s, now + float(approach[s]))
                     continue
                 watch = watches.setdefault(s, EndWatch(n, bond, self._stiffness))
@@ -124,7 +124,7 @@ class Batch:
                 elif ending.kind == "proved" or (
                     ending.kind == "argued" and ending.momentum_at_stake == 0.0
                 ):
-                    group.end(s, ending, now - float(ledger["first_contact"]))
+                    group.end(s, ending, now - float(run_state["first_contact"]))
         return group.outcomes(time.perf_counter() - started)
 
     def follow_cold(self, scenes: Sequence[Problem], steps: Array) -> ManyRuns:
@@ -133,8 +133,8 @@ class Batch:
         starts = StartStates.cold(speeds, self.particles)
         group = Chains(self._stepper, starts, steps, speeds)
         started = time.perf_counter()
-        n, stiffness, ledgers = self.particles, self._bond.stiffness, group.rows.ledgers
-        group.rows.goals[:] = np.ceil(longest_collision(n, stiffness, 0.0) / steps) + 1
+        n, stiffness, run_states = self.particles, self._bond.stiffness, group.rows.run_states
+        group.rows.target_steps[:] = np.ceil(longest_collision(n, stiffness, 0.0) / steps) + 1
         while np.any(group.rows.statuses == MOVING):
             self._carry(group, EndBounds.none())
             argued = np.flatnonzero(group.rows.statuses == bookkeeping.ARGUE).tolist()
@@ -148,10 +148,10 @@ class Batch:
                 if off:
                     group.end(s, Ending("proved"), until)
                 else:
-                    now, last = float(times[s]), float(ledgers["last_contact"][s])
-                    ledgers["argue_after"][s] = next_look(now, last, until) - last
+                    now, last = float(times[s]), float(run_states["last_contact"][s])
+                    run_states["argue_after"][s] = next_look(now, last, until) - last
                     longest = longest_collision(n, stiffness, last)
-                    group.rows.goals[s] = math.ceil(longest / steps[s]) + 1
+                    group.rows.target_steps[s] = math.ceil(longest / steps[s]) + 1
                     group.rows.statuses[s] = MOVING
         return group.outcomes(time.perf_counter() - started)
 
@@ -161,16 +161,16 @@ class Batch:
         """Run collisions a little beyond their last contacts, at `lasts` after the first."""
         group = Chains(self._stepper, starts, steps, speeds)
         started = time.perf_counter()
-        ledgers, margin = group.rows.ledgers, KNOWN_MARGIN / self._stiffness**0.5
-        bookkeeping.never_argue(ledgers)
+        run_states, margin = group.rows.run_states, KNOWN_MARGIN / self._stiffness**0.5
+        bookkeeping.never_argue(run_states)
         while np.any(group.rows.statuses == MOVING):
-            met = ledgers["contacts"] > 0
-            untils = np.where(met, ledgers["first_contact"] + lasts, group.times()) + margin
-            group.rows.goals[:] = np.ceil(untils / group.rows.steps) + 1
+            met = run_states["contacts"] > 0
+            untils = np.where(met, run_states["first_contact"] + lasts, group.times()) + margin
+            group.rows.target_steps[:] = np.ceil(untils / group.rows.steps) + 1
             self._carry(group, EndBounds.none())
             # Times of a collision count from its first contact, so it continues until it has one.
             group.rows.statuses[(group.rows.statuses == bookkeeping.DONE) & ~met] = MOVING
-        group.durations[:] = group.times() - ledgers["first_contact"]
+        group.durations[:] = group.times() - run_states["first_contact"]
         return group.outcomes(
             time.perf_counter() - started, group.rows.statuses == bookkeeping.DONE
         )
@@ -186,12 +186,12 @@ class Batch:
         """Follow a chain that may break to its end; None if it needs a single run."""
         chain = group.chain(s)
         # lanes move all bonds, so the single chain does as well
-        chain.ledger["active"] = self.particles - 1
+        chain.run_state["active"] = self.particles - 1
         try:
             ending, group.durations[s], evaluations = follow_on(problem, chain)
         except RunError:
             return None  # the single run reports the error
-        chain.ledger["evaluations"] = evaluations
+        chain.run_state["evaluations"] = evaluations
         # Otherwise the chain has more contacts than a row has room for.
         return ending if chain.arrays.contacts.base is group.rows.contacts else None
 
@@ -206,7 +206,7 @@ class Batch:
             group.make_room()
             return
         for s in np.flatnonzero(group.rows.statuses == MOVING).tolist():
-            group.rows.statuses[s] = group.chain(s).advance(int(group.rows.goals[s]))
+            group.rows.statuses[s] = group.chain(s).advance(int(group.rows.target_steps[s]))
 
     def _keep_off(
         self, scenes: Sequence[Problem], group: Chains, argued: Sequence[int]
@@ -221,28 +221,28 @@ class Batch:
         seen: dict[int, tuple[bool, float]] = {}
         ahead: list[tuple[int, float, int, float, float]] = []
         for s in argued:
-            ledger, now = rows.ledgers[s], float(times[s])
-            last, distance = float(ledger["last_contact"]), float(ledger["position"])
-            speed, momentum = float(ledger["impact_velocity"]), float(ledger["momentum"])
+            run_state, now = rows.run_states[s], float(times[s])
+            last, distance = float(run_state["last_contact"]), float(run_state["position"])
+            speed, momentum = float(run_state["impact_velocity"]), float(run_state["momentum"])
             certain = certain_at(bond, speed, momentum, distance, rows.strains[s], now, last)
             if certain == math.inf:
                 continue
             seen[s] = certain <= now, now
             clearance = required_clearance(scenes[s], distance)
             if certain > now and clearance is not None:
-                step = coarse_step(bond, float(ledger["strain_min"]))
+                step = coarse_step(bond, float(run_state["strain_min"]))
                 ahead.append((s, now, max(1, math.ceil((certain - now) / step)), step, clearance))
         if ahead:
             chosen, since, counts, steps, clearances = map(np.array, zip(*ahead, strict=True))
-            arrays = rows.ledgers, rows.strains, rows.velocities
-            ledgers, strains, velocities = (each[chosen] for each in arrays)
-            ledgers["strain_ceiling"] = coarse_ceiling(bond)
-            ledgers["strain_max"] = np.max(strains, axis=1)
+            arrays = rows.run_states, rows.strains, rows.velocities
+            run_states, strains, velocities = (each[chosen] for each in arrays)
+            run_states["strain_ceiling"] = coarse_ceiling(bond)
+            run_states["strain_max"] = np.max(strains, axis=1)
             done, parameters = np.zeros(len(chosen), np.int64), self._stepper.rule.parameters
             self._many_ahead(
-                ledgers, strains, velocities, counts, steps, clearances, done, parameters
+                run_states, strains, velocities, counts, steps, clearances, done, parameters
             )
             found = zip((done == counts).tolist(), (since + done * steps).tolist(), strict=True)
             seen.update(zip(chosen.tolist(), found, strict=True))
-            rows.ledgers["evaluations"][chosen] = ledgers["evaluations"]
+            rows.run_states["evaluations"][chosen] = run_states["evaluations"]
         return seen

@@ -63,29 +63,29 @@ def load(stepper: "Stepper") -> Callable:
 
 
 def advance(
-    ledger: np.record,
+    run_state: np.record,
     arrays: motion.LineArrays,
     stepper: "Stepper",
     move: Callable,
-    goal: int,
+    target_steps: int,
     cores: int,
 ) -> int:
     """
     Take steps on several cores for a chain with at least `LEAST_ACTIVE` moving bonds.
 
-    `ledger` and `arrays` change in place as in the loop over the whole chain, to the last bit.
-    `move` comes from :func:`load`; `goal` is the number of steps to reach, after the first contact.
-    Return the reason for the return, see ``bookkeeping``.
+    `run_state` and `arrays` change in place as in the loop over the whole chain, to the last bit.
+    `move` comes from :func:`load`; `target_steps` is the number of steps to reach, after the first
+    contact. Return the reason for the return, see ``bookkeeping``.
     """
     state = arrays.now
     # Blocks read their margins from the old state, so they write to another one.
     states = [state, State(state.strain.copy(), state.velocity.copy())]
-    head = _Head(ledger, arrays, stepper)
-    blocks = _Blocks(ledger, arrays.last, stepper, move, cores)
+    head = _Head(run_state, arrays, stepper)
+    blocks = _Blocks(run_state, arrays.last, stepper, move, cores)
     status = bookkeeping.DONE
     with ThreadPoolExecutor(max(cores - 1, 1)) as helpers:
-        while status == bookkeeping.DONE and ledger["steps"] < goal:
-            status, substeps = head.go_ahead(states[0], goal)
+        while status == bookkeeping.DONE and run_state["steps"] < target_steps:
+            status, substeps = head.go_ahead(states[0], target_steps)
             known = status != bookkeeping.CROWDED
             if known and substeps.shape[1] > 0:
                 known = blocks.move(states[0], states[1], substeps, helpers)
@@ -93,11 +93,11 @@ def advance(
                 # If a strain is invalid, which is rare, the loop over the whole chain reports the
                 # error.
                 whole = arrays._replace(now=states[0])
-                until = min(goal, int(ledger["steps"]) + SUBSTEPS)
-                status = stepper.advance(ledger, whole, until)
+                until = min(target_steps, int(run_state["steps"]) + SUBSTEPS)
+                status = stepper.advance(run_state, whole, until)
             elif substeps.shape[1] > 0:
-                head.commit(ledger)
-                blocks.commit(ledger, substeps)
+                head.commit(run_state)
+                blocks.commit(run_state, substeps)
                 states.reverse()
     if states[0] is not state:
         np.copyto(state.strain, states[0].strain)
@@ -115,8 +115,8 @@ _OF_HEAD = (
 class _Head:
     """Particles near the wall, which move ahead of the rest."""
 
-    def __init__(self, ledger: np.record, arrays: motion.LineArrays, stepper: "Stepper") -> None:
-        self._stepper, self._of_chain = stepper, ledger
+    def __init__(self, run_state: np.record, arrays: motion.LineArrays, stepper: "Stepper") -> None:
+        self._stepper, self._of_chain = stepper, run_state
         self._log = np.empty((2, SUBSTEPS + motion.SPARE_SUBSTEPS))
         # Even the last substep covers all bonds that the search for its contact needs.
         self._bonds = (self._log.shape[1] + 1) * stepper.scheme.reach
@@ -124,35 +124,35 @@ class _Head:
         now, last, kept, trial = own
         self._now = now
         self._arrays = arrays._replace(now=now, last=last, kept=kept, trial=trial, log=self._log)
-        self._ledger = ledger.copy()
+        self._run_state = run_state.copy()
 
-    def go_ahead(self, state: State, goal: int) -> tuple[int, Array]:
+    def go_ahead(self, state: State, target_steps: int) -> tuple[int, Array]:
         """Move the head ahead; return the reason for the return, and the substeps until then."""
-        ledger = self._ledger
+        run_state = self._run_state
         for name in _OF_HEAD:
-            ledger[name] = self._of_chain[name]
-        ledger["active"], ledger["substeps"] = self._bonds, 0
+            run_state[name] = self._of_chain[name]
+        run_state["active"], run_state["substeps"] = self._bonds, 0
         # Strains at the cut are meaningless, so they are not limited.
-        ledger["strain_min"] = ledger["strain_floor"] = -math.inf
-        ledger["strain_max"] = ledger["strain_ceiling"] = math.inf
+        run_state["strain_min"] = run_state["strain_floor"] = -math.inf
+        run_state["strain_max"] = run_state["strain_ceiling"] = math.inf
         self._now.strain[:] = state.strain[: self._bonds]
         self._now.velocity[:] = state.velocity[: self._bonds + 1]
-        status = self._stepper.advance(ledger, self._arrays, goal)
-        return status, self._log[:, : int(ledger["substeps"])]
+        status = self._stepper.advance(run_state, self._arrays, target_steps)
+        return status, self._log[:, : int(run_state["substeps"])]
 
-    def commit(self, ledger: np.record) -> None:
-        """Copy the variables of the head to the ledger of the chain."""
+    def commit(self, run_state: np.record) -> None:
+        """Copy the variables of the head to the run state of the chain."""
         for name in _OF_HEAD:
-            ledger[name] = self._ledger[name]
+            run_state[name] = self._run_state[name]
 
 
 class _Blocks:
     """Blocks of the chain."""
 
     def __init__(
-        self, ledger: np.record, last: State, stepper: "Stepper", move: Callable, cores: int
+        self, run_state: np.record, last: State, stepper: "Stepper", move: Callable, cores: int
     ) -> None:
-        self._ledger, self._last, self._cores = ledger, last, cores
+        self._run_state, self._last, self._cores = run_state, last, cores
         self._stepper, self._move = stepper, move
         self._found = np.empty((0, loop.OUTSIDE + 1))
         self._scratch: list[_Scratch] = []
@@ -165,14 +165,14 @@ class _Blocks:
         helpers: ThreadPoolExecutor,
     ) -> bool:
         """Move all blocks through substeps; return False if a strain is not allowed."""
-        ledger, stepper = self._ledger, self._stepper
+        run_state, stepper = self._run_state, self._stepper
         limits = (
-            float(ledger["strain_min"]),
-            float(ledger["strain_max"]),
-            float(ledger["strain_floor"]),
-            float(ledger["strain_ceiling"]),
-            motion.FRONT_THRESHOLD * float(ledger["impact_velocity"]),
-            float(ledger["contacts"]),
+            float(run_state["strain_min"]),
+            float(run_state["strain_max"]),
+            float(run_state["strain_floor"]),
+            float(run_state["strain_ceiling"]),
+            motion.FRONT_THRESHOLD * float(run_state["impact_velocity"]),
+            float(run_state["contacts"]),
         )
         blocks = self._cut(substeps.shape[1])
         states = old, new, self._last
@@ -200,23 +200,23 @@ class _Blocks:
             other.result()
         return not self._found[:, loop.OUTSIDE].any()
 
-    def commit(self, ledger: np.record, substeps: Array) -> None:
-        """Copy the extreme strains of the blocks to the ledger, in any order of blocks."""
+    def commit(self, run_state: np.record, substeps: Array) -> None:
+        """Copy the extreme strains of the blocks to the run state, in any order of blocks."""
         found = self._found
-        ledger["strain_min"] = np.min(found[:, loop.LOW])
-        ledger["strain_max"] = np.max(found[:, loop.HIGH])
-        ledger["active"] = int(found[-1, loop.ACTIVE])
+        run_state["strain_min"] = np.min(found[:, loop.LOW])
+        run_state["strain_max"] = np.max(found[:, loop.HIGH])
+        run_state["active"] = int(found[-1, loop.ACTIVE])
         if substeps[1].any():
-            ledger["contact_min"] = np.min(found[:, loop.CONTACT_LOW])
-            ledger["contact_max"] = np.max(found[:, loop.CONTACT_HIGH])
+            run_state["contact_min"] = np.min(found[:, loop.CONTACT_LOW])
+            run_state["contact_max"] = np.max(found[:, loop.CONTACT_HIGH])
 
     def _cut(self, substeps: int) -> list[_Block]:
         """Return blocks of about equal work, as many for each core."""
-        active = int(self._ledger.active)
+        active = int(self._run_state.active)
         margin = ALIGNED * math.ceil(substeps * self._stepper.scheme.reach / ALIGNED)
         cores = max(1, min(self._cores, active // (LEAST_MARGINS * margin)))
         # Python can react to Ctrl-C only between blocks.
-        most = steps_at_once(int(self._ledger.step_evaluations) * substeps)
+        most = steps_at_once(int(self._run_state.step_evaluations) * substeps)
         count = cores * math.ceil(active / (cores * most))
         # The last block ends with the moving bonds and grows with the front.
         ends = [ALIGNED * round(active * k / count / ALIGNED) for k in range(count)] + [active]
