@@ -185,7 +185,7 @@ class CollisionFrames:
         return v0
 
     def _moving_start(self) -> Start:
-        """Examine a first frame without the start of a collision again, with the data known now."""
+        """Examine a first frame that lacks the start of a collision once more, with later data."""
         if self.layout.targets:  # the impact velocity is that of this frame
             return "moving"
         v = self.first_state.velocities

@@ -15,7 +15,7 @@ _STOPPED = re.compile(
     r"|BEHIND THE WALL|MISMATCHED|BEGUN OTHERWISE): .*)$",
     re.MULTILINE,
 )
-# Eta from a dump with all digits agrees within this with eta as LAMMPS prints it.
+# Eta from a dump with all digits differs by at most this from the eta that LAMMPS prints.
 _SAME_RUN = 1e-12
 
 

@@ -145,15 +145,15 @@ class NumericsKeys(BaseModel):
     )
     scheme: Scheme | None = Field(
         default=None,
-        description="integration method: Verlet steps, or 5, 9 or 17 of them composed into one "
-        "step of order 4, 6 or 8 [default: chosen for the tolerance; order6 with other numerics "
-        "of your own, verlet with wall reflect]",
+        description="integration method: Verlet steps, or steps of order 4, 6 or 8, which are "
+        "composed of 5, 9 or 17 Verlet steps [default: chosen for the tolerance. If you give "
+        "other numerics: order6, or verlet with wall reflect]",
     )
     timestep: PositiveNumber | None = Field(
         default=None,
-        description="time step H, that of a whole composed step [default: chosen for the "
-        "tolerance; with other numerics of your own 0.0125, 0.05, 0.1 or 0.2 for the four "
-        "schemes, 0.005 with wall reflect]",
+        description="time step H; for a composed scheme, the length of the whole step [default: "
+        "chosen for the tolerance. If you give other numerics: 0.0125, 0.05, 0.1 or 0.2 for the "
+        "four schemes, or 0.005 with wall reflect]",
     )
     table: TableStyle | None = Field(
         default=None,

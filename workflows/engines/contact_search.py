@@ -125,8 +125,7 @@ def narrow(
     """
     Take one step towards the zero of a path between two times; `point` is the point at `time`.
 
-    Return narrower bounds, a better time within them, and whether this time is the zero to
-    rounding.
+    Return narrower bounds, a better time between them, and whether it is the zero up to rounding.
     """
     x, v, a = point
     if x == 0.0:

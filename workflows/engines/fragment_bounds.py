@@ -63,7 +63,7 @@ class Lever(NamedTuple):
 
 @lru_cache(maxsize=1024)
 def equal_lever(particles: int) -> Lever:
-    """Return the lever of the first of some particles of mass 1."""
+    """Return the lever of the first particle of a fragment with masses of 1."""
     return Lever.of(np.ones(particles))
 
 

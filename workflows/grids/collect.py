@@ -67,7 +67,7 @@ def collect_grid(folder: Path) -> list[CollectedJob]:
 
 
 def _check_row(grid: Path, number: int, row: dict[Any, Any]) -> None:
-    """Raise InputError for a row of a manifest that is short, long, or names no folder in it."""
+    """Raise InputError for a row of a manifest that is too short, too long, or names no folder."""
     name = row["folder"]
     wrong = None
     if None in row or None in row.values():

@@ -159,12 +159,12 @@ def named_errors(path: Path) -> Iterator[None]:
         if name.startswith(("SQLITE_BUSY", "SQLITE_LOCKED")):
             raise StoreWriteError(
                 f"the results store {path} has been locked by another program for "
-                f"{LOCK_SECONDS:g} s; end that program and run the same command again"
+                f"{LOCK_SECONDS:g} s. End that program and run the same command again"
             ) from None
         if name == "SQLITE_FULL" or name.startswith("SQLITE_IOERR"):
             raise StoreWriteError(
-                f"the results store {path} cannot be written ({reason}); what is in it is safe: "
-                "make room and run the same command again"
+                f"the results store {path} cannot be written ({reason}). Make room and "
+                "run the same command again: the results in the store are safe"
             ) from None
         raise StoreError(
             f"the results store {path} cannot be read ({reason}). Restore an earlier copy, "

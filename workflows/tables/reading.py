@@ -18,7 +18,8 @@ WHOLE_TURN = 180.0
 # Part of the range at its end, whose slope tells pairs from bonds.
 _TAIL = 0.1
 _UNITS = re.compile(r"UNITS:\s*(\w+)")
-# kT at 300 K by units; 1 for lj. LAMMPS's own writers name the units in the first line.
+# kT at 300 K for each style of units; 1 for lj. LAMMPS's own writers name the units in the first
+# line.
 _THERMAL = {"lj": 1.0, "real": 0.59616, "metal": 0.025852, "electron": 9.5004e-4, "si": 4.1419e-21}
 
 

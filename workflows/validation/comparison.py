@@ -18,8 +18,8 @@ from chaincor.workflows.given import scene_given
 from chaincor.workflows.json_output import finite
 from chaincor.workflows.result import Collision
 
-# The default step is this multiple of the fastest bond's 1/omega. It limits how far the longest and
-# shortest bonds at the ends of steps can miss the extremes between them.
+# The default step is this multiple of the fastest bond's 1/omega. The extremes between the ends of
+# steps can therefore exceed the longest and shortest bonds at the ends by little.
 _USUAL_STEP = 0.4
 _ROUNDING = 1e-12
 
