@@ -48,7 +48,7 @@ def test_bonds_that_particles_can_cross_are_named_with_the_error_that_says_so():
             crosses = math.isfinite(float(bond.energy(np.array(-1.0))))
         if crosses and bond.crossing_strain == -1.0:
             assert f"`{name}`" in section
-    assert "It refuses other bonds, too" in section
+    assert "The reference engine refuses other bonds, too" in section
 
 
 def test_a_message_names_its_section(chaincor):
