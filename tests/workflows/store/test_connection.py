@@ -102,7 +102,7 @@ def test_a_full_disk_is_one_clear_error_and_loses_nothing(small_disk, make_attem
     scenes = [SCENE.replace(speed=0.001 * k) for k in range(1, 400)]
     written = 0
     with Store(path) as store:
-        with pytest.raises(StoreWriteError, match="make room"):  # noqa: PT012
+        with pytest.raises(StoreWriteError, match="Make room"):  # noqa: PT012
             for scene in scenes:
                 store.record([make_attempt(scene)], arrays=True)
                 written += 1
