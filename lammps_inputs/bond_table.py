@@ -7,6 +7,7 @@ from itertools import pairwise
 import numpy as np
 
 from chaincor.lammps_inputs.arrays import Array
+from chaincor.lammps_inputs.bonds.equilibrium import kept_by_bond
 from chaincor.lammps_inputs.bonds.interpolation import interpolate
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.bonds.table_text import section_text
@@ -257,6 +258,7 @@ def choose_rows(
     return int(min(max(needed, FEWEST_ROWS), MOST_ROWS))
 
 
+@kept_by_bond
 def _probe(bond: Potential, span: tuple[float, float], style: TableStyle) -> tuple[float, float]:
     """Return the error of the interpolated force with few rows, and the largest force."""
     lengths = np.linspace(*span, _PROBE_ROWS)

@@ -10,9 +10,10 @@ import pytest
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.lammps.library import lmp_environment
+from chaincor.workflows.grids import grid
 from chaincor.workflows.grids.collect import collect_grid
 from chaincor.workflows.grids.grid import folder_name, write_grid
-from chaincor.workflows.grids.submission import Submission
+from chaincor.workflows.grids.submission import SCHEDULERS, Submission
 from chaincor.workflows.scripted import plan_script
 from chaincor.workflows.store.export import to_pandas
 from chaincor.workflows.store.results_store import Store
@@ -256,13 +257,33 @@ def test_what_a_sweep_has_no_use_for_is_refused(options, line, chaincor, tmp_pat
     assert not (tmp_path / "jobs").exists()
 
 
+@pytest.mark.slow
+def test_processes_write_the_same_grid(tmp_path, monkeypatch):
+    scenes = [Scene(particles=3, speed=0.1 * k, tolerance=1e-4) for k in range(1, 7)]
+    # Its particles pass through each other, so this point has no job.
+    scenes.insert(2, Scene(potential="harmonic", particles=5, velocity=0.9))
+    written = {}
+    for least in (100, 2):
+        monkeypatch.setattr(grid, "_LEAST_FOR_PROCESSES", least)
+        monkeypatch.setattr(grid, "_PART", 2)
+        folder = tmp_path / str(least)
+        refusals = write_grid(scenes, ["speed"], folder)
+        files = sorted(path for path in folder.rglob("*") if path.is_file())
+        texts = {str(path.relative_to(folder)): path.read_text() for path in files}
+        texts = {name: text.replace(str(folder), "") for name, text in texts.items()}
+        assert [number for number, refusal in enumerate(refusals.values()) if refusal] == [2]
+        written[least] = refusals, texts
+    assert written[2] == written[100]
+    assert sum(name.endswith("in.chain") for name in written[2][1]) == 6
+
+
 def test_submit_is_for_sweeps(chaincor, tmp_path):
     status, _, err = chaincor("inputs", "--submit", "pbs", "-o", str(tmp_path / "job"))
     assert status == 2
     assert "--submit, --site, --jobs-per-task and --at-once work only with a sweep file" in err
 
 
-@pytest.mark.parametrize("scheduler", ["slurm", "pbs", "bash"])
+@pytest.mark.parametrize("scheduler", SCHEDULERS)
 def test_submit_scripts_are_bash_with_the_lines_of_the_site(scheduler, tmp_path):
     script = tmp_path / "submit"
     script.write_text(script_of(scheduler, ["a", "b"], site="module load lammps"))

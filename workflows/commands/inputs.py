@@ -13,6 +13,7 @@ from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.script_plan import JobWishes
 from chaincor.workflows.commands.options import ONE_OR_MORE, option, say
 from chaincor.workflows.commands.scene_options import SceneCommand, scene_from, scene_options
+from chaincor.workflows.grids.submission import SCHEDULERS
 
 
 @click.command(cls=SceneCommand)
@@ -23,7 +24,7 @@ from chaincor.workflows.commands.scene_options import SceneCommand, scene_from, 
 @option(
     "--submit",
     "scheduler that runs the jobs of a sweep file [default: bash]",
-    click.Choice(["slurm", "pbs", "bash"]),
+    click.Choice(SCHEDULERS),
 )
 @option("--site FILE", "lines for the head of a sweep file's submit script")
 @option("--jobs-per-task N", "jobs of a sweep file that a task of an array runs", ONE_OR_MORE)

@@ -2,10 +2,14 @@
 
 import csv
 import io
+import itertools
+import warnings
+from collections import deque
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
+from typing import NamedTuple
 
 from chaincor.analysis.atomic_write import made_folder, write_whole
 from chaincor.lammps_inputs.errors import ChaincorError, InputError, one_line
@@ -15,6 +19,9 @@ from chaincor.lammps_inputs.script import SCRIPT_FILE, TABLE_FILE
 from chaincor.lammps_inputs.script_plan import NO_WISHES, JobWishes
 from chaincor.workflows.accuracy.step_guess import foresee_frequency_ratio
 from chaincor.workflows.campaign.points import value_of
+from chaincor.workflows.campaign.pool import ProcessPool
+from chaincor.workflows.errors import UnsureJobWarning
+from chaincor.workflows.given import workers_given
 from chaincor.workflows.grids.submission import BY_BASH, Submission
 from chaincor.workflows.job import job_files
 
@@ -25,6 +32,10 @@ _SAFE = frozenset("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ012345678
 _LONGEST_NAME = 100
 # Folder of the bond tables, which several jobs read.
 TABLES = "tables"
+# Jobs that a process makes at a time. Processes make the jobs of larger grids only: a process needs
+# a second to start, and 15 ms for a job.
+_PART = 32
+_LEAST_FOR_PROCESSES = 128
 # Files of a job that was run, and of a job with a table of its own.
 _OLD = ("log.lammps", "log.motion", "screen.txt", "chain.restart", "chain.state", TABLE_FILE)
 
@@ -63,14 +74,18 @@ def write_grid(
         )
     refusals: dict[str, str] = {}
     rows = []
-    # For all scenes together in a fraction of the time.
-    foresee_frequency_ratio(each.problem for each in scenes)
+    wishes = replace(wishes, restartable=True, guards=True)
     with _written_whole(folder):
         for old in (MANIFEST, *scripts):
             (folder / old).unlink(missing_ok=True)
         tables = SharedTables(folder / TABLES)
-        for number, (scene, name) in enumerate(zip(scenes, names, strict=True), 1):
-            refusals[name] = _write_point(scene, folder / name, wishes, tables)
+        made = zip(scenes, names, _make_jobs(scenes, wishes), strict=True)
+        for number, (scene, name, job) in enumerate(made, 1):
+            for doubt in job.doubts:
+                warnings.warn(doubt, UnsureJobWarning, stacklevel=2)
+            if not job.refusal:
+                _write_job(scene, folder / name, job.files, tables)
+            refusals[name] = job.refusal
             values = [value_of(scene, axis) for axis in axes]
             rows.append([number, name, *values, refusals[name]])
         written = [name for name, refusal in refusals.items() if not refusal]
@@ -126,20 +141,54 @@ class SharedTables:
         return self._names[table]
 
 
-def _write_point(scene: Scene, job: Path, wishes: JobWishes, tables: SharedTables) -> str:
-    """Write one job, and return the reason of a failure, empty after success."""
-    try:
-        wishes = replace(wishes, restartable=True, guards=True)
-        files = job_files(scene, wishes, shared_table=True)
-    except ChaincorError as error:
-        return one_line(error)
+class _Job(NamedTuple):
+    """Files of the job of a point, or the reason why it has none."""
+
+    files: dict[str, str]  #: Contents by name; empty without a job.
+    refusal: str  #: Reason why there is no job; empty if there is one.
+    doubts: list[str]  #: Warnings about the job.
+
+
+def _make_jobs(scenes: Sequence[Scene], wishes: JobWishes) -> Iterator[_Job]:
+    """Yield the job of each scene; worker processes make the jobs if there are many."""
+    parts = [scenes[k : k + _PART] for k in range(0, len(scenes), _PART)]
+    if len(scenes) < _LEAST_FOR_PROCESSES:
+        yield from itertools.chain.from_iterable(_make_part(part, wishes) for part in parts)
+        return
+    workers = min(workers_given(None), len(parts))
+    with ProcessPool(workers) as pool:
+        pending = deque(pool.submit(_make_part, part, wishes) for part in parts[: 2 * workers])
+        for part in [*parts[2 * workers :], *[None] * len(pending)]:
+            yield from pending.popleft().result()
+            if part is not None:
+                pending.append(pool.submit(_make_part, part, wishes))
+
+
+def _make_part(scenes: Sequence[Scene], wishes: JobWishes) -> list[_Job]:
+    """Return the jobs of some scenes, without writing them."""
+    # For all scenes together in a fraction of the time.
+    foresee_frequency_ratio(each.problem for each in scenes)
+    return [_make_job(scene, wishes) for scene in scenes]
+
+
+def _make_job(scene: Scene, wishes: JobWishes) -> _Job:
+    with warnings.catch_warnings(record=True) as found:
+        warnings.simplefilter("always", UnsureJobWarning)
+        try:
+            files = job_files(scene, wishes, shared_table=True)
+        except ChaincorError as error:
+            return _Job({}, one_line(error), [])
+    return _Job(files, "", [str(each.message) for each in found])
+
+
+def _write_job(scene: Scene, job: Path, files: dict[str, str], tables: SharedTables) -> None:
+    """Write the files of a job, and remove those of an older one."""
     job.mkdir(parents=True, exist_ok=True)
     for old in _OLD:
         (job / old).unlink(missing_ok=True)  # files of an older job would pass for results
     files = tables.take_from(files) | {ASKED: read_from_anywhere(scene).to_toml()}
     for name, text in files.items():
         (job / name).write_text(text, encoding="utf-8")
-    return ""
 
 
 def folder_name(scene: Scene, axes: Sequence[str], number: int) -> str:

@@ -4,9 +4,10 @@ import shlex
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
+from typing import Literal, get_args
 
 Scheduler = Literal["slurm", "pbs", "bash"]
+SCHEDULERS: tuple[Scheduler, ...] = get_args(Scheduler)
 
 _HEADS = {
     "slurm": "#SBATCH --job-name=chaincor\n#SBATCH --array=1-{count}{at_once}\n"

@@ -1,11 +1,11 @@
 """
 Kill -9 of every part of a sweep at random moments, and what is left of it.
 
-``python -m tests.workflows.campaign.kills 100`` starts small sweeps again and again and kills the
+``python -m tests.workflows.campaign.kills 100`` starts short sweeps again and again and kills the
 main process, a worker, the Dask scheduler, a Dask worker, the client of a Dask sweep, or all
 processes of a Dask sweep at once. After every kill the store must be sound and hold every row that
-could be read before; after a resume it must hold exactly the rows of an undisturbed sweep, to the
-last bit of eta. No process of the sweep may be left.
+could be read before; after a resume it must hold exactly the rows of an undisturbed local sweep, to
+the last bit of eta and of the arrays. No process of the sweep may be left.
 """
 
 import contextlib
@@ -17,23 +17,31 @@ import sys
 import tempfile
 import time
 from collections import Counter
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from tests.dask_cluster import children, dask_cluster, start_quietly
+from tests.dask_cluster import DaskProcesses, children, dask_cluster, start_quietly
 
-KINDS = ("main", "worker", "scheduler", "dask worker", "dask client", "machine")
+LOCAL_KINDS = ("main", "worker")
+# The cluster survives these kills, so that the same cluster serves the resume.
+CLUSTER_STAYS = ("dask worker", "dask client")
+CLUSTER_ENDS = ("scheduler", "machine")
+KINDS = (*LOCAL_KINDS, *CLUSTER_STAYS, *CLUSTER_ENDS)
 SWEEP = """
 arrays = true
 [scene]
-tolerance = 1e-6
+engine = "{engine}"
+tolerance = {tolerance}
 [axes]
-particles = [5, 10, 20]
-speed = {{ from = 0.01, to = 1.0, points = {points}, spacing = "log" }}
+particles = [3, 5, 8]
+speed = {{ from = 0.01, to = 0.5, points = {points}, spacing = "log" }}
 potential = ["lj", "toda"]
 """
 _MAIN = [sys.executable, "-c", "from chaincor.workflows.cli import main; main()", "sweep"]
-_PATIENCE = 600.0
+_PATIENCE = 1200.0
+# Processes inherit this variable from the study, and are recognized by it whoever their parent is.
+_MARK = "CHAINCOR_KILL_STUDY"
 
 Rows = dict[str, tuple]
 
@@ -55,6 +63,7 @@ def study_kills(
     folder: Path,
     *,
     points: int = 20,
+    engine: str = "lammps",
     kinds: tuple[str, ...] = KINDS,
     seed: int = 1,
     deadline: float | None = None,
@@ -63,39 +72,89 @@ def study_kills(
     Kill parts of sweeps and check what is left.
 
     A sweep has six collisions for each of `points` speeds; each of `kinds` is killed equally often,
-    when the store has a number of rows that is drawn by `seed`. No sweep begins after the
-    `deadline`, in seconds since the epoch.
+    when the store has a number of rows that is drawn by `seed`. A Dask cluster serves one kill that
+    it survives and one that ends it. No sweep begins after the `deadline`, in seconds since the
+    epoch.
     """
     chance, study = random.Random(seed), Study()
     sweep = folder / "sweep.toml"
-    sweep.write_text(SWEEP.format(points=points))
+    tolerance = 1e-6 if engine == "lammps" else 1e-4
+    sweep.write_text(SWEEP.format(points=points, engine=engine, tolerance=tolerance))
     whole = folder / "undisturbed.sqlite"
-    _run(sweep, whole)
+    _run(sweep, whole, ["--workers", "2"])
     expected = read_rows(whole)
     number = 0
-    while sum(study.kills.values()) < count:
-        kind = min(kinds, key=study.kills.__getitem__)
+    while sum(study.kills.values()) < count and (deadline is None or time.time() < deadline):
         number += 1
-        store = folder / f"{number}.sqlite"
-        moment = chance.randrange(len(expected))
-        in_dask = kind not in ("main", "worker")
-        with dask_cluster() if in_dask else contextlib.nullcontext() as cluster:
-            _disturb(kind, sweep, store, moment, cluster, study, chance)
-        _run(sweep, store)
-        after = read_rows(store)
-        other = {key: _differences(after.get(key), row) for key, row in expected.items()}
-        other = {key: found for key, found in other.items() if found}
-        assert not other, f"{kind}: resumed to other rows than an undisturbed sweep: {other}"
-        assert len(after) == len(expected)
-        store.unlink()
-        if deadline is not None and time.time() > deadline:
-            break
+        with _marked(f"{os.getpid()}-{number}"), contextlib.ExitStack() as stack:
+            cluster = None
+            for kind in _next_kinds(study, kinds, count):
+                if kind not in LOCAL_KINDS and cluster is None:
+                    cluster = stack.enter_context(dask_cluster())
+                store = folder / f"{number}-{kind.replace(' ', '-')}.sqlite"
+                moment = chance.randrange(len(expected))
+                _disturb(kind, sweep, store, moment, cluster, study, chance)
+                # A sweep goes on without a lost worker, so there is nothing to resume.
+                stays = cluster is not None and kind in CLUSTER_STAYS
+                _run(sweep, store, _where(cluster if stays else None))
+                _compare(kind, read_rows(store), expected)
+                store.unlink()
     return study
 
 
+def _next_kinds(study: Study, kinds: tuple[str, ...], count: int) -> list[str]:
+    """Return the kinds that come next: one of local sweeps, or up to two for a Dask cluster."""
+    groups = (LOCAL_KINDS, CLUSTER_STAYS, CLUSTER_ENDS)
+    rarest = [
+        min(chosen, key=study.kills.__getitem__)
+        for group in groups
+        if (chosen := [kind for kind in group if kind in kinds])
+    ]
+    if set(rarest) & set(LOCAL_KINDS):
+        local, *others = rarest
+        rarest = others if others and study.kills[others[0]] < study.kills[local] else [local]
+    return rarest[: count - sum(study.kills.values())]
+
+
+@contextlib.contextmanager
+def _marked(mark: str) -> Iterator[None]:
+    """Mark the processes that begin inside the block; none of them may run after the block."""
+    os.environ[_MARK] = mark
+    try:
+        yield
+    finally:
+        del os.environ[_MARK]
+    line = f"{_MARK}={mark}".encode()
+    _wait_for_end(
+        lambda: [
+            int(entry.parent.name)
+            for entry in Path("/proc").glob("[0-9]*/environ")
+            if _runs(int(entry.parent.name)) and line in _content(entry).split(b"\0")
+        ]
+    )
+
+
+def _content(path: Path) -> bytes:
+    try:
+        return path.read_bytes()
+    except OSError:
+        return b""
+
+
+def _where(cluster: DaskProcesses | None) -> list[str]:
+    """Return the options that say where a sweep runs."""
+    return ["--workers", "2"] if cluster is None else ["--scheduler", cluster.address]
+
+
+def _compare(kind: str, found: Rows, expected: Rows) -> None:
+    other = {key: _differences(found.get(key), row) for key, row in expected.items()}
+    other = {key: differences for key, differences in other.items() if differences}
+    assert not other, f"{kind}: resumed to other rows than an undisturbed sweep: {other}"
+    assert len(found) == len(expected)
+
+
 def _disturb(kind, sweep, store, moment, cluster, study, chance) -> None:
-    options = ["--workers", "2"] if cluster is None else ["--scheduler", cluster.address]
-    process = start_quietly([*_MAIN, str(sweep), "--store", str(store), *options])
+    process = start_quietly([*_MAIN, str(sweep), "--store", str(store), *_where(cluster)])
     while _number_of_rows(store) < moment and process.poll() is None:
         time.sleep(0.05)
     before = read_rows(store)
@@ -123,7 +182,7 @@ def _disturb(kind, sweep, store, moment, cluster, study, chance) -> None:
         print(f"{kind}: killed with {len(before)} rows in the store", flush=True)
         study.rows_at_kill.append(len(before))
     process.wait(_PATIENCE)
-    _wait_for_end(family)
+    _wait_for_end(lambda: [pid for pid in family if _runs(pid)])
     left = read_rows(store)
     lost = {key for key, row in before.items() if row[0] is not None and left.get(key) != row}
     assert not lost, f"{kind}: {len(lost)} finished rows were lost or changed"
@@ -174,15 +233,12 @@ def _differences(row: tuple | None, expected: tuple) -> list[tuple]:
     return [(n, str(x)[:300], str(y)[:300]) for n, (x, y) in pairs if x != y]
 
 
-def _wait_for_end(pids: list[int]) -> None:
-    """Workers must not outlive the main process."""
-    deadline = time.monotonic() + 10.0
-    while time.monotonic() < deadline:
-        alive = [pid for pid in pids if _runs(pid)]
-        if not alive:
-            return
+def _wait_for_end(still_running: Callable[[], list[int]]) -> None:
+    """Wait until all processes of a sweep have ended; they must not outlive it."""
+    deadline = time.monotonic() + 60.0
+    while alive := still_running():
+        assert time.monotonic() < deadline, f"processes {alive} outlived the sweep"
         time.sleep(0.05)
-    raise AssertionError(f"workers {alive} outlived the sweep")
 
 
 def _runs(pid: int) -> bool:
@@ -193,23 +249,24 @@ def _runs(pid: int) -> bool:
     return state != "Z"
 
 
-def _run(sweep: Path, store: Path) -> None:
-    process = start_quietly([*_MAIN, str(sweep), "--store", str(store), "--workers", "2"])
+def _run(sweep: Path, store: Path, where: list[str]) -> None:
+    process = start_quietly([*_MAIN, str(sweep), "--store", str(store), *where])
     status = process.wait(_PATIENCE)
     failures = [row[-1] for row in read_rows(store).values() if row[-1] is not None]
     assert status == 0, f"an undisturbed sweep ended with status {status}; failures: {failures}"
 
 
 if __name__ == "__main__":
-    wanted, seed, minutes, points, *chosen = [
+    wanted, seed, minutes, points, engine, *chosen = [
         *sys.argv[1:],
-        *("100", "1", "600", "20")[len(sys.argv) - 1 :],
+        *("100", "1", "600", "20", "lammps")[len(sys.argv) - 1 :],
     ]
     with tempfile.TemporaryDirectory(prefix="sweep-kills-") as name:
         result = study_kills(
             int(wanted),
             Path(name),
             points=int(points),
+            engine=engine,
             kinds=tuple(chosen) or KINDS,
             seed=int(seed),
             deadline=time.time() + 60.0 * float(minutes),
