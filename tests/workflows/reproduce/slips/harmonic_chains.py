@@ -68,11 +68,10 @@ def _plastic_exponent() -> Slip:
     return Slip(
         "section I, introduction",
         "plastic impact: 1 − η increases with the exponent 1/2",
-        "it is η that falls with the exponent −1/2: e ∝ v^(−1/4), so η = e² ∝ v^(−1/2), and 1 − η "
-        "is no power",
-        "energy given back by a fully plastic contact at two speeds, a decade apart: e has the "
-        f"exponent {exponent:.3f}, η {2.0 * exponent:.3f}; 1 − η grows from {1.0 - slow**2:.2f} to "
-        f"{1.0 - fast**2:.2f} only",
+        "η falls with the exponent −1/2, because e ∝ v^(−1/4); 1 − η is no power",
+        "a fully plastic contact at two speeds, a decade apart: e has the exponent "
+        f"{exponent:.3f}, η {2.0 * exponent:.3f}; 1 − η grows only from {1.0 - slow**2:.2f} to "
+        f"{1.0 - fast**2:.2f}",
         abs(exponent + 0.25) < 1e-3 and slow < 1.0,
         matters=Matters.STATEMENT,
     )
@@ -101,8 +100,7 @@ def _viscoelastic_exponent() -> Slip:
         "section I, introduction",
         "viscoelastic spheres: 1 − η grows with the exponent 2/5",
         "1/5: the loss per collision is ∝ v^(11/5), and the energy ∝ v²",
-        f"Kuwabara and Kono's contact force integrated at two speeds, a decade apart: exponent "
-        f"{exponent:.3f}",
+        f"Kuwabara and Kono's contact force at two speeds, a decade apart: exponent {exponent:.3f}",
         abs(exponent - 0.2) < 0.02,
         matters=Matters.STATEMENT,
     )
@@ -123,7 +121,7 @@ def _particle_order() -> Slip:
         "one order: x₁ < x₂ < … < x_n with the wall at x = 0, and b = (ℓ, 0, …, 0, −ℓ); in eq. (2) "
         "the sum runs over j, its terms over i",
         f"force of eq. (4) on a chain at rest: {residuals[0]:g} in the order of eq. (6), "
-        f"{residuals[1]:g} in the opposite one",
+        f"{residuals[1]:g} in the opposite order",
         residuals[0] > 0.5 and residuals[1] == 0.0,
     )
 
@@ -136,8 +134,8 @@ def _chain_length() -> Slip:
     return Slip(
         "figure 2",
         "n = 19 in the text, n = 20 in the caption",
-        "undecided: both are drawn here",
-        f"they differ: η = {etas[19]:.6f} (19), {etas[20]:.6f} (20)",
+        "undecided: the report draws both",
+        f"η = {etas[19]:.6f} (19), {etas[20]:.6f} (20)",
         abs(etas[19] - etas[20]) > 0.01,
         kind=Kind.UNDECIDED,
     )
@@ -154,8 +152,8 @@ def _reduced_units() -> Slip:
         "section II, reduced units",
         "c_l = τ = 1 together with ℓ = m = k = 1",
         "c_l = 1 only; τ = (n − 1)ℓ/c_l is then n − 1",
-        f"n = {n}: the longest wave runs at {speed:.3f}, so c_l = 1; the last contact comes after "
-        f"{contact_time:.1f} units of time, near 2τ = 2(n − 1) = {crossings:g}, not near 2",
+        f"n = {n}: the longest wave has the speed {speed:.3f}, so c_l = 1; the last contact is at "
+        f"the time {contact_time:.1f}, near 2τ = 2(n − 1) = {crossings:g}",
         is_unit_speed and abs(contact_time / crossings - 1.0) < 0.1,
     )
 
@@ -174,8 +172,8 @@ def _frequencies() -> Slip:
         "below eq. (7)",
         "ω_j = sin(πj/n)",
         "ω_j = 2ω sin(πj/2n), of which eq. (11) is the expansion",
-        f"eigenvalues of A, n = {_CHAIN}: 2 sin(πj/2n) is right to below {residue:.0e}, "
-        f"sin(πj/n) is off by up to {printed:.2f}, for the fastest mode",
+        f"eigenvalues of A, n = {_CHAIN}: the error of 2 sin(πj/2n) is below {residue:.0e}, the "
+        f"error of sin(πj/n) up to {printed:.2f}",
         ours < residue < 1.9 < printed,
     )
 
@@ -193,7 +191,7 @@ def _mode_energies() -> Slip:
         "eq. (7)",
         "E_j = (4m/n) v² cos²(πj/2n) sin²(…)/sin²(…)",
         "",
-        f"right: with the chain's own contacts instead of equal ones the sum over j is 1 − η to "
+        f"with the computed contacts instead of equal ones, the sum over j differs from 1 − η by "
         f"below {residue:.0e} (n = {_CHAIN})",
         difference < residue,
         kind=Kind.RIGHT,
@@ -207,9 +205,9 @@ def _pair_estimates() -> Slip:
     return Slip(
         "eqs. (8)–(10)",
         "Δt, f and v by solving the collision of n = 2",
-        "only Δt = π/√2 comes from n = 2; f = 0.90 n needs f Δt = 2τ, and v = 1.11 v₀ needs the "
-        "momentum 2 f v = 2 n v₀ as well",
-        f"the chain of two has Δt = {interval:.4f} = π/√2, but f/n = "
+        "only Δt = π/√2 follows from n = 2; f = 0.90 n needs f Δt = 2τ, and v = 1.11 v₀ also needs "
+        "the momentum 2 f v = 2 n v₀",
+        f"n = 2 has Δt = {interval:.4f} = π/√2, but f/n = "
         f"{len(outcome.contact_times) / 2:g} and v = {speed:.3f} v₀",
         abs(interval - PAIR_INTERVAL) < 1e-9 and abs(speed - 1.0) < 1e-9,
         matters=Matters.STATEMENT,
@@ -239,10 +237,10 @@ def _contacts_bracket() -> Slip:
         "eqs. (8), (9), numbers in brackets",
         "Δt = 2.31, f = 0.867 n at n = 500",
         f"Δt = {mean:.3f}, f = {count} = {count / 500:.3f} n",
-        f"0.867 × 500 = {0.867 * 500:.1f} is no whole number; the reference engine has {count} "
-        "contacts. Possible cause: with one or two contacts missed, "
-        f"f = {f_one:.3f} n or {f_two:.3f} n, Δt = {interval_one:.3f} or {interval_two:.3f} and "
-        f"v = {speed_one:.3f} v₀ or {speed_two:.3f} v₀, between which the paper's three lie",
+        f"0.867 × 500 = {0.867 * 500:.1f} is no whole number. Possible cause: the paper's numbers "
+        "lie between those with one and with two contacts missed, "
+        f"f = {f_one:.3f} n and {f_two:.3f} n, Δt = {interval_one:.3f} and {interval_two:.3f}, "
+        f"v = {speed_one:.3f} v₀ and {speed_two:.3f} v₀",
         count == 435 and abs(mean - 2.31) > 0.005 and fits,
         matters=Matters.NUMBER,
     )
@@ -255,10 +253,10 @@ def _energy_balance() -> Slip:
     return Slip(
         "eqs. (7)–(10) together",
         "1 − η is the vibrational energy of eq. (7)",
-        "eqs. (8)–(10) already fix the momentum, which gives η = 1 exactly: the approximation does "
-        "not conserve energy, and eq. (12) rests on its vibrational half",
-        f"n = {n}: final velocity from the momentum {final:.6f} v₀, yet vibrational energy "
-        f"{vibration:.5f} of the total",
+        "eqs. (8)–(10) fix the momentum, which gives η = 1 exactly: the approximation does not "
+        "conserve energy, and eq. (12) uses its vibrational part",
+        f"n = {n}: the momentum gives the final velocity {final:.6f} v₀, but the vibrational "
+        f"energy is {vibration:.5f} of the total",
         abs(final - 1.0) < 1e-12 and vibration > 1e-3,
         kind=Kind.APPROXIMATION,
     )
@@ -274,9 +272,9 @@ def _harmonic_law() -> Slip:
         "eq. (12)",
         "1 − η ~ 0.652 n^(−2/3)",
         "",
-        f"right, with v² = (π²/8) v₀²: closed form {HARMONIC_DISSIPATION_COEFFICIENT:.4f}, the sum "
-        f"over j at n = {n} {direct:.4f}; with v = v₀, as in eq. (16), it would be {without:.3f}. "
-        "Right as the limit of the printed formula; that of exact chains is "
+        f"with v² = (π²/8) v₀², closed form {HARMONIC_DISSIPATION_COEFFICIENT:.4f}, sum over j at "
+        f"n = {n} {direct:.4f}; with v = v₀, as in eq. (16), it would be {without:.3f}. The "
+        "limit of the printed formula is right; the limit of exact chains is "
         f"{harmonic_dissipation_limit():.4f}",
         abs(direct - HARMONIC_DISSIPATION_COEFFICIENT) < 0.01,
         kind=Kind.RIGHT,

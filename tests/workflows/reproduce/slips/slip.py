@@ -20,7 +20,7 @@ class Kind(StrEnum):
 class Matters(StrEnum):
     """What follows from a slip."""
 
-    NOTHING = "no: a misprint or convention without consequence"
+    NOTHING = "no"
     NUMBER = "a number"
     STATEMENT = "a statement"
 

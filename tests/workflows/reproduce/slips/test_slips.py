@@ -70,16 +70,16 @@ def slips_page(slips: tuple[Slip, ...]) -> str:
     """Write the slips as Markdown, the page ``docs/paper_slips.md``."""
     parts = [
         "# Slips of the paper\n\n"
-        "This page derives again each equation of S. Nagahiro and Y. Hayakawa, *Collision of "
-        "one-dimensional nonlinear chains*, Phys. Rev. E 67, 036609 (2003). Equations have the "
-        "numbers of the paper's source. The tests in `tests/workflows/reproduce/slips/` check "
-        f"each entry and write this page.\n\n{count_slips(slips)}.\n"
+        "This page lists slips in S. Nagahiro and Y. Hayakawa, *Collision of one-dimensional "
+        "nonlinear chains*, Phys. Rev. E 67, 036609 (2003). Equations have the numbers of the "
+        "paper's source. The tests in `tests/workflows/reproduce/slips/` derive each equation "
+        f"again, check each entry and write this page.\n\n{count_slips(slips)}.\n"
     ]
     for number, slip in enumerate(slips, start=1):
         is_slip = slip.kind is Kind.SLIP
         parts.append(
             f"\n## {number}. {slip.where}\n\n- Printed: {slip.printed}\n- Correct: "
-            + (slip.correct or "as printed: it was suspected, and is right")
+            + (slip.correct or "as printed")
             + (f"\n- Matters: {slip.matters}" if is_slip else f"\n- Kind: {slip.kind}")
             + f"\n- Evidence: {slip.evidence}\n"
         )
