@@ -19,7 +19,7 @@ import numpy as np
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.reference import stepping
-from chaincor.workflows.sensitivity.sensitivity import first_step, gradient
+from chaincor.workflows.sensitivity.sensitivity import first_linearised_step, gradient
 from chaincor.workflows.sensitivity.trace import SCHEME, trace
 
 SCENES = ("100:0.4", "100:1", "1000:1")
@@ -35,7 +35,7 @@ def compare(particles: int, speed: float, runs: int) -> tuple[str, bool]:
     scene = Scene(potential="lj", particles=particles, speed=speed, engine="reference")
     v0 = scene.impact_velocity
     scout = stepping.run(scene.problem, Numerics(scheme=SCHEME, timestep=SCOUT))
-    step, until = first_step(scene, scout.bond_min - 1.0), CROSSINGS * particles
+    step, until = first_linearised_step(scene, scout.bond_min - 1.0), CROSSINGS * particles
     contacts = int(np.sum(scout.contact_times < until))
     etas = []
     for k in range(-(runs // 2), runs - runs // 2):

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, overload
 
 from chaincor.lammps_inputs.errors import ChaincorError, InputError
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.accuracy.plan import plan, refuse_endless
+from chaincor.workflows.accuracy.plan import plan, refuse_too_costly
 from chaincor.workflows.accuracy.step_guess import foresee_frequency_ratio
 from chaincor.workflows.campaign.carry_out import TASKS_PER_WORKER, Done, carry_out, workers_for
 from chaincor.workflows.campaign.given_executor import tasks_to
 from chaincor.workflows.campaign.progress import progress_bar
-from chaincor.workflows.campaign.tasks import describe, tasks_of
+from chaincor.workflows.campaign.tasks import requests_of, tasks_of
 from chaincor.workflows.campaign.work import MOST_SECONDS, collide_one, collide_scenes
 from chaincor.workflows.given import scenes_given, told_shortly, workers_given
 from chaincor.workflows.outputs import refuse_shared_outputs, refuse_unusable_outputs
@@ -150,12 +150,13 @@ def collide(
         scenes = [each.replace(tolerance=tolerance) for each in scenes]
     refuse_shared_outputs(scenes)
     foresee_frequency_ratio(each.problem for each in scenes if each.engine == "reference")
+    plans = []
     for each in scenes:
         refuse_unusable_outputs(each)
-        planned = plan(each)
-        refuse_endless(each, planned, most_seconds)
+        plans.append(plan(each))
+        refuse_too_costly(each, plans[-1], most_seconds)
     if isinstance(scene, Scene) and store is None:
-        return collide_one(scenes[0], most_seconds, planned)
+        return collide_one(scenes[0], most_seconds, plans[0])
     if store is not None:
         # Import the database library only if results go into a store.
         from chaincor.workflows.campaign.into_store import collide_into_store
@@ -168,7 +169,10 @@ def collide(
             arrays=arrays,
             progress=progress,
         )
-    tasks = tasks_of(describe(scenes, stored=False), TASKS_PER_WORKER * (given_workers or workers))
+    tasks = tasks_of(
+        requests_of(scenes, stored=False, plans=plans),
+        TASKS_PER_WORKER * (given_workers or workers),
+    )
     found: list[Collision | None] = [None] * len(scenes)
     failed: list[Exception] = []
 

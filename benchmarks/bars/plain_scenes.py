@@ -13,7 +13,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.accuracy.batching import kind_of, solve_batch
+from chaincor.workflows.accuracy.batching import batch_kind, solve_batch
 
 _POTENTIALS = ("lj", "toda", "log", "power")
 _SIZES = (2, 3, 3, 4, 5, 7, 10, 14, 20)
@@ -43,7 +43,9 @@ def compare_group(
     )
     scenes = [first.replace(speed=speed) for speed in speeds.tolist()]
     tight = [each.replace(tolerance=_TIGHTER * (each.tolerance or 0.0)) for each in scenes]
-    kinds = [(kind_of(scene), kind_of(other)) for scene, other in zip(scenes, tight, strict=True)]
+    kinds = [
+        (batch_kind(scene), batch_kind(other)) for scene, other in zip(scenes, tight, strict=True)
+    ]
     alike = [k for k, kind in enumerate(kinds) if None not in kind and kind == kinds[0]]
     if not alike:
         return []

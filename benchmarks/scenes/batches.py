@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.accuracy.batching import kind_of
+from chaincor.workflows.accuracy.batching import batch_kind
 from chaincor.workflows.campaign.work import collide_together
 from chaincor.workflows.collision import collide
 from chaincor.workflows.result import Collision
@@ -39,8 +39,8 @@ def draw_together(seed: int, index: int, engine: str) -> Scene:
 def collide_in_batch(scene: Scene) -> tuple[Collision, bool]:
     """Return the result of a scene as a sweep gets it, and whether it was together with others."""
     others = [scene.replace(speed=factor * (scene.speed or 1.0)) for factor in (0.9, 0.95, 1.05)]
-    batch = [other for other in others if kind_of(other) == kind_of(scene)]
+    batch = [other for other in others if batch_kind(other) == batch_kind(scene)]
     found = None
-    if kind_of(scene) is not None:
+    if batch_kind(scene) is not None:
         found = collide_together([*batch, scene])[-1]
     return (collide(scene), False) if found is None else (found, True)

@@ -215,30 +215,23 @@ class Potential(ABC):
     def compressed_strains(self, energies: Array) -> Array:
         """Return the compressed strains for many energies, of shape (energies,)."""
         floor = max(self.strain_min, -1.0)
+        # One energy needs no arrays if scalars round as arrays do.
+        asked: Any
+        low: Any
+        high: Any
+        expm1: Callable
+        keep: Callable
+        if len(energies) == 1 and self.rounds_alike:
+            asked, low, high, expm1, keep = float(energies[0]), -700.0, 0.0, math.expm1, _keep_half
+        else:
+            asked, low, high = energies, np.full(len(energies), -700.0), np.zeros(len(energies))
+            expm1, keep = _expm1, _keep_halves
         # The logarithm of the length is halved, because log bonds get as short as exp(-energy).
-        low, high = np.full(len(energies), -700.0), np.zeros(len(energies))
         with np.errstate(all="ignore"):
-            if len(energies) == 1 and self.rounds_alike:
-                return floor * -_expm1(np.array([self._log_distance(float(energies[0]), floor)]))
             for _ in range(_HALVINGS):
                 middle = 0.5 * (low + high)
-                strains = floor * -_expm1(middle)
-                held = np.broadcast_to(self.energy(strains), strains.shape)
-                beyond = (held > energies) | ~np.isfinite(held)
-                low, high = np.where(beyond, middle, low), np.where(beyond, high, middle)
-        return floor * -_expm1(high)
-
-    def _log_distance(self, energy: float, floor: float) -> float:
-        """Return the same number as `compressed_strains` for one energy, without arrays."""
-        low, high = -700.0, 0.0
-        for _ in range(_HALVINGS):
-            middle = 0.5 * (low + high)
-            held = float(self.energy(floor * -math.expm1(middle)))
-            if held > energy or not math.isfinite(held):
-                low = middle
-            else:
-                high = middle
-        return high
+                low, high = keep(self.energy(floor * -expm1(middle)), asked, low, middle, high)
+        return floor * -_expm1(np.atleast_1d(high))
 
     def strain_range(self, energy: float) -> tuple[float, float]:
         """
@@ -292,6 +285,22 @@ def _halved(holds: Callable[[float], bool], inside: float, outside: float) -> tu
     while (middle := 0.5 * (inside + outside)) not in (inside, outside):
         inside, outside = (middle, outside) if holds(middle) else (inside, middle)
     return inside, outside
+
+
+def _keep_half(
+    held: Any, asked: float, low: float, middle: float, high: float
+) -> tuple[float, float]:
+    """Return the half of an interval in which the energy `held` at its middle passes `asked`."""
+    held = float(held)
+    return (middle, high) if held > asked or not math.isfinite(held) else (low, middle)
+
+
+def _keep_halves(
+    held: Any, asked: Array, low: Array, middle: Array, high: Array
+) -> tuple[Array, Array]:
+    """Return the halves of many intervals, as `_keep_half` does for one."""
+    beyond = (held > asked) | ~np.isfinite(held)
+    return np.where(beyond, middle, low), np.where(beyond, high, middle)
 
 
 def _expm1(exponents: Array) -> Array:

@@ -16,7 +16,7 @@ from chaincor.lammps_inputs.units.unit_system import CHAIN_UNITS, UnitSystem
 from chaincor.workflows.engines.ending import argue_end
 from chaincor.workflows.job import write_job
 from chaincor.workflows.job_analysis.analyze import analyze
-from chaincor.workflows.job_analysis.description import describe
+from chaincor.workflows.job_analysis.description import describe_analysis
 from tests.lmp import run_lmp
 
 # These jobs do not print an error, so runs at other steps must give it.
@@ -121,7 +121,7 @@ def test_two_bodies_have_the_error_of_their_log(tmp_path):
     assert found.restitution_error == printed["restitution_error"] + found.data_error
     assert to_json_object(found)["restitution_error"] == found.restitution_error
     assert "printed in log.lammps" in found.caveats[-1]
-    assert f"+- {found.restitution_error:.1e}" in describe(found)
+    assert f"+- {found.restitution_error:.1e}" in describe_analysis(found)
 
 
 def test_drift_after_the_last_contact_is_not_that_of_the_run(tmp_path):

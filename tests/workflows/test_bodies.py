@@ -13,7 +13,7 @@ from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.collision import collide
 from chaincor.workflows.errors import CostError, RunError
 from chaincor.workflows.result import TARGET_ARRAYS
-from chaincor.workflows.showing.text import describe
+from chaincor.workflows.showing.text import describe_result
 
 IN_HOUSE = {"engine": "reference", "tolerance": 1e-8}
 SCENES = {
@@ -201,7 +201,7 @@ class _Outcome:
 
 
 def test_what_is_printed_names_what_was_hit():
-    text = {name: describe(collide(scene)) for name, scene in SCENES.items()}
+    text = {name: describe_result(collide(scene)) for name, scene in SCENES.items()}
     assert "masses 1, 3 from the contact outward" in text["masses"]
     assert "event wall" in text["masses"]
     assert "\nchain                  velocity 0." in text["masses"]
@@ -212,7 +212,7 @@ def test_what_is_printed_names_what_was_hit():
     assert "onto a free target: 1 particle, masses 7" in text["one heavy particle"]
     assert "soft contact: force K d^q of the overlap d, K = 1, q = 1.5" in text["soft"]
     assert "bonds shorter by 0.02 at first" in text["compressed"]
-    plain = describe(collide(Scene(particles=4, **IN_HOUSE)))
+    plain = describe_result(collide(Scene(particles=4, **IN_HOUSE)))
     assert "of the initial momentum" in plain
     assert "chain  " not in plain
 

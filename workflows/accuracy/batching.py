@@ -1,7 +1,7 @@
 """Solve many cold chains of different speeds at once, with the results of single runs."""
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,8 +14,8 @@ from chaincor.lammps_inputs.problem import Problem
 from chaincor.lammps_inputs.scene import FILE_KEYS, Scene
 from chaincor.lammps_inputs.schemes import StepSchemeName
 from chaincor.workflows.accuracy.bounded_run import BoundedRun, bounded_run, decade_above
-from chaincor.workflows.accuracy.fixed_steps import LONGEST_TRUSTED, first_step
-from chaincor.workflows.accuracy.plan import plan
+from chaincor.workflows.accuracy.fixed_steps import LONGEST_TRUSTED, first_step, plain_scheme
+from chaincor.workflows.accuracy.plan import Plan, plan
 from chaincor.workflows.accuracy.step_guess import foresee_frequency_ratio
 from chaincor.workflows.accuracy.step_proof import COARSER, difference, proved_error
 from chaincor.workflows.engines.ending import sound_round_trip
@@ -43,20 +43,25 @@ _MOST_TOGETHER, _SECONDS_TOGETHER = 256, 0.5
 BatchKind = tuple[int, int, StepSchemeName]
 
 
-def kind_of(scene: Scene) -> BatchKind | None:
+class SceneBatch(NamedTuple):
+    """Collisions of a task that are solved as one batch, or a single one."""
+
+    places: list[int]  #: Indices of the scenes in the task.
+    plans: list[Plan | None]  #: Plans of the scenes; None if the division needed no plan.
+
+
+def batch_kind(scene: Scene, planned: Plan | None = None) -> BatchKind | None:
     """
     Return the kind of batch for a collision; None if it is solved alone.
+
+    The plan of the scene is made here if it is not given.
 
     Batches are for cold chains of unit masses before a hard wall, in the reference engine with
     fixed steps, and for a tolerance far above rounding.
     """
-    if scene.engine != "reference" or scene.explicit or not scene.line.is_standard:
+    if not _fits_a_batch(scene):
         return None
-    if not 2 <= scene.particles <= LONGEST_TOGETHER or scene.bond.force_kernel is None:
-        return None
-    if any(key in scene.model_fields_set for key in FILE_KEYS):
-        return None
-    planned = plan(scene)
+    planned = planned or plan(scene)
     if not planned.regular:
         return None
     assert planned.numerics is not None
@@ -68,23 +73,37 @@ def kind_of(scene: Scene) -> BatchKind | None:
     return id(scene.bond), scene.particles, planned.numerics.scheme
 
 
-def batches(scenes: Sequence[Scene]) -> list[list[int]]:
+def _fits_a_batch(scene: Scene) -> bool:
+    """Return whether bodies and files of a scene fit a batch, whatever its plan is."""
+    if scene.engine != "reference" or scene.explicit or not scene.line.is_standard:
+        return False
+    if not 2 <= scene.particles <= LONGEST_TOGETHER or scene.bond.force_kernel is None:
+        return False
+    return not any(key in scene.model_fields_set for key in FILE_KEYS)
+
+
+def batches(scenes: Sequence[Scene]) -> list[SceneBatch]:
     """
-    Return the indices of the collisions of each batch; a collision solved alone is a list of one.
+    Divide the collisions of a task into batches and single ones.
 
     The result of a collision does not depend on this division.
     """
+    plans: list[Plan | None] = [None] * len(scenes)
     kinds: dict[BatchKind | int, list[int]] = {}
     for place, scene in enumerate(scenes):
-        kind = kind_of(scene) if len(scenes) >= LEAST_TOGETHER else None
+        kind = None
+        if len(scenes) >= LEAST_TOGETHER and _fits_a_batch(scene):
+            plans[place] = plan(scene)
+            kind = batch_kind(scene, plans[place])
         kinds.setdefault(kind or place, []).append(place)
     found = []
     for places in kinds.values():
-        size = 1
-        if len(places) >= LEAST_TOGETHER:
-            each = TOGETHER_SHARE * plan(scenes[places[0]]).seconds
+        size, first = 1, plans[places[0]]
+        if first is not None and len(places) >= LEAST_TOGETHER:
+            each = TOGETHER_SHARE * first.seconds
             size = max(min(int(_SECONDS_TOGETHER / each), _MOST_TOGETHER), LEAST_TOGETHER)
-        found += [places[k : k + size] for k in range(0, len(places), size)]
+        parts = [places[k : k + size] for k in range(0, len(places), size)]
+        found += [SceneBatch(part, [plans[place] for place in part]) for part in parts]
     return found
 
 
@@ -96,7 +115,7 @@ def _target_error(scene: Scene, floor: float) -> float:
 
 def solve_batch(scenes: Sequence[Scene]) -> list[tuple[BoundedRun, Array] | None]:
     """
-    Solve scenes with one value of :func:`kind_of` to their tolerances, as far as a batch can.
+    Solve scenes with one value of :func:`batch_kind` to their tolerances, as far as a batch can.
 
     Each scene is run at the step that usually suffices, at twice this step and at 1.3 times it. The
     result is None if the target error is missed or the number of contacts differs; the scene must
@@ -105,13 +124,11 @@ def solve_batch(scenes: Sequence[Scene]) -> list[tuple[BoundedRun, Array] | None
     """
     problems = [scene.problem for scene in scenes]
     foresee_frequency_ratio(problems)
-    kind = kind_of(scenes[0])
-    assert kind is not None
-    _, particles, scheme = kind
     problem = problems[0]
-    batch = Batch(problem.line, problem.bond, scheme)
     floor = rounding_error("reference", problem)
     target_errors = [_target_error(scene, floor) for scene in scenes]
+    particles, scheme = problem.particles, plain_scheme(problem, target_errors[0], 0.0)
+    batch = Batch(problem.line, problem.bond, scheme)
     steps = np.array(
         [first_step(p, scheme, max(g, floor)) for p, g in zip(problems, target_errors, strict=True)]
     )

@@ -71,7 +71,9 @@ def least_step(problem: Problem, scheme: StepSchemeName, duration: float) -> flo
     return duration * parts.evaluations / steps
 
 
-def first_step(problem: Problem, scheme: StepSchemeName, reachable: float, kinked: bool) -> float:
+def first_irregular_step(
+    problem: Problem, scheme: StepSchemeName, reachable: float, kinked: bool
+) -> float:
     """Return the first step to try for an error."""
     share = _share(problem, kinked)
     step = 0.5 * guess_step(problem, scheme, STEP_SHARE * reachable / share)
@@ -95,7 +97,7 @@ def refine_irregularly(problem: Problem, target_error: float, floor: float) -> C
     """
     kinked = meets_kinks(problem)
     search = _Search(problem, target_error, floor, "verlet" if kinked else SCHEME, kinked)
-    step = first_step(problem, search.scheme, search.reachable, kinked)
+    step = first_irregular_step(problem, search.scheme, search.reachable, kinked)
     tries = refine(step, search.attempt, Policy(_MOST_REFINEMENTS, stalls=True))
     return refined(tries, kinked=search.kinked)
 

@@ -144,24 +144,7 @@ def plan(scene: Scene, tolerance: float | None = None) -> Plan:
         compute, seconds are right within a factor of two. Longer chains, which no cache holds, may
         take 15 times longer, and chains that break 100 times.
     """
-    # A sweep asks for the plan of a scene when it estimates, divides and computes.
-    key = id(scene), tolerance
-    known, planned = _plans.get(key, (None, None))
-    if planned is None or known is not scene:
-        planned = _plan(scene, scene.asked_tolerance if tolerance is None else tolerance)
-        if scene.particles <= _LONGEST_KEPT:
-            if len(_plans) >= _MOST_KEPT:
-                _plans.clear()
-            _plans[key] = scene, planned
-    return planned
-
-
-# Plans by the identity of their scene, which is kept with them so that no other scene gets it.
-_plans: dict[tuple[int, float | None], tuple[Scene, Plan]] = {}
-_MOST_KEPT, _LONGEST_KEPT = 1000, 1000
-
-
-def _plan(scene: Scene, asked: float | None) -> Plan:
+    asked = scene.asked_tolerance if tolerance is None else tolerance
     if asked is None:
         planned = _given(scene)
     else:
@@ -214,7 +197,7 @@ def _with_fixed_steps(
         proofs: tuple[float, ...] = step_proof.COARSER
     else:
         scheme = "verlet" if problem.bond.kinks else irregular.SCHEME
-        step = irregular.first_step(problem, scheme, reachable, kinked=scheme == "verlet")
+        step = irregular.first_irregular_step(problem, scheme, reachable, kinked=scheme == "verlet")
         proofs = irregular.COARSER
     numerics = forecast_with = Numerics(scheme=scheme, timestep=step)
     if contact_is_stiffest(problem):
@@ -271,7 +254,7 @@ def _in_lammps(problem: Problem, scheme: StepSchemeName, target_error: float) ->
     return Numerics(scheme=scheme, timestep=step)
 
 
-def refuse_endless(scene: Scene, planned: Plan, most_seconds: float) -> None:
+def refuse_too_costly(scene: Scene, planned: Plan, most_seconds: float) -> None:
     """Raise CostError if a planned collision is expected to take longer than it may."""
     if math.isnan(most_seconds):
         raise InputError("the time limit is nan. Give a number of seconds or hours")

@@ -22,7 +22,7 @@ from chaincor.workflows.campaign.carry_out import (
 from chaincor.workflows.campaign.ensemble import Ensemble, Sample
 from chaincor.workflows.campaign.groups import Group, group_scenes, shared_fields
 from chaincor.workflows.campaign.progress import progress_bar
-from chaincor.workflows.campaign.tasks import describe, tasks_of
+from chaincor.workflows.campaign.tasks import requests_of, tasks_of
 from chaincor.workflows.campaign.work import MOST_SECONDS, collide_scenes
 from chaincor.workflows.durations import format_duration
 from chaincor.workflows.errors import CostError
@@ -115,7 +115,7 @@ def collide_many(
                 else:
                     found[group.places[k]] = sample
                     advance(group.expected, 1)
-        asked = describe((scene for _, scene in alone), stored=False)
+        asked = requests_of((scene for _, scene in alone), stored=False)
         tasks = tasks_of(asked, TASKS_PER_WORKER * workers)
         with workers_for(tasks, min(workers, len(tasks))) as (executor, in_flight):
             carry_out(tasks, collide_scenes, executor, take, in_flight=in_flight, advance=advance)

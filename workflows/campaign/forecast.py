@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from chaincor.workflows.campaign.carry_out import CollisionRequest
 from chaincor.workflows.campaign.cells import WINDOW, Cells
-from chaincor.workflows.campaign.tasks import describe, tightest, with_batches
+from chaincor.workflows.campaign.tasks import requests_of, tightest, with_batches
 from chaincor.workflows.versions import cores_allowed
 
 # Seconds from the command to the first collision: imports, processes, compiled code.
@@ -86,8 +86,8 @@ def forecast_cells(
     """
     if len(cells) <= WINDOW:
         points = [cells.points.point(k) for k in cells.numbers(0, WINDOW)]
-        return Forecast.of(missing(describe(points)), arrays=arrays, details=details)
+        return Forecast.of(missing(requests_of(points)), arrays=arrays, details=details)
     chance, step = random.Random(0), len(cells) / _SAMPLE
     places = [min(int((k + chance.random()) * step), len(cells) - 1) for k in range(_SAMPLE)]
     points = [cells.points.point(number) for place in places for number in cells[place]]
-    return Forecast.of(missing(describe(points)), arrays=arrays, details=details, weight=step)
+    return Forecast.of(missing(requests_of(points)), arrays=arrays, details=details, weight=step)

@@ -26,8 +26,8 @@ from chaincor.workflows.campaign.points import Point, scene_of
 from chaincor.workflows.campaign.pool import ProcessPool
 from chaincor.workflows.campaign.progress import PointProgress, progress_bar
 from chaincor.workflows.campaign.tasks import (
-    describe,
     facts_of,
+    requests_of,
     tasks_of,
     tightest,
     turn,
@@ -93,7 +93,7 @@ class IntoStore:
         self._cells: Cells | None = None
         self._windows: Iterator[list[Point]] = iter(())
         if not isinstance(scenes, Cells):
-            self._first = self.missing(describe(scenes))
+            self._first = self.missing(requests_of(scenes))
             return
         self._cells = scenes
         if len(self._cells) > WINDOW:
@@ -101,7 +101,7 @@ class IntoStore:
         self._windows = self._cells.windows()
         self._first = []
         for points in self._windows:
-            if missing := self.missing(describe(points)):
+            if missing := self.missing(requests_of(points)):
                 self._first = missing
                 break
 

@@ -5,8 +5,8 @@ from collections import Counter
 from collections.abc import Hashable, Iterable, Sequence
 
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.accuracy.batching import LEAST_TOGETHER, TOGETHER_SHARE, kind_of
-from chaincor.workflows.accuracy.plan import plan
+from chaincor.workflows.accuracy.batching import LEAST_TOGETHER, TOGETHER_SHARE, batch_kind
+from chaincor.workflows.accuracy.plan import Plan, plan
 from chaincor.workflows.accuracy.step_guess import foresee_frequency_ratio
 from chaincor.workflows.campaign.carry_out import CollisionRequest, Task
 from chaincor.workflows.campaign.points import Point, scene_of
@@ -25,29 +25,43 @@ _PARTS_EACH = 4
 _MOST_TOGETHER = 4096
 
 
-def describe(scenes: Iterable[Scene | Point], *, stored: bool = True) -> list[CollisionRequest]:
+def requests_of(
+    scenes: Iterable[Scene | Point],
+    *,
+    stored: bool = True,
+    plans: Iterable[Plan] | None = None,
+) -> list[CollisionRequest]:
     """
     Return collisions with their expected seconds and, to be stored, their keys.
+
+    The plans of the scenes are made here if they are not given.
 
     Raises SceneError for a point that is no scene, and if a scene to be stored has no key.
     """
     given = list(scenes)
-    return with_facts(given, facts_of(given, stored=stored))
+    return with_facts(given, facts_of(given, stored=stored, plans=plans))
 
 
-def facts_of(scenes: Sequence[Scene | Point], *, stored: bool = True) -> list[Facts]:
-    """Return the results of :func:`describe` without the scenes, for other processes."""
+def facts_of(
+    scenes: Sequence[Scene | Point],
+    *,
+    stored: bool = True,
+    plans: Iterable[Plan] | None = None,
+) -> list[Facts]:
+    """Return the results of `requests_of` without the scenes, for other processes."""
     made = [scene_of(each) for each in scenes]
     foresee_frequency_ratio(each.problem for each in made if each.engine == "reference")
+    if plans is None:
+        plans = map(plan, made)
     return [
         (
-            plan(scene).seconds,
-            _shared_kind(scene),
+            planned.seconds,
+            _shared_kind(scene, planned),
             row_key(scene) if stored else "",
             scene.asked_tolerance,
             scene.particles,
         )
-        for scene in made
+        for scene, planned in zip(made, plans, strict=True)
     ]
 
 
@@ -57,9 +71,9 @@ def with_facts(scenes: Sequence[Scene | Point], facts: Iterable[Facts]) -> list[
     return [CollisionRequest(place, scene, *known) for place, (scene, known) in both]
 
 
-def _shared_kind(scene: Scene) -> Hashable:
+def _shared_kind(scene: Scene, planned: Plan) -> Hashable:
     """Return the kind of batch in a form that is the same in all processes."""
-    kind = kind_of(scene)
+    kind = batch_kind(scene, planned)
     if kind is None:
         return None
     bond = scene.potential if isinstance(scene.potential, str) else kind[0]

@@ -74,11 +74,11 @@ def collide_scenes(scenes: Sequence[Scene]) -> list[Collision | Exception | None
     """
     found: list[Collision | Exception | None] = [None] * len(scenes)
     with _one_at_a_time:
-        for places in batches(scenes):
+        for places, plans in batches(scenes):
             chosen = [scenes[place] for place in places]
             met = [None] if len(chosen) == 1 else _try_together(chosen)
-            for place, scene, each in zip(places, chosen, met, strict=False):
-                found[place] = _try_one(scene) if each is None else each
+            for place, scene, planned, each in zip(places, chosen, plans, met, strict=False):
+                found[place] = _try_one(scene, planned) if each is None else each
     return found
 
 
@@ -92,10 +92,10 @@ def _try_together(scenes: Sequence[Scene]) -> Sequence[Collision | None]:
         return []
 
 
-def _try_one(scene: Scene) -> Collision | Exception:
+def _try_one(scene: Scene, planned: Plan | None) -> Collision | Exception:
     try:
         # The cost of many collisions is checked once for all; no single one is refused.
-        return collide_one(scene, math.inf)
+        return collide_one(scene, math.inf, planned)
     except MissingLibraryError:
         raise
     except (ChaincorError, *MACHINE_FAILURES) as error:

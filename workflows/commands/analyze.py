@@ -116,7 +116,7 @@ def analyze(
     from chaincor.lammps_inputs.units.unit_system import CHAIN_UNITS
     from chaincor.workflows.campaign.progress import reading_progress
     from chaincor.workflows.engines.ending import argue_end
-    from chaincor.workflows.job_analysis.description import describe, describe_in_units
+    from chaincor.workflows.job_analysis.description import describe_analysis, describe_in_units
     from chaincor.workflows.job_analysis.page import HOLDS, PAGE, write_analysis_page
     from chaincor.workflows.outputs import refuse_overwriting_inputs
 
@@ -144,7 +144,7 @@ def analyze(
                 judge_animation(path)
     if output is not None:
         judge_folder(output, "analysis.json", (*HOLDS, PAGE))
-    found, lines = to_json_object(analysis), [describe(analysis)]
+    found, lines = to_json_object(analysis), [describe_analysis(analysis)]
     if units != CHAIN_UNITS:
         found["units"] = units.to_dict()
         lines.append(describe_in_units(analysis, units))

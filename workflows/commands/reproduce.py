@@ -43,12 +43,12 @@ def reproduce(folder: Path, quick: bool, workers: int, as_crate: bool, as_json: 
     if as_json:
         say((folder / "report.json").read_text())
     else:
-        say(describe(contents, folder))
+        say(describe_contents(contents, folder))
     if contents["health"]["by_lammps"] == 0:
         raise click.exceptions.Exit(1)
 
 
-def describe(contents: dict[str, Any], folder: Path) -> str:
+def describe_contents(contents: dict[str, Any], folder: Path) -> str:
     """Return a report as text, with curves of eta, verdicts and times."""
     from chaincor.workflows.pages.typesetting import format_number
     from chaincor.workflows.reproduce.report import describe_found

@@ -15,7 +15,7 @@ from chaincor.workflows.commands.options import (
 )
 from chaincor.workflows.commands.scene_options import SceneCommand, scene_from, scene_options
 from chaincor.workflows.json_output import json_text
-from chaincor.workflows.showing.text import describe
+from chaincor.workflows.showing.text import describe_result
 
 if TYPE_CHECKING:
     from chaincor.lammps_inputs.scene import Scene
@@ -125,7 +125,7 @@ def run(
             found["sensitivity"] = result.sensitivity.to_dict()
         say(json_text(found, scene))
     else:
-        say(describe(result))
+        say(describe_result(result))
         if sensitivity:
             from chaincor.workflows.sensitivity.text import describe_sensitivity
 

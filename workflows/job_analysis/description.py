@@ -6,7 +6,7 @@ from chaincor.analysis.showing.numbers import named_lines
 from chaincor.lammps_inputs.units.unit_system import UnitSystem
 
 
-def describe(analysis: CollisionAnalysis) -> str:
+def describe_analysis(analysis: CollisionAnalysis) -> str:
     """Describe the results in a few lines of text, with the caveats at the end."""
     notes = [f"note: {caveat}" for caveat in analysis.caveats]
     rows = named_lines(rows_of(analysis, dump=True))

@@ -145,7 +145,7 @@ def sensitivity_of(
     error bar. Raises SensitivityError if the motion cannot be linearised, or if no digit of the
     derivative is certain.
     """
-    step, variants = first_step(scene, shortest), variants_of(scene)
+    step, variants = first_linearised_step(scene, shortest), variants_of(scene)
     best: tuple[Gradient, float] | None = None
     refusal: SensitivityError | None = None
     for _ in range(_MOST_HALVINGS):
@@ -197,7 +197,7 @@ def _with_names(scene: Scene, found: Gradient, variants: list[Variant], step: fl
     )
 
 
-def first_step(scene: Scene, shortest: float) -> float:
+def first_linearised_step(scene: Scene, shortest: float) -> float:
     """Return the first step for bonds whose strain stays above `shortest`."""
     line, bond = scene.line, scene.bond
     sharpest = scene.problem.fast_stiffness * max(

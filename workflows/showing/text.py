@@ -11,7 +11,7 @@ from chaincor.analysis.showing.numbers import (
 from chaincor.lammps_inputs.contacts.contact_laws import CONTACT_KEYS, contact_of
 
 
-def describe(result: Observed) -> str:
+def describe_result(result: Observed) -> str:
     """Describe a result in lines of text."""
     return "\n".join([*heading(result), "", *named_lines(rows_of(result)), "", *closing(result)])
 

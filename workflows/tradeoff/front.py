@@ -112,10 +112,11 @@ def give_advice(scene: Scene, rows: list[CheapestRow], tolerance: float) -> str:
         more = f"; --tolerance {tolerance:.0e} may reach it" if has_more else ""
         return f"no measured setting has an error of {tolerance:.0e} (reached: {reached}){more}"
     more = f"; quicker: --tolerance {tolerance:.0e}" if has_more else ""
-    return f"{tolerance:.0e} costs {format_seconds(row.seconds)}: {describe(row.setting)}{more}"
+    setting = describe_setting(row.setting)
+    return f"{tolerance:.0e} costs {format_seconds(row.seconds)}: {setting}{more}"
 
 
-def describe(setting: Setting) -> str:
+def describe_setting(setting: Setting) -> str:
     """Describe a setting in a few words."""
     return f"{setting.series}, H {setting.timestep:.3g}"
 

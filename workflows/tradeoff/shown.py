@@ -13,7 +13,7 @@ from chaincor.workflows.showing.terms import OF_STUDIES
 from chaincor.workflows.tradeoff.budget import CAUSES
 from chaincor.workflows.tradeoff.front import (
     CheapestRow,
-    describe,
+    describe_setting,
     format_seconds,
     pareto_front,
     promised_errors,
@@ -79,7 +79,7 @@ def describe_study(study: Tradeoff) -> str:
         lines += [
             f"    {row.error:.0e}  {row.measured_error:7.1e}  {row.contact_time_error:7.1e}  "
             f"{row.mode_energy_error:7.1e}  {format_seconds(row.seconds):>8}  "
-            f"{describe(row.setting)}"
+            f"{describe_setting(row.setting)}"
             for row in rows
         ]
         if not rows:
@@ -201,7 +201,7 @@ def _page(study: Tradeoff) -> dict[str, Any]:
         "advice": study.advice,
         "cheapest": {
             "LAMMPS" if engine == "lammps" else "reference engine": [
-                (row, describe(row.setting), format_seconds(row.seconds)) for row in rows
+                (row, describe_setting(row.setting), format_seconds(row.seconds)) for row in rows
             ]
             for engine, rows in study.cheapest.items()
         },
@@ -209,7 +209,7 @@ def _page(study: Tradeoff) -> dict[str, Any]:
         "budgets": study.budgets,
         "tables": study.own_tables,
         "stock": [(m, format_seconds(m.time)) for m in study.stock],
-        "failed": [(describe(m.setting), m.failure) for m in study.failed],
+        "failed": [(describe_setting(m.setting), m.failure) for m in study.failed],
         "terms": {
             **{name: TERMS[name] for name in ("restitution (energy)", "contacts", "run by")},
             **OF_STUDIES,

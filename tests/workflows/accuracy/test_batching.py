@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.accuracy.batching import LEAST_TOGETHER, batches, kind_of
+from chaincor.workflows.accuracy.batching import LEAST_TOGETHER, batch_kind, batches
 from chaincor.workflows.campaign.work import collide_together
 from chaincor.workflows.collision import collide
 from chaincor.workflows.engines.reference.batch import runner
@@ -88,7 +88,7 @@ def test_what_does_not_come_out_is_left():
     speeds = np.random.default_rng(1).uniform(0.05, 0.6, 24).tolist()
     cubic = {"potential": "power", "power_order": 3, "power_c": -1.0, "particles": 12}
     common = cubic | {"engine": "reference", "tolerance": 1e-7}
-    asked = [scene for v in speeds if kind_of(scene := Scene(**common, speed=v)) is not None]
+    asked = [scene for v in speeds if batch_kind(scene := Scene(**common, speed=v)) is not None]
     found = collide_together(asked)
     assert 0 < sum(result is None for result in found) < len(asked)
     for scene, result in zip(asked, found, strict=True):
@@ -129,24 +129,24 @@ def test_what_cannot_be_followed_to_its_end_is_left(monkeypatch):
 )
 def test_others_are_met_alone(changes):
     scene = Scene(potential="lj", particles=10, engine="reference")
-    assert kind_of(scene) is not None
+    assert batch_kind(scene) is not None
     if "scheme" in changes:
         scene = scene.without("tolerance")
-    assert kind_of(scene.replace(**changes)) is None
+    assert batch_kind(scene.replace(**changes)) is None
 
 
 def test_an_output_is_written_alone(tmp_path):
     scene = Scene(particles=10, engine="reference", arrays=tmp_path / "a.npz")
-    assert kind_of(scene) is None
+    assert batch_kind(scene) is None
 
 
 def test_everyone_is_in_one_batch_of_a_kind():
     asked = scenes("lj", 20) + scenes("lj", 21) + scenes("toda", 20) + scenes("lj", 22, count=3)
     asked += scenes("lj", 20, tolerance=1e-4)
-    found = batches(asked)
+    found = [batch.places for batch in batches(asked)]
     assert sorted(place for batch in found for place in batch) == list(range(len(asked)))
     for batch in found:
-        assert len({kind_of(asked[place]) for place in batch}) == 1
+        assert len({batch_kind(asked[place]) for place in batch}) == 1
         assert len(batch) == 1 or len(batch) >= LEAST_TOGETHER - 8
     alone = [batch for batch in found if len(batch) == 1]
     assert len(alone) == 3, "too few of a kind to be carried out together"

@@ -13,7 +13,7 @@ from chaincor.workflows.accuracy.plan import plan
 from chaincor.workflows.campaign import carry_out, into_store
 from chaincor.workflows.campaign.forecast import Forecast
 from chaincor.workflows.campaign.into_store import IntoStore, collide_into_store
-from chaincor.workflows.campaign.tasks import describe, tasks_of, turn
+from chaincor.workflows.campaign.tasks import requests_of, tasks_of, turn
 from chaincor.workflows.campaign.work import collide_scenes, collide_to_rows
 from chaincor.workflows.collision import collide
 from chaincor.workflows.errors import (
@@ -253,26 +253,28 @@ def test_longer_faster_and_tighter_cost_more(monkeypatch):
     for loose, tight in ((1e-5, 1e-6), (1e-7, 1e-10)):
         wider, closer = (base.replace(tolerance=each) for each in (loose, tight))
         assert plan(closer).seconds > plan(wider).seconds
-    cost, single = Forecast.of(describe([base] * 10)), Forecast.of(describe([base]))
+    cost, single = Forecast.of(requests_of([base] * 10)), Forecast.of(requests_of([base]))
     assert cost.seconds == pytest.approx(10 * seconds)
     start = single.wall_seconds(1) - seconds
     monkeypatch.setattr("chaincor.workflows.campaign.forecast.cores_allowed", lambda: 100)
     assert cost.wall_seconds(2) == pytest.approx(start + 5 * seconds)
     assert cost.wall_seconds(100) == pytest.approx(start + seconds), "one is not divided"
-    assert Forecast.of(describe([])).wall_seconds(2) == 0.0
+    assert Forecast.of(requests_of([])).wall_seconds(2) == 0.0
     monkeypatch.setattr("chaincor.workflows.campaign.forecast.cores_allowed", lambda: 2)
     assert cost.wall_seconds(100) == pytest.approx(start + 5 * seconds), "workers share the cores"
     assert (
-        Forecast.of(describe([base]), arrays=True).disk_bytes
-        > Forecast.of(describe([base])).disk_bytes
+        Forecast.of(requests_of([base]), arrays=True).disk_bytes
+        > Forecast.of(requests_of([base])).disk_bytes
     )
 
 
 def test_many_of_a_kind_cost_less_than_as_many_alone():
     alike = [Scene(particles=20, speed=0.01 * k, engine="reference") for k in range(1, 41)]
-    assert Forecast.of(describe(alike)).seconds < 0.5 * sum(plan(scene).seconds for scene in alike)
+    assert Forecast.of(requests_of(alike)).seconds < 0.5 * sum(
+        plan(scene).seconds for scene in alike
+    )
     broken = [scene.replace(speed=5.0 + scene.speed) for scene in alike]
-    assert Forecast.of(describe(broken)).seconds == pytest.approx(
+    assert Forecast.of(requests_of(broken)).seconds == pytest.approx(
         sum(plan(scene).seconds for scene in broken)
     )
 
@@ -332,7 +334,7 @@ def test_workers_begin_with_different_bonds(store, monkeypatch, make_attempt):
 
 def test_the_longest_come_first_give_or_take_a_factor_of_two():
     scenes = [Scene(particles=n, speed=0.4) for n in (5, 500, 50, 1000, 10)]
-    tasks = sorted(tasks_of(describe(scenes), 1), key=turn)
+    tasks = sorted(tasks_of(requests_of(scenes), 1), key=turn)
     seconds = [plan(task[0].scene).seconds for task in tasks]
     assert all(later < 2.0 * earlier for earlier, later in itertools.pairwise(seconds))
 

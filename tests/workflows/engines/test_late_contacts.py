@@ -14,7 +14,7 @@ from chaincor.workflows.engines.ending import sound_round_trip
 from chaincor.workflows.engines.reference import look_ahead, stepping
 from chaincor.workflows.engines.reference.look_ahead import LookAhead
 from chaincor.workflows.engines.reference.moving import Motion
-from chaincor.workflows.showing.text import describe
+from chaincor.workflows.showing.text import describe_result
 
 # Three integrators that share no code with the engines gave these values, and all digits shown are
 # certain.
@@ -36,7 +36,7 @@ def check(engine, particles, tolerance, endings=("proved", "argued")):
     assert result.tolerance_met == (result.ending != "open")
     # Half a unit of the last digit shown is known no better.
     assert abs(result.restitution - restitution) <= result.restitution_error + 5e-12
-    assert f"end                    {result.ending}: " in describe(result)
+    assert f"end                    {result.ending}: " in describe_result(result)
     # Times are off by what eta is off by and a thousand times more in so sensitive a collision.
     assert result.last_contact_time == pytest.approx(last, abs=1e3 * tolerance)
 
@@ -181,5 +181,5 @@ def test_an_open_end_widens_the_bar_and_says_so(monkeypatch):
     assert "a piece of the broken chain may still hit the wall" in result.reason
     # The error bar includes the effect of the contact that was not waited for.
     assert 1e-2 < abs(result.restitution - LATE[28][3]) <= result.restitution_error
-    said = describe(result)
+    said = describe_result(result)
     assert "end                    open: another contact may still come; the error bar" in said

@@ -21,7 +21,7 @@ from chaincor.workflows.collision import collide
 from chaincor.workflows.errors import RunError
 from chaincor.workflows.showing.table import ResultTable
 from chaincor.workflows.showing.terms import ALL_TERMS
-from chaincor.workflows.showing.text import closing, describe, heading
+from chaincor.workflows.showing.text import closing, describe_result, heading
 
 SCENES = {
     "lammps": Scene(particles=10),
@@ -126,7 +126,7 @@ def test_text_from_a_scene_is_no_html(plain):
 def test_every_term_that_is_printed_is_explained(result):
     printed = [name for name, _ in rows_of(result)]
     assert set(printed) <= set(TERMS)
-    assert all(f"{name:22} " in describe(result) for name in printed)
+    assert all(f"{name:22} " in describe_result(result) for name in printed)
 
 
 @pytest.mark.parametrize("picture", PICTURES)
@@ -327,7 +327,7 @@ def test_bond_lengths_are_the_extremes_within_what_is_said(fields):
     for name in ("bond_min", "bond_max"):
         off = abs(getattr(found, name) - getattr(fine, name))
         assert 1e-5 < off <= found.bond_error < 2e-2
-    assert f"+- {found.bond_error:.1g}" in describe(found)
+    assert f"+- {found.bond_error:.1g}" in describe_result(found)
 
 
 def test_the_theory_of_springs_is_drawn_for_springs_alone(plain):

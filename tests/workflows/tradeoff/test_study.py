@@ -8,7 +8,7 @@ import pytest
 
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.tradeoff import study as study_module
-from chaincor.workflows.tradeoff.front import describe
+from chaincor.workflows.tradeoff.front import describe_setting
 from chaincor.workflows.tradeoff.shown import describe_study, to_dict, write_study
 from chaincor.workflows.tradeoff.study import bare_scene, tradeoff
 from tests.page_checks import check_file_list, read_page, words_of
@@ -106,7 +106,9 @@ def test_files_hold_what_was_measured(study, tmp_path):
         assert study.truth is study.reference
     printed = words_of(page)
     assert f"{study.reference.restitution_error:.0e}".replace("e-", "e−") in printed
-    assert all(describe(row.setting) in printed for rows in study.cheapest.values() for row in rows)
+    assert all(
+        describe_setting(row.setting) in printed for rows in study.cheapest.values() for row in rows
+    )
     assert study.scene.sha256 in page
 
 
