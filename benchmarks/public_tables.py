@@ -18,7 +18,6 @@ from pathlib import Path
 import numpy as np
 
 from chaincor import check_table
-from chaincor.lammps_inputs.bonds.table_text import section_text
 from chaincor.lammps_inputs.errors import InputError, TableError
 from chaincor.workflows.tables.lammps_run import run_lammps
 from chaincor.workflows.tables.reading import kind_of, read_sections, read_text
@@ -28,6 +27,13 @@ _FINER = 4
 _BESIDE = 7
 # Errors below these are equal: a millionth of the local force, the last digits of LAMMPS's writers.
 _LEAST = 1e-6
+# Errors above these are equal: the whole local force.
+_MOST = 1.0
+# LAMMPS raises the sine of an angle to at least 0.001, so its forces are wrong within this many
+# degrees of 0 and 180.
+_NEAR_ENDS = 0.06
+# A cubic spline through even rows amplifies the rounding of the rows at most by this factor.
+_BETWEEN_ROWS = 1.55
 
 
 def keywords(path):
@@ -40,7 +46,7 @@ def keywords(path):
 
 
 def halved(path, keyword, target):
-    """Write every second row of a section; return its kind and all rows."""
+    """Write every second row of a section; return its kind, all rows, and their rounding."""
     (section, *_) = read_sections(path, keyword)
     data, kind = section.data, kind_of(section)
     steps = np.diff(data[:, 0])
@@ -48,18 +54,26 @@ def halved(path, keyword, target):
     if len(data) < _LEAST_ROWS or not even or kind == "dihedral" or "BITMAP" in section.header:
         return None
     data = data[: len(data) - (len(data) + 1) % 2]
+    rounding = 0.5 * section.least_digits[: len(data), 1:]
     kept = data[::2]
     header = f"N {len(kept)}"
     if kind == "pair":
-        header += f" R {kept[0, 0]:.17g} {kept[-1, 0]:.17g}"
+        header += f" R {kept[0, 0]} {kept[-1, 0]}"
     if slopes := section.header.get("FP") or section.header.get("FPRIME"):
-        header += f" {'FPRIME' if kind == 'pair' else 'FP'} {slopes[0]:.17g} {slopes[1]:.17g}"
-    target.write_text(section_text("KEY", header, kept.T))
-    return kind, data
+        header += f" {'FPRIME' if kind == 'pair' else 'FP'} {slopes[0]} {slopes[1]}"
+    # The shortest decimals keep the number of digits of the file, which is a source of error.
+    rows = [" ".join(map(repr, [k, *row])) for k, row in enumerate(kept.tolist(), 1)]
+    target.write_text("\n".join(["KEY", header, "", *rows, ""]))
+    return kind, data, rounding
 
 
-def true_error(report, data, path):
-    """Return LAMMPS's largest error in the report's range, as a part of the local force."""
+def true_error(report, data, rounding, path):
+    """
+    Return LAMMPS's largest error in the report's range, as a part of the local force.
+
+    `rounding`, of shape (rows, 2), is half a unit of the last digit of energies and forces. Smaller
+    differences from the rows are no errors.
+    """
     judge = report.curves
     low, high = data[0, 0], data[-1, 0]
     count = (len(data) - 1) * _FINER + 1
@@ -68,9 +82,12 @@ def true_error(report, data, path):
         return None
     at_rows = slice(None, None, _FINER)
     r = data[:, 0]
+    margin = _NEAR_ENDS if report.kind == "angle" else 0.0
     # LAMMPS's cutoff is the last row, where its pairs have no force any more.
-    inside = (r >= report.range[0]) & (r <= report.range[1]) & (r < high)
-    missed = np.abs(given.forces[at_rows] - data[:, 2])[inside] / judge.size_at(r[inside])
+    first, last = max(report.range[0], low + margin), min(report.range[1], high - margin)
+    inside = (r >= first) & (r <= last) & (r < high)
+    off = np.clip(np.abs(given.forces[at_rows] - data[:, 2]) - rounding[:, 1], 0.0, None)
+    missed = off[inside] / judge.size_at(r[inside])
     # Between rows that are seven kept rows apart, energies and mean forces must agree.
     wide = 2 * _BESIDE * _FINER
     h = (high - low) / (count - 1)
@@ -82,9 +99,11 @@ def true_error(report, data, path):
     slopes = -(given.energies[wide:] - given.energies[:-wide])[::2] / (wide * h)
     middle = given.lengths[wide // 2 : -wide // 2][::2]
     edge = 0.5 * wide * h
-    inside = (middle - edge >= report.range[0]) & (middle + edge <= report.range[1])
-    inside &= middle + edge < high
-    parted = np.abs(forces - slopes)[inside] / judge.size_at(middle[inside])
+    inside = (middle - edge >= first) & (middle + edge <= last) & (middle + edge < high)
+    ends = (middle - edge, middle + edge)
+    room = _BETWEEN_ROWS * sum(np.interp(at, r, rounding[:, 0]) for at in ends)
+    off = np.clip(np.abs(forces - slopes) - room / (wide * h), 0.0, None)
+    parted = off[inside] / judge.size_at(middle[inside])
     return float(np.max(missed, initial=0.0)), float(np.max(parted, initial=0.0))
 
 
@@ -106,17 +125,17 @@ def main():
                     half = halved(path, keyword, target)
                     if half is None:
                         continue
-                    kind, data = half
+                    kind, data, rounding = half
                     report = check_table(target, kind=kind)
                     if report.curves is None or not report.error:
                         continue
-                    true = true_error(report, data, target)
+                    true = true_error(report, data, rounding, target)
                 except (InputError, TableError) as error:
                     print(f"{path.name} {keyword}: {error}")
                     continue
                 if true is None:
                     continue
-                ratio = max(report.error, _LEAST) / max(*true, _LEAST)
+                ratio = np.clip(report.error, _LEAST, _MOST) / np.clip(max(true), _LEAST, _MOST)
                 found.append((path.name, keyword, kind, report.rows, report.error, *true, ratio))
                 print(
                     f"{path.name:<30} {keyword:<16} {kind:<6} {report.rows:>6} said "

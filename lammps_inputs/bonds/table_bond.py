@@ -12,7 +12,11 @@ import numpy as np
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.named_bond import LARGEST, SMALLEST
 from chaincor.lammps_inputs.bonds.potential import Potential
-from chaincor.lammps_inputs.bonds.table_checks import fault_of_energies, fault_of_slopes
+from chaincor.lammps_inputs.bonds.table_checks import (
+    fault_of_energies,
+    fault_of_slopes,
+    faults_of_lines,
+)
 from chaincor.lammps_inputs.bonds.table_rows import LEAST_ROWS, BondRows
 from chaincor.lammps_inputs.bonds.table_text import Section, sections_of
 from chaincor.lammps_inputs.bonds.user_bond import UserBond
@@ -178,6 +182,8 @@ def _only_section(text: str, path: str) -> Section:
         raise TableError(
             f"table {path!r} has {len(sections)} sections. Put each section into a file of its own"
         )
+    if faults := faults_of_lines(sections[0]):
+        raise TableError(f"table {path!r} cannot be used: {faults[0]}")
     return sections[0]
 
 

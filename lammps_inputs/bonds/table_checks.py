@@ -3,10 +3,33 @@
 import numpy as np
 
 from chaincor.lammps_inputs.arrays import Array
-from chaincor.lammps_inputs.bonds.table_text import Section
+from chaincor.lammps_inputs.bonds.table_text import SETTINGS, Section
 
 # Numbers written with all digits have this relative rounding error.
 _EPSILON = 1e-14
+
+
+def faults_of_lines(section: Section) -> list[str]:
+    """Return the faults of a header with repeated words, and of lines that LAMMPS cannot use."""
+    faults = []
+    if section.repeated:
+        faults.append(
+            f"its header has {', '.join(section.repeated)}, and LAMMPS takes the last. Keep one"
+        )
+    if section.odd_lines:
+        line = section.odd_lines[0]
+        remedy = "Write rows as 'index length energy force'"
+        if line.split()[0] in SETTINGS:
+            remedy = "Write all header words in the line 'N rows'"
+        faults.append(
+            f"it has the line {line[:60]!r} among its rows, which LAMMPS refuses. {remedy}"
+        )
+    if section.skipped and section.skipped.split()[0] in SETTINGS:
+        faults.append(
+            f"LAMMPS skips the line {section.skipped[:60]!r} after the line 'N rows'. Write all "
+            "header words in the line 'N rows', then an empty line"
+        )
+    return faults
 
 
 @np.errstate(over="ignore", invalid="ignore")

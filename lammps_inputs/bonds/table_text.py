@@ -26,6 +26,8 @@ SETTINGS = BOND_SETTINGS | {
     "CHECKF": 1,
 }
 _TEXT = ("CHECKU", "CHECKF")
+# A header may have one word of each group.
+_EXCLUSIVE = (("R", "RSQ", "BITMAP"), ("DEGREES", "RADIANS"))
 
 
 @dataclass(frozen=True)
@@ -41,8 +43,14 @@ class Section:
     digits: Array  #: See ``data``.
     #: Whether a line without numbers is between header and rows.
     is_parted: bool = True
-    #: Lines between the rows that hold numbers but are no rows.
+    #: Lines before or between the rows that are no rows.
     odd_lines: tuple[str, ...] = field(default=())
+    #: Line after the header that LAMMPS skips in place of the empty line.
+    skipped: str = ""
+    #: Words that the header has twice, or that exclude each other, as text.
+    repeated: tuple[str, ...] = field(default=())
+    #: Last line before the keyword that belongs to no section.
+    unread: str = ""
 
     @cached_property
     def least_digits(self) -> Array:
@@ -72,9 +80,28 @@ class _Draft:
 
     keyword: str
     header: dict[str, list[float]]
+    repeated: tuple[str, ...] = ()
+    unread: str = ""
     rows: list[list[str]] = field(default_factory=list)
     is_parted: bool = False
     odd: list[str] = field(default_factory=list)
+    skipped: str = ""
+    #: Lines that are odd if rows follow; otherwise the next keyword or the end of the file follows.
+    pending: list[str] = field(default_factory=list)
+
+    def add_row(self, row: list[str]) -> None:
+        self.rows.append(row)
+        self.odd += self.pending
+        self.pending.clear()
+
+    def add_words(self, line: str) -> None:
+        """Note a line that is neither a row nor the header of a section."""
+        if _is_number(line.split()[0]):
+            self.odd.append(line)
+        elif self.rows or self.is_parted or not self.header:
+            self.pending.append(line)
+        else:
+            self.skipped, self.is_parted = line, True
 
 
 def sections_of(text: str, path: str, settings: dict[str, int] = BOND_SETTINGS) -> list[Section]:
@@ -85,7 +112,8 @@ def sections_of(text: str, path: str, settings: dict[str, int] = BOND_SETTINGS) 
     TableError if a header or a row cannot be read.
     """
     found: list[_Draft] = []
-    last = ""
+    last, is_after_header = "", False
+    strays: list[str] = []
     for line in text.splitlines():
         words = line.split("#")[0].split()
         if not words:
@@ -94,16 +122,23 @@ def sections_of(text: str, path: str, settings: dict[str, int] = BOND_SETTINGS) 
                 found[-1].is_parted = True
             continue
         columns = 3 if found and "NOF" in found[-1].header else 4
-        if len(words) > 1 and words[0] in SETTINGS and "N" in words:
-            found.append(_Draft(last, _header(words, line, path, settings)))
+        is_header = len(words) > 1 and words[0] in SETTINGS and "N" in words
+        # A second header has no keyword before it.
+        if is_header and not is_after_header:
+            unread = strays[-2] if len(strays) > 1 else ""
+            found.append(_Draft(last, *_header(words, line, path, settings), unread))
+            strays = []
         elif words[0].isdigit() and len(words) >= columns:
             if not found:
                 found.append(_Draft("", {}))
             numbers = words[1:columns]
-            found[-1].rows.append([*numbers, *["nan"] * (3 - len(numbers)), line])
-        elif found and len(words) > 1 and _is_number(words[0]):
-            found[-1].odd.append(line.strip())
-        last = words[0]
+            found[-1].add_row([*numbers, *["nan"] * (3 - len(numbers)), line])
+            strays = []
+        else:
+            strays.append(line.strip())
+            if found and (len(words) > 1 or not _is_number(words[0])):
+                found[-1].add_words(line.strip())
+        last, is_after_header = words[0], is_header
     return [_section(draft, path) for draft in found]
 
 
@@ -117,15 +152,25 @@ def _is_number(word: str) -> bool:
 
 def _header(
     words: list[str], line: str, path: str, settings: dict[str, int]
-) -> dict[str, list[float]]:
+) -> tuple[dict[str, list[float]], tuple[str, ...]]:
+    """Return the values of a header by word, and which of its words LAMMPS ignores."""
     found: dict[str, list[float]] = {}
+    repeated: list[str] = []
+    said = f"table {path!r} has the line {line.strip()[:60]!r}"
     try:
         while words:
             name, count = words[0], settings[words[0]]
             values = words[1 : 1 + count]
-            found[name.upper()] = [] if name in _TEXT else [float(word) for word in values]
             if len(values) < count:
                 raise ValueError
+            if name == "N" and not values[0].isdigit():
+                raise TableError(f"{said}. Write the number of rows as a whole number")
+            repeated += [
+                f"{other} twice" if other == name else f"{other} and {name}"
+                for other in found
+                if other in _rivals(name)
+            ]
+            found[name.upper()] = [] if name in _TEXT else [float(word) for word in values]
             words = words[1 + count :]
     except (KeyError, ValueError):
         expected = (
@@ -133,11 +178,14 @@ def _header(
             if settings is BOND_SETTINGS
             else "'R low high' or 'FP slope slope'"
         )
-        raise TableError(
-            f"table {path!r} has the line {line.strip()[:60]!r}. Write 'N rows', then "
-            f"{expected} if they are known"
-        ) from None
-    return found
+        raise TableError(f"{said}. Write 'N rows', then {expected} if they are known") from None
+    return found, tuple(dict.fromkeys(repeated))
+
+
+def _rivals(name: str) -> tuple[str, ...]:
+    """Return the words of a header that LAMMPS ignores if this word follows them."""
+    name = name.upper()
+    return next((group for group in _EXCLUSIVE if name in group), (name,))
 
 
 def _section(draft: _Draft, path: str) -> Section:
@@ -159,4 +207,7 @@ def _section(draft: _Draft, path: str) -> Section:
         np.array(digits).reshape(shape),
         draft.is_parted,
         tuple(draft.odd),
+        draft.skipped,
+        draft.repeated,
+        draft.unread,
     )

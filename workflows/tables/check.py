@@ -31,6 +31,7 @@ from chaincor.workflows.tables.section_faults import (
     faults_of_header,
     faults_of_spacing,
     faults_of_text,
+    notes_on_lines,
 )
 
 STYLES: tuple[Style, ...] = ("spline", "linear", "lookup")
@@ -163,7 +164,7 @@ def _judged(
         style_rows=rows or report.rows,
         largest_force=float(np.max(np.abs(np.nan_to_num(table.forces)))),
     )
-    notes = []
+    notes = notes_on_lines(section, report.kind)
     if warned:
         notes.append(
             f"LAMMPS will warn: {warned} of {report.rows} force values in table {report.keyword} "

@@ -180,14 +180,19 @@ class Judge:
     @cached_property
     def scatter(self) -> Array:
         """Largest scatter or rounding of the forces around each row."""
-        if not self.table.has_forces:
-            return np.zeros(len(self.rows.padded[0]))
-        own = np.nan_to_num(self.rows.scatter(), nan=0.0, posinf=0.0)
+        own, is_rounded = self._own_scatter
         largest: Array = _windows(own, 2 * _BESIDE + 1).max(axis=1)
-        rounding = self.rows.padded[3][:, 1]
+        return np.maximum(largest, self.rows.padded[3][:, 1]) if is_rounded else largest
+
+    @cached_property
+    def _own_scatter(self) -> tuple[Array, bool]:
+        """Scatter of each force, and whether the forces are rounded."""
+        if not self.table.has_forces:
+            return np.zeros(len(self.rows.padded[0])), False
+        own = np.nan_to_num(self.rows.scatter(), nan=0.0, posinf=0.0)
         # Numbers that are exact with few digits have no rounding error.
-        is_rounded = np.median(own) > _EXACT * np.median(rounding)
-        return np.maximum(largest, rounding) if is_rounded else largest
+        is_rounded = np.median(own) > _EXACT * np.median(self.rows.padded[3][:, 1])
+        return own, bool(is_rounded)
 
     def places(self, low: float, high: float) -> Array:
         """Return the places in a range for the errors: rows and points between rows."""
@@ -217,16 +222,34 @@ class Judge:
         best, unsure = self.rows.forces_at(at, contradiction < 1e-3)
         with np.errstate(all="ignore"):
             missed = np.abs(self.curve(style, rows).force(at) - best)
-        scatter = np.maximum(self.scatter[between], self.scatter[between + 1])
+        relative = self._relative_scatter(low, high)
+        scatter = np.maximum(relative[between], relative[between + 1])
         # Noise also changes the polynomials, most of all near the ends. It is subtracted here, so
         # that it counts only once.
         is_end = (between < _END_ROWS) | (between >= len(x) - 1 - _END_ROWS)
         moved = np.where(is_end & (self.table.period == 0.0), _MOVED_AT_ENDS, 1.0) * scatter
-        missed = np.clip(missed - moved, 0.0, None)
-        unsure = np.clip(unsure - moved, 0.0, None)
-        parts = (missed, unsure, scatter)
-        missed, unsure, scatter = (np.nan_to_num(p / size, nan=0.0, posinf=1e300) for p in parts)
+        missed, unsure = (
+            np.clip(np.nan_to_num(part / size, nan=0.0, posinf=1e300) - moved, 0.0, None)
+            for part in (missed, unsure)
+        )
         return Errors(at, size, missed, unsure, scatter, contradiction)
+
+    def _relative_scatter(self, low: float, high: float) -> Array:
+        """
+        Return the largest scatter around each row, as a fraction of the local force.
+
+        The fraction is taken at each row before the largest one is chosen, so that a kink in the
+        core is not compared with the smaller forces beside the core.
+        """
+        x, _, _, digits = self.rows.padded
+        size = self.size_at(x, low, high)
+        within = np.ones(len(x), dtype=bool)
+        within[1:-1] = (x[2:] > low) & (x[:-2] < high)
+        within[0], within[-1] = x[1] > low, x[-2] < high
+        own, is_rounded = self._own_scatter
+        largest = _windows(np.where(within, own, 0.0) / size, 2 * _BESIDE + 1).max(axis=1)
+        found = np.maximum(largest, digits[:, 1] / size) if is_rounded else largest
+        return np.nan_to_num(found, nan=0.0, posinf=1e300)
 
 
 def last_row(table: TableData) -> int:

@@ -1,13 +1,15 @@
 """Find faults in the header, the spacing and the numbers of a table."""
 
 import re
+from dataclasses import replace
 
 import numpy as np
 
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.named_bond import LARGEST
+from chaincor.lammps_inputs.bonds.table_checks import faults_of_lines
 from chaincor.lammps_inputs.bonds.table_rows import LEAST_ROWS
-from chaincor.lammps_inputs.bonds.table_text import Section
+from chaincor.lammps_inputs.bonds.table_text import SETTINGS, Section
 from chaincor.workflows.tables.lammps_curve import TableData, TableKind
 from chaincor.workflows.tables.reading import (
     WHOLE_TURN,
@@ -86,11 +88,7 @@ def faults_of_header(section: Section, kind: TableKind) -> list[str]:
         )
     if not section.keyword or section.keyword.isdigit():
         faults.append("its section has no keyword. Write a name in the line before 'N rows'")
-    if section.odd_lines:
-        faults.append(
-            f"it has the line {section.odd_lines[0][:60]!r} among its rows, which LAMMPS "
-            "refuses. Write rows as 'index length energy force'"
-        )
+    faults += faults_of_lines(_without_skipped(section, kind))
     if header["N"][0] != len(data):
         faults.append(
             f"it says N {header['N'][0]:g} but has {len(data)} rows, so LAMMPS stops before "
@@ -105,6 +103,26 @@ def faults_of_header(section: Section, kind: TableKind) -> list[str]:
     if len(lengths) >= 2 and np.all(np.isfinite(lengths)):
         faults += _faults_of_range(section, kind)
     return faults
+
+
+def _without_skipped(section: Section, kind: TableKind) -> Section:
+    """Return a section as LAMMPS reads this kind: of dihedral tables it skips no line."""
+    if kind != "dihedral" or not section.skipped:
+        return section
+    return replace(section, skipped="", odd_lines=(section.skipped, *section.odd_lines))
+
+
+def notes_on_lines(section: Section, kind: TableKind) -> list[str]:
+    """Return notes on lines that LAMMPS does not read and that change nothing."""
+    section, notes = _without_skipped(section, kind), []
+    if section.unread:
+        notes.append(
+            f"LAMMPS does not read the line {section.unread[:60]!r} before the keyword "
+            f"{section.keyword}"
+        )
+    if section.skipped and section.skipped.split()[0] not in SETTINGS:
+        notes.append(f"LAMMPS skips the line {section.skipped[:60]!r} after the line 'N rows'")
+    return notes
 
 
 def _faults_of_range(section: Section, kind: TableKind) -> list[str]:

@@ -117,8 +117,11 @@ def test_a_jobs_own_table_contradicts_itself_nowhere(tmp_path, potential, style)
     ("header", "line"),
     [
         ("N 400", "says N 400 and has 401 rows"),
-        ("N 401.5", r"says N 401\.5 and has 401 rows"),
-        ("N many", "has the line 'N many'. Write 'N rows'"),
+        ("N 401.5", "has the line 'N 401.5'. Write the number of rows as a whole number"),
+        ("N many", "has the line 'N many'. Write the number of rows as a whole number"),
+        ("N 401 N 401", "its header has N twice, and LAMMPS takes the last. Keep one"),
+        ("N 401\nEQ 1", "LAMMPS skips the line 'EQ 1' after the line 'N rows'"),
+        ("N 401\n\nEQ 1", "has the line 'EQ 1' among its rows, which LAMMPS refuses"),
         ("N 401 FP 1", "has the line 'N 401 FP 1'"),
         ("N 401 R 0.9 1.2", "has the line 'N 401 R 0.9 1.2'"),
         ("N 401 FP {0} {1}", None),

@@ -308,3 +308,63 @@ def test_rows_of_a_bitmap_are_numbered_as_in_the_file(tmp_path):
     text = [f"{k} {a:.12g} {e:.12g} {f:.12g}" for k, (a, e, f) in enumerate(data, 1)]
     path.write_text("\n".join(["T", "N 256 BITMAP 0.9 2.5", "", *text, ""]))
     assert any("row 3 is at" in fault for fault in check_table(path).faults)
+
+
+# A line, the text that replaces it, and the words of the fault. LAMMPS skips the line after the
+# header, takes the last of two words, and refuses other lines among the rows.
+HEADER_LINES = [
+    ("N 40\n\n", "N 40\nFP -60 -0.3\n", "LAMMPS skips the line 'FP -60 -0.3'"),
+    ("N 40\n\n", "N 40\nN 40\n", "LAMMPS skips the line 'N 40'"),
+    ("N 40\n\n", "N 40\n\nEQ 1\n", "has the line 'EQ 1' among its rows, which LAMMPS refuses"),
+    ("N 40\n\n", "N 40\n\nsome words\n", "has the line 'some words' among its rows"),
+    ("\n7 ", "\nword\n7 ", "has the line 'word' among its rows"),
+    ("N 40", "N 40 N 40", "its header has N twice"),
+    ("N 40", "N 40 EQ 1 EQ 1.1", "its header has EQ twice"),
+    ("N 40", "N 40.0", "Write the number of rows as a whole number"),
+    ("N 40", "N 40 NAME", "has the line 'N 40 NAME'"),
+]
+
+
+def _plain(path):
+    """Write a sound table with the header N alone."""
+    r = np.linspace(0.6, 1.4, 40)
+    rows = [f"{k} {a:.12g} {(a - 1) ** 2:.12g} {2 - 2 * a:.12g}" for k, a in enumerate(r, 1)]
+    path.write_text("\n".join(["KEY", "N 40", "", *rows, ""]))
+    return path
+
+
+@pytest.mark.parametrize(("line", "written", "said"), HEADER_LINES)
+def test_lines_that_lammps_ignores_or_refuses_are_named(tmp_path, line, written, said):
+    path = _plain(tmp_path / "t")
+    text = path.read_text()
+    assert check_table(path, kind="bond").faults == ()
+    assert text.count(line) == 1
+    path.write_text(text.replace(line, written))
+    report = check_table(path, kind="bond")
+    assert any(said in fault for fault in report.faults), report.faults
+    assert not report.is_good
+
+
+def test_of_two_forms_of_a_range_one_is_asked_for(tmp_path):
+    path = tmp_path / "t"
+    text = _signs(path, 0.8, 9.0).read_text()
+    path.write_text(text.replace("R 0.8 3", "RSQ 0.8 3 R 0.8 3"))
+    assert "its header has RSQ and R, and LAMMPS takes the last" in check_table(path).summary
+
+
+def test_harmless_lines_are_noted(tmp_path):
+    path = _plain(tmp_path / "t")
+    path.write_text("OTHER\n" + path.read_text().replace("N 40\n\n", "N 40\nsome words\n"))
+    report = check_table(path, kind="bond")
+    assert report.faults == ()
+    assert "LAMMPS does not read the line 'OTHER' before the keyword KEY" in report.notes
+    assert "LAMMPS skips the line 'some words' after the line 'N rows'" in report.notes
+
+
+def test_a_dihedral_table_has_no_line_that_lammps_skips(tmp_path):
+    phi = np.linspace(-180.0, 176.0, 90)
+    rows = [f"{k} {x} {np.cos(np.radians(x)):.12g}" for k, x in enumerate(phi, 1)]
+    path = tmp_path / "t"
+    path.write_text("\n".join(["KEY", "N 90 NOF", "some words", *rows, ""]))
+    said = "has the line 'some words' among its rows, which LAMMPS refuses"
+    assert said in check_table(path, kind="dihedral").summary
