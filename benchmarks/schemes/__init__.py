@@ -1,1 +1,0 @@
-"""Schemes that others found best, against those of the engines, in force evaluations."""
