@@ -30,7 +30,7 @@ MOST = 3.0
 
 
 def compare(particles: int, speed: float, runs: int) -> tuple[str, bool]:
-    """Return a row of the table for an lj chain, and whether it is as foretold."""
+    """Return a row of the table for an lj chain, and whether it is as predicted."""
     began = time.process_time()
     scene = Scene(potential="lj", particles=particles, speed=speed, engine="reference")
     v0 = scene.impact_velocity
@@ -55,12 +55,12 @@ def compare(particles: int, speed: float, runs: int) -> tuple[str, bool]:
 
 
 def main() -> None:
-    """Print the table; exit with 1 where a scatter was not foretold."""
+    """Print the table; exit with 1 where a scatter was not predicted."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("scenes", nargs="*", default=SCENES, metavar="PARTICLES:SPEED")
     parser.add_argument("--runs", type=int, default=10)
     given = parser.parse_args()
-    print("| n | v0/v* | eta | contacts | amplification | foretold | scatter | ratio | s |")
+    print("| n | v0/v* | eta | contacts | amplification | predicted | scatter | ratio | s |")
     print("|---|---|---|---|---|---|---|---|---|")
     missed = 0
     for each in given.scenes:

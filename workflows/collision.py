@@ -14,7 +14,7 @@ from chaincor.workflows.campaign.given_executor import tasks_to
 from chaincor.workflows.campaign.progress import progress_bar
 from chaincor.workflows.campaign.tasks import requests_of, tasks_of
 from chaincor.workflows.campaign.work import MOST_SECONDS, collide_one, collide_scenes
-from chaincor.workflows.given import scenes_given, told_shortly, workers_given
+from chaincor.workflows.given import scenes_given, with_short_errors, workers_given
 from chaincor.workflows.outputs import refuse_shared_outputs, refuse_unusable_outputs
 from chaincor.workflows.result import Collision
 from chaincor.workflows.showing.table import ResultTable
@@ -63,7 +63,7 @@ def collide(
 ) -> list["Row"]: ...
 
 
-@told_shortly
+@with_short_errors
 def collide(
     scene: Scene | Iterable[Scene],
     tolerance: float | None = None,

@@ -14,7 +14,7 @@ P = ParamSpec("P")
 R = TypeVar("R")
 
 
-def told_shortly(function: Callable[P, R]) -> Callable[P, R]:
+def with_short_errors(function: Callable[P, R]) -> Callable[P, R]:
     """
     Shorten the traceback of Ctrl-C.
 

@@ -50,7 +50,7 @@ def test_new_folders_go_if_the_work_in_them_fails(tmp_path, whole):
 
 
 @pytest.mark.parametrize("source", [None, "/tmp/chaincor-1/dump.lammpstrj"])
-def test_a_full_disk_is_told_of_the_file_that_was_asked_for(tmp_path, source):
+def test_a_full_disk_is_reported_with_the_requested_file(tmp_path, source):
     """A write knows no name; a copy that fails is named after its source, on another disk."""
     with pytest.raises(OSError, match="No space left") as caught, written_aside(tmp_path / "a"):
         raise OSError(errno.ENOSPC, "No space left on device", source)

@@ -173,7 +173,7 @@ def test_modes_that_are_apart_are_in_no_group():
     assert indistinct_modes(mode_frequencies(200, masses=np.resize([1.0, 3.0], 200))) == []
 
 
-def test_modes_that_cannot_be_told_apart_are_said():
+def test_indistinguishable_modes_are_reported():
     (said,) = mode_caveats(mode_frequencies(60, masses=LIGHT_ENDS["one"][0]))
     assert "modes 58 to 59 agree to rounding: of their energies only the sum is known" in said
     assert mode_caveats(mode_frequencies(60)) == []

@@ -56,7 +56,7 @@ def test_every_observable_is_defined_and_can_be_computed(each):
         assert set(row.also) <= set(OBSERVABLES)
 
 
-def test_lines_and_words_are_told_apart():
+def test_lines_and_words_are_distinguished():
     labels = [row.label for each in OBSERVABLES.values() for row in each.rows]
     words = [word for each in OBSERVABLES.values() for row in each.rows for word in row.words]
     assert len(set(labels)) == len(labels)

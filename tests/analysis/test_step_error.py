@@ -164,7 +164,7 @@ def test_folders_of_different_collisions_are_refused(tmp_path, changes, what):
         analyze_folder(tmp_path)
 
 
-def test_what_cannot_be_told_is_null(tmp_path):
+def test_undetermined_values_are_null(tmp_path):
     a = run_job(SCENE, tmp_path / "a")
     b = run_job(SCENE, tmp_path / "b")
     same = analyze_folder(tmp_path)

@@ -102,7 +102,7 @@ def test_our_own_dump(result, states, tmp_path):
     )
 
 
-def test_a_dump_of_bodies_told_by_their_places_alone(result, states, tmp_path):
+def test_a_dump_of_bodies_that_differ_by_position_alone(result, states, tmp_path):
     # Ids may have any order. At first the bodies are apart.
     order = [7, 2, 9, 4, 1, 6, 3, 8, 5]
     job = write_dump(
@@ -119,7 +119,7 @@ def test_a_dump_of_bodies_told_by_their_places_alone(result, states, tmp_path):
     assert found.timestep == pytest.approx(0.5, rel=1e-6)
 
 
-def test_what_cannot_be_told_is_refused(states, tmp_path):
+def test_undetermined_bodies_are_refused(states, tmp_path):
     job = write_dump(tmp_path / "d", states, ("id", "x", "vx", "mass"), masses=MASSES)
     with pytest.raises(InputError, match=r"both bodies are at x = 0 in the first frame"):
         analyze_job(job, target_particles=4)

@@ -70,7 +70,7 @@ def folder(tmp_path, monkeypatch):
 
 @contextlib.contextmanager
 def recorded_commands():
-    """Record what LAMMPS is told, with the temporary folder's name taken out."""
+    """Record the commands of LAMMPS, with the temporary folder's name taken out."""
     printed = []
     original = LammpsChain.commands
 
@@ -169,8 +169,8 @@ def test_a_hostile_temporary_folder_is_refused(chaincor, folder, commands, monke
     assert commands == []
 
 
-def told_of_a_python_potential(name, folder, commands):
-    """Return all that LAMMPS is told, by the engine and by a job, but for the title."""
+def text_of_a_python_potential(name, folder, commands):
+    """Return all commands of LAMMPS, by the engine and by a job, without the title."""
     # The function is not plain Python, so no loop of a pilot run is compiled for each of them.
     bond = UserBond(energy=lambda s: 0.5 * s * s, force=np.negative, name=name)
     scene = Scene(potential=bond, particles=2, velocity=0.02, scheme="verlet", error=False)
@@ -183,17 +183,17 @@ def told_of_a_python_potential(name, folder, commands):
 
 
 @pytest.fixture(scope="module")
-def told_of_a_plain_name(tmp_path_factory):
+def text_of_a_plain_name(tmp_path_factory):
     with recorded_commands() as commands:
-        return told_of_a_python_potential("plain", tmp_path_factory.mktemp("plain"), commands)
+        return text_of_a_python_potential("plain", tmp_path_factory.mktemp("plain"), commands)
 
 
 @pytest.mark.parametrize("attack", ATTACKS)
 @pytest.mark.slow_cases
 def test_the_name_of_a_python_potential_changes_no_command(
-    folder, commands, told_of_a_plain_name, attack
+    folder, commands, text_of_a_plain_name, attack
 ):
-    assert told_of_a_python_potential(attack, folder, commands) == told_of_a_plain_name
+    assert text_of_a_python_potential(attack, folder, commands) == text_of_a_plain_name
 
 
 @pytest.mark.parametrize("attack", ATTACKS)

@@ -108,7 +108,7 @@ def test_soft_chains_agree_over_steps_and_keep_their_energy(exponent):
     assert close.error < 1e-11
 
 
-def test_runs_that_err_alike_are_told_by_their_energy(tmp_path):
+def test_runs_that_err_alike_are_distinguished_by_their_energy(tmp_path):
     # Of an eta of 102, both err by 1e-8, a hundred times what they differ by.
     scene = draw(94, 15, "lammps", tmp_path)
     rough = judge(bonds_of(scene), bodies_of(scene), closer=1.0)

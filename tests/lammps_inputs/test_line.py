@@ -31,7 +31,7 @@ def test_a_wall_is_a_particle_of_inverse_mass_zero():
     assert wall.target_masses.size == 0
 
 
-def test_masses_of_both_bodies_are_told_from_the_contact_outward():
+def test_masses_of_both_bodies_are_listed_from_the_contact_outward():
     both = line([5.0, 4.0, 3.0], [1.0, 2.0])
     assert both.target_masses.tolist() == [3.0, 4.0, 5.0]
     assert both.chain_masses.tolist() == [1.0, 2.0]

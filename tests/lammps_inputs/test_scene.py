@@ -226,7 +226,7 @@ def test_integers_that_toml_does_not_have_are_one_line(text):
     assert len(str(caught.value)) < 200
 
 
-def test_of_many_mistakes_the_first_are_told():
+def test_the_first_of_many_mistakes_are_listed():
     text = "\n".join(f"key{i} = 1" for i in range(50_000))
     with pytest.raises(SceneError) as caught:
         Scene.from_toml(text, "here")

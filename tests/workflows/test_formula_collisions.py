@@ -70,7 +70,7 @@ def test_what_a_result_says_of_a_bond_only_formulas_need():
 
 @pytest.mark.slow
 @pytest.mark.parametrize("engine", ["reference", "lammps"])
-def test_a_morse_chain_breaks_and_its_end_is_told(engine):
+def test_a_morse_chain_breaks_and_its_end_is_reported(engine):
     scene = Scene(potential="morse", particles=10, speed=2.0, engine=engine)
     result = collide(scene, tolerance=1e-6)
     assert result.fragments == 2

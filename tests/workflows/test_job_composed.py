@@ -104,7 +104,7 @@ def test_explicit_numerics_are_proved_as_the_engine_proves_them(given, tmp_path)
 
 
 @pytest.mark.parametrize("style", ["spline", "linear"])
-def test_the_error_of_a_table_is_told_without_lammps(style):
+def test_the_error_of_a_table_is_printed_without_lammps(style):
     scene = Scene(particles=3, speed=0.4)
     numerics = Numerics(
         scheme="order6", timestep=0.1, table=style, table_points=300, bond_range=(0.9, 1.1)

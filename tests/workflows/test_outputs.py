@@ -58,7 +58,7 @@ def test_a_scene_of_ones_own_is_not_replaced_by_that_of_a_job(tmp_path):
         ("a.mp4", b"GIF89a", b"\0\0\0\x20ftypisom"),
     ],
 )
-def test_films_are_told_apart(tmp_path, name, other, own):
+def test_films_are_distinguished(tmp_path, name, other, own):
     path = tmp_path / name
     judge_output(path, path.suffix)
     path.write_bytes(own)

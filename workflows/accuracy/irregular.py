@@ -62,7 +62,7 @@ def meets_kinks(problem: Problem) -> bool:
     return any(low <= kink <= high for kink in kinks)
 
 
-def least_step(problem: Problem, scheme: StepSchemeName, duration: float) -> float:
+def least_irregular_step(problem: Problem, scheme: StepSchemeName, duration: float) -> float:
     """Return the smallest step with which a run over a duration takes some seconds at most."""
     parts = STEP_SCHEMES[scheme]
     steps = _MOST_ARRAY_STEPS
@@ -79,7 +79,7 @@ def first_irregular_step(
     step = 0.5 * guess_step(problem, scheme, STEP_SHARE * reachable / share)
     # A sound round trip is about the duration of most collisions.
     crossings = 2.0 * problem.longest_body / problem.slow_stiffness**0.5
-    return max(step, least_step(problem, scheme, crossings))
+    return max(step, least_irregular_step(problem, scheme, crossings))
 
 
 def _share(problem: Problem, kinked: bool) -> float:
@@ -129,7 +129,7 @@ class _Search:
         runs = [fine, *proofs]
         error = _share(problem, self.kinked) * largest_difference(fine, proofs)
         order = _observed_order(before, step, error, effective_order(problem, scheme))
-        least = least_step(problem, scheme, float(fine.contact_times[-1]))
+        least = least_irregular_step(problem, scheme, float(fine.contact_times[-1]))
         done = error + floor <= self.target_error or error < 0.3 * floor or step <= least
         self.lost = self.lost + 1 if order < _LOST_ORDER and error > 10.0 * floor else 0
         anew = scheme != "verlet" and self.lost == 2 and problem.line.contact.smooth

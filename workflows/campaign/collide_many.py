@@ -26,11 +26,11 @@ from chaincor.workflows.campaign.tasks import requests_of, tasks_of
 from chaincor.workflows.campaign.work import MOST_SECONDS, collide_scenes
 from chaincor.workflows.durations import format_duration
 from chaincor.workflows.errors import CostError
-from chaincor.workflows.given import told_shortly, workers_given
+from chaincor.workflows.given import with_short_errors, workers_given
 from chaincor.workflows.versions import versions
 
 
-@told_shortly
+@with_short_errors
 def collide_many(
     scenes: Scene | Sequence[Scene],
     samples: int | None = None,

@@ -16,7 +16,7 @@ from chaincor.workflows.campaign.points import (
 )
 from chaincor.workflows.campaign.sweep_file import read_axes
 from chaincor.workflows.errors import SweepError
-from chaincor.workflows.given import scene_given, told_shortly, workers_given
+from chaincor.workflows.given import scene_given, with_short_errors, workers_given
 from chaincor.workflows.store.export import require_pandas, to_pandas
 from chaincor.workflows.store.results_store import Store
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     import pandas
 
 
-@told_shortly
+@with_short_errors
 def sweep(
     scene: Scene,
     *,

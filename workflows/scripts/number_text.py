@@ -99,8 +99,8 @@ def number_rows(
             "noise": "mean of all runs",
             "bounded": "by the means of the runs",
         }
-        told_by = source.get(verdict.kind, "mean of the finest runs")
-        said.append(("value", f"{with_bar(verdict.value, verdict.value_error)}, {told_by}"))
+        method = source.get(verdict.kind, "mean of the finest runs")
+        said.append(("value", f"{with_bar(verdict.value, verdict.value_error)}, {method}"))
     if number.standard_error is not None:
         said.append(("one run", f"+- {number.standard_error:.1e}, by its own samples"))
     elif number.independent is not None:

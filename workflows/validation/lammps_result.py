@@ -81,7 +81,7 @@ def read_lammps_result(path: Path | str) -> LammpsResult:
     assert job is not None
     return LammpsResult(
         str(path),
-        scene or _scene_told(analysis),
+        scene or _scene_of_analysis(analysis),
         analysis.restitution,
         analysis.restitution_error,
         analysis.contacts,
@@ -92,7 +92,7 @@ def read_lammps_result(path: Path | str) -> LammpsResult:
     )
 
 
-def _scene_told(analysis: CollisionAnalysis) -> Scene | None:
+def _scene_of_analysis(analysis: CollisionAnalysis) -> Scene | None:
     """Return the scene of a run, if its script shows that the bonds are springs."""
     if analysis.bond is None or not analysis.bond.is_harmonic or analysis.target is not None:
         return None

@@ -134,7 +134,7 @@ def test_very_many_curves_have_a_bar_of_colours_or_say_that_they_have_no_legend(
 def test_a_common_factor_is_in_the_label_and_not_over_the_legend():
     curves = {f"n = {k}": ([1.0, 2.0], [1e-7, 3e-7 * k]) for k in (1, 2)}
     ax = plot_curves(curves, "speed", "restitution_error")
-    for _ in range(2):  # drawn twice, told once
+    for _ in range(2):  # drawn twice, warned once
         ax.figure.canvas.draw()
         assert ax.yaxis.get_offset_text().get_text() == ""
         assert ax.get_ylabel().count("10^{") == 1

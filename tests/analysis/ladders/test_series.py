@@ -28,7 +28,7 @@ def test_standard_errors_of_long_series(time):
     ("count", "time"),
     [(100, 0), (100, 3), (100, 10), (100, 30), (100, 100), (200, 10), (200, 30), (200, 100)],
 )
-def test_means_of_short_series_are_within_three_bars_or_not_told(count, time):
+def test_means_of_short_series_are_within_three_bars_or_not_given(count, time):
     """A bar misleads in 5 of 100 series at most, as short as one correlation time."""
     random = np.random.default_rng(9)
     series = [autoregressive(count, time, random) for _ in range(2000)]

@@ -127,7 +127,7 @@ def test_exponential_of_toda_to_two_epsilon():
 
 
 @pytest.mark.parametrize("order", [3, 4, 7, 12])
-def test_power_kernels_are_told_apart(order):
+def test_power_kernels_are_distinguished(order):
     # Cached loops are found by their qualified names.
     kernel = power_kernels(order)[0]
     assert kernel is power_kernels(order)[0]

@@ -36,7 +36,7 @@ def test_the_zero_is_found_within_the_digits(tmp_path, digits):
     assert bond.force(strains) == pytest.approx(LennardJones().force(strains), abs=allowed)
 
 
-def test_a_table_scaled_wrong_is_told_where_its_zero_is(tmp_path):
+def test_a_table_scaled_wrong_is_reported_with_its_zero(tmp_path):
     path = write_table(tmp_path / "wrong.table", 8, scale=1.05)
     with pytest.raises(TableError, match=r"no force at length 1\.05\d*\. Divide"):
         read_bond_table(path)
@@ -186,7 +186,7 @@ def test_a_table_that_lammps_does_not_read_is_refused(tmp_path):
         read_bond_table(lj_rows(tmp_path / "no_n.table", header=False))
 
 
-def test_two_sections_are_told_as_such(tmp_path):
+def test_two_sections_are_reported(tmp_path):
     path = lj_rows(tmp_path / "two.table")
     path.write_text(path.read_text() + "\n" + path.read_text().replace("LJ", "AGAIN"))
     with pytest.raises(TableError, match=r"has 2 sections\. Put each"):
@@ -194,7 +194,7 @@ def test_two_sections_are_told_as_such(tmp_path):
 
 
 @pytest.mark.parametrize("row", [12, 20, 55])
-def test_an_outlier_is_told_by_its_row(tmp_path, row):
+def test_an_outlier_is_reported_by_its_row(tmp_path, row):
     lengths = np.linspace(0.75, 1.9, 60)
     right = float(LennardJones().force(lengths[row] - 1.0))
     # Off by a tenth of itself and more, a slip of a digit; nearer to the core rows are too far
@@ -209,7 +209,7 @@ def test_rows_of_a_smooth_function_have_no_outlier(tmp_path, rows):
     assert read_bond_table(lj_rows(tmp_path / "smooth.table", rows)).stiffness > 0.5
 
 
-def test_noise_is_told_from_what_rows_do_not_resolve(tmp_path):
+def test_noise_is_distinguished_from_unresolved_rows(tmp_path):
     rng = np.random.default_rng(1)
     lengths = np.linspace(0.8, 1.6, 200)
     forces = LennardJones().force(lengths - 1.0)

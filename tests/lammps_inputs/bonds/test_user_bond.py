@@ -80,7 +80,7 @@ class TestEnergyAndForce:
             UserBond(lambda s: s**2 / 2 + s**4, lambda s: -s - 3 * s**3)
 
     def test_the_range_counts(self):
-        # Cut off where nobody goes: told so, it is taken.
+        # The bond is accepted with the cut named.
         options = {"energy": lambda s: 0.5 * s**2, "force": lambda s: -np.clip(s, -0.5, 0.5)}
         with pytest.raises(PotentialError, match="strain_min and strain_max"):
             UserBond(**options)

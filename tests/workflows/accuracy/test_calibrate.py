@@ -27,7 +27,7 @@ def test_every_cost_is_positive_and_splines_cost_more_than_springs(model):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("scheme", "step"), [("verlet", 0.0125), ("order8", 0.2)])
-def test_the_work_of_a_run_is_foretold(scheme, step):
+def test_the_work_of_a_run_is_predicted(scheme, step):
     # Seconds depend on the machine and its load, but the number of force evaluations does not.
     counted = CostModel("no machine", 1.0, 0.0, 0.0, 0.0, stage=0.0, contact=0.0)
     scene = Scene(particles=60)

@@ -95,7 +95,7 @@ def test_an_open_end_does_not_hide_steps_that_are_too_long(monkeypatch):
 
 
 @pytest.mark.slow
-def test_a_chain_whose_contacts_hinge_on_the_last_digit_is_told_soon():
+def test_a_chain_whose_contacts_hinge_on_the_last_digit_is_reported_soon():
     """
     An lj chain of 4500, which any rounding changes, at every step.
 
@@ -140,7 +140,7 @@ def test_runs_with_a_heavy_particle_that_agree_by_chance_are_not_believed(scene,
 
 
 @pytest.mark.slow
-def test_what_roundings_make_of_long_steps_is_told():
+def test_the_rounding_of_long_steps_is_reported():
     # At H = 0.126 nudging the speed changes eta by 2e-3, at 0.063 by 4e-9 or by 4e-3: the last
     # digit of the speed decides. Of five speeds 1e-9 apart the tolerance is met for two or none.
     scene = Scene(potential="lj", particles=4000, speed=0.4, engine="reference")

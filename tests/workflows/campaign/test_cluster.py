@@ -78,7 +78,7 @@ def test_an_address_of_another_form_is_named(chaincor, tmp_path, address):
 
 
 @pytest.mark.slow
-def test_a_scheduler_that_needs_certificates_is_told_in_one_line(tmp_path):
+def test_a_scheduler_that_needs_certificates_is_reported_in_one_line(tmp_path):
     (tmp_path / "sweep.toml").write_text("[axes]\nparticles = [2]\n")
     command = [sys.executable, "-m", "chaincor", "sweep", "sweep.toml"]
     command += ["--scheduler", "tls://127.0.0.1:8786"]
@@ -89,23 +89,27 @@ def test_a_scheduler_that_needs_certificates_is_told_in_one_line(tmp_path):
 
 
 @pytest.mark.slow
-def test_a_killed_scheduler_is_told_in_one_line(tmp_path):
+def test_a_killed_scheduler_is_reported_in_one_line(tmp_path):
     (tmp_path / "sweep.toml").write_text(LONG_SWEEP)
     with dask_cluster(workers=1) as processes:
-        command = [sys.executable, "-m", "chaincor", "sweep", "sweep.toml"]
-        sweep = subprocess.Popen(
-            [*command, "--scheduler", processes.address],
-            cwd=tmp_path,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            text=True,
-        )
+        sweep = _start_sweep(tmp_path, processes.address)
         wait_until(lambda: _rows_in(tmp_path / "sweep.sqlite") or sweep.poll() is not None)
         processes.scheduler.kill()
         out, err = sweep.communicate(timeout=HANGS)
     assert (sweep.returncode, out, err.count("\n")) == (1, "", 1)
     assert "the connection to the Dask scheduler was lost" in err
     assert _rows_in(tmp_path / "sweep.sqlite") > 0
+
+
+def _start_sweep(folder, address):
+    """Start the command on the sweep file of a folder, with the workers of a scheduler."""
+    return subprocess.Popen(
+        [sys.executable, "-m", "chaincor", "sweep", "sweep.toml", "--scheduler", address],
+        cwd=folder,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
 
 
 def _rows_in(path):
@@ -175,14 +179,7 @@ def test_a_scheduler_without_workers_is_reported(tmp_path):
         "[axes]\nparticles = [2, 3]\n"
     )
     with dask_cluster(workers=0) as processes:
-        command = [sys.executable, "-m", "chaincor", "sweep", "sweep.toml"]
-        sweep = subprocess.Popen(
-            [*command, "--scheduler", processes.address],
-            cwd=tmp_path,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            text=True,
-        )
+        sweep = _start_sweep(tmp_path, processes.address)
         assert sweep.stderr is not None
         said = sweep.stderr.readline()
         assert "has no workers; waiting. Start one with `dask worker tcp://" in said
@@ -197,14 +194,7 @@ def test_a_scheduler_without_workers_is_reported(tmp_path):
 def test_a_sweep_whose_workers_all_left_is_reported(tmp_path):
     (tmp_path / "sweep.toml").write_text(LONG_SWEEP)
     with dask_cluster(workers=1) as processes:
-        command = [sys.executable, "-m", "chaincor", "sweep", "sweep.toml"]
-        sweep = subprocess.Popen(
-            [*command, "--scheduler", processes.address],
-            cwd=tmp_path,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            text=True,
-        )
+        sweep = _start_sweep(tmp_path, processes.address)
         wait_until(lambda: _rows_in(tmp_path / "sweep.sqlite") or sweep.poll() is not None)
         (nanny,) = processes.workers
         nanny.terminate()

@@ -73,7 +73,7 @@ def test_a_killed_worker_costs_one_task_and_is_replaced(pool):
     assert pool.submit(pow, 2, 10).result() == 1024
 
 
-def test_an_abort_is_told_by_its_signal_or_status(pool):
+def test_an_abort_is_reported_by_its_signal_or_status(pool):
     with pytest.raises(WorkerDiedError, match="SIGABRT"):
         pool.submit(os.abort).result()
     with pytest.raises(WorkerDiedError, match="exit status 7"):
@@ -144,7 +144,7 @@ def _runs(pid):
         return False
 
 
-def test_a_script_without_a_main_guard_is_told_so(tmp_path):
+def test_a_script_without_a_main_guard_is_reported(tmp_path):
     script = tmp_path / "main.py"
     script.write_text(
         "from chaincor.workflows.campaign.pool import ProcessPool\n"

@@ -102,6 +102,6 @@ def test_the_command_shows_what_its_scene_is_expected_to_take(chaincor, monkeypa
     assert chaincor(*command)[0] == 0
     scene = Scene(potential="harmonic", particles=3, engine="reference")
     assert printed == [plan(scene).seconds, False, "over"]
-    # What was measured is told as it is; longer chains may take several times that.
+    # Measured times are printed as they are; longer chains may take several times that.
     assert plan(Scene(particles=5000, speed=0.4, tolerance=1e-3)).may_take_longer
     assert not plan(Scene(particles=500)).may_take_longer

@@ -136,7 +136,7 @@ def test_chains_of_other_periods_are_other_curves(tmp_path, make_attempt, monkey
     ]
 
 
-def test_curves_whose_values_begin_alike_are_told_in_full(
+def test_curves_whose_values_begin_alike_are_named_in_full(
     tmp_path, make_attempt, monkeypatch, chaincor
 ):
     monkeypatch.chdir(tmp_path)

@@ -46,7 +46,7 @@ def test_what_makes_no_sense_is_refused_by_name(chaincor, options, message):
     assert message in err
 
 
-def test_samples_that_miss_their_tolerance_are_told(chaincor):
+def test_samples_that_miss_their_tolerance_are_reported(chaincor):
     # No number can have so many digits.
     few = (*WARM, "--samples", "1", "--tolerance", "1e-15", "--json")
     status, out, err = chaincor(*few)

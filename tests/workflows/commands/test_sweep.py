@@ -132,7 +132,7 @@ def test_an_axis_takes_the_place_of_what_contradicts_it(sweep_file):
         ("store = 3", "Give the name of a file"),
     ],
 )
-def test_what_makes_no_sense_is_told(sweep_file, text, said):
+def test_nonsense_is_refused_by_name(sweep_file, text, said):
     with pytest.raises(SweepError, match=said):
         read_sweep(sweep_file(text))
 
@@ -261,7 +261,7 @@ def test_a_sweep_from_file_to_plots(chaincor, sweep_file, tmp_path):
 
 
 @pytest.mark.slow
-def test_failures_are_counted_and_told_by_the_exit_status(chaincor, sweep_file, tmp_path):
+def test_failures_are_counted_and_set_the_exit_status(chaincor, sweep_file, tmp_path):
     path = sweep_file('[scene]\npotential = "harmonic"\n[axes]\nvelocity = [0.9]\nparticles = [5]')
     status, out, _ = chaincor("sweep", path, "--workers", "1")
     assert (status, "1 failed" in out) == (1, True)

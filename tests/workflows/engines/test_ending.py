@@ -193,7 +193,7 @@ def test_nothing_is_argued_while_the_first_piece_approaches(monkeypatch):
 
 
 def test_no_contact_gives_more_than_is_reckoned_with():
-    # Follow a piece that approaches to its contacts, and compare with what was foretold.
+    # Follow a piece that approaches to its contacts, and compare with the prediction.
     scene = Scene(particles=6, velocity=0.05)
     for frequency in (0.0, 0.02, 0.05):
         pattern = np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0])

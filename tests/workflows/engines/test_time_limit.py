@@ -135,11 +135,11 @@ LARGE = """
 import sys
 from chaincor.workflows.engines import time_limit
 
-steps_at_once, told = time_limit.steps_at_once, []
+steps_at_once, reported = time_limit.steps_at_once, []
 
 def tell(work):
-    if work > 900_000 and not told:
-        told.append(work)
+    if work > 900_000 and not reported:
+        reported.append(work)
         print("COMPUTES", flush=True)
     return steps_at_once(work)
 

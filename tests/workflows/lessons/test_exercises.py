@@ -350,7 +350,7 @@ def test_no_such_exercise(name):
 @pytest.mark.parametrize(
     ("name", "answer", "digits"), [("1.2", 0.093, 2), ("4.3", 0.18, 2), ("1.3", 2.0, 0)]
 )
-def test_an_answer_rounded_to_fewer_digits_is_told_so(name, answer, digits):
+def test_an_answer_rounded_to_fewer_digits_is_reported(name, answer, digits):
     verdict = check(name, answer)
     assert not verdict
     # 2.0 is what a chain answers that loses nothing: a mistake of its own.

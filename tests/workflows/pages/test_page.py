@@ -30,7 +30,7 @@ def test_figures_that_were_not_drawn_are_left_out(tmp_path):
     assert figures[1]["alt"] == "B: five particles"
 
 
-def test_files_are_told_by_name_or_ending(tmp_path):
+def test_files_are_recognised_by_name_or_ending(tmp_path):
     (tmp_path / "a.csv").write_text("a")
     (tmp_path / "b.png").write_text("")
     listed = files_written(tmp_path, {"a.csv": "numbers", "*.png": "figure"})

@@ -39,7 +39,7 @@ def test_numbers_have_minus_signs_and_short_exponents():
     assert format_short(float("nan")) == "–"
 
 
-def test_minus_signs_in_text_are_told_from_hyphens():
+def test_minus_signs_in_text_are_distinguished_from_hyphens():
     assert (
         typeset("n = 10-20, in-house, -0.63 at 0.4 v*")
         == "n = 10-20, in-house, −0.63 at 0.4\u00a0v*"

@@ -115,7 +115,7 @@ def test_a_chain_without_the_energy_is_followed_no_further(flights, monkeypatch)
     assert free_flight._break(point, point.answer)[0] == [1] * len(SAMPLED)
 
 
-def test_speeds_that_break_are_told_in_spans_and_what_is_undetermined_apart(flights):
+def test_speeds_that_break_are_listed_in_ranges_and_undetermined_ones_apart(flights):
     """A chain is surely in pieces where both motions say so."""
     template = flights[0.1]
 

@@ -24,7 +24,7 @@ def test_plan_covers_the_figures(plan):
         assert len(set(scenes)) == len(scenes)
 
 
-def test_every_increase_can_be_told_from_its_error_bar():
+def test_every_increase_exceeds_its_error_bar():
     # At low speed the increase is about 0.5 u, 1.9 u^2 and 5 u^3 (n = 100): 2 % of it at most.
     for order, factor in ((3, 0.4), (4, 1.9), (5, 5.0)):
         for plan in (QUICK, FULL):

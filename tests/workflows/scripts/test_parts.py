@@ -154,8 +154,8 @@ def test_noise_is_met_by_seeds_at_the_cheapest_value():
     assert give_advice(ladder, values, noise, seconds, 1e-2, repeats=False) is None
 
 
-def test_what_cannot_be_told_is_not_advised():
+def test_an_undecided_verdict_gives_no_advice():
     ladder = read_ladder("timestep=0.08:0.01:4")
-    untold = verdict("cannot tell", [np.inf] * 4, [1e-2] * 4)
-    assert give_advice(ladder, np.ones(4), untold, np.ones(4), 1.0, repeats=True) is None
-    assert np.all(np.isinf(untold.promised))
+    undecided = verdict("cannot tell", [np.inf] * 4, [1e-2] * 4)
+    assert give_advice(ladder, np.ones(4), undecided, np.ones(4), 1.0, repeats=True) is None
+    assert np.all(np.isinf(undecided.promised))

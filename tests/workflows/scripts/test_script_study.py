@@ -27,7 +27,7 @@ from tests.page_checks import check_file_list, read_page, words_of
 from tests.waiting import HANGS, wait_until
 
 EXAMPLES = Path(__file__).parents[3] / "docs" / "examples" / "scripts"
-# Prints what it is told to: the law of its error is known, and it takes a moment.
+# Prints requested numbers: the law of its error is known, and it takes a moment.
 LAW = r"""
 variable timestep index 0.1
 variable seed index 1

@@ -248,7 +248,7 @@ def test_the_command_answers_without_a_word(tmp_path, chaincor, monkeypatch):
 
 
 @pytest.mark.slow
-def test_runs_that_end_at_other_times_are_told(tmp_path):
+def test_runs_that_end_at_other_times_are_reported(tmp_path):
     path = tmp_path / "in.x"
     path.write_text(SPRING + 'variable h index 0.1\ntimestep $h\nrun 100\nprint "x = $x"\n')
     path.write_text(path.read_text().replace('$x"', '$(x[1]:%.17g)"'))

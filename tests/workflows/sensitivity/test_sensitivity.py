@@ -242,7 +242,7 @@ def test_the_command_prints_it(chaincor):
     assert f"gives eta a standard deviation of {found['rounding']:.0e}" in out
 
 
-def test_no_derivative_is_told_where_the_last_digits_decide():
+def test_no_derivative_is_given_where_the_last_digits_decide():
     # As of lj chains of 3000 at 0.39 v*, whose last contacts differ between neighbouring speeds.
     found = collide(Scene(potential="lj", particles=5, speed=0.4, engine="reference"))
     hinging = replace(found, error_parts=replace(found.error_parts, rounding=1e-2))

@@ -188,14 +188,14 @@ FAULTY = {
 
 
 @pytest.mark.parametrize("name", FAULTY)
-def test_faulty_tables_are_told(tmp_path, name):
+def test_faulty_tables_are_reported(tmp_path, name):
     made, said = FAULTY[name]
     path = write(tmp_path / "t.table", **made)
     kind = made.get("kind", "bond")
     report = check_table(path, kind=kind, tolerance=1e-3)
     assert not report.is_good
     assert said in " ".join(report.faults)
-    # What is beyond a tolerance is told without one, too, and judged by the user.
+    # Without a tolerance the same is reported, and the user judges it.
     printed = check_table(path, kind=kind)
     assert printed.is_good == (name in ("8 rows", "noise", "one decimal", "a gap", "a kink"))
     assert said in " ".join(printed.faults + printed.notes)

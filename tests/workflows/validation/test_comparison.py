@@ -86,7 +86,7 @@ def test_bonds_are_compared_within_what_steps_leave_unseen():
     assert longest.difference < longest.allowed < 2e-3
 
 
-def test_the_stock_wall_is_told_apart():
+def test_the_stock_wall_is_distinguished():
     # Its contacts are not located: their times are wrong by parts of a step, the bar of which is
     # the difference to half the step. Within such bars it may agree, but not with those of eta.
     found = validate(SCENE.replace(tolerance=None, wall="reflect", timestep=0.005))

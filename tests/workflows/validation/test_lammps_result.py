@@ -123,7 +123,7 @@ def test_a_log_of_a_run_that_was_stopped_is_refused(tmp_path, end, words):
         read_lammps_result(log)
 
 
-def test_a_job_that_was_stopped_before_it_told_its_error_is_refused(tmp_path, chaincor):
+def test_a_job_that_was_stopped_before_it_printed_its_error_is_refused(tmp_path, chaincor):
     write_job(Scene(particles=3, speed=0.3), tmp_path)
     script = tmp_path / "in.chain"
     text = script.read_text()

@@ -143,7 +143,7 @@ def test_a_module_that_cannot_be_imported_is_one_line(tmp_path, monkeypatch, cap
 
 
 @pytest.mark.parametrize("against", ["broken.py", "broken.py:f"])
-def test_a_file_of_python_is_told_how_functions_are_named(tmp_path, monkeypatch, capfd, against):
+def test_a_python_file_is_refused_with_the_form_of_functions(tmp_path, monkeypatch, capfd, against):
     (tmp_path / "broken.py").write_text("def f(scene) return 1\n")
     monkeypatch.chdir(tmp_path)
     assert cli.run_command_line(["validate", "--particles", "3", "--against", against]) == 2

@@ -41,7 +41,7 @@ def first_crossing(start: PathPoint, end: PathPoint, step: float) -> float | Non
     return None if part < 0.0 else float(part * step)
 
 
-def foretold_crossing(start: PathPoint, end: PathPoint, step: float) -> float | None:
+def foreseen_crossing(start: PathPoint, end: PathPoint, step: float) -> float | None:
     """
     Return the time in the next step at which particle 1 reaches the wall; None if that is unclear.
 
@@ -174,9 +174,9 @@ class ComposedFlight(LammpsFlight):
             before = chain.snapshot()
             done, step = step, self.contact_events.step(self.time, now)
             if earlier is not None:
-                foretold = foretold_crossing(earlier, now, done)
-                if foretold is not None:
-                    taken = self._go_to_wall(now, foretold)
+                foreseen = foreseen_crossing(earlier, now, done)
+                if foreseen is not None:
+                    taken = self._go_to_wall(now, foreseen)
                     if taken is not None and taken <= step:
                         self.time += taken
                         return self.contact_events.arrive(self.time)

@@ -87,7 +87,7 @@ def test_a_state_put_back_has_its_tables_back(tmp_path):
             np.testing.assert_array_equal(now, then)
         chain.run(1)  # out of range of the far table
         assert chain.f[2] == pytest.approx(scene.bond.force(-0.1), abs=1e-11)
-        # Also where either table would do, and the one that it had is not told by its length.
+        # Also where either table would do, and its length does not tell which one it had.
         chain.x[2] = chain.x[1] + 0.5 * (FAR_BACK + FAR_OUT)
         state = chain.snapshot()
         chain.x[2] = chain.x[1] + 24.0

@@ -6,7 +6,7 @@ import pytest
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.lammps import engine as lammps
-from chaincor.workflows.engines.lammps.flight import first_crossing, foretold_crossing
+from chaincor.workflows.engines.lammps.flight import first_crossing, foreseen_crossing
 from chaincor.workflows.engines.reference import modal
 from chaincor.workflows.errors import LostAtomsError
 
@@ -78,9 +78,9 @@ def test_ends_that_are_no_numbers():
         first_crossing([0.1, -1.0, 0.0], [float("nan"), -1.0, 0.0], 0.1)
 
 
-def test_a_crossing_is_foretold_only_where_it_is_clear():
-    assert foretold_crossing([0.3, -1.0, 0.0], [0.2, -1.0, 0.0], 0.1) is None
-    assert foretold_crossing([0.15, -1.0, 0.0], [0.05, -1.0, 0.0], 0.1) == pytest.approx(0.05)
+def test_a_crossing_is_foreseen_only_if_it_is_clear():
+    assert foreseen_crossing([0.3, -1.0, 0.0], [0.2, -1.0, 0.0], 0.1) is None
+    assert foreseen_crossing([0.15, -1.0, 0.0], [0.05, -1.0, 0.0], 0.1) == pytest.approx(0.05)
 
 
 @pytest.mark.parametrize("scheme", ["order6", "order8"])

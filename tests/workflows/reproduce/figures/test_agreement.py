@@ -44,7 +44,7 @@ def test_difference_larger_than_the_error_asked_is_named_and_is_the_bar(health):
     assert health["missed"] == ["lj, n = 100, 1.5 v*"]
 
 
-def test_what_lammps_was_not_given_is_told_from_what_has_no_result(health):
+def test_points_not_given_to_lammps_are_distinguished_from_failures(health):
     # LAMMPS's values at 0.1 and 1.5 v*; at 2 v* it misses the error asked.
     assert health["by_lammps"] == 2
     assert health["not_given"] == ["lj, n = 100, 4 v*, LAMMPS: RunError: too sharp"]

@@ -58,7 +58,7 @@ def test_what_another_process_compiled_meanwhile_is_loaded(tmp_path, monkeypatch
     assert there.compiled == 0
 
 
-def test_it_is_told_while_a_loop_is_compiled_and_not_while_it_is_loaded(monkeypatch):
+def test_compiling_a_loop_is_reported_and_loading_is_not(monkeypatch):
     printed = []
     compiled = CachedKernel._compile
 
