@@ -20,6 +20,8 @@ from chaincor.workflows.result import Collision
 from chaincor.workflows.showing.table import ResultTable
 
 if TYPE_CHECKING:
+    from distributed import Client
+
     from chaincor.workflows.store.results_store import Store
     from chaincor.workflows.store.row import Row
 
@@ -44,7 +46,7 @@ def collide(
     *,
     most_seconds: float = MOST_SECONDS,
     workers: int | None = None,
-    executor: Executor | None = None,
+    executor: "Executor | Client | None" = None,
     progress: bool = True,
 ) -> list[Collision]: ...
 
@@ -58,7 +60,7 @@ def collide(
     arrays: bool = False,
     most_seconds: float = MOST_SECONDS,
     workers: int | None = None,
-    executor: Executor | None = None,
+    executor: "Executor | Client | None" = None,
     progress: bool = True,
 ) -> list["Row"]: ...
 
@@ -72,7 +74,7 @@ def collide(
     arrays: bool = False,
     most_seconds: float = MOST_SECONDS,
     workers: int | None = None,
-    executor: Executor | None = None,
+    executor: "Executor | Client | None" = None,
     progress: bool = True,
 ) -> Collision | list[Collision] | list["Row"]:
     """
@@ -100,10 +102,10 @@ def collide(
         the limit a collision returns the accuracy reached so far, or fails if it has no number yet.
     workers : int, optional
         Number of worker processes for several scenes; one per core by default.
-    executor : concurrent.futures.Executor, optional
-        Executor that computes several scenes instead of new processes, such as a Dask client's
-        ``client.get_executor()``; it stays open. `workers` is then the number of its workers, if
-        the executor does not know it. Threads compute one collision at a time.
+    executor : concurrent.futures.Executor or distributed.Client, optional
+        Executor or Dask client that computes several scenes instead of new processes; it stays
+        open. `workers` is then the number of its workers, if the executor does not know it. Threads
+        compute one collision at a time.
     progress : bool
         Whether to show a progress bar for several scenes, on a terminal or in a notebook.
 

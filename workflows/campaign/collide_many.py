@@ -9,6 +9,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import ArrayLike
 
+from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.plan import plan
 from chaincor.workflows.accuracy.warm import WarmSolver, is_warm
@@ -37,6 +38,7 @@ def collide_many(
     *,
     velocities: ArrayLike | None = None,
     workers: int | None = None,
+    executor: None = None,
     progress: bool = False,
     most_seconds: float = MOST_SECONDS,
 ) -> Ensemble:
@@ -58,6 +60,8 @@ def collide_many(
         Impact velocity of each sample, instead of the scene's; only with one scene.
     workers : int, optional
         Number of threads or processes; by default the number of cores.
+    executor : None
+        Refused: batches of warm chains are computed by threads of this process.
     progress : bool
         Whether to show a progress bar if there is a terminal.
     most_seconds : float
@@ -71,7 +75,8 @@ def collide_many(
     Raises
     ------
     InputError
-        If there is nothing to draw, or each sample would write to the same file.
+        If there is nothing to draw, if each sample would write to the same file, or for an
+        executor.
     CostError
         If the expected time exceeds `most_seconds`; no collision was started.
     MissingLibraryError, WorkerStartError
@@ -85,6 +90,11 @@ def collide_many(
     <Ensemble of 20 collisions: mean eta 0.7617 +- 0.01, P(e > 1) 0 (0 to 0.161)>
     """
     started = time.perf_counter()
+    if executor is not None:
+        raise InputError(
+            "collide_many takes no executor, because threads of this process compute its warm "
+            "chains. Give workers, or give the executor to collide with a list of scenes"
+        )
     workers = workers_given(workers)
     groups = group_scenes(scenes, samples, velocities)
     count, seconds = sum(map(len, groups)), sum(len(each) * each.expected for each in groups)
@@ -117,8 +127,8 @@ def collide_many(
                     advance(group.expected, 1)
         asked = requests_of((scene for _, scene in alone), stored=False)
         tasks = tasks_of(asked, TASKS_PER_WORKER * workers)
-        with workers_for(tasks, min(workers, len(tasks))) as (executor, in_flight):
-            carry_out(tasks, collide_scenes, executor, take, in_flight=in_flight, advance=advance)
+        with workers_for(tasks, min(workers, len(tasks))) as (chosen, in_flight):
+            carry_out(tasks, collide_scenes, chosen, take, in_flight=in_flight, advance=advance)
     return Ensemble(
         samples=tuple(sample for sample in found if sample is not None),
         scene=shared,

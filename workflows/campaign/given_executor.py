@@ -45,22 +45,22 @@ def tasks_to(
     executor: Any, workers: int | None
 ) -> Iterator[tuple[Executor, int | Callable[[], int]]]:
     """
-    Yield a wrapper of a user's executor, and the number of tasks at a time.
+    Yield a wrapper of a user's executor or Dask client, and the number of tasks at a time.
 
     `workers` is the number of its workers. By default it is read from the executor, or is the
     number of cores. Raises InputError for other objects.
     """
+    if type(executor).__module__ == "distributed.client":
+        from chaincor.workflows.campaign.cluster import DaskCluster
+
+        with DaskCluster.of(executor) as cluster:
+            yield cluster, cluster.in_flight if workers is None else TASKS_PER_WORKER * workers
+        return
     if not isinstance(executor, Executor):
         raise InputError(
             f"executor is an object of type {type(executor).__name__}. Give a "
-            "concurrent.futures.Executor; a Dask client's is client.get_executor()"
+            "concurrent.futures.Executor or a Dask client"
         )
-    if type(executor).__module__.startswith("distributed."):
-        from chaincor.workflows.campaign.cluster import DaskCluster
-
-        with DaskCluster.of(executor._client) as cluster:  # type: ignore[attr-defined]
-            yield cluster, cluster.in_flight if workers is None else TASKS_PER_WORKER * workers
-        return
     known = (getattr(executor, name, None) for name in _COUNTS)
     count = workers or next((each for each in known if isinstance(each, int)), None)
     with GivenExecutor(executor) as given:

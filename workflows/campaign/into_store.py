@@ -10,6 +10,7 @@ from contextlib import nullcontext
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.campaign.carry_out import (
@@ -39,6 +40,9 @@ from chaincor.workflows.given import workers_given
 from chaincor.workflows.outputs import refuse_unusable_outputs
 from chaincor.workflows.store.results_store import Store
 from chaincor.workflows.store.row import Row
+
+if TYPE_CHECKING:
+    from distributed import Client
 
 # Number of points that a worker describes in one task.
 _DESCRIBED = 2048
@@ -226,7 +230,7 @@ def collide_into_store(
     store: Store | Path | str,
     *,
     workers: int | None = None,
-    executor: Executor | None = None,
+    executor: "Executor | Client | None" = None,
     arrays: bool = False,
     progress: bool = True,
 ) -> list[Row]:

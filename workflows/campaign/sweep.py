@@ -22,6 +22,7 @@ from chaincor.workflows.store.results_store import Store
 
 if TYPE_CHECKING:
     import pandas
+    from distributed import Client
 
 
 @with_short_errors
@@ -30,7 +31,7 @@ def sweep(
     *,
     store: Store | Path | str | None = None,
     workers: int | None = None,
-    executor: Executor | None = None,
+    executor: "Executor | Client | None" = None,
     progress: bool = True,
     **axes: Iterable[Any],
 ) -> "pandas.DataFrame":
@@ -46,8 +47,8 @@ def sweep(
     workers : int, optional
         Number of processes; by default the number of cores. A script that calls this needs the
         usual ``if __name__ == "__main__":``, because each worker is a fresh process.
-    executor : concurrent.futures.Executor, optional
-        Executor that computes the collisions instead of new processes, as for
+    executor : concurrent.futures.Executor or distributed.Client, optional
+        Executor or Dask client that computes the collisions instead of new processes, as for
         :func:`~chaincor.workflows.collision.collide`.
     progress : bool
         Whether to show a progress bar, on a terminal or in a notebook.

@@ -299,3 +299,8 @@ def test_an_ensemble_shows_itself_in_a_notebook():
     assert float(error) == pytest.approx(found.eta.standard_error, rel=0.5)
     one = collide_many(WARM, 1, workers=1)._repr_html_()
     assert "<td>unknown</td>" in one
+
+
+def test_an_executor_is_refused():
+    with pytest.raises(InputError, match=r"takes no executor.*Give workers, or give the executor"):
+        collide_many(WARM, 2, executor=object())

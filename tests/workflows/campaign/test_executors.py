@@ -56,7 +56,7 @@ def test_a_dask_client_gives_the_same_results(expected, tmp_path):
         dask_cluster(workers=2) as processes,
         distributed.Client(processes.address, set_as_default=False) as client,
     ):
-        check(client.get_executor(), expected, tmp_path)
+        check(client, expected, tmp_path)
         base = SCENES[0].without("speed")
         frame = sweep(base, executor=client.get_executor(), progress=False, speed=[0.02, 0.04])
         assert frame["restitution"].tolist() == expected[:2]
