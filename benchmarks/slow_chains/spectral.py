@@ -43,7 +43,7 @@ _COURANT = 1.0
 # Factor between the two runs that give the error, and the order of the steps.
 _COARSER, _ORDER = 1.5, 4
 # Lengths in widths of the linear front: ahead, behind and absorbing layer.
-_AHEAD, _BEHIND, _SPONGE = 13.0, 12.0, 25.0
+_AHEAD, _BEHIND, SPONGE = 13.0, 12.0, 25.0
 # Behind the first front, whose tail steepens later.
 _FIRST_BEHIND = 45.0
 # Share of the train that is kept behind the step, and its largest length for cubic bonds.
@@ -105,8 +105,8 @@ def front_at_wall(variable: float, order: int = 3, coarser: float = 1.0) -> tupl
     else:
         x, front = _steepened(variable, power, coarser)
     courant = _COURANT * coarser
-    back = _carried(x, 1.0 - front, variable, power, 1.0, courant, frame=variable)
-    inside = x > x[0] + _SPONGE
+    back = carried(x, 1.0 - front, variable, power, 1.0, courant, frame=variable)
+    inside = x > x[0] + SPONGE
     return (x + variable)[inside], back[inside]
 
 
@@ -132,8 +132,8 @@ def minima(x: Array, back: Array, variable: float, order: int) -> list[tuple[flo
 def _started(variable: float, power: int, coarser: float) -> tuple[Array, Array]:
     """Return the grid and the front at the free end, from a step."""
     spacing = _FIRST_SPACING * coarser
-    x = _grid(_FIRST_BEHIND + variable, _AHEAD + 2.0 * variable, spacing)
-    return x, _carried(x, _step(x), variable, power, 1.0, _COURANT * coarser)
+    x = front_grid(_FIRST_BEHIND + variable, _AHEAD + 2.0 * variable, spacing)
+    return x, carried(x, _step(x), variable, power, 1.0, _COURANT * coarser)
 
 
 def _step(x: Array) -> Array:
@@ -160,23 +160,23 @@ def _steepened(variable: float, power: int, coarser: float) -> tuple[Array, Arra
     width = 1.0 / math.sqrt(0.5 * variable if power == 1 else 2.0 * variable)
     rear = _REAR[power] * variable
     rear = min(rear, _LONGEST_REAR) if power == 1 else rear
-    x = _grid(rear + _BEHIND, 2.0 * variable / 3.0 + _AHEAD, _SPACING * width)
+    x = front_grid(rear + _BEHIND, 2.0 * variable / 3.0 + _AHEAD, _SPACING * width)
     places, values = _started(first, power, coarser)
     known = (x > scale * places[0]) & (x < scale * places[-1])
     front = np.where(x < 0.0, 1.0, 0.0)
     front[known] = make_interp_spline(scale * places, values, k=5)(x[known])
-    return x, _carried(x, front, variable, power, 1.0 - scale**3, _COURANT * coarser)
+    return x, carried(x, front, variable, power, 1.0 - scale**3, _COURANT * coarser)
 
 
-def _grid(left: float, right: float, spacing: float) -> Array:
+def front_grid(left: float, right: float, spacing: float) -> Array:
     """Return a periodic grid with an absorbing layer at its left end."""
     from scipy.fft import next_fast_len
 
-    count = next_fast_len(math.ceil((_SPONGE + left + right) / spacing), real=True)
-    return spacing * np.arange(count) - left - _SPONGE
+    count = next_fast_len(math.ceil((SPONGE + left + right) / spacing), real=True)
+    return spacing * np.arange(count) - left - SPONGE
 
 
-def _carried(
+def carried(
     x: Array,
     front: Array,
     variable: float,
@@ -206,7 +206,7 @@ def _carried(
 
     rate = max(variable * _TALLEST**power * fastest / courant, _DAMPING * fastest**2)
     steps = math.ceil(time * rate)
-    depth = np.clip((x[0] + _SPONGE - x) / _SPONGE, 0.0, 1.0)
+    depth = np.clip((x[0] + SPONGE - x) / SPONGE, 0.0, 1.0)
     damping = np.exp(-time / steps * _DAMPING * fastest**2 * np.sin(np.pi * depth) ** 2)
     step = _ExponentialStep(-(ik**3) / 3.0 + frame * ik, time / steps)
     modes = rfft(front - wide)
