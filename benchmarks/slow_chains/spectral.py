@@ -43,7 +43,7 @@ _COURANT = 1.0
 # Factor between the two runs that give the error, and the order of the steps.
 _COARSER, _ORDER = 1.5, 4
 # Lengths in widths of the linear front: ahead, behind and absorbing layer.
-_AHEAD, _BEHIND, SPONGE = 13.0, 12.0, 25.0
+_AHEAD, _BEHIND, SPONGE = 13.0, 25.0, 25.0
 # Behind the first front, whose tail steepens later.
 _FIRST_BEHIND = 45.0
 # Share of the train that is kept behind the step, and its largest length for cubic bonds.

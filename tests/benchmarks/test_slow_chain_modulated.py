@@ -1,0 +1,41 @@
+"""Test the modulated wave that starts steep fronts against its laws and against the step."""
+
+import numpy as np
+import pytest
+
+from benchmarks.slow_chains.modulated import TABLE, modulated_minima, modulated_wave
+from benchmarks.slow_chains.spectral import spectral_minima
+
+
+def crests(x, wave):
+    """Return places and heights of the crests, the leading one first."""
+    inside = (wave[1:-1] > wave[:-2]) & (wave[1:-1] >= wave[2:])
+    here = np.flatnonzero(inside)[::-1] + 1
+    return x[here], wave[here]
+
+
+@pytest.mark.parametrize("time", [50.0, 400.0])
+def test_leading_solitons_lag_behind_the_edge_of_the_train(time):
+    x = np.arange(2.0 * time, 4.5 * time, 0.01)
+    places, heights = crests(x, modulated_wave(x, time))
+    n = np.arange(1, 4) - 0.25
+    # Next to the edge 1 - m = n/(2 t), with a relative error of n/t times its logarithm.
+    lags = n * (1.0 + np.log(32.0 * time / n)) - 0.25 * np.log(64.0)
+    assert 4.0 * time - places[:3] == pytest.approx(lags, rel=3.0 * n[-1] / time)
+    assert heights[:3] == pytest.approx(2.0 - n / (2.0 * time), abs=3.0 * n[-1] / time**1.5)
+
+
+@pytest.mark.slow
+def test_modulated_start_agrees_with_the_step():
+    variable = 60.0
+    _, loss, error = spectral_minima(variable, 3)[0]
+    _, started = modulated_minima(variable)[0]
+    # The modulated wave is wrong by about 0.004 y/t, t = 55.
+    assert started / variable == pytest.approx(loss / variable, abs=1e-4 + error / variable)
+
+
+def test_two_grids_agree_within_the_bar_of_the_page():
+    variable, spacing, _, loss = np.loadtxt(TABLE, delimiter=",", skiprows=1).T
+    for y in np.unique(variable):
+        deepest = [loss[(variable == y) & (spacing == grid)].min() / y for grid in (0.36, 0.3)]
+        assert abs(deepest[0] - deepest[1]) < 2.5e-4
