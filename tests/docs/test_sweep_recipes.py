@@ -104,7 +104,7 @@ def test_dask_jobqueue_starts_workers_by_sbatch(here):
     assert rows("speeds.sqlite") == rows("local.sqlite")
     jobs = [file.read_text() for file in here.glob("job.*")]
     assert jobs
-    assert all("--nthreads 1 --nworkers 2 " in job for job in jobs)
+    assert all("--nthreads 1 " in job and "--nworkers 2 " in job for job in jobs)
 
 
 def test_the_recipes_name_their_programs():
