@@ -31,7 +31,7 @@ class EndTimes:
 
 @dataclass(frozen=True)
 class ScriptedSteps:
-    """Composition of a script's steps, with times in the script's units."""
+    """Steps of a script as sequences of Verlet steps, with times in the script's units."""
 
     weights: tuple[float, ...]  #: Weights w_k of the Verlet steps w_k H, which are a palindrome.
     order: int  #: Order of the error of one run against H.

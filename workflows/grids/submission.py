@@ -90,10 +90,10 @@ class Submission:
 
     def scripts(self, folders: Sequence[str], written: Path | None = None) -> dict[str, str]:
         """
-        Return the scripts that run the jobs in some folders, by name: one for each array.
+        Return the scripts that submit the jobs in some folders, by file name.
 
-        A script searches the folder of the jobs in JOBS, its own folder, the folder of submission,
-        and `written`.
+        Each script submits one job array. It searches the folder of the jobs in JOBS, its own
+        folder, the folder of submission, and `written`.
         """
         most = self.jobs_per_task * _MOST_TASKS.get(self.scheduler, max(len(folders), 1))
         parts = [folders[k : k + most] for k in range(0, len(folders), most)] or [folders]

@@ -43,8 +43,8 @@ def _reference_twin(scene: Scene) -> Scene:
     """
     Return the scene for the reference engine that checks a scene of LAMMPS.
 
-    The tolerance is a tenth of LAMMPS's tolerance. If bonds are too stiff for LAMMPS, the reference
-    engine's result is shown, so its tolerance is the scene's own.
+    The tolerance is a tenth of LAMMPS's tolerance. If bonds are too stiff for LAMMPS, the report
+    shows the result of the reference engine, which then has the scene's own tolerance.
     """
     share = 1.0 if frequency_ratio(scene.problem) > LAMMPS.sharpest else SHARPER
     return judging_scene(scene, share * (scene.tolerance or DEFAULT_TOLERANCE))

@@ -1,4 +1,4 @@
-"""Find the cheapest value of the varied quantity for one number, and how many runs to average."""
+"""Find the cheapest value of the varied setting for one quantity, and how many runs to average."""
 
 import math
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Choose one value for all numbers of a ladder, and judge the script's own value."""
+"""Choose one value of the varied setting for all quantities, and judge the script's own value."""
 
 import math
 from collections.abc import Iterable
@@ -13,10 +13,10 @@ from chaincor.lammps_inputs.arrays import Array
 from chaincor.workflows.scripts.advice import largest_value, runs_to_average
 from chaincor.workflows.scripts.ladder_runs import NumberLadder, ScriptLadder
 
-# State of a number at the script's own value. "small enough": one run meets the tolerance. "too
+# State of a quantity at the script's own value. "small enough": one run meets the tolerance. "too
 # noisy": a mean of several runs meets the tolerance. "too large": not even a mean meets the
 # tolerance. "beyond": no value of the ladder meets the tolerance, and the runs show the error. "not
-# seen": the scatter of the runs hides the error. "constant": all runs give the same number.
+# seen": the scatter of the runs hides the error. "constant": all runs give the same result.
 AnswerState = Literal["small enough", "too noisy", "too large", "beyond", "not judged", "constant"]
 # A coarser value is mentioned if it is larger by at least this factor.
 _COARSER = 1.1
@@ -38,7 +38,7 @@ class Choice:
 
 @dataclass(frozen=True)
 class NumberAnswer:
-    """Answer for one number of a ladder."""
+    """Answer for one quantity of a ladder."""
 
     number: NumberLadder
     state: AnswerState  #: At the script's own value; without one, at the finest.
@@ -52,7 +52,7 @@ class NumberAnswer:
 
 @dataclass(frozen=True)
 class LadderAnswer:
-    """Answer for all numbers of a ladder."""
+    """Answer for all quantities of a ladder."""
 
     numbers: tuple[NumberAnswer, ...]
     own: float | None  #: The script's own value of the variable, if it is known and varied.
@@ -64,7 +64,7 @@ class LadderAnswer:
 
     @property
     def all_constant(self) -> bool:
-        """Whether each number is the same in all runs, so that the study tested nothing."""
+        """Whether each quantity is the same in all runs, so that the study tested nothing."""
         return all(a.state == "constant" for a in self.numbers)
 
     @property
@@ -81,7 +81,7 @@ class LadderAnswer:
 
     @property
     def judged(self) -> list[NumberAnswer]:
-        """Answers for numbers that meet their tolerance at some value of the ladder."""
+        """Answers for quantities that meet their tolerance at some value of the ladder."""
         return [a for a in self.numbers if a.reached]
 
     def in_state(self, *states: AnswerState) -> list[NumberAnswer]:
@@ -142,7 +142,7 @@ def needs_finer(number: NumberLadder) -> bool:
 
 
 def _answer(each: ScriptLadder, number: NumberLadder, at: float, outside: bool) -> NumberAnswer:
-    """Return the answer for one number; `outside` means that no run covers the own value."""
+    """Return the answer for one quantity; `outside` means that no run covers the script's value."""
     tolerance = number.tolerance
     if tolerance is None:
         known = number.verdict.kind == "cannot tell"

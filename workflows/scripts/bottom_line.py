@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def bottom_line(study: "ScriptStudy") -> str:
-    """Return the advice for all numbers of a study as text."""
+    """Return the advice for all quantities of a study as text."""
     said = [_of_comparison(study)] if study.comparisons else []
     for each in study.ladders:
         fixed = ", ".join(f"{name} = {value}" for name, value in each.fixed.items())

@@ -8,8 +8,8 @@ from chaincor.workflows.scripts.restarting import Halfway
 from chaincor.workflows.scripts.step_counts import count_positions, plain_style
 
 _TABLES = ("pair_style", "bond_style", "angle_style")
-# This table gives the position of the style and of the seed of random forces among the words of a
-# command, counted from 0.
+# For each command that draws random forces, this table gives the index of the word that is the
+# style and of the word that is the seed.
 _STYLE_AT = {
     "fix": 3, "pair_style": 1, "velocity": 2, "create_atoms": 2, "displace_atoms": 2, "set": 3,
 }  # fmt: skip
@@ -20,7 +20,8 @@ _FORCES = {
     "pair_style dpd": 4, "pair_style dpd/ext": 4, "pair_style dpd/fdt": 4,
     "pair_style dpd/tstat": 5, "pair_style mdpd": 4, "pair_style brownian": 8,
 }  # fmt: skip
-# This table gives the position of the seed of an initial state or of inserted particles.
+# For each command that draws an initial state or inserts particles, this table gives the index of
+# the word that is the seed.
 _STARTS = {
     "fix deposit": 7, "fix pour": 6, "velocity create": 4, "create_atoms random": 4,
     "displace_atoms random": 6, "set type/fraction": 6, "set type/ratio": 6,
@@ -51,7 +52,7 @@ class Change:
     restart: Halfway | None = None  #: Restart that the run writes or reads halfway.
     #: Commands that precede each run, such as a shifted cutoff.
     extra: tuple[str, ...] = ()
-    #: Whether a number is read from the script's output. All thermo output then stays.
+    #: Whether a quantity is read from the script's output. All thermo output then stays.
     printed: bool = False
 
     def set_numbers(self, words: list[str]) -> list[str]:

@@ -1,4 +1,4 @@
-"""Draw a script study: errors along a ladder, or the distance of compared runs."""
+"""Draw a script study: errors against the varied setting, or the distance of two runs over time."""
 
 from typing import TYPE_CHECKING
 
@@ -33,8 +33,8 @@ def plot_script_study(study: "ScriptStudy") -> "Axes":
     """
     Draw a study and return the first axes.
 
-    The figure of a ladder has one panel per number, with errors against the varied quantity. If
-    there is only one number and the costs differ, a second panel shows errors against processor
+    The figure of a ladder has one panel per quantity, with errors against the varied setting. If
+    there is only one quantity and the costs differ, a second panel shows errors against processor
     time. Dots are single runs, solid lines the largest error of one run, dashed lines the fitted
     power, and grey lines the tolerance. Crosses mark values at which a run failed. The figure of
     compared runs shows the distance of their particles against time. Raises InputError if all runs
@@ -96,7 +96,7 @@ def _drawn_names(study: "ScriptStudy") -> list[str]:
 
 
 def _plot_number(panel: "Axes", study: "ScriptStudy", name: str) -> None:
-    """Draw the errors of one number against the varied quantity."""
+    """Draw the errors of one quantity against the varied setting."""
     curves = _numbers(study, name)
     for k, (each, number) in enumerate(curves):
         colour, verdict = CYCLE[k % len(CYCLE)], number.verdict
@@ -136,7 +136,7 @@ def _plot_number(panel: "Axes", study: "ScriptStudy", name: str) -> None:
 
 
 def _plot_costs(panel: "Axes", study: "ScriptStudy", name: str) -> None:
-    """Draw the errors of one number against processor time."""
+    """Draw the errors of one quantity against processor time."""
     largest = smallest = 0.0
     for k, (each, number) in enumerate(_numbers(study, name)):
         # A finer rung costs less by chance only.

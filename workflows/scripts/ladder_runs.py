@@ -1,4 +1,4 @@
-"""Run one ladder of a script, and judge and advise on each number."""
+"""Run one ladder of a script, and judge each quantity."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
@@ -31,11 +31,11 @@ Progress = Callable[[str, float], None]
 
 @dataclass(frozen=True)
 class NumberLadder:
-    """One number of a script along a ladder."""
+    """One quantity of a script along a ladder."""
 
     name: str  #: Pattern or quantity.
     results: Array  #: Results of all runs; of shape (R, M).
-    #: Unit of the last printed digit in the most exact run; 0 for sampled numbers.
+    #: Unit of the last printed digit in the most exact run; 0 for sampled quantities.
     resolution: float
     #: Standard error of one run's mean on the finest rung, from its samples; None for other kinds
     #: and if the samples are too few.
@@ -61,7 +61,7 @@ class ScriptLadder:
     #: shape (R, M).
     inputs: Array
     seconds: Array  #: Processor time of one run: the median of a rung; of shape (R,).
-    numbers: tuple[NumberLadder, ...]  #: Results by number.
+    numbers: tuple[NumberLadder, ...]  #: Results by quantity.
     #: Earliest and latest physical end time of the runs; None if unknown.
     ends: tuple[float, float] | None
     repeatable: bool  #: Whether the same command gave the same digits twice.
@@ -192,7 +192,7 @@ def measure_ladder(
     tolerance: float | None,
     progress: Progress,
 ) -> ScriptLadder:
-    """Run one ladder, starting with both ends, and judge each number."""
+    """Run one ladder, starting with both ends, and judge each quantity."""
     varied = _with_whole_numbers(runner, varied, fixed)
     ladder, columns = varied.ladder, varied.columns
     title = " ".join(f"{key} {value}" for key, value in fixed.items()) or ladder.name
@@ -242,7 +242,7 @@ def _judge(
     seconds: Array,
     tolerance: float | None,
 ) -> NumberLadder:
-    """Judge the error of one number, and advise a value of the varied quantity."""
+    """Judge the error of one quantity, and advise a value of the varied setting."""
     ladder, seeded = varied.ladder, bool(varied.seeds)
     found = [[run.numbers[name] for run in row] for row in rows]
     results = np.array([[each.value for each in row] for row in found])

@@ -1,4 +1,4 @@
-"""Name numbers with their errors for the sentences of a bottom line."""
+"""Name quantities with their errors for the sentences of a bottom line."""
 
 import math
 import re
@@ -12,12 +12,12 @@ _MOST_LISTED, _MOST_NAMED = 3, 2
 
 
 def name_of(number: NumberLadder) -> str:
-    """Return the name of a number, in quotes if it is a pattern."""
+    """Return the name of a quantity, in quotes if it is a pattern."""
     return number.name if _PLAIN.fullmatch(number.name) else f"'{number.name}'"
 
 
 def listed(answers: list[NumberAnswer]) -> str:
-    """Return the names and errors of numbers, starting with the largest error over tolerance."""
+    """Return the names and errors of quantities, starting with the largest error over tolerance."""
     ranked = sorted(answers, key=lambda a: -a.error / (a.number.tolerance or 1e-300))
     said = [f"{name_in(a)} ({_error(a)})" for a in ranked[:_MOST_LISTED]]
     left = ranked[_MOST_LISTED:]
@@ -29,7 +29,7 @@ def listed(answers: list[NumberAnswer]) -> str:
 
 
 def name_in(answer: NumberAnswer) -> str:
-    """Return the name of an answer's number."""
+    """Return the name of the quantity of an answer."""
     return name_of(answer.number)
 
 
@@ -44,7 +44,7 @@ def _error(answer: NumberAnswer) -> str:
 
 
 def all_of(answers: list[NumberAnswer]) -> str:
-    """Return the names of the numbers if they are few, and otherwise their count."""
+    """Return the names of the quantities if they are few, and otherwise their count."""
     if len(answers) <= _MOST_LISTED:
         return ", ".join(map(name_in, answers))
     return f"{len(answers)} quantities"

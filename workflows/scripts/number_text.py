@@ -1,4 +1,4 @@
-"""Write numbers of a ladder as text: the table of all, and the results and advice of one."""
+"""Write the quantities of a ladder as text: a table of all, or the results and advice of one."""
 
 import math
 from typing import TYPE_CHECKING
@@ -20,7 +20,7 @@ _ENOUGH_SAMPLES = 30
 
 
 def heads_of(answer: LadderAnswer, each: ScriptLadder) -> tuple[str, ...]:
-    """Return the heads of the table of all numbers."""
+    """Return the heads of the table of all quantities."""
     finest = float(each.values[-1])
     place = f"{finest if answer.own is None else answer.own:g}"
     whose = f"{each.ladder.name} {place}" if answer.own is None else f"your {place}"
@@ -28,7 +28,7 @@ def heads_of(answer: LadderAnswer, each: ScriptLadder) -> tuple[str, ...]:
 
 
 def number_table(study: "ScriptStudy", each: ScriptLadder) -> list[str]:
-    """Return a table with one row per number, and the meaning of each column."""
+    """Return a table with one row per quantity, and the meaning of each column."""
     answer = answer_of(study, each)
     rows = [heads_of(answer, each), *(cells(each, row) for row in answer.numbers)]
     state = max(len(row[4]) for row in rows)
@@ -44,7 +44,7 @@ def number_table(study: "ScriptStudy", each: ScriptLadder) -> list[str]:
 
 
 def cells(each: ScriptLadder, answer: NumberAnswer) -> tuple[str, ...]:
-    """Return the cells of one number's row."""
+    """Return the cells of the row of one quantity."""
     number, verdict = answer.number, answer.number.verdict
     value = "-"
     if verdict.value is not None and verdict.value_error is not None:
@@ -87,7 +87,7 @@ def _meanings(study: "ScriptStudy", each: ScriptLadder, answer: LadderAnswer) ->
 def number_rows(
     study: "ScriptStudy", each: ScriptLadder, number: NumberLadder
 ) -> list[tuple[str, str]]:
-    """Return the results of one number as pairs of heading and text, with the advice last."""
+    """Return the results of one quantity as pairs of heading and text, with the advice last."""
     verdict = number.verdict
     said = [("verdict", f"{verdict.kind}: {verdict.reason}")]
     if verdict.order is not None and verdict.order_error is not None:
@@ -112,7 +112,7 @@ def number_rows(
 
 
 def one_number(study: "ScriptStudy", each: ScriptLadder, number: NumberLadder) -> list[str]:
-    """Return the results of a single number with one row per rung, and the advice."""
+    """Return the results of a single quantity with one row per rung, and the advice."""
     *said, advice = [f"{name:<12} {text}" for name, text in number_rows(study, each, number)]
     lines = [*said, ""]
     name = each.ladder.name

@@ -35,7 +35,7 @@ _SHAKEN = 1e-15
 # The growth is fitted from this multiple of the smallest rounding on.
 _GROWN_FROM = 1e3
 _SURE = 3.0
-# Over a run, roundings change a number by at most this fraction.
+# Over a run, roundings change a quantity by at most this fraction.
 _ROUNDING = 1e-10
 # Times are sums of steps, so equal times can differ by roundings.
 _SAME_TIME = 1e-9
@@ -43,11 +43,12 @@ _SAME_TIME = 1e-9
 
 @dataclass(frozen=True)
 class Difference:
-    """One number in two runs."""
+    """One quantity in two runs."""
 
-    value: float  #: Number in the first run.
-    difference: float  #: Number in the second run minus the number in the first run.
-    #: Standard error of the difference; nan unless the number is a mean, inf with too few samples.
+    value: float  #: Value in the first run.
+    difference: float  #: Value in the second run minus the value in the first run.
+    #: Standard error of the difference; nan unless the quantity is a mean, inf with too few
+    #: samples.
     error: float
     independent: float  #: Number of independent samples of a mean.
 
@@ -85,7 +86,7 @@ class PartingComparison:
     ] = ()  #: Possible causes of a difference from the beginning, with the likeliest first.
 
     def agrees(self, name: str) -> bool | None:
-        """Return whether a number's difference is within three standard errors; None if unknown."""
+        """Return whether a quantity differs by at most three standard errors; None if unknown."""
         return self.numbers[name].agrees
 
 
@@ -153,7 +154,7 @@ def _common_times(first: ScriptFrames, second: ScriptFrames) -> tuple[IndexArray
 def _compare(
     varied: Varied, asked: RequestedNumbers, what: str, first: ScriptRun, second: ScriptRun
 ) -> PartingComparison:
-    """Compare two runs by the growth of their distance and by their numbers."""
+    """Compare two runs by the growth of their distance and by their quantities."""
     assert first.frames is not None
     assert second.frames is not None
     ours, theirs = _common_times(first.frames, second.frames)
@@ -191,7 +192,7 @@ def _compare(
 def _differences(
     asked: RequestedNumbers, first: ScriptRun, second: ScriptRun
 ) -> dict[str, Difference]:
-    """Return the differences of numbers; sampled numbers are compared over the common time."""
+    """Return the differences of quantities; samples are compared over the common time."""
     found = {}
     sampled = {str(each): each for each in asked.quantities}
     for name in first.numbers:

@@ -1,4 +1,4 @@
-"""Read the requested numbers of a run, and search for printed numbers."""
+"""Read the requested quantities of a run, and search for printed numbers."""
 
 import json
 import math
@@ -54,8 +54,8 @@ print(json.dumps({"groups": pattern.groups, "found": None if last is None else l
 class ObservedNumber:
     """One number of a run."""
 
-    value: float  #: Value of the number.
-    unit: float = 0.0  #: Unit of the last printed digit; 0 for sampled numbers.
+    value: float  #: Value of the quantity.
+    unit: float = 0.0  #: Unit of the last printed digit; 0 for sampled quantities.
     #: Standard error of a mean, from the samples of this run; inf with too few samples, nan for
     #: other kinds.
     error: float = math.nan
@@ -66,7 +66,9 @@ class ObservedNumber:
 class Quantity:
     """One number of a run."""
 
-    what: str  #: Quantity, as LAMMPS's formulas name it: ``etotal``, ``c_1``, ``c_1[2]``, ``v_x``.
+    what: (
+        str  #: Name of the quantity in LAMMPS's formulas: ``etotal``, ``c_1``, ``c_1[2]``, ``v_x``.
+    )
     #: ``mean`` over the second half of the run, ``last`` value, ``drift`` (slope of the line
     #: through the samples of the whole run, times its length) or ``fluctuation`` (standard
     #: deviation about that line).
@@ -90,7 +92,7 @@ class RequestedNumbers:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Names of the numbers."""
+        """Names of the quantities."""
         return (*([] if self.pattern is None else [self.pattern]), *map(str, self.quantities))
 
     @property
@@ -113,7 +115,7 @@ def read_quantity(text: str) -> Quantity:
 
 
 def read_asked(quantities: Sequence[str], observable: str | None) -> RequestedNumbers:
-    """Read the requested numbers; raises InputError if one is invalid or given twice."""
+    """Read the requested quantities; raises InputError if one is invalid or given twice."""
     if observable is not None:
         check_pattern(observable)
     texts = tuple(quantities) if quantities or observable is not None else ALL

@@ -1,4 +1,4 @@
-"""Write sentences on numbers without an answer, with a command that would give the answer."""
+"""Write sentences on quantities without an answer, with a command that would give the answer."""
 
 import math
 import shlex
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 # A proposed command has at most this many runs per rung, a fine end finer by this factor, and this
 # number of rungs.
 _MOST_PHASES, _FINER, _RUNGS = 100, 8.0, 6
-# If the step does not change a number, the proposed ladder begins at this multiple of the coarse
+# If the step does not change a quantity, the proposed ladder begins at this multiple of the coarse
 # end.
 _COARSER = 8.0
 _TWICE = 2.0
@@ -32,14 +32,14 @@ _AIM = 0.5
 
 
 class Remedy(NamedTuple):
-    """Remedy that would let the runs judge some numbers."""
+    """Remedy that would let the runs judge some quantities."""
 
     text: str  #: A sentence, with a command at its end.
     longer: float = 1.0  #: Factor by which the remedy makes the runs longer.
 
 
 def unanswered(study: "ScriptStudy", each: ScriptLadder, answer: LadderAnswer) -> list[str]:
-    """Return sentences on numbers without an answer, each with a command for an answer."""
+    """Return sentences on quantities without an answer, each with a command for an answer."""
     beyond, hidden = answer.in_state("beyond"), answer.in_state("not judged")
     said = [_no_value(each, beyond)] if beyond else []
     said += [_not_judged(each, hidden)] if hidden else []
@@ -57,13 +57,13 @@ def times_longer(study: "ScriptStudy", each: ScriptLadder, answer: LadderAnswer)
 
 
 def no_change(each: ScriptLadder) -> str:
-    """Say that the study tested nothing, because each number is the same in all runs."""
+    """Say that the study tested nothing, because each quantity is the same in all runs."""
     time = "" if each.ends is None else f" in this time of {each.ends[1]:.4g}"
     return f"No quantity changes{time}, so the {each.ladder.name} cannot be judged."
 
 
 def _not_judged(each: ScriptLadder, hidden: list[NumberAnswer]) -> str:
-    """Name the numbers whose errors are too uncertain."""
+    """Name the quantities whose errors are too uncertain."""
     one, ladder = len(hidden) == 1, each.ladder
     text = f"{listed(hidden)} {'is' if one else 'are'} not judged: the scatter between runs hides "
     text += f"any effect of the {ladder.name}."
@@ -77,7 +77,7 @@ def _not_judged(each: ScriptLadder, hidden: list[NumberAnswer]) -> str:
 
 
 def _no_value(each: ScriptLadder, beyond: list[NumberAnswer]) -> str:
-    """Name the numbers for which no value of the ladder is small enough."""
+    """Name the quantities that are not accurate enough even at the finest value of the ladder."""
     ladder, finest = each.ladder, float(each.values[-1])
     worst = max((a.number for a in beyond), key=_left)
     best = float(worst.verdict.promised[-1])
@@ -91,7 +91,7 @@ def _no_value(each: ScriptLadder, beyond: list[NumberAnswer]) -> str:
 
 
 def _remedy(study: "ScriptStudy", each: ScriptLadder, answers: list[NumberAnswer]) -> Remedy:
-    """Return a sentence that ends with a command that would judge some numbers."""
+    """Return a sentence that ends with a command that would judge some quantities."""
     numbers = [a.number for a in answers]
     varied = study.varied
     counting = next(periods_in_steps(study.counts), None)
@@ -106,7 +106,7 @@ def _remedy(study: "ScriptStudy", each: ScriptLadder, answers: list[NumberAnswer
         command = [*study.command, "--vary", _extended(study, each, numbers)]
         return Remedy(f"To find one, run: {shlex.join(command)}")
     command = [*study.command, *_given(study)]
-    # The bias falls with the square root of the number or length of the runs.
+    # The bias falls as one over the square root of the number of runs, or of their length.
     ratios = [float(np.min(n.verdict.bias)) / (n.tolerance or 1e-300) for n in noisy]
     more = max(_TWICE, *((_TWICE * ratio) ** 2 for ratio in ratios))
     if not all(number.repeats for number in noisy):
@@ -182,7 +182,7 @@ def _finer(study: "ScriptStudy", each: ScriptLadder, factor: float) -> str:
 def _of_constants(
     study: "ScriptStudy", each: ScriptLadder, numbers: list[NumberLadder], *, alone: bool
 ) -> str:
-    """Name the numbers that are the same in all runs; if all are, add a command."""
+    """Name the quantities that are the same in all runs; if all are, add a command."""
     ladder, coarsest = each.ladder, float(each.values[0])
     found = {float(number.results.flat[0]) for number in numbers}
     value = f"{found.pop():g}" if len(found) == 1 else "the same"

@@ -29,7 +29,7 @@ class Samples:
         return float(self.times[-1])
 
     def window(self, kind: str) -> tuple[float, float]:
-        """Return the first and last time of the window for a kind of number."""
+        """Return the first and last time of the window for a kind of quantity."""
         first, last = float(self.times[0]), self.end
         if kind == "last":
             return last, last
@@ -37,7 +37,7 @@ class Samples:
 
     def number(self, quantity: Quantity, start: float | None = None) -> ObservedNumber:
         """
-        Return a number of the run; the error of a mean takes correlation into account.
+        Return a quantity of the run; the error of a mean takes correlation into account.
 
         `start`, if given, is the physical time at which the window begins.
         """

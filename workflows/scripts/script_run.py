@@ -52,7 +52,7 @@ class ScriptRun:
     #: as ``srun lmp``, the time of the loops in LAMMPS's log.
     seconds: float
     failure: str | None = None  #: Reason of a failure, in LAMMPS's words if any.
-    #: Numbers by name; empty after a failure.
+    #: Values of the quantities by name; empty after a failure.
     numbers: dict[str, ObservedNumber] = field(default_factory=dict)
     samples: Samples | None = None  #: Sampled series; None without samples.
     step: float | None = None  #: Script's own step in its last run, if any.
@@ -94,7 +94,7 @@ class Runner:
 
     script: Path  #: The script.
     files: list[Path]  #: Files of its folder that are copied.
-    asked: RequestedNumbers  #: Requested numbers.
+    asked: RequestedNumbers  #: Requested quantities.
     lmp: str  #: Command of LAMMPS, with a launcher before it if needed.
     scratch: Path  #: An absolute folder, for the copies.
     timeout: float  #: Seconds of the wall clock that a run may take.
@@ -102,7 +102,7 @@ class Runner:
 
     def run(self, name: str, change: Change, *, keep_screen: bool = False) -> ScriptRun:
         """
-        Run the script in a changed copy of its folder, and read its numbers.
+        Run the script in a changed copy of its folder, and read its quantities.
 
         `name` is the name of the copy. The copy is removed after a successful run. `keep_screen`
         returns LAMMPS's text as well.
@@ -188,7 +188,7 @@ def _lengths(folder: Path) -> tuple[tuple[int, int], ...]:
 def _read(
     folder: Path, asked: RequestedNumbers
 ) -> tuple[dict[str, ObservedNumber], Samples | None]:
-    """Return the numbers and samples of a run; raises RunError if a number is missing."""
+    """Return the quantities and samples of a run; raises RunError if a quantity is missing."""
     numbers, samples = {}, None
     if asked.pattern is not None:
         numbers[asked.pattern] = find_observable(asked.pattern, folder / SCREEN_FILE)

@@ -1,4 +1,4 @@
-"""Study a script: run its ladders, judge each number, and advise a value."""
+"""Study a script: run its ladders, judge each quantity, and advise a value."""
 
 import shutil
 import tempfile
@@ -44,7 +44,7 @@ class ScriptStudy:
     script : pathlib.Path
         The script.
     asked : Asked
-        The requested numbers.
+        The requested quantities.
     varied : Varied
         The ladder or comparison, and the script's own step.
     tolerance : float or None
@@ -108,7 +108,7 @@ class ScriptStudy:
         return plot_script_study(self)
 
     def __repr__(self) -> str:
-        """Return the script, the numbers and the bottom line."""
+        """Return the script, the quantities and the bottom line."""
         names = ", ".join(self.asked.names)
         return f"<ScriptStudy of {self.script.name}: {names}. {self.summary}>"
 
@@ -166,7 +166,7 @@ def timestep_study(
     phases : int, optional
         Number of nearby values per rung, within 2 %. Nearby steps have different random forces.
     tolerance : float, optional
-        Absolute tolerance of every number. The default depends on the number, see
+        Absolute tolerance of every quantity. The default depends on the quantity, see
         :func:`~chaincor.workflows.scripts.tolerances.default_tolerance`.
     scale_periods : bool, optional
         Keep the simulated time of periods that the script counts in steps.

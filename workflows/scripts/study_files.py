@@ -139,7 +139,7 @@ def _number_dict(study: ScriptStudy, each: ScriptLadder, answer: NumberAnswer) -
 
 
 def _compared(comparisons: tuple[PartingComparison, ...]) -> list[dict[str, Any]]:
-    """Return the numbers of compared runs with the keys of a ladder."""
+    """Return the quantities of compared runs with the keys of a ladder."""
     words = {True: "agrees", False: "differs", None: "cannot tell"}
     return [
         {

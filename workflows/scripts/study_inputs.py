@@ -1,4 +1,4 @@
-"""Inputs of a study that are derived from what its user gives: command, numbers and first step."""
+"""Derive the inputs of a study from its options: command of LAMMPS and first step."""
 
 import shlex
 import shutil

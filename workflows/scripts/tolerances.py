@@ -1,4 +1,4 @@
-"""Choose default tolerances of numbers, with their reasons."""
+"""Choose default tolerances of quantities, with their reasons."""
 
 import math
 from typing import NamedTuple
@@ -28,7 +28,7 @@ def default_tolerance(
     quantity: Quantity | None, runs: list[Samples], verdict: LadderVerdict, results: Array
 ) -> Tolerance | None:
     """
-    Return the default tolerance of a number; None if the ladder gives no value.
+    Return the default tolerance of a quantity; None if the ladder gives no value.
 
     The default is a tenth of the quantity's standard deviation, within runs and between runs. For
     the fluctuation of an energy, it is a tenth of the standard deviation of the kinetic energy. For

@@ -5,7 +5,8 @@ from typing import NamedTuple
 
 from chaincor.lammps_inputs.arrays import Array
 
-# The search for a turning point halves a substep this often, until rounding ends it.
+# The search for a turning point halves a substep this many times; rounding leaves nothing to halve
+# after that.
 _HALVINGS = 52
 
 

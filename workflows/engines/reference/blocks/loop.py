@@ -22,13 +22,13 @@ def build_move(source: KernelSpec, stages: VerletKernels, build_step: Callable) 
     the scheme in each substep. If the margin is at least the reach times the number of substeps,
     the block itself moves exactly as in the whole chain.
 
-    ``move(states, scratch, block, log, limits, rule, found)`` moves bonds `first` to `end` of the
-    first of three states through the substeps of a log. It writes their new state to the second
-    state and their state after the last contact to the third. `scratch` is three states. `block` is
-    (first, end, begin, stop, is_front): the block is computed with the bonds `begin` to `stop`, and
-    `is_front` says that it ends with the bonds in motion. `limits` holds the smallest and largest
-    strain so far, the allowed range, the strain from which a bond counts as moving, and the
-    number of contacts so far. The results go to `found`.
+    ``move(states, scratch, block, log, limits, rule, found)`` moves bonds `first` to `end` through
+    the substeps that are recorded in `log`. `states` are three: the old state, the new state, and
+    the state after the last contact. `scratch` is three states. `block` is (first, end, begin,
+    stop, is_front): the block is computed with the bonds `begin` to `stop`, and `is_front` says
+    that it ends with the bonds in motion. `limits` holds the smallest and largest strain so far,
+    the allowed range, the strain from which a bond counts as moving, and the number of contacts so
+    far. The results go to `found`.
     """
     take_step = source.register(build_step(stages))
     copy, count_outside, extremes = stages.copy, stages.count_outside, stages.extremes
