@@ -202,8 +202,8 @@ def _natural_strain(force: "CubicSpline", rows: BondRows, path: str) -> float:
         return nearest
     where = "nowhere" if nearest is None else f"at length {1.0 + nearest:.9g}"
     raise TableError(
-        f"bond table {path!r} has the force {pushes:.3g} at length 1, more than the "
-        f"rounding of its numbers explains ({allowed:.1g}), and no force {where}. "
+        f"bond table {path!r} has the force {pushes:.3g} at length 1, where it "
+        f"must be 0 up to rounding ({allowed:.1g}). The force is 0 {where}. "
         "Divide all lengths by the natural length"
     )
 

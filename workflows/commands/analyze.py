@@ -29,8 +29,8 @@ if TYPE_CHECKING:
 
 @click.command()
 @click.argument("folder", metavar="DIR", type=PATH)
-@option("--data", "LAMMPS data file [default: found]", PATH)
-@option("--dump", "dump, or trajectory [default: found]", PATH)
+@option("--data", "LAMMPS data file [default: the one in DIR]", PATH)
+@option("--dump", "dump or trajectory to read [default: the one in DIR]", PATH)
 @option(
     "--timestep H",
     "simulated time per step, if the dump does not contain the time [default: from log or script]",
@@ -38,9 +38,8 @@ if TYPE_CHECKING:
 )
 @option(
     "--scene FILE",
-    "scene file of the job, with bonds, speed and target; the options of "
-    "'chaincor run' can give the bonds instead, such as --potential toda "
-    "[default: scene.toml in DIR]",
+    "scene file of the job, with bonds, speed and target [default: scene.toml in DIR]. Options of "
+    "'chaincor run' such as --potential toda can also give the bonds",
     PATH,
 )
 @bond_options

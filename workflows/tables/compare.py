@@ -71,7 +71,9 @@ def compare_with_lammps(report: TableReport, points: int = _POINTS) -> TableComp
     """
     judge = report.curves
     if judge is None or report.range is None:
-        raise InputError(f"{report.path!r} holds no table to compare. Correct its faults")
+        raise InputError(
+            f"{report.path!r} has no valid table to compare. Correct the faults of the file"
+        )
     table = judge.table
     low, high = report.range
     margin = max(_INSIDE * (high - low), _ANGLES if report.kind == "angle" else 0.0)

@@ -24,7 +24,9 @@ def draw_forces(report: "TableReport", ax: "Axes | None" = None) -> "Axes":
 
     judge = report.curves
     if judge is None or report.range is None:
-        raise InputError(f"{report.path!r} holds no table to draw. Correct its faults")
+        raise InputError(
+            f"{report.path!r} has no valid table to draw. Correct the faults of the file"
+        )
     ax = Figure(layout="constrained").subplots() if ax is None else ax
     low, high = report.range
     at = np.linspace(low, high, _PLACES)

@@ -21,7 +21,9 @@ def rewrite_table(report: TableReport, target: Path, rows: int) -> None:
     Raises InputError if the rows form no table, or if the target exists.
     """
     if report.error is None:
-        raise InputError(f"{report.path!r} holds no table to rewrite. Correct its faults")
+        raise InputError(
+            f"{report.path!r} has no valid table to rewrite. Correct the faults of the file"
+        )
     if target.exists():
         raise InputError(f"{str(target)!r} exists already. Give a new file for --write")
     section = in_order(read_sections(Path(report.path), report.keyword)[0])

@@ -38,7 +38,7 @@ def test_the_zero_is_found_within_the_digits(tmp_path, digits):
 
 def test_a_table_scaled_wrong_is_reported_with_its_zero(tmp_path):
     path = write_table(tmp_path / "wrong.table", 8, scale=1.05)
-    with pytest.raises(TableError, match=r"no force at length 1\.05\d*\. Divide"):
+    with pytest.raises(TableError, match=r"The force is 0 at length 1\.05\d*\. Divide"):
         read_bond_table(path)
 
 
