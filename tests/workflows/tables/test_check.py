@@ -386,3 +386,23 @@ def test_what_is_written_is_a_good_table_of_the_same_force(tmp_path, kind, chain
     status, _, err = chaincor(*words)
     assert status == 2
     assert "exists already" in err
+
+
+def test_a_kink_beside_smaller_forces_counts_at_its_own_place(tmp_path):
+    """The local force falls by a factor of four within the seven rows that noise is taken from."""
+    kink, push, core, well = 0.85, 1.5, 400.0, 10.0
+    r = np.linspace(0.7, 1.4, 71)
+
+    def force(at):
+        inside = np.minimum(at - kink, 0.0)
+        return np.where(at < kink, push - core * inside, -well * (at - 1.0))
+
+    inside = np.minimum(r - kink, 0.0)
+    energy = 0.5 * well * (np.maximum(r, kink) - 1.0) ** 2
+    energy += 0.5 * core * inside**2 - push * inside
+    rows = zip(r, energy, force(r), strict=True)
+    lines = [f"{k} {a:.15g} {e:.15g} {f:.15g}" for k, (a, e, f) in enumerate(rows, 1)]
+    (tmp_path / "t").write_text("\n".join(["KEY", "N 71", "", *lines, ""]))
+    report = check_table(tmp_path / "t", kind="bond")
+    true = true_error(report, force)
+    assert 0.5 * true < report.error < 2.0 * true
