@@ -3,22 +3,36 @@
 import numpy as np
 import pytest
 
-from benchmarks.slow_chains.limit import FORMS, STARTS, TABLE, fitted, points
+from benchmarks.slow_chains.limit import (
+    FORMS,
+    LARGEST_RESIDUAL,
+    STARTS,
+    fitted,
+    modulated_slopes,
+    points,
+)
 from chaincor.analysis.slow_chains.curve import STEEP_LIMIT, STEEP_LIMIT_ERROR
 
 
-@pytest.mark.parametrize("form", FORMS)
-def test_every_fit_is_within_the_bar_of_the_limit(form):
+def test_fits_that_describe_the_points_are_within_the_bar_of_the_limit():
     y, slope = points()
-    for start in STARTS:
-        chosen = y >= start
-        limit = fitted(y[chosen], slope[chosen], form)[0][0]
-        assert abs(limit - STEEP_LIMIT) <= STEEP_LIMIT_ERROR
+    forms = set()
+    for form in FORMS:
+        for start in STARTS:
+            chosen = y >= start
+            best, residual = fitted(y[chosen], slope[chosen], form)
+            if residual <= LARGEST_RESIDUAL:
+                forms.add(form)
+                assert abs(best[0] - STEEP_LIMIT) <= STEEP_LIMIT_ERROR
+    # More than one form describes the points, so the bar must cover them.
+    assert {"ln t/t", "1/y"} <= forms
 
 
 def test_limit_is_above_the_steepest_fronts():
-    variable, _, loss = np.loadtxt(TABLE, delimiter=",", skiprows=1).T
-    assert (loss / variable).max() < STEEP_LIMIT
+    # C' rises from y = 60 on, but for the swing, which is 2e-4 there.
+    slopes = [smooth for _, smooth in modulated_slopes().values()]
+    assert np.all(np.diff(slopes) > 0.0)
+    assert slopes[-1] < STEEP_LIMIT
 
 
 @pytest.mark.parametrize("form", FORMS)
