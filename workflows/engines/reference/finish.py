@@ -50,7 +50,7 @@ class LastContact:
     #: Energy that damping took until the end of the last contact; None without damping.
     dissipated: float | None = None
     tracked: dict[str, float] = field(default_factory=dict)  #: Values of `tracked.TRACKED`.
-    energy: float | None = None  #: Total energy; needed if the strains do not give all its digits.
+    energy: float | None = None  #: Total energy, if it is known better than from the strains.
 
 
 class End(NamedTuple):
@@ -84,9 +84,8 @@ def finish(
     much that the steps must be unstable.
     """
     bond, line = problem.bond, problem.line
-    energy_start, energy_end = _energies(problem, last)
-    if last.energy is not None:
-        energy_end = last.energy
+    energy_start = _start_energy(problem)
+    energy_end = _end_energy(problem, last) if last.energy is None else last.energy
     if not energy_end <= MOST_ENERGY_GROWTH * energy_start:
         raise TimestepError(
             f"the energy of the {problem.label} chain grew from {energy_start:.6g} to "
@@ -131,18 +130,23 @@ def finish(
     )
 
 
-def _energies(problem: Problem, last: LastContact) -> tuple[float, float]:
-    """Return the total energy at the start and after the last contact."""
+def _start_energy(problem: Problem) -> float:
+    """Return the total energy at the start."""
+    if problem.line.is_standard:
+        return 0.5 * problem.particles * problem.impact_velocity**2
+    return problem.start_energy
+
+
+def _end_energy(problem: Problem, last: LastContact) -> float:
+    """Return the total energy after the last contact, from the strains and velocities."""
     line, bond = problem.line, problem.bond
     with np.errstate(over="ignore", invalid="ignore"):
         if line.is_standard:
-            energy_end = kinetic_energy(last.velocities)
-            energy_end += float(np.sum(bond.energy(last.strains)))
-            return 0.5 * problem.particles * problem.impact_velocity**2, energy_end
+            return kinetic_energy(last.velocities) + float(np.sum(bond.energy(last.strains)))
         strains, velocities = last.strains, last.velocities
         if line.at_wall:
             strains, velocities = np.append(0.0, strains), np.append(0.0, velocities)
-        return problem.start_energy, line.energy(bond, strains, velocities)
+        return line.energy(bond, strains, velocities)
 
 
 def kinetic_energy(velocities: Array) -> float:

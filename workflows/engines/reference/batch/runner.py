@@ -33,7 +33,7 @@ from chaincor.workflows.engines.whole_end import EndBounds, certain_at, next_loo
 from chaincor.workflows.errors import RunError
 
 # Longer chains fill the vector units by themselves. The limit affects only the cost.
-LONGEST_IN_LANES = 128
+LONGEST_IN_LANES = 90
 # A collision of n particles usually lasts this many sound crossings.
 _USUAL_CROSSINGS = 5.0
 
