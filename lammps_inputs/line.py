@@ -106,6 +106,11 @@ class Line:
         return 0 if self.rigid else self.first
 
     @cached_property
+    def largest_speed(self) -> float:
+        """Largest speed of a particle at the start."""
+        return float(np.max(np.abs(self.velocities)))
+
+    @cached_property
     def inverse_masses(self) -> Array:
         """Inverse masses along x."""
         return 1.0 / self.masses

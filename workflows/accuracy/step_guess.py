@@ -88,8 +88,7 @@ def foresee_frequency_ratio(problems: Iterable[Problem]) -> None:
 
 def pair_energy(line: Line) -> float:
     """Return the energy of the bond between two particles that collide at 2 v0."""
-    v0 = float(np.max(np.abs(line.velocities)))
-    return 2.0 * line.heaviest_pair * (v0 * v0)
+    return 2.0 * line.heaviest_pair * (line.largest_speed * line.largest_speed)
 
 
 # The cache holds the strain of bonds that hold an energy, and U'' there, because a sweep needs the
