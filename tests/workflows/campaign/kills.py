@@ -103,17 +103,13 @@ def study_kills(
 
 
 def _next_kinds(study: Study, kinds: tuple[str, ...], count: int) -> list[str]:
-    """Return the kinds that come next: one of local sweeps, or up to two for a Dask cluster."""
-    groups = (LOCAL_KINDS, CLUSTER_STAYS, CLUSTER_ENDS)
-    rarest = [
-        min(chosen, key=study.kills.__getitem__)
-        for group in groups
-        if (chosen := [kind for kind in group if kind in kinds])
-    ]
-    if set(rarest) & set(LOCAL_KINDS):
-        local, *others = rarest
-        rarest = others if others and study.kills[others[0]] < study.kills[local] else [local]
-    return rarest[: count - sum(study.kills.values())]
+    """Return the next of the rarest kinds: one of local sweeps, or up to two for a cluster."""
+    least = min(study.kills[kind] for kind in kinds)
+    rarest = [kind for kind in kinds if study.kills[kind] == least]
+    if local := [kind for kind in rarest if kind in LOCAL_KINDS]:
+        return local[:1]
+    groups = ([kind for kind in rarest if kind in group] for group in (CLUSTER_STAYS, CLUSTER_ENDS))
+    return [group[0] for group in groups if group][: count - sum(study.kills.values())]
 
 
 @contextlib.contextmanager
