@@ -36,8 +36,8 @@ class RunRecord:
     details: dict[str, Any]  #: Results of the search for the numerics.
     seconds_total: float  #: Wall-clock time of the whole request.
     versions: dict[str, str]
-    #: Interval between looks at bonds if the outcome has no time step; None if the interval is not
-    #: fixed.
+    #: Interval between two checks of the bonds if the outcome has no time step; None if the
+    #: interval is not fixed.
     looks: float | None = None
     #: Raw outcomes of the same collision with which this outcome was compared.
     others: tuple[Any, ...] = field(default=(), repr=False)
@@ -133,7 +133,7 @@ class RunRecord:
 
     def bond_error(self) -> float | None:
         r"""
-        Return the largest stretch of bonds between the ends of steps that was not seen.
+        Return the largest stretch of bonds that may have occurred unseen between the ends of steps.
 
         An extreme is at most half a step h from the end of a step, and a strain has :math:`|\ddot
         s| \le 4 F/m` with the largest force F and the lightest mass m. The unseen stretch is

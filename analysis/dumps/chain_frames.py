@@ -22,7 +22,8 @@ _POSITION_COLUMNS = ("xu", "x", "xsu", "xs")
 SCALED_COLUMNS = ("xs", "xsu")
 _WRAPPED = ("x", "xs")
 IMAGE_COLUMN = "ix"
-# If a column is no displacement x - (i - 1), it differs from it by far more than this and rounding.
+# A column that is not the displacement x - (i - 1) differs from it by far more than this number and
+# rounding.
 _SAME_DISPLACEMENT = 1e-6
 
 

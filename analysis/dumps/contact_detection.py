@@ -34,7 +34,8 @@ _SMALLEST_SPEED = 1e-9
 _GAP = 0.25
 # Frames give their time to about this relative precision, even in the default format.
 _MARGIN = 1e-6
-# If a prediction misses the momentum by half the impact speed, it may have missed a contact.
+# If the momentum of the predicted contacts is wrong by half the impact speed, a contact may be
+# missing.
 _LARGEST_MISS = 0.5
 # Between two frames, particle 1 moves at most this many times as fast as the fastest particle in
 # either frame.

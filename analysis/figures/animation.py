@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _FRAMES_PER_SECOND = 25
-# This many frames last an hour, and each frame is drawn.
+# This many frames last an hour, and each frame takes time to draw.
 _MOST_FRAMES = 90_000
 # In chains of more particles, springs are drawn as lines. Longer bonds have broken or are about to
 # break.

@@ -1,1 +1,1 @@
-"""Analysis of a number along a ladder of ever finer steps: its order, limit and scatter."""
+"""Analysis of a quantity along a ladder of ever finer steps: its order, limit and scatter."""

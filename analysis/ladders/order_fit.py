@@ -1,4 +1,4 @@
-"""Fit powers of the step to a number along a ladder: one order, or a bound by all orders."""
+"""Fit powers of the step to a quantity along a ladder: one order, or a bound by all orders."""
 
 from dataclasses import dataclass, replace
 from typing import NamedTuple
@@ -13,29 +13,30 @@ LEAST_ORDER, MOST_ORDER = 0.25, 9.0
 _GRID = np.linspace(LEAST_ORDER, MOST_ORDER, 176)
 # Each refinement of the grid searches between the neighbours of its best order.
 _REFINEMENTS, _FINER = 9, 11
-# An order has at least this error.
+# The error bar of an order is at least this number.
 _LEAST_ERROR = 1e-3
 # A Gaussian lies within this many standard deviations with a probability of 95 %, on both sides.
-# All errors of this module are meant to hold that often.
+# All error bars of this module are made for this probability.
 SURE = 1.96
 # Weights from few runs, and a choice among windows, make Gaussian error bars 1.2 times too short.
 _WIDER = 1.2 * SURE
-# The observed effect of coarse rungs on a fit is multiplied by this factor, because windows are not
-# scaled copies of each other, as the geometric series assumes.
+# The observed effect of coarse rungs on a fit is multiplied by this factor. The geometric series
+# assumes that windows are scaled copies of each other, which is not quite true.
 _RESERVE = 1.5
-# A curvature that chance hides moves the limit as well. Error bars longer by this factor hold in 95
-# of 100 ladders of order 1 in `benchmarks.bars.ladders`.
+# A curvature that noise hides also changes the limit. With this factor, error bars contain the true
+# value in 95 of 100 ladders of order 1 in `benchmarks.bars.ladders`.
 _HIDDEN = 1.5
-# Scatter below this share of the span of a window does not weigh its rungs. A fit that follows the
-# finest rungs too closely would not show the effect of the coarsest rung.
+# Scatter below this fraction of the span of a window is ignored in the weights of its rungs.
+# Otherwise the fit would follow the finest rungs too closely and hide the effect of the coarsest
+# rung.
 _EVEN = 0.03
 # Powers of the step for the bias. If several windows agree with the means, all these windows count.
 _ORDERS = (1.0, 1.5, 2.0, 3.0, 4.0)
-# This many rungs give a steepest slope. A power has to fit more rungs.
+# The steepest slope is taken over this many rungs. A power law must fit more rungs.
 _LEAST_RUNGS = 3
-# A power is rejected if noise alone would miss it as far in 1 of 20 ladders.
+# A power is rejected if noise alone causes so large a misfit in at most 1 of 20 ladders.
 _CHANCE = 0.05
-# If no power fits, the slope between the finest rungs times this factor continues to step 0.
+# If no power fits, the slope between the finest rungs, times this factor, is continued to step 0.
 _NO_LAW = 2.0
 # If a rung has few runs, a choice among windows and among verdicts makes error bars too short. They
 # are multiplied by 1 + this number divided by the number of runs, as `benchmarks.bars.ladders`
@@ -68,9 +69,9 @@ def fit_order(steps: Array, values: Array, errors: Array) -> OrderFit:
     Terms of higher order falsify a fit to coarse rungs, and a fit to few rungs is uncertain.
     Weighted least squares fit every window of the finest rungs, with A and B linear at each p. The
     error of a window is its statistical error together with the effect of its coarsest rungs. If p
-    moves by d beyond chance when k of them are left out, then p is off by d/(1 - r^k), where r is
-    the ratio of neighbouring steps. The next term is assumed to be of relative order h, the slowest
-    possible. The window whose limit has the least error is chosen.
+    changes by d, beyond chance, when k of these rungs are left out, the error of p is d/(1 - r^k),
+    where r is the ratio of neighbouring steps. The next term is assumed to be of relative order h,
+    the slowest possible. The window whose limit has the least error is chosen.
 
     `steps`, in units of the largest step, and `values` have the shape (R, M), with a row for each
     rung from coarse to fine. `errors`, of shape (R,), are the positive standard deviations of one

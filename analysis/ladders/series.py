@@ -6,11 +6,11 @@ import numpy as np
 
 from chaincor.lammps_inputs.arrays import Array
 
-# If correlations last for a larger share of a series, or if it has fewer independent samples, the
-# series gives no error.
+# A series gives no error bar if its correlations last for more than the first fraction of its
+# length, or if it has fewer independent samples than the second number.
 _LARGEST_SHARE, _LEAST_INDEPENDENT = 0.25, 3.0
-# Shorter series give no error. Among series of 24 samples with a correlation time of 10, 3 in 100
-# look independent, and error bars of such series hold in 52 of 100.
+# A series with fewer samples gives no error bar. Among series of 24 samples with a correlation time
+# of 10, 3 in 100 look independent, and error bars of such series hold in 52 of 100.
 _LEAST_SAMPLES = 50
 _THREE_SIGMA = 0.99865
 # An error bar longer than this many standard deviations of the series has no meaning.

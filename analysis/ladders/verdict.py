@@ -1,4 +1,4 @@
-"""Classification of the error of a number along a ladder of steps: regular, irregular or noise."""
+"""Classify the error of a quantity along a ladder of steps as regular, irregular or noise."""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -13,14 +13,14 @@ VerdictKind = Literal["regular", "irregular", "noise", "bounded", "cannot tell"]
 LEAST_RUNGS, LEAST_COLUMNS = 4, 3
 # An order is known if orders 1 and 2 cannot be confused.
 KNOWN_ORDER = 0.5
-# Scatter beside a smooth error is negligible if, on half of the rungs, it is below this share of
-# the change of the error to the next rung.
+# Scatter is negligible beside a smooth error if, on half of the rungs, it is below this fraction of
+# the change of the error from one rung to the next.
 ROUGH = 0.5
-# Scatter that shrinks more slowly than this power of the step is not called an error of the step.
-# Scatter that shrinks faster is not called noise.
+# Scatter counts as an error of the step only if it shrinks at least as fast as this power of the
+# step. It counts as noise only if it shrinks more slowly.
 LEAST_DECAY = 0.5
-# The promise assumes that values of one rung lie within this many standard deviations of their
-# mean.
+# The promised error assumes that values of one rung lie within this many standard deviations of
+# their mean.
 SCATTER_RESERVE = 3.0
 _ROUNDING = 4e-15
 # Tests have this significance: chance alone exceeds it in 1 of 100 ladders.
@@ -70,7 +70,7 @@ def judge_ladder(
     steps: Array, values: Array, *, resolution: float = 0.0, seeded: bool = False
 ) -> LadderVerdict:
     """
-    Classify the error of a number, with the reason.
+    Classify the error of a quantity, and give the reason.
 
     `steps` and `values`, of shape (R, M), have a row for each rung, from coarse to fine. The M
     steps of a rung differ a little. `resolution` is the unit of the last printed digit. With

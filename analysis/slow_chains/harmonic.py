@@ -44,7 +44,8 @@ _Z = np.arange(math.log(5e-12), math.log(42.0 / _SOONEST), 0.3)
 _U = np.exp(_Z)
 _RATES = 2j - _U
 _WEIGHTS = -0.3 * _U**1.5 * np.sqrt(4j - _U) / (math.pi * _RATES)
-# Steady contacts are 2.1 to 2.5 apart, after one arch of x. These times sample the arch.
+# Steady contacts are 2.1 to 2.5 apart. Between two contacts x rises and falls once; it is sampled
+# at these times.
 _ARCH = np.arange(1.0, 3.0, 0.25)
 _TURNS = np.exp(_ARCH[:, None] * _RATES)
 # While the push ends, particle 1 may hit the wall softly and soon again.
@@ -236,8 +237,9 @@ def front_lead(contacts: int = 2000) -> float:
     r"""
     Return the lead of the front of a pressed harmonic chain, in bond lengths.
 
-    The first contact gives 2 v0 at once, where a steady force would have given nothing: the wall's
-    momentum is :math:`v_0 (t + \beta)` on average over steady contacts, :math:`\beta = 0.9945645`.
+    The first contact gives the momentum 2 v0 at once, while a steady force would not have given
+    any. The momentum from the wall is :math:`v_0 (t + \beta)` on average over steady contacts,
+    :math:`\beta = 0.9945645`.
 
     Parameters
     ----------
