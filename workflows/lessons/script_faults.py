@@ -12,6 +12,7 @@ from chaincor.lammps_inputs.given_numbers import number_in
 _VARIABLE = re.compile(r"\$\{(\w+)\}|\$(\w)")
 # Kinds of the two faces of the box in one direction: one letter for both, or one for each.
 _FACES = re.compile("[pfsm]{1,2}")
+_SIDES = ("xlo", "xhi", "ylo", "yhi", "zlo", "zhi")
 # Atoms of these styles have no bonds.
 _WITHOUT_BONDS = ("atomic", "charge", "sphere", "ellipsoid")
 # These fixes move atoms and control a temperature or a pressure.
@@ -222,8 +223,11 @@ def _wall(script: StudentScript, wall: StudentCommand) -> Iterator[str]:
         return
     faces = dict(zip(wall[4::2], wall[5::2], strict=False))
     place = number_in(faces.get("xlo", "0"))
+    unknown = [face for face in faces if face not in (*_SIDES, "units")]
     if not faces:
         yield f"`{' '.join(wall)}` names no face and place: write `xlo 0.0`"
+    elif unknown:
+        yield f"`{unknown[0]}` is no face of the box: write `xlo 0.0`"
     elif "xlo" not in faces:
         yield (
             f"the wall is on the wrong side ({', '.join(faces)}): the chain comes from x > 0, so "
@@ -237,6 +241,10 @@ def _wall(script: StudentScript, wall: StudentCommand) -> Iterator[str]:
 
 
 def _output_and_run(script: StudentScript) -> Iterator[str]:
+    if script.last("timestep") is None:
+        yield script.missing("timestep", "LAMMPS takes steps of 0.005; write `timestep 0.01`")
+    elif script.last_place("timestep") < script.place("units") < len(script.commands):
+        yield "`timestep` must stand after `units`, which sets the step to its default"
     if script.last("thermo") is None:
         yield script.missing("thermo", "the energy is then printed at the first and last step only")
     if script.last("run") is None:

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from chaincor.lammps_inputs.arrays import Array
-from chaincor.lammps_inputs.commands import commands_of, join_lines
+from chaincor.lammps_inputs.commands import join_lines
 from chaincor.lammps_inputs.given_numbers import number_in
 from chaincor.workflows.engines.lammps.library import find_lmp_command, lmp_environment
 from chaincor.workflows.errors import MissingLibraryError
@@ -42,6 +42,8 @@ _MEANINGS = {
     "Unknown variable style": "a formula is `variable NAME equal FORMULA`",
     "Non-numeric variable": "a formula is `variable NAME equal FORMULA`",
     "Invalid variable reference": "no `variable` of this name stands above",
+    "Invalid syntax in variable formula": "a power is written `^`, and nothing follows the formula",
+    "Invalid thermo keyword": "a variable in `$(...)` or in a formula is written `v_NAME`",
     "Expected integer": "write a whole number without a decimal point",
 }
 
@@ -57,7 +59,6 @@ class StudentRun:
     states: tuple[Array, Array] | None  #: Rows of (id, x, vx) before the first run and at the end.
     time: float  #: Time at the end.
     timestep: float  #: Time step at the end.
-    sets_timestep: bool = True  #: Whether the script has the command `timestep`.
 
 
 def run_script(path: Path) -> StudentRun:
@@ -101,8 +102,7 @@ def run_script(path: Path) -> StudentRun:
         states = (_state(files[0]), _state(files[1])) if complete else None
         time, timestep = map(float, end.groups()) if end else (0.0, 0.0)
         at = line[1] if line else ""
-        sets = any(command.split()[:1] == ["timestep"] for command in commands_of(text))
-        return StudentRun(done.stdout, error, at, states, time, timestep, sets)
+        return StudentRun(done.stdout, error, at, states, time, timestep)
 
 
 def _watched(text: str, folder: Path) -> str:
@@ -149,10 +149,9 @@ def _faults_of_motion(run: StudentRun, first: Array, last: Array) -> Iterator[st
     start = float(first[0, 1]) / -before
     needed = start + chain.last_contact_time
     if run.time < needed:
-        default = "" if run.sets_timestep else ", LAMMPS's default, as there is no `timestep`"
         yield (
-            f"the run is too short: it ends at t = {run.time:.4g} after steps of {run.timestep:g}"
-            f"{default}. The last contact is at t = {needed:.4g}"
+            f"the run is too short: it ends at t = {run.time:.4g} after steps of {run.timestep:g}. "
+            f"The last contact is at t = {needed:.4g}"
         )
         return
     eta = (after / before) ** 2

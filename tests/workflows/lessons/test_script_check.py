@@ -89,8 +89,11 @@ FAULTS = [
     ("all nve\n", "all nve\nfix again all nve\n", 3, "two integrators"),
     ("fix             stop all wall/reflect xlo 0.0\n", "", 3, "no wall"),
     ("xlo 0.0", "xhi 0.0", 3, "wrong side (xhi)"),
+    ("xlo 0.0", "x 0.0", 3, "`x` is no face of the box"),
     ("xlo 0.0", "xlo 1.0", 3, "stands at x = 1.0"),
     ("all wall/reflect xlo 0.0", "all wall/harmonic xlo 0.0 1 1 1", 3, "soft wall"),
+    ("timestep        0.01\n", "", 4, "no `timestep`: LAMMPS takes steps of 0.005"),
+    ("timestep        0.01", "time_step 0.01", 4, "write `timestep`"),
     ("thermo          100\n", "", 4, "no `thermo`"),
     ("run             2500\n", "", 4, "no `run`"),
     # Words of the lesson's table that stand for a value.
@@ -138,6 +141,8 @@ def test_what_comes_too_late_is_said(report_on):
     run = "run             2500\n"
     late = said(report_on(SCRIPT.replace("timestep        0.01\n", "") + "timestep 0.01\n"))
     assert "`timestep` must stand before `run`" in late[PARTS[4]]
+    early = "timestep 0.01\n" + SCRIPT.replace("timestep        0.01\n", "")
+    assert "`timestep` must stand after `units`" in said(report_on(early))[PARTS[4]]
     coeff = "bond_coeff      1 0.5 1.0\n"
     early = SCRIPT.replace(coeff, "").replace("bond_style ", coeff + "bond_style ")
     assert "`bond_style` must stand before" in said(report_on(early))[PARTS[2]]
@@ -149,7 +154,8 @@ RUNS = [
     ("run             2500", "run 500", "too short: it ends at t = 5"),
     ("timestep        0.01", "timestep 1.02", "the step is too long"),
     ("timestep        0.01", "timestep 1.5", 'stopped with "Bond atoms 1 2 missing'),
-    ("timestep        0.01\n", "", "steps of 0.005, LAMMPS's default, as there is no `timestep`"),
+    ("$(v_restitution)", "$(restitution)", "is written `v_NAME`"),
+    ("/0.1)^2", "/0.1)**2", "a power is written `^`"),
     ("chain.data", "$(0)", "write `read_data chain.data`"),
     ("set -0.1", "set 0.1", "flies away from the wall"),
     ("(vcm(all,x)/0.1)^2", "-vcm(all,x)/0.1*-1.0", "e, the ratio of speeds"),
