@@ -10,7 +10,7 @@ from benchmarks.warm.fixed_steps import carry
 from benchmarks.warm.gain import broken, measure_bounds, measure_gain
 from benchmarks.warm.throughput import compare
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.campaign import warm as module
+from chaincor.workflows.campaign import groups as module
 from chaincor.workflows.campaign.collide_many import collide_many
 from chaincor.workflows.collision import collide
 
