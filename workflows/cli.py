@@ -18,8 +18,8 @@ from chaincor.workflows.error_messages import (
     TERMINATED,
     describe_os_error,
     explain_pointer,
-    one_line,
     print_error,
+    printable_line,
     usage_message,
 )
 from chaincor.workflows.memory_limit import memory_is_short
@@ -191,7 +191,7 @@ def run_command_line(arguments: list[str] | None) -> int:
             head, *_ = str(error).splitlines()
             print_error(head.removesuffix(":"), f"{pointer}:")
             for mistake in error.mistakes:
-                click.echo(f"  {one_line(mistake)}", err=True)
+                click.echo(f"  {printable_line(mistake)}", err=True)
         else:
             print_error(str(error), pointer)
         return error.exit_status

@@ -59,10 +59,10 @@ def usage_message(error: click.ClickException) -> str:
 
 def print_error(text: str, end: str = "") -> None:
     """Print an error as one line, and shorten long texts."""
-    click.echo(f"chaincor: {one_line(text)}{end}", err=True)
+    click.echo(f"chaincor: {printable_line(text)}{end}", err=True)
 
 
-def one_line(text: str) -> str:
+def printable_line(text: str) -> str:
     """Return a text as one printable line; the middle of a long text is left out."""
     line = " ".join(text.split())
     if len(line) > _LONGEST_LINE:

@@ -18,6 +18,7 @@ from pathlib import Path
 
 import numpy as np
 
+from benchmarks.slow_chains.growing_table import growing_table
 from chaincor.analysis.slow_chains.curve import TABLE, limiting_loss, limiting_loss_error
 from chaincor.analysis.slow_chains.front import front_loss
 
@@ -51,20 +52,14 @@ def wanted() -> Iterator[tuple[int, float, float]]:
 
 def measure() -> None:
     """Add the points that the table lacks, as they come, and name the waves in the end."""
-    begun = TABLE.exists()
-    with Path(TABLE).open("a+", newline="") as file:
-        file.seek(0)
-        known = {(row[0], row[1]) for row in csv.reader(file)}
-        writer = csv.writer(file, lineterminator="\n")
-        if not begun:
-            writer.writerow(HEADER)
+    with growing_table(TABLE, HEADER) as (rows, add):
+        known = {(row[0], row[1]) for row in rows}
         for order, variable, refinement in wanted():
             if (str(order), str(variable)) in known:
                 continue
-            for found in front_loss(variable, order, refinement).minima[:2]:
-                numbers = [f"{x:.6f}" for x in (found.place, found.loss, found.error)]
-                writer.writerow([order, variable, 0, *numbers])
-            file.flush()
+            deepest = front_loss(variable, order, refinement).minima[:2]
+            numbers = ((found.place, found.loss, found.error) for found in deepest)
+            add([order, variable, 0, *(f"{x:.6f}" for x in each)] for each in numbers)
 
 
 def name_waves() -> None:

@@ -9,15 +9,16 @@ interrupted run can be repeated: it keeps the finished chains.
 """
 
 import argparse
-import csv
 from pathlib import Path
 
 import numpy as np
 
+from benchmarks.slow_chains.growing_table import growing_table
 from chaincor.analysis.slow_chains.harmonic import collide_long_chains, front_lead
 from chaincor.analysis.theory import harmonic_dissipation_limit
 
 TABLE = Path(__file__).with_name("harmonic_limit.csv")
+HEADER = ["particles", "loss", "contacts", "last_contact_time"]
 SIZES = [100, 300, 1000, 3000, 10_000, 30_000, 100_000, 300_000, 1_000_000]
 SPREAD = np.linspace(0.94, 1.06, 13)
 
@@ -25,16 +26,11 @@ SPREAD = np.linspace(0.94, 1.06, 13)
 def measure(sizes: list[int]) -> None:
     """Add the chains that the table lacks, as they end."""
     lengths = {round(size * part) for size in sizes for part in SPREAD}
-    with TABLE.open("a+", newline="") as file:
-        file.seek(0)
-        known = {row["particles"] for row in csv.DictReader(file)}
-        writer = csv.writer(file, lineterminator="\n")
-        if not known:
-            writer.writerow(["particles", "loss", "contacts", "last_contact_time"])
+    with growing_table(TABLE, HEADER) as (rows, add):
+        known = {row[0] for row in rows}
         for chain in collide_long_chains(n for n in lengths if str(n) not in known):
             row = [chain.particles, f"{1.0 - chain.restitution:.12e}", chain.contacts]
-            writer.writerow([*row, f"{chain.last_contact_time:.4f}"])
-            file.flush()
+            add([[*row, f"{chain.last_contact_time:.4f}"]])
 
 
 def fit() -> None:

@@ -10,13 +10,13 @@ b are the same chain, because lengths can be counted in 1/b.
 """
 
 import argparse
-import csv
 from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
 
 import numpy as np
 
+from benchmarks.slow_chains.growing_table import growing_table
 from chaincor.analysis.slow_chains.curve import FRONT_LEAD, limiting_loss, slow_chain_variable
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.scene import Scene
@@ -87,13 +87,8 @@ def wanted_for_swing():
 
 def measure() -> None:
     """Add the collisions that the table lacks, as they come."""
-    begun = TABLE.exists()
-    with TABLE.open("a+", newline="") as file:
-        file.seek(0)
-        known = {tuple(row[:4]) for row in csv.reader(file)}
-        writer = csv.writer(file, lineterminator="\n")
-        if not begun:
-            writer.writerow(HEADER)
+    with growing_table(TABLE, HEADER) as (rows, add):
+        known = {tuple(row[:4]) for row in rows}
         for name, order, variable, scene in wanted():
             n = scene.particles
             row = (name, str(order), str(variable), str(n))
@@ -102,8 +97,7 @@ def measure() -> None:
             known.add(row)
             result = collide(scene, tolerance=2e-3 * n ** (-2.0 / 3.0))
             loss, error = 1.0 - result.restitution, result.restitution_error
-            writer.writerow([*row, f"{scene.velocity:.9g}", f"{loss:.9g}", f"{error:.1e}"])
-            file.flush()
+            add([[*row, f"{scene.velocity:.9g}", f"{loss:.9g}", f"{error:.1e}"]])
 
 
 @dataclass(frozen=True)

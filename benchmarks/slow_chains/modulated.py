@@ -19,12 +19,12 @@ The constants were checked against the front of `spectral`. No random numbers.
 """
 
 import argparse
-import csv
 import math
 from pathlib import Path
 
 import numpy as np
 
+from benchmarks.slow_chains.growing_table import growing_table
 from benchmarks.slow_chains.spectral import SPONGE, carried, front_grid, minima
 from chaincor.lammps_inputs.arrays import Array
 
@@ -133,20 +133,14 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
     parser.add_argument("--variables", type=float, nargs="+", default=VARIABLES, help="values of y")
     arguments = parser.parse_args()
-    begun = TABLE.exists()
-    with TABLE.open("a+", newline="") as file:
-        file.seek(0)
-        known = {(row[0], row[1]) for row in csv.reader(file)}
-        writer = csv.writer(file, lineterminator="\n")
-        if not begun:
-            writer.writerow(HEADER)
+    with growing_table(TABLE, HEADER) as (rows, add):
+        known = {(row[0], row[1]) for row in rows}
         for variable in arguments.variables:
             for spacing, courant in _GRIDS:
                 if (str(variable), str(spacing)) in known:
                     continue
-                for place, loss in modulated_minima(variable, spacing, courant):
-                    writer.writerow([variable, spacing, f"{place:.6f}", f"{loss:.6f}"])
-                file.flush()
+                minima_found = modulated_minima(variable, spacing, courant)
+                add([variable, spacing, f"{x:.6f}", f"{loss:.6f}"] for x, loss in minima_found)
 
 
 if __name__ == "__main__":

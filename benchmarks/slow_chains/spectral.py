@@ -13,7 +13,6 @@ the front. No random numbers.
 """
 
 import argparse
-import csv
 import math
 from collections.abc import Callable
 from functools import lru_cache
@@ -22,6 +21,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.slow_chains.growing_table import growing_table
 from chaincor.lammps_inputs.arrays import Array
 
 Modes = NDArray[np.complex128]
@@ -252,19 +252,13 @@ def main() -> None:
     parser.add_argument("--order", type=int, choices=sorted(VARIABLES), default=3)
     arguments = parser.parse_args()
     order = arguments.order
-    begun = TABLE.exists()
-    with TABLE.open("a+", newline="") as file:
-        file.seek(0)
-        known = {(row[0], row[1]) for row in csv.reader(file)}
-        writer = csv.writer(file, lineterminator="\n")
-        if not begun:
-            writer.writerow(HEADER)
+    with growing_table(TABLE, HEADER) as (rows, add):
+        known = {(row[0], row[1]) for row in rows}
         for variable in arguments.variables or VARIABLES[order]:
             if (str(order), str(variable)) in known:
                 continue
-            for found in spectral_minima(variable, order):
-                writer.writerow([order, variable, *(f"{x:.6f}" for x in found)])
-            file.flush()
+            found = spectral_minima(variable, order)
+            add([order, variable, *(f"{x:.6f}" for x in each)] for each in found)
 
 
 if __name__ == "__main__":

@@ -47,7 +47,7 @@ class SceneBatch(NamedTuple):
     """Collisions of a task that are solved as one batch, or a single one."""
 
     places: list[int]  #: Indices of the scenes in the task.
-    plans: list[Plan | None]  #: Plans of the scenes; None if the division needed no plan.
+    plans: list[Plan]  #: Plans of the scenes.
 
 
 def batch_kind(scene: Scene, planned: Plan | None = None) -> BatchKind | None:
@@ -59,7 +59,11 @@ def batch_kind(scene: Scene, planned: Plan | None = None) -> BatchKind | None:
     Batches are for cold chains of unit masses before a hard wall, in the reference engine with
     fixed steps, and for a tolerance far above rounding.
     """
-    if not _fits_a_batch(scene):
+    if scene.engine != "reference" or scene.explicit or not scene.line.is_standard:
+        return None
+    if not 2 <= scene.particles <= LONGEST_TOGETHER or scene.bond.force_kernel is None:
+        return None
+    if any(key in scene.model_fields_set for key in FILE_KEYS):
         return None
     planned = planned or plan(scene)
     if not planned.regular:
@@ -73,34 +77,22 @@ def batch_kind(scene: Scene, planned: Plan | None = None) -> BatchKind | None:
     return id(scene.bond), scene.particles, planned.numerics.scheme
 
 
-def _fits_a_batch(scene: Scene) -> bool:
-    """Return whether bodies and files of a scene fit a batch, whatever its plan is."""
-    if scene.engine != "reference" or scene.explicit or not scene.line.is_standard:
-        return False
-    if not 2 <= scene.particles <= LONGEST_TOGETHER or scene.bond.force_kernel is None:
-        return False
-    return not any(key in scene.model_fields_set for key in FILE_KEYS)
-
-
 def batches(scenes: Sequence[Scene]) -> list[SceneBatch]:
     """
     Divide the collisions of a task into batches and single ones.
 
     The result of a collision does not depend on this division.
     """
-    plans: list[Plan | None] = [None] * len(scenes)
+    plans = [plan(scene) for scene in scenes]
     kinds: dict[BatchKind | int, list[int]] = {}
     for place, scene in enumerate(scenes):
-        kind = None
-        if len(scenes) >= LEAST_TOGETHER and _fits_a_batch(scene):
-            plans[place] = plan(scene)
-            kind = batch_kind(scene, plans[place])
+        kind = batch_kind(scene, plans[place]) if len(scenes) >= LEAST_TOGETHER else None
         kinds.setdefault(kind or place, []).append(place)
     found = []
     for places in kinds.values():
-        size, first = 1, plans[places[0]]
-        if first is not None and len(places) >= LEAST_TOGETHER:
-            each = TOGETHER_SHARE * first.seconds
+        size = 1
+        if len(places) >= LEAST_TOGETHER:
+            each = TOGETHER_SHARE * plans[places[0]].seconds
             size = max(min(int(_SECONDS_TOGETHER / each), _MOST_TOGETHER), LEAST_TOGETHER)
         parts = [places[k : k + size] for k in range(0, len(places), size)]
         found += [SceneBatch(part, [plans[place] for place in part]) for part in parts]

@@ -10,7 +10,7 @@ from chaincor.lammps_inputs.errors import ChaincorError
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.thermal_state import GENERATOR
 from chaincor.workflows.accuracy.batching import batches, solve_batch
-from chaincor.workflows.accuracy.plan import Plan, plan
+from chaincor.workflows.accuracy.plan import Plan
 from chaincor.workflows.accuracy.solve import run_as_planned
 from chaincor.workflows.accuracy.table_rows import with_rows
 from chaincor.workflows.campaign.carry_out import MACHINE_FAILURES
@@ -27,14 +27,9 @@ MOST_SECONDS = 86400.0
 _one_at_a_time = threading.Lock()
 
 
-def collide_one(scene: Scene, most_seconds: float, planned: Plan | None = None) -> Collision:
-    """
-    Carry out one collision, see :func:`chaincor.workflows.collision.collide`.
-
-    The plan is made here if it is not given.
-    """
+def collide_one(scene: Scene, most_seconds: float, planned: Plan) -> Collision:
+    """Carry out a planned collision, see :func:`chaincor.workflows.collision.collide`."""
     started = time.perf_counter()
-    planned = plan(scene) if planned is None else planned
     asked = planned.tolerance
     with limited_to(most_seconds):
         answer = run_as_planned(planned)
@@ -92,7 +87,7 @@ def _try_together(scenes: Sequence[Scene]) -> Sequence[Collision | None]:
         return []
 
 
-def _try_one(scene: Scene, planned: Plan | None) -> Collision | Exception:
+def _try_one(scene: Scene, planned: Plan) -> Collision | Exception:
     try:
         # The cost of many collisions is checked once for all; no single one is refused.
         return collide_one(scene, math.inf, planned)

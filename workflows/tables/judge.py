@@ -180,9 +180,7 @@ class Judge:
     @cached_property
     def scatter(self) -> Array:
         """Largest scatter or rounding of the forces around each row."""
-        own, is_rounded = self._own_scatter
-        largest: Array = _windows(own, 2 * _BESIDE + 1).max(axis=1)
-        return np.maximum(largest, self.rows.padded[3][:, 1]) if is_rounded else largest
+        return self._largest_beside(self._own_scatter[0], self.rows.padded[3][:, 1])
 
     @cached_property
     def _own_scatter(self) -> tuple[Array, bool]:
@@ -246,10 +244,14 @@ class Judge:
         within = np.ones(len(x), dtype=bool)
         within[1:-1] = (x[2:] > low) & (x[:-2] < high)
         within[0], within[-1] = x[1] > low, x[-2] < high
-        own, is_rounded = self._own_scatter
-        largest = _windows(np.where(within, own, 0.0) / size, 2 * _BESIDE + 1).max(axis=1)
-        found = np.maximum(largest, digits[:, 1] / size) if is_rounded else largest
+        own = np.where(within, self._own_scatter[0], 0.0) / size
+        found = self._largest_beside(own, digits[:, 1] / size)
         return np.nan_to_num(found, nan=0.0, posinf=1e300)
+
+    def _largest_beside(self, own: Array, rounding: Array) -> Array:
+        """Return the largest scatter around each row, and at least the rounding of rounded rows."""
+        largest: Array = _windows(own, 2 * _BESIDE + 1).max(axis=1)
+        return np.maximum(largest, rounding) if self._own_scatter[1] else largest
 
 
 def last_row(table: TableData) -> int:

@@ -1,0 +1,26 @@
+"""Keep the rows of a long study in a CSV table that grows as results come."""
+
+import csv
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+
+@contextmanager
+def growing_table(
+    path: Path, header: Sequence[str]
+) -> Iterator[tuple[list[list[str]], Callable[[Iterable[Sequence[Any]]], None]]]:
+    """Yield the rows that a table has, and a function that adds rows to the file at once."""
+    with path.open("a+", newline="") as file:
+        file.seek(0)
+        known = list(csv.reader(file))
+        writer = csv.writer(file, lineterminator="\n")
+        if not known:
+            writer.writerow(header)
+
+        def add(rows: Iterable[Sequence[Any]]) -> None:
+            writer.writerows(rows)
+            file.flush()
+
+        yield known, add
