@@ -8,11 +8,12 @@ from chaincor.lammps_inputs.line import Line
 
 def bodies_part(line: Line, potential: float, gap: float, velocities: Array) -> bool:
     """
-    Return whether a proof shows that bodies at a distance `gap` never touch again.
+    Return whether it is proved that two bodies at a distance `gap` never touch again.
 
     `velocities` are along x, of shape (N,). `potential` is an upper bound on the energy of all
     overlaps within the bodies. :mod:`.reference.bead_loops` has the proof. It compares the
-    velocities of the beads with velocities w that rise along x; the energy limits the differences.
+    velocities of the beads with velocities w that rise along x. The energy limits the differences
+    between both sets of velocities.
     """
     if gap < 0.0:
         return False

@@ -11,7 +11,7 @@ SOURCES: dict[str, str] = {
     "order6": f"{_KAHAN_LI}, s9odr6a",
     "order8": f"{_KAHAN_LI}, s17odr8a",
 }
-# Each palindrome is given by its first half and its centre. The centre makes the sum of the weights
+# The first half and the centre define each palindrome. The centre makes the sum of the weights
 # exactly one.
 _SUZUKI = 1.0 / (4.0 - 4.0 ** (1.0 / 3.0))
 _HALVES: dict[Scheme, tuple[float, ...]] = {
@@ -41,7 +41,7 @@ class Composition:
     """Palindromic sequence of Verlet steps w_k H."""
 
     name: Scheme  #: Name of the scheme in scenes.
-    order: int  #: Order of the error of one run against H.
+    order: int  #: Exponent p in the error of one run, which is proportional to H^p.
     weights: tuple[float, ...]  #: Weights w_k in the order of the steps; their sum is 1.
 
 

@@ -1,16 +1,16 @@
 r"""
-Find the time within a step at which the gap closes, to rounding, for both engines.
+Locate a contact within a step, to rounding, for both engines.
 
 The path of particle 1 over a step, x(s) for 0 <= s <= H, comes from the composed map itself,
-:math:`x(s) = x_1(\Phi_s(z))`. A contact is therefore located to rounding at any order. Within one
-step, only as many particles as the map has stages can act on particle 1. The search moves only
-these particles.
+:math:`x(s) = x_1(\Phi_s(z))`. A contact is therefore located to rounding for schemes of any order.
+Within one step, no more particles can act on particle 1 than the map has stages. The search moves
+only these particles.
 
 The search starts from the quintic that fits position, velocity and acceleration at both ends. The
 quintic has at most as many roots as its Bernstein coefficients have sign changes (Descartes' rule).
 Without a sign change there is no contact; with one sign change there is exactly one contact. With
-more sign changes, the step is halved until it has at most one. A departure from the wall at s = 0
-does not count, because zeros have no sign.
+more sign changes, the step is halved until it has at most one. A particle that leaves the wall at s
+= 0 adds no sign change, because its coefficient there is zero.
 """
 
 from collections.abc import Callable, Sequence
@@ -20,24 +20,24 @@ import numpy as np
 
 from chaincor.lammps_inputs.arrays import Array
 
-# A point of a path is the position, velocity and acceleration of particle 1.
+# A point of a path consists of the position, velocity and acceleration of particle 1.
 PathPoint = tuple[float, float, float]
 Quintic = tuple[float, float, float, float, float, float]
 
-# Rounding limits the relative resolution of times to this.
+# This is the relative resolution of times, which rounding limits.
 RESOLUTION = 4e-16
-# A Newton step doubles the number of correct digits, or halves the distance to a double zero. If a
-# search takes more steps than this, the motion has exploded and its bounds on the curvature are out
-# of proportion.
+# A Newton step doubles the number of correct digits; near a double zero it halves the remaining
+# distance. If a search takes more steps than this, the motion has exploded, and the bounds on its
+# curvature are far too large to be useful.
 MOST_MOVES = 1000
-# A part of a step that is shorter than this is not divided further. A contact that short changes
-# the velocity of particle 1 by 1e-6 of the change in a whole step.
+# The search does not divide a part that is shorter than this fraction of the step. A contact within
+# so short a part changes the velocity of particle 1 by 1e-6 of its change in the whole step.
 NARROWEST = 2.0**-20
-# A search takes at most this many evaluations. Newton's method needs about three; bisection to
-# rounding would need 53.
+# A search takes at most this many evaluations. Newton's method needs about three evaluations;
+# bisection to rounding would need 53.
 MOST_ITERATIONS = 80
-# A Newton step as small as this is the last one, because the slope of the map and the velocity
-# differ by 1e-3 (Verlet) or less.
+# A Newton step below this fraction of the time is the last one, because the slope of the map
+# differs from the velocity by at most 1e-3 (for Verlet).
 SETTLED = 1e-13
 
 
@@ -46,7 +46,8 @@ def count_sign_changes(start: PathPoint, end: PathPoint, step: float) -> int:
     Return an upper bound on the number of contacts between two points.
 
     The bound is the number of sign changes among the Bernstein coefficients of the Hermite quintic.
-    Coefficients of zero are left out, so a departure from x = 0 does not count as a contact.
+    Coefficients of zero are skipped. A particle that leaves x = 0 therefore does not count as a
+    contact.
     """
     x0, v0, a0 = start
     x1, v1, a1 = end
@@ -70,12 +71,13 @@ def count_sign_changes(start: PathPoint, end: PathPoint, step: float) -> int:
 
 def first_root(coefficients: Sequence[float] | Array, end: float) -> float:
     """
-    Return the first zero of a polynomial that starts positive, with steps that never pass a zero.
+    Return the first zero of a polynomial that starts positive.
 
-    From x > 0 with slope v and a bound B on the curvature, no zero is nearer than the positive root
-    of x + v d - B d^2/2; near a zero this is Newton's step. The coefficients belong to rising
-    powers. A constant term of zero is a departure and is divided out. Return -1 if there is no zero
-    up to `end`, and a time before the zero if `MOST_MOVES` steps do not reach it.
+    The steps never pass a zero: from x > 0 with slope v and a bound B on the curvature, no zero is
+    nearer than the positive root d of x + v d - B d^2/2. Near a zero, this root is Newton's step.
+    The coefficients belong to rising powers. A constant term of zero means that the particle leaves
+    the wall; it is divided out. Return -1 if there is no zero up to `end`. If `MOST_MOVES` steps do
+    not reach the zero, return a time before it.
     """
     first = 1 if coefficients[0] == 0.0 else 0
     degree = len(coefficients) - 1 - first
@@ -107,14 +109,14 @@ def first_root(coefficients: Sequence[float] | Array, end: float) -> float:
 
 
 def fit_path(start: PathPoint, end: PathPoint, step: float) -> Quintic:
-    """Return the quintic between two points, in powers of the time divided by the step."""
+    """Return the coefficients of the quintic between two points, for powers of time/step."""
     x0, v0, a0 = start
     x1, v1, a1 = end
     v0, v1 = v0 * step, v1 * step
     a0, a1 = 0.5 * a0 * step * step, 0.5 * a1 * step * step
     # These are the remainders of position, velocity and acceleration after the first three terms.
     x, v, a = x1 - x0 - v0 - a0, v1 - v0 - 2.0 * a0, a1 - a0
-    # An array would be allocated from the heap at every contact.
+    # Scalars avoid an array, which would be allocated from the heap at every contact.
     a3, a4, a5 = 10.0 * x - 4.0 * v + a, -15.0 * x + 7.0 * v - 2.0 * a, 6.0 * x - 3.0 * v + a
     return x0, v0, a0, a3, a4, a5
 
@@ -123,9 +125,10 @@ def narrow(
     low: float, high: float, time: float, point: PathPoint
 ) -> tuple[float, float, float, bool]:
     """
-    Take one step towards the zero of a path between two times; `point` is the point at `time`.
+    Refine the zero of a path between two times by one step.
 
-    Return narrower bounds, a better time between them, and whether it is the zero up to rounding.
+    `point` is the point at `time`. Return narrower bounds, a better time between them, and whether
+    this time is the zero up to rounding.
     """
     x, v, a = point
     if x == 0.0:
@@ -138,24 +141,24 @@ def narrow(
     if not low <= better <= high:
         better = 0.5 * (low + high)
     moved = abs(better - time)
-    # The size of Newton's next step comes from the curvature times this step squared, and from the
-    # difference between the slope of the map and the velocity.
+    # Two terms decide the size of Newton's next step: the curvature times this step squared, and
+    # the difference between the slope of the map and the velocity.
     near = moved * moved * abs(a) <= RESOLUTION * better * abs(v)
     return low, high, better, moved <= SETTLED * better and near
 
 
-# The search requests a point of a path for one of these purposes: the end of the step, a part of
-# the step, the zero.
+# The search requests a point of a path for one of these purposes: to know the end of the step, to
+# divide the step, to refine the zero.
 LOOK, CUT, REFINE = range(3)
 
-# State of a search: fields of the state of a run.
+# These fields of the run state hold the state of a search.
 SEARCH_FIELDS = [
     ("search_stage", "i8"),  # purpose of the next point
     ("search_moves", "i8"),  # number of refinements of the zero
     ("search_step", "f8"),  # length of the step
     ("search_low", "f8"),  # bounds of the current part of the step
     ("search_high", "f8"),
-    ("search_time", "f8"),  # time of the next point; at the end, of the contact, or -1
+    ("search_time", "f8"),  # time of the next point; after the search, of the contact, or -1
     ("search_start_x", "f8"),  # position, velocity and acceleration at the start of the part
     ("search_start_v", "f8"),
     ("search_start_a", "f8"),
@@ -169,12 +172,13 @@ class SearchSteps(NamedTuple):
     """
     Functions of a search that requests the points of a path one by one.
 
-    The run state holds the state of the search, see `SEARCH_FIELDS`.
+    The run state holds the state of the search in the `SEARCH_FIELDS`.
     """
 
     #: ``is_free(start, end, step)``: whether the ends of a step exclude a contact.
     is_free: Callable
-    #: ``begin(run_state, step, start)`` begins a search; it first needs the end of the step.
+    #: ``begin(run_state, step, start)`` begins a search, whose first request is the end of the
+    #: step.
     begin: Callable
     #: ``go_on(run_state, point)`` continues with the requested point and returns whether the search
     #: is over.
@@ -182,7 +186,7 @@ class SearchSteps(NamedTuple):
 
 
 def build_search_steps(register: Callable) -> SearchSteps:
-    """Return the functions of a search; `register` registers functions with a compiler."""
+    """Return the functions of a search, registered with a compiler by `register`."""
     count_changes = register(count_sign_changes)
     guess_path = register(fit_path)
     guess_root = register(first_root)
@@ -216,8 +220,8 @@ def build_search_steps(register: Callable) -> SearchSteps:
             if changes > 1 and width > NARROWEST * step:
                 width *= 0.5
             elif changes == 1 or (after[0] <= 0.0 and after[1] < 0.0):
-                # The position is positive at `low`, apart from a departure, and not positive at
-                # `high`.
+                # The position is positive at `low` (or zero, if the particle leaves the wall there)
+                # and not positive at `high`.
                 guess = low + width * guess_root(guess_path(before, after, width), 1.0)
                 run_state.search_low, run_state.search_high, run_state.search_stage = (
                     low,
@@ -267,8 +271,8 @@ def build_contact_search(state_after: Callable, register: Callable) -> Callable:
 
     ``find_contact(step, start, end, run_state, path)`` returns the time of the first contact after
     the start, or -1 if there is none. The run state is a record with `SEARCH_FIELDS`.
-    ``state_after(time, path)`` returns the point after one step of any size; `path` is its
-    argument.
+    ``state_after(time, path)`` returns the point after one step of any size; `path` is passed on to
+    it unchanged.
     """
     is_free, begin, go_on = build_search_steps(register)
 

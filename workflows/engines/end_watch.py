@@ -20,29 +20,31 @@ from chaincor.workflows.engines.ending import (
 from chaincor.workflows.engines.fragment_bounds import reach
 from chaincor.workflows.engines.fragments import Body, Fragments
 
-# A collision is followed for the first number times its own duration plus the second number of
-# sound crossings, but at most for the third number of crossings. These numbers are choices. A test
-# of many scenes (`tests/judge/plain.py`), which continues to 20 times the duration, finds no
+# A collision is followed for FOLLOWED_TIMES times its own duration plus LEAST_CROSSINGS sound
+# crossings, but at most for MOST_CROSSINGS sound crossings. These three constants are choices. A
+# test of many scenes (`tests/judge/plain.py`), which continues to 20 times the duration, finds no
 # contact after these limits.
 FOLLOWED_TIMES = 21.0
 LEAST_CROSSINGS, MOST_CROSSINGS = 5.0, 200.0
-# A fragment that approaches the wall is followed if it arrives within this number of crossings.
+# A fragment that approaches the wall is followed if it arrives within this number of sound
+# crossings.
 ARRIVAL_CROSSINGS = 200.0
-# Whole bodies that still vibrate are followed until they certainly touch or are too far apart to
-# touch, up to this number of crossings after the last contact.
+# Unbroken bodies that still vibrate are followed until they certainly touch or are too far apart to
+# touch, for at most this number of sound crossings after the last contact.
 CERTAIN_CROSSINGS = 2000.0
 
-# The time of an argument starts again if the first fragment loses or gains particles, because this
-# disturbance may reach its other end. The far end of a long fragment evaporates, so one particle in
-# this number may come and go without a new start.
+# An end is argued after a waiting time. The waiting time starts again if the first fragment loses
+# or gains particles, because the disturbance may reach the other end of the fragment. The far end
+# of a long fragment evaporates; therefore one particle in every EVAPORATING may come or go without
+# a new start.
 EVAPORATING = 400
 
-# Nearly equal motions of a hot chain agree for this time after the last contact, in times of sound
-# over a bond.
+# Nearly equal motions of a hot chain agree for this time after the last contact, in units of the
+# time that sound takes through one bond.
 EARLY = 100.0
 
-# The plane between two bodies leaves each of them at least this share of their distance and of
-# their relative speed.
+# A plane divides the distance and the relative speed of two bodies. Each body gets at least this
+# share of both quantities.
 _LEAST_SHARE = 0.05
 
 LOOKS_PER_CROSSING = 10.0
@@ -51,7 +53,7 @@ LOOK_GROWTH = 1.4
 
 
 def longest_collision(particles: int, stiffness: float, last_contact: float) -> float:
-    """Return the time since the first contact after which an end without an argument is open."""
+    """Return the time since the first contact after which an unproved end is argued or open."""
     crossing = (particles + 5.0) / stiffness**0.5
     followed = FOLLOWED_TIMES * last_contact + LEAST_CROSSINGS * crossing
     return min(followed, MOST_CROSSINGS * crossing)
@@ -64,12 +66,12 @@ def look_interval(particles: int, stiffness: float) -> float:
 
 def bodies_of(line: Line, bond: Potential, strains: Array, velocities: Array) -> list[Body]:
     """
-    Return the bodies of a line, one or two, in the form that :class:`EndWatch` needs.
+    Return the one or two bodies that :class:`EndWatch` examines.
 
-    A wall, or a single particle, is only an obstacle for the other body. Two chains are divided by
-    a plane in uniform motion; the hotter chain gets the larger share of the distance and of the
-    speed. `strains` are the N - 1 strains along x, including the gap, and `velocities` the N
-    velocities along x.
+    A wall, or a single particle, is only an obstacle for the other body and is not returned. A
+    plane in uniform motion divides two chains; the hotter chain gets the larger share of their
+    distance and relative speed. `strains` contains the N - 1 strains along x, including the gap;
+    `velocities` contains the N velocities along x.
     """
     gap = float(strains[line.gap])
     chain = Body(0.0, strains[line.first :], velocities[line.first :], line.chain_masses)
@@ -97,7 +99,7 @@ def bodies_of(line: Line, bond: Potential, strains: Array, velocities: Array) ->
 
 
 def _seen_from(body: Body, distance: float, receding: float) -> Body:
-    """Return a body whose first particle has a distance from a plane that recedes from it."""
+    """Return the body at a distance from a plane that recedes at a speed."""
     return body._replace(first_displacement=distance, velocities=body.velocities + receding)
 
 
@@ -109,11 +111,11 @@ def _share(first: float, second: float) -> float:
 
 class EndWatch:
     """
-    Search for the end of a collision, with a record of how long the end has been argued.
+    Search for the end of a collision, and record for how long the end could have been argued.
 
     `particles` is the number of particles of the chain. `stiffness` is U''(1) over the mean mass,
-    by default the stiffness of the bond. `risk_allowed` is the risk of a return below which an end
-    is argued after a sound round trip.
+    by default the stiffness of the bond. An end is argued if the risk of a return stays below
+    `risk_allowed` for a sound round trip.
     """
 
     def __init__(
@@ -128,8 +130,8 @@ class EndWatch:
         self._stiffness = bond.stiffness if stiffness is None else stiffness
         self._quiet = sound_round_trip(particles, self._stiffness)
         self._early = min(0.5 * self._quiet, EARLY / self._stiffness**0.5)
-        #: Risk of a return at the last check at which nearly equal motions still agreed; 1 without
-        #: such a check.
+        #: Risk of a return at the last check early enough for nearly equal motions to agree; 1 if
+        #: no check was early enough.
         self.early_risk = 1.0
         self._last_contact = -math.inf
         self._calm_since = 0.0
@@ -140,9 +142,9 @@ class EndWatch:
         """
         Return the end of the collision, or None if the bodies must be followed further.
 
-        No contact comes if neither body returns to a plane between them, whatever the position and
-        speed of this plane. `bodies` are the chain and, if it is free, the target. The times are
-        the present time and the time of the last contact so far.
+        No contact comes if there is a plane, at any position and speed, to which neither body
+        returns. `bodies` are the chain and, if it is free, the target. `now` is the present time,
+        `last_contact` the time of the last contact so far.
         """
         bond = self._bond
         if last_contact != self._last_contact:
@@ -188,12 +190,12 @@ class EndWatch:
 
     def _is_awaited(self, now: float, parted: Sequence[Fragments]) -> bool:
         """
-        Return whether it will soon be certain that whole bodies meet, or that they do not.
+        Return whether it will soon be certain that unbroken bodies touch, or that they do not.
 
-        The bodies certainly touch before D, the difference of their mean displacements, is so small
-        that their first particles cannot lie far enough behind the means. The bodies cannot touch
-        once D is as large as both reaches together, because their first particles cannot lie far
-        enough ahead.
+        Let D be the difference between the mean displacements of both bodies, and R the sum of
+        their reaches. If the bodies approach, they touch before D falls to -R, because their first
+        particles cannot lie farther behind the means. If the bodies recede, they cannot touch once
+        D exceeds R, because their first particles cannot lie farther ahead of the means.
         """
         if any(len(pieces.sizes) > 1 for pieces in parted):
             return False
@@ -212,12 +214,12 @@ class EndWatch:
         return True
 
     def followed_until(self, last_contact: float) -> float:
-        """Return the time until which to follow the collision, later if a fragment approaches."""
+        """Return the time limit for following the collision; later if a fragment approaches."""
         longest = longest_collision(self._particles, self._stiffness, last_contact)
         return max(longest, self._arrival)
 
     def next_look(self, now: float, last_contact: float) -> float:
-        """Return the time of the next check, at the latest when an argument may be complete."""
+        """Return the time of the next check, no later than the end can first be argued."""
         later = last_contact + LOOK_GROWTH * (now - last_contact)
         argued = self._calm_since + self._quiet * (1.0 + 1e-12)
         calm = self._calm_since < now

@@ -1,29 +1,31 @@
 r"""
 Decide whether a collision is over, from the evidence that no further contact comes.
 
-The restitution is defined in the limit of long times, so late contacts count as well. To
+The restitution is defined in the limit of long times; late contacts therefore count as well. To
 judge a state, the chain is cut into fragments that stay apart (see ``fragments``), and the first
 fragment is examined. Particle 1 can be at the wall only if the bonds of this fragment stretch as
-far as its mean has moved. To hit the wall, the particle must move against the mean:
+far as the mean position of the fragment has moved. To hit the wall, the particle must move against
+the mean velocity:
 
 .. math:: U_\text{least}(D) + \tfrac12 V^2 \frac{m}{m - 1} \le I,
 
-Here D is the mean displacement of the m particles, V their mean velocity and I the internal energy.
-An end is
+Here the fragment has m particles, D is their mean displacement, V their mean velocity and I their
+internal energy. An end is
 
-*proved* if V > 0, the inequality fails and a proof shows that the fragments at every cut stay
-apart. A cut only pulls the fragment away from the wall, so D and V never fall, and I includes all
-energy that the pull can add.
+*proved* if V > 0, the inequality fails and the fragments at every cut provably stay apart. The bond
+at a cut only pulls the fragment away from the wall; D and V therefore never fall. The energy I
+includes all energy that this pull can add.
 
-*argued* in two cases. First, the energy would suffice for a return, but nearly all of it would have
-to gather in one vibration, which is very unlikely (``fragment_bounds.escape_risk``), and this has
-held without a contact for longer than a sound round trip. Second, the first fragment recedes after
-the longest time that is followed without a contact, and this does not depend on errors of the
-motion.
+*argued* in two cases. In the first case, the energy would suffice for a return, but nearly all
+energy would have to gather in one vibration, which is very unlikely
+(``fragment_bounds.escape_risk``). This risk must have stayed low for longer than a sound round trip
+without a contact. In the second case, the first fragment still recedes when the time limit of the
+search is reached, and errors of the motion do not change this result.
 
-*open* if the first fragment still approaches the wall at that time, or if nearly equal motions
-disagree on a late contact or on the state of a fragment that has the energy for one. An open end
-reports the momentum that contacts could give, which belongs to the error bar.
+*open* if the first fragment still approaches the wall at the time limit. An end is also open if
+nearly equal motions disagree about a late contact, or about the state of a fragment with enough
+energy for a late contact. An open end reports the momentum that contacts could give; the error bar
+includes this momentum.
 """
 
 import math
@@ -43,14 +45,15 @@ from chaincor.workflows.engines.fragment_bounds import (
 )
 from chaincor.workflows.engines.fragments import Body, Fragments
 
-# Sound in stretched bonds is slower than at natural length, by up to a tenth here.
+# Sound in stretched bonds is up to a tenth slower than in bonds of natural length.
 QUIET_ROUND_TRIPS = 1.1
 
-# The next three constants are choices, not measurements; `tests.judge.plain` counts how often
-# error bars fail with them. An end is argued if a return is less likely than this.
+# The next three constants are choices, not measurements; `tests.judge.plain` counts how often error
+# bars fail with these values. An end is argued if the probability of a return is below
+# RISK_ALLOWED.
 RISK_ALLOWED = 1e-3
-# If motions come to different ends, a return that none of them had and that is less likely than
-# this is neglected.
+# If nearly equal motions end differently, a return is neglected if it occurs in none of them and
+# its probability is below this limit.
 RISK_AT_STAKE = 0.02
 # The energy of an ejected part exceeds its bound with this probability.
 UNLIKELY = 0.01
@@ -63,24 +66,24 @@ class Ending:
     """End of a collision."""
 
     kind: EndingKind  #: ``proved``, ``argued`` or ``open``.
-    #: Largest momentum that the chain could get from contacts after an open end; 0 for other ends.
+    #: Largest momentum that contacts could give the chain after an open end; 0 for other ends.
     missed_momentum: float = 0.0
-    #: Largest momentum of contacts after an argued end in a nearly equal motion; 0 if contacts are
-    #: possible only by a rare concentration of energy.
+    #: Largest momentum that contacts could give the chain after an argued end, in a nearly equal
+    #: motion; 0 if only a rare concentration of energy could cause a contact.
     momentum_at_stake: float = 0.0
 
     def doubted(self, momentum: float) -> "Ending":
         """
-        Return the end when nearly equal motions disagree on late contacts.
+        Return the end if nearly equal motions disagree about late contacts.
 
-        The contacts have a given momentum, which is 0 for no contacts. The end is open if they
-        could give more than the momentum that is already missing.
+        `momentum` is the largest momentum that late contacts could give the chain; 0 if there are
+        none. The end is open if this momentum exceeds the momentum that the end already reports.
         """
         return Ending("open", momentum) if momentum > self.missed_momentum else self
 
 
 def sound_round_trip(particles: int, stiffness: float) -> float:
-    """Return the time for which an argument must hold, a sound round trip through the chain."""
+    """Return the waiting time before an end is argued: a sound round trip through the chain."""
     return QUIET_ROUND_TRIPS * 2.0 * particles / stiffness**0.5
 
 
@@ -88,7 +91,8 @@ def return_risk(pieces: Fragments, bond: Potential) -> float:
     """
     Return the estimated probability that particle 1 hits the wall again.
 
-    It is 0 if a proof excludes this, and 1 while the first fragment, or the chain, approaches.
+    The probability is 0 if a return is provably excluded. It is 1 while the first fragment, or the
+    centre of mass of the chain, approaches the wall.
     """
     momentum = float(pieces.weights @ pieces.speeds)
     size, speed, lever = int(pieces.sizes[0]), float(pieces.speeds[0]), pieces.lever
@@ -109,11 +113,11 @@ def return_risk(pieces: Fragments, bond: Potential) -> float:
 
 def approach(*bodies: Fragments) -> float:
     r"""
-    Return the largest impulse at the wall on a first fragment that approaches it.
+    Return the largest impulse that a wall can give a first fragment that approaches the wall.
 
-    The bound is reached if it leaves with all its energy: :math:`m |V| + \sqrt{2 m (I + m V^2/2)}`.
-    For two bodies, the chain and a free target, m is the reduced mass of the first fragments, V
-    their relative velocity and I the sum of their internal energies.
+    The impulse :math:`m |V| + \sqrt{2 m (I + m V^2/2)}` is reached if all energy of the fragment
+    becomes translation. For a chain and a free target, m is the reduced mass of the two first
+    fragments, V their relative velocity and I the sum of their internal energies.
     """
     masses = [float(pieces.weights[0]) for pieces in bodies]
     mass = masses[0] if len(masses) == 1 else 1.0 / sum(1.0 / each for each in masses)
@@ -124,17 +128,18 @@ def approach(*bodies: Fragments) -> float:
 
 def evaporation(pieces: Fragments, bond: Potential) -> float:
     r"""
-    Return the largest impulse at the wall on a part that a fragment ejects.
+    Return the largest impulse that a wall can give a part that a fragment ejects.
 
-    A part :math:`m'` of the mass m moves at :math:`w` relative to the rest, with the energy
-    :math:`\tfrac12 \mu w^2`, :math:`\mu = m'(m - m')/m`. It hits the wall at :math:`w (m - m')/m -
-    V`, or hits fragments before it, which pass the momentum on. The energy left after breaking,
-    :math:`I - E`, is shared freely among n particles; one motion gets more than :math:`(I - E)(1 -
-    q^{1/(n-2)})` with the probability q. Return 0 if no part can come back.
+    A part with the mass :math:`m'`, of the fragment's mass m, moves at :math:`w` relative to the
+    rest. The energy of this motion is :math:`\tfrac12 \mu w^2` with :math:`\mu = m'(m - m')/m`. The
+    part hits the wall at the speed :math:`w (m - m')/m - V`, or it hits fragments in between, which
+    pass the momentum on. After a bond breaks, the energy :math:`I - E` is left and is shared freely
+    among n particles. The energy of one motion exceeds :math:`(I - E)(1 - q^{1/(n-2)})` with the
+    probability q. Return 0 if no part can come back.
     """
     breaking = breaking_energy(bond)
     paid = breaking if math.isfinite(breaking) else 0.0
-    # The other fragments matter only if they may disturb the first one.
+    # The other fragments matter only if they may disturb the first fragment.
     count = 1 if pieces.return_risk <= RISK_ALLOWED else len(pieces.sizes)
     largest = 0.0
     begin = 0
@@ -157,9 +162,9 @@ def argue_end(
     bond: Potential,
 ) -> str | None:
     """
-    Return ``proved`` or ``argued`` for the end of one state alone, or None if a contact may come.
+    Return ``proved`` or ``argued`` for an end judged from one state, None if a contact may come.
 
-    The state is described as in :class:`fragments.Body`.
+    The first displacement, the strains and the velocities are defined in :class:`fragments.Body`.
     """
     if float(np.sum(velocities)) <= 0.0:
         return None

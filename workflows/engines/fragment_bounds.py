@@ -1,13 +1,14 @@
 r"""
 Bound the reach of the end particle of a fragment, and estimate the risk of its ejection.
 
-Inside a fragment, the end particle is displaced from its place relative to the mean by :math:`D =
-\sum_i w_i s_i`, where :math:`w_i` is the share of the mass beyond bond i; with equal masses
-:math:`w_i = i/m`. Let :math:`\kappa` be the smallest :math:`2 U/s^2` of bonds with energy I or
-less. Cauchy and Schwarz give :math:`D^2 \le 2 I \sum_i w_i^2/\kappa`. If U is convex, Jensen gives
-:math:`U(D/W) \le I w_{m-1}/W` with the largest weight, :math:`w_{m-1}`, and :math:`W = \sum_i w_i`.
-A fragment with enough energy to break a bond has another bound: beyond the displacement that costs
-0.9 of a broken bond, only the rest of the energy is left for motion.
+Bond strains :math:`s_i` displace the end particle of a fragment, relative to the mean of the
+fragment, by :math:`D = \sum_i w_i s_i`. Here :math:`w_i` is the share of the mass beyond bond i;
+for m equal masses it is :math:`w_i = i/m`. Let :math:`\kappa` be the smallest :math:`2 U/s^2` of
+all bonds whose energy is at most I. The Cauchy-Schwarz inequality gives :math:`D^2 \le 2 I \sum_i
+w_i^2/\kappa`. If U is convex, Jensen's inequality gives :math:`U(D/W) \le I w_{m-1}/W`, where
+:math:`w_{m-1}` is the largest weight and :math:`W = \sum_i w_i`. If a fragment has enough energy to
+break a bond, its displacement has no bound, but its speed has: beyond the displacement that takes
+0.9 of the breaking energy, only the rest of the energy is left for motion.
 """
 
 import math
@@ -19,23 +20,23 @@ from numpy.typing import NDArray
 
 from chaincor.lammps_inputs.bonds.potential import Potential
 
-# This fraction of the energy of a broken bond counts as spent once an end particle is far out.
+# An end particle that is far out has spent this fraction of the energy that breaks a bond.
 PAID = 0.9
-# Estimates of risk assume this number of vibrations for each particle.
+# Estimates of risk assume that each particle vibrates this number of times.
 VIBRATIONS = 100.0
-# An escape that the energy allows has at least this risk.
+# The risk is at least this large if the energy suffices for an escape.
 _LEAST_RISK = 1e-300
 # Bounds are computed and cached for a geometric sequence of energies with this ratio.
 ENERGY_LADDER = math.log(1.03)
 
 
 def breaking_energy(bond: Potential) -> float:
-    """Return the energy that breaks a bond, by dissociation or over its barrier; inf if none."""
+    """Return the energy that breaks a bond, by dissociation or over a barrier; inf if none does."""
     return min(bond.dissociation, bond.barrier)
 
 
 class Lever(NamedTuple):
-    """Effect of the bonds of a fragment on the distance of an end particle from the mean."""
+    """Weights w_i with which the bond strains of a fragment displace an end particle."""
 
     particles: int  #: Number of particles of the fragment.
     #: Sum of the weights w_i.
@@ -57,7 +58,7 @@ class Lever(NamedTuple):
 
     @property
     def rest(self) -> float:
-        """Mass of all but the end particle."""
+        """Mass of the fragment without its end particle."""
         return self.whole - self.mass
 
 
@@ -71,8 +72,8 @@ def reach(bond: Potential, energy: float, lever: Lever) -> float:
     """
     Return the largest distance of an end particle from its place relative to the mean.
 
-    `energy` is the largest energy of all bonds together. The distance is inf if this energy
-    suffices to break a bond.
+    `energy` bounds the total energy of the bonds. The distance is inf if this energy suffices to
+    break a bond.
     """
     if lever.particles == 1 or energy <= 0.0:
         return 0.0
@@ -90,7 +91,7 @@ def reach(bond: Potential, energy: float, lever: Lever) -> float:
 
 
 def _on_ladder(bond: Potential, energy: float) -> float:
-    """Return the next energy of the sequence, or `energy` if the next one would break the bond."""
+    """Return the next higher energy of the sequence, or `energy` if it would break the bond."""
     rung = math.ceil(math.log(energy / bond.stiffness) / ENERGY_LADDER)
     higher = bond.stiffness * math.exp(rung * ENERGY_LADDER)
     return higher if higher < breaking_energy(bond) else energy
@@ -98,7 +99,7 @@ def _on_ladder(bond: Potential, energy: float) -> float:
 
 @lru_cache(maxsize=8192)
 def _extent(bond: Potential, energy: float) -> tuple[float, float]:
-    """Return the longest strain of bonds with at most an energy, and their least 2 U/s^2."""
+    """Return the largest strain and the least 2 U/s^2 of bonds with at most this energy."""
     lowest, longest = bond.strain_range(energy)
     strains = np.linspace(lowest, longest, 66)
     strains = strains[strains != 0.0]
@@ -111,19 +112,20 @@ def escape_risk(
     bond: Potential, energy: float, lever: Lever, speed: float, patience: float
 ) -> float:
     r"""
-    Return the estimated probability that a fragment ejects its end particle with a speed.
+    Return the estimated probability that a fragment ejects its end particle at a speed u.
 
     An ejection needs the energy :math:`E^* = U(\infty) + \frac12 u^2 \frac{m_1 M}{M - m_1}` with
     the masses :math:`m_1` of the particle and M of the fragment. With less energy, an ejection is
-    impossible. With more, it is judged like unimolecular decay. The energy I is shared freely by m
-    - 1 vibrations, and one of them has E* or more with the probability :math:`(1 - E^*/I)^{m-2}`,
-    at each vibration. A fragment that decays at all does so with this energy in :math:`((I -
-    E^*)/(I - U(\infty)))^{m-2}` of the cases, and cools. Over a barrier, beyond which a bond gains
-    energy without bound, :math:`E^*` is the barrier alone, whatever the speed. If nothing binds the
-    particles, no energy needs to gather, because they pass their velocities on.
+    impossible. With more energy, the estimate is that of unimolecular decay. The m - 1 vibrations
+    share the energy I freely; during each period, one vibration has the energy :math:`E^*` or more
+    with the probability :math:`(1 - E^*/I)^{m-2}`. A fragment that decays ejects its particle with
+    this energy in :math:`((I - E^*)/(I - U(\infty)))^{m-2}` of the cases, and cools. If a bond has
+    a barrier, beyond which it releases energy without bound, :math:`E^*` is the height of the
+    barrier at any speed. If no bond binds the particles, no energy needs to gather, because the
+    particles pass their velocities on.
 
-    `energy` is the internal energy and `speed` is relative to the mean of the fragment. The result
-    is 1 for a speed of zero or less. `patience` is the number of vibrations.
+    `energy` is the internal energy I. `speed` is u, relative to the mean velocity of the fragment;
+    the result is 1 if u is zero or less. `patience` is the number of vibrations.
     """
     if lever.particles == 1:
         return 0.0

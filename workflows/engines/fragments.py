@@ -1,17 +1,17 @@
 r"""
 Divide a broken chain into fragments, and prove that they stay apart.
 
-A stretched bond only pulls its ends towards each other. A fragment in front of a stretched bond is
-therefore pulled away from the wall, never towards it, and the effect of the rest of the chain on it
-is bounded while this bond stays stretched. Cuts are stretched bonds beyond their inflection, where
-the pull falls with the length. If the gap at a cut never gets shorter than :math:`g + w t`, the
-pull across it gives each side at most the momentum
+A stretched bond only pulls its ends towards each other. A stretched bond therefore pulls the
+fragment in front of it away from the wall. While this bond stays stretched, the effect of the rest
+of the chain on the fragment is bounded. The chain is cut at bonds that are stretched beyond their
+inflection; there the pull decreases with the length. If the gap at a cut never gets shorter than
+:math:`g + w t`, the pull across it gives each side at most the momentum
 
 .. math:: J \le \int_0^\infty U'(g + w t)\,dt = \frac{U(\infty) - U(g)}{w}
 
-No particle moves faster in the frame of its fragment than :math:`\sqrt{2 I/m}`, where I is the
-internal energy and m the mass of the particle, so :math:`\sqrt{2 I}` grows by :math:`J/\sqrt m` at
-most. If the gaps with these changes still grow as assumed, they do so for ever, which is a proof.
+In the frame of its fragment, no particle of mass m moves faster than :math:`\sqrt{2 I/m}`, where I
+is the internal energy. Therefore :math:`\sqrt{2 I}` grows by at most :math:`J/\sqrt m`. If the gaps
+grow as assumed even with these changes, they grow for ever, and the fragments provably stay apart.
 """
 
 import math
@@ -34,12 +34,12 @@ from chaincor.workflows.engines.fragment_bounds import (
     reach,
 )
 
-# After all pulls, this fraction of the present speed of separation must remain.
+# All pulls together must leave this fraction of the present speed of separation.
 _LEFT = 0.5
-# The bound on the pull is larger by this factor, because the pull itself makes the gaps smaller.
+# The bound on the pull includes this factor, because the pull itself makes the gaps smaller.
 _RESERVE = 1.5
-# Energies are increased by this factor, because the Verlet steps of look-ahead runs conserve
-# energies only to some parts in 1e3.
+# Energies are multiplied by this factor, because the Verlet steps of look-ahead runs conserve
+# energies only to a few parts in 1e3.
 _ENERGY_RESERVE = 1.01
 
 
@@ -52,14 +52,15 @@ class Fragments:
     masses: Array  #: Masses of all particles; of shape (n,).
     weights: Array  #: Masses of the fragments; of shape (pieces,).
     speeds: Array  #: Centre-of-mass velocities, positive away from the wall; of shape (pieces,).
-    #: Internal energies, including all that pulls across the cuts can ever add; of shape (pieces,).
+    #: Internal energies, including all energy that pulls across the cuts can ever add; of shape
+    #: (pieces,).
     energies: Array
     displacements: Array  #: Mean of x_i - (i - 1); of shape (pieces,).
     levers: list[tuple[Lever, Lever]]  #: Levers of both ends of each fragment.
-    #: Whether it is proved that the fragments at a cut stay apart; of shape (pieces - 1,).
+    #: Whether the fragments on both sides of a cut provably stay apart; of shape (pieces - 1,).
     apart: NDArray[np.bool_] = field(default_factory=lambda: np.empty(0, bool))
-    #: Probability that the other fragments disturb the first one so that it reaches the wall again;
-    #: 0 if this is excluded.
+    #: Probability that the other fragments send the first fragment back to the wall; 0 if a return
+    #: is excluded.
     return_risk: float = 0.0
 
     @property
@@ -69,27 +70,28 @@ class Fragments:
 
 
 class Body(NamedTuple):
-    """Body that leaves another: the chain, or a free target."""
+    """Body that moves away from another body: the chain, or a free target."""
 
-    #: Distance of its particle at the contact from a plane between both bodies, or from the wall.
+    #: Distance from the wall, or from a plane between both bodies, to the particle at the contact.
     first_displacement: float
     strains: Array  #: Bond lengths less one, from the contact outward; of shape (n - 1,).
-    velocities: Array  #: Velocities relative to that plane, positive away from it; of shape (n,).
+    velocities: Array  #: Velocities relative to this plane, positive away from it; of shape (n,).
     masses: Array | None = None  #: Masses; None if all are 1; of shape (n,).
 
     def pieces(self, bond: Potential) -> Fragments:
         """
-        Return the fragments of the body that move apart; at least one.
+        Return the fragments of the body that move apart; an unbroken body is one fragment.
 
-        Fragments that approach each other, or whose motion does not break the bond between them,
-        count as one.
+        Two neighbouring fragments count as one fragment if they approach each other, or if their
+        motion does not break the bond between them.
         """
         chain = _Chain(self, bond)
         cuts = np.empty(0, dtype=np.int64)
         if math.isfinite(bond.dissociation):
             cuts = np.flatnonzero(self.strains > bond.convex_strain)
         while len(bound := chain.bound_cuts(cuts)):
-            # Join the most firmly bound fragments first: the others may then move apart.
+            # Join the most firmly bound fragments first; the remaining fragments may then move
+            # apart.
             apart = np.ones(len(cuts), bool)
             apart[bound[: max(1, len(bound) // 3)]] = False
             cuts = cuts[apart]
@@ -99,7 +101,7 @@ class Body(NamedTuple):
 
 
 class _Chain:
-    """State of a body, with the quantities that all its partitions need."""
+    """State of a body, with the quantities needed for every way to cut it."""
 
     def __init__(self, body: Body, bond: Potential) -> None:
         first, strains, velocities, masses = body
@@ -109,15 +111,16 @@ class _Chain:
         self.strains, self.velocities, self.bond = strains, velocities, bond
         self.momenta = self.masses * velocities
         self.patience = VIBRATIONS * len(velocities)
-        with np.errstate(over="ignore"):  # the motion exploded, as its energy shows
+        with np.errstate(over="ignore"):  # an exploded motion is detected by its energy
             self.bond_energies = np.append(bond.energy(strains), 0.0)
 
     def bound_cuts(self, cuts: NDArray[np.int64]) -> NDArray[np.int64]:
         """
-        Return the places in `cuts` whose fragments are bound, the most firmly bound first.
+        Return the indices of `cuts` between bound fragments, the most firmly bound first.
 
-        Fragments are bound if they approach, or if their relative motion has too little energy to
-        break the bond. The proof that fragments stay apart needs three times that energy.
+        Two fragments are bound if they approach, or if their relative motion has too little energy
+        to break the bond. The proof that fragments stay apart needs three times the breaking
+        energy.
         """
         if len(cuts) == 0:
             return cuts
@@ -164,7 +167,7 @@ class _Chain:
         )
         apart &= (later >= bond.convex_strain) & (slower >= kept)
         apart &= self._pull(later, kept, apart) <= pulls
-        # At cuts without a proof, take the pull of the present motion.
+        # At cuts without a proof, use the pull of the present motion.
         present = self._pull(self.strains[cuts], _LEFT * opening, opening > 0.0)
         worse = self._worsened(energies, np.where(apart, pulls, present), levers)
         return replace(pieces, energies=worse, apart=apart)
@@ -175,7 +178,7 @@ class _Chain:
         return weights, np.add.reduceat(self.momenta, starts) / weights
 
     def return_risk(self, pieces: Fragments) -> float:
-        """Return the probability that an event at any cut has an effect at the wall."""
+        """Return the probability that ejections at the cuts send the first fragment to the wall."""
         speeds, energies, levers = pieces.speeds, pieces.energies, pieces.levers
         disturbed = 0.0
         for k in range(len(pieces.cuts) - 1, -1, -1):
@@ -198,7 +201,7 @@ class _Chain:
         return escape_risk(self.bond, energy, lever, speed, self.patience)
 
     def _group_escape(self, start: int, speed: float) -> float:
-        """Return the risk that all particles from `start` on together eject one at a speed."""
+        """Return the risk that the part that begins at `start` ejects a particle at a speed."""
         velocities, masses = self.velocities[start:], self.masses[start:]
         mean = float(np.sum(self.momenta[start:])) / float(np.sum(masses))
         energy = 0.5 * float(np.sum(masses * (velocities - mean) ** 2))
@@ -220,14 +223,14 @@ class _Chain:
         near = zip(energies[1:], levers[1:], strict=True)
         last = np.array([self._end(float(energy), lever[1]) for energy, lever in far])
         first = np.array([self._end(float(energy), lever[0]) for energy, lever in near])
-        # Use the present displacements if they exceed these bounds.
+        # Use the present displacements if they exceed the computed ones.
         back = np.maximum(last[:, 0], self.displacements[cuts] - means[:-1])
         front = np.maximum(first[:, 0], means[1:] - self.displacements[cuts + 1])
         gaps = (means[1:] - front) - (means[:-1] + back)
         return gaps, ahead - behind - first[:, 1] - last[:, 1]
 
     def _end(self, energy: float, lever: Lever) -> tuple[float, float]:
-        """Return bounds on the displacement of an end particle and on its speed beyond it."""
+        """Return a displacement of an end particle, and a bound on its speed beyond it."""
         bond = self.bond
         if energy < PAID * bond.dissociation or lever.particles == 1:
             return reach(bond, energy, lever), 0.0
@@ -236,14 +239,14 @@ class _Chain:
         return reach(bond, paid, lever), math.sqrt(rest)
 
     def _pull(self, gaps: Array, growths: Array, where: NDArray[np.bool_]) -> Array:
-        """Return the largest momentum that the pull across each gap can give in all future."""
+        """Return the largest momentum that the pull across each gap can ever give."""
         bond = self.bond
         gaps, growths = np.where(where, gaps, 1.0), np.where(where, growths, 1.0)
         return np.where(where, (bond.dissociation - bond.energy(gaps)) / growths, 0.0)
 
     @staticmethod
     def _worsened(energies: Array, pulls: Array, levers: list[tuple[Lever, Lever]]) -> Array:
-        """Return the internal energies, increased by the effect of pulls from both sides."""
+        """Return bounds on the internal energies after the pulls at both ends."""
         first, last = (np.array([lever[end].mass for lever in levers]) ** -0.5 for end in (0, 1))
         sides = np.append(0.0, pulls) * first + np.append(pulls, 0.0) * last
         return 0.5 * (np.sqrt(2.0 * energies) + sides) ** 2
@@ -283,9 +286,10 @@ def count_fragments(
     """
     Return the number of connected fragments of a chain at one time, at least one.
 
-    A bond counts as broken if it stretches and the energy of the relative motion of its ends (for
-    equal masses 1: reduced mass 1/2) plus U exceeds dissociation. `strains` has n - 1 values,
-    `velocities` and `masses` (1 by default) have n. Beads that only push count as one fragment.
+    A bond counts as broken if it is stretched, its length grows, and the energy U plus the kinetic
+    energy of the relative motion exceeds the dissociation energy. The kinetic energy is computed
+    with the reduced mass of both particles. `strains` is of shape (n - 1,); `velocities` and
+    `masses` (1 by default) are of shape (n,). Beads, which only push, count as one fragment.
     """
     if math.isinf(bond.dissociation) or bond.only_pushes:
         return 1

@@ -14,7 +14,7 @@ from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.problem import Problem
 from chaincor.workflows.engines.ending import Ending
 
-# A stable integration does not double the energy; steps that resolve the bonds have far smaller
+# A stable integration does not double the energy. Steps that resolve the bonds cause far smaller
 # errors.
 MOST_ENERGY_GROWTH = 2.0
 
@@ -27,8 +27,8 @@ class Frames:
     displacements: NDArray[np.float64]  #: u_i = x_i - (i - 1); of shape (frames, n).
     #: Velocities, positive away from the wall; of shape (frames, n).
     velocities: NDArray[np.float64]
-    #: Displacements of a free target, from the contact outward, along x like the chain's; of shape
-    #: (frames, M).
+    #: Displacements of a free target from the contact outward, positive along x; of shape (frames,
+    #: M).
     target_displacements: NDArray[np.float64] | None = None
     #: Velocities of a free target; of shape (frames, M).
     target_velocities: NDArray[np.float64] | None = None
@@ -38,9 +38,9 @@ class Frames:
         cls, line: Line, times: ArrayLike, displacements: ArrayLike, velocities: ArrayLike
     ) -> "Frames":
         """
-        Return the frames of both bodies from arrays over all particles along x.
+        Return the frames of both bodies from arrays that list all particles along x.
 
-        A hard wall may be left out of the arrays.
+        The arrays may omit a hard wall.
         """
         chain, targets = len(line.chain_masses), line.targets
         moved, moving = np.array(displacements), np.array(velocities)
@@ -61,7 +61,7 @@ class Frames:
         return 0 if self.target_displacements is None else self.target_displacements.shape[1]
 
     def along_x(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return displacements and velocities along x, beginning at the far end of a target."""
+        """Return displacements and velocities along x, from the far end of a target on."""
         if self.target_displacements is None or self.target_velocities is None:
             return self.displacements, self.velocities
         return (
@@ -82,15 +82,15 @@ class Outcome:
     Raw outcome of one collision.
 
     Time is counted from the first contact; lengths are in natural bond lengths; velocities are
-    positive away from the wall. The final state is the state right after the last contact, so it
-    does not depend on the time at which an engine stops.
+    positive away from the wall. The final state is the state right after the last contact; it does
+    not depend on the time at which an engine stops.
     """
 
     problem: Problem = field(repr=False)  #: Bodies of the run.
     #: Engine of the run.
     engine: str
     wall: str  #: Wall model of the run.
-    scheme: str  #: Scheme of the run; exact propagators have ``modal`` or ``hard-sphere``.
+    scheme: str  #: Scheme of the run; ``modal`` or ``hard-sphere`` for the two exact propagators.
     timestep: float | None  #: The composed step H; None for exact propagators.
     #: Displacements right after the last contact; of shape (n,).
     displacements: NDArray[np.float64]
@@ -99,24 +99,24 @@ class Outcome:
     contact_times: NDArray[np.float64]
     #: Incoming speeds (> 0) of particle 1; of shape (contacts,).
     contact_speeds: NDArray[np.float64]
-    #: Impulse of the wall at each contact, computed from the incoming state alone; the sum of the
-    #: impulses checks the change of momentum; of shape (contacts,).
+    #: Impulse of the wall at each contact, computed from the incoming state alone; of shape
+    #: (contacts,). The sum of the impulses checks the change of the total momentum.
     impulses: NDArray[np.float64]
     #: Whether it is proved, argued or open that no further contact comes (see ``ending.py``).
     ending: Ending
     duration: float  #: Simulated time from the first contact to the end.
-    #: Shortest bond at the ends of steps up to the last contact.
+    #: Length of the shortest bond at the ends of steps up to the last contact.
     bond_min: float
-    bond_max: float  #: Longest bond at the ends of steps up to the last contact.
+    bond_max: float  #: Length of the longest bond at the ends of steps up to the last contact.
     #: Total energy at the first contact.
     energy_start: float
     energy_end: float  #: Total energy after the last contact.
     fragments: int  #: Number of connected fragments at the last contact.
     seconds: float  #: Wall-clock time of the integration alone.
-    force_evaluations: int  #: Evaluations of all bond forces.
-    #: Energy that damping took until the end of the last contact; None without damping.
+    force_evaluations: int  #: Number of evaluations of the forces of all bonds.
+    #: Energy lost to damping until the end of the last contact; None without damping.
     dissipated: float | None = None
-    #: Quantities of soft contacts that the loops followed, by name, see ``reference.tracked``;
+    #: Quantities that the loops track during soft contacts, by name (see ``reference.tracked``);
     #: empty for hard bodies and LAMMPS.
     tracked: dict[str, float] = field(default_factory=dict)
     #: Time from the initial state to the end of the last contact; 0 if unknown.
@@ -124,13 +124,13 @@ class Outcome:
     #: Whether particles passed through each other (harmonic chains, reference engine only).
     crossed: bool = False
     frames: Frames | None = None  #: Snapshots; None if none were requested.
-    #: Displacements of a free target, from the contact outward, along x like the chain's; empty for
-    #: the wall; of shape (M,).
+    #: Displacements of a free target from the contact outward, positive along x; of shape (M,),
+    #: empty for the wall.
     target_displacements: NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
     #: Velocities of a free target; of shape (M,).
     target_velocities: NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
     numerics: Numerics | None = None  #: All settings of a LAMMPS run.
-    #: Results of one engine alone, such as the certificate of a bond table.
+    #: Results that only one engine has, for example the certificate of a bond table.
     details: dict[str, Any] = field(default_factory=dict)
 
     @cached_property
@@ -142,7 +142,7 @@ class Outcome:
 
     @cached_property
     def mode_energies(self) -> NDArray[np.float64]:
-        """Harmonic energies of the chain's modes, of shape (n,); beads have none."""
+        """Harmonic energies of the modes of the chain, of shape (n,); beads have no such modes."""
         bond = self.problem.bond
         if bond.only_pushes:
             return np.empty(0)
@@ -151,7 +151,7 @@ class Outcome:
 
     @cached_property
     def eta(self) -> float:
-        """Restitution; for a free target, of the relative translation."""
+        """Restitution of the translational energy; with a free target, of the relative motion."""
         e = self.separation_velocity / self.problem.impact_velocity
         return e * e
 

@@ -1,4 +1,4 @@
-"""Replay of a run with its own numerics, to record its motion."""
+"""Repeat a run with its own numerics, to record its motion."""
 
 from dataclasses import dataclass
 from typing import Protocol
@@ -13,7 +13,7 @@ from chaincor.workflows.engines.outcome import Frames, Outcome
 
 
 class RunsProblems(Protocol):
-    """Solver of the registry in ``accuracy.solvers``."""
+    """Solver that is registered in ``accuracy.solvers``."""
 
     def run(
         self,
@@ -22,14 +22,15 @@ class RunsProblems(Protocol):
         accuracy: float,
         frame_interval: float | None,
     ) -> Outcome:
-        """Run a collision, with snapshots at multiples of `frame_interval` if it is given."""
+        """Run a collision, and record snapshots at multiples of `frame_interval` if it is given."""
 
 
 @dataclass(frozen=True)
 class Replay:
     """Settings needed to repeat a run."""
 
-    scene: Scene  #: Collision with its engine; the replay does not write its output files.
+    #: Collision and its engine; the replay does not write the output files of the collision.
+    scene: Scene
     solver: RunsProblems  #: Solver of the run.
     numerics: Numerics | None  #: Numerics of a run with fixed steps; None otherwise.
     accuracy: float = 0.0  #: Target accuracy of a run with adaptive steps; 0 otherwise.
@@ -44,8 +45,8 @@ class Replay:
         """
         Repeat the collision and return frames from the first contact to the end of the run.
 
-        LAMMPS takes frames at the ends of steps. Raises RunError if the run was the limit of hard
-        spheres, in which bonds have no motion, and the errors of the engine.
+        LAMMPS records frames at the ends of steps. Raises the errors of the engine, and RunError if
+        the run was the limit of hard spheres, in which bonds have no motion.
         """
         outcome = self.solver.run(self.scene.problem, self.numerics, self.accuracy, interval)
         assert outcome.frames is not None

@@ -9,30 +9,33 @@ from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
 from chaincor.workflows.measured import measured
 
-# LAMMPS holds absolute coordinates up to n, so rounding is n eps against displacements of order v0.
-# The constants are |error of eta| / (n eps/v0). The second constant applies if the drift of a stage
-# is below `SHORT_DRIFT` times n eps, because the rounding of so short a drift is not random. The
-# lower limits are choices that cover steps finer and chains slower than the sampled ones.
+# LAMMPS stores absolute coordinates up to n. Their rounding errors are about n eps, whereas
+# displacements are about v0. The constants are |error of eta| / (n eps/v0). SHORT_DRIFT_ROUNDING
+# applies if a stage moves particles by less than `SHORT_DRIFT` times n eps, because rounding errors
+# in so short a drift are not random. The lower limits are choices that cover finer steps and slower
+# chains than the sampled ones.
 COORDINATE_ROUNDING: float = measured("coordinate_rounding", 6.0)
 SHORT_DRIFT_ROUNDING: float = measured("short_drift_rounding", 15.0)
 SHORT_DRIFT = 1e3
-# The rounding of an extrapolated step is this number times the worst amplification by its
-# combination.
+# The rounding error of an extrapolated step is this factor times the worst amplification of the
+# weights c_m.
 EXTRAPOLATED_ROUNDING: float = measured("extrapolated_rounding")
-# Long chains that break amplify rounding. The reference engine, whose strains are rounded to eps,
-# measures the amplification by two nudges of the speed. Coordinates are rounded n/v0 times more
-# coarsely. The constant is the error divided by this estimate; the lower limit is a choice that
-# covers chains of 1000 particles.
+# Long chains that break amplify rounding. The reference engine, which stores strains rounded to
+# eps, measures the amplification by two nudges of the speed. Coordinates are rounded n/v0 times
+# more coarsely. The constant is the true error divided by the error that the nudges predict; the
+# lower limit is a choice that covers chains of 1000 particles.
 NUDGE_RESERVE: float = measured("nudge_reserve", 6.0)
-# Below this number times the plain rounding, a tolerance requires a check of the amplification.
-# This limit is a choice. Amplifications up to 1e7 occur. Above about 1e5, however, results at
-# different steps no longer agree, so the error of the step already shows the amplification.
+# The amplification is checked if the tolerance is below this factor times the rounding error
+# without amplification. The factor is a choice. Amplifications up to 1e7 occur. Above about 1e5,
+# however, results at different time steps no longer agree, and the estimated error of the step
+# already shows the amplification.
 _AMPLIFICATION_MATTERS = 1e5
-# The arithmetic of each particle has this rounding: the squared mean of n velocities over hundreds
-# of contacts.
+# Rounding in the arithmetic changes eta, the squared mean of n velocities after hundreds of
+# contacts, by this error per particle.
 ARITHMETIC_FLOOR: float = measured("arithmetic_floor")
-# A run has this rounding in units of eps times the root of the number of kicks. In a run of 1e8
-# Verlet steps the error is 0.7 times eps times 1e4; the constant is four times larger.
+# The rounding error of a run is at most this factor times eps times the square root of the number
+# of kicks. A measured run of 1e8 Verlet steps has a factor of 0.7; the constant is four times
+# larger.
 _ROUNDINGS = 3.0
 
 
@@ -40,12 +43,12 @@ def rounding_error(engine: str, problem: Problem, stage: float | None = None) ->
     """
     Return the error of eta due to rounding.
 
-    The error is the floor of the arithmetic, which grows with n. For the engine ``lammps``, which
-    holds absolute coordinates instead of strains, a measured constant times n eps/v0 is added.
-    `stage` is the shortest stage of a step; None if it is not known yet.
+    The error of the arithmetic grows with n. The engine ``lammps`` stores absolute coordinates
+    instead of strains; its error is larger by a measured constant times n eps/v0. `stage` is the
+    shortest Verlet step within a step; None if it is not known yet.
     """
     n = problem.all_particles
-    # A displacement is of order v0 times the time of a vibration.
+    # A displacement is about v0 times the time of a vibration.
     v0 = problem.impact_velocity / problem.slow_stiffness**0.5
     arithmetic = arithmetic_error(n, heat_of(problem))
     if engine != "lammps":
@@ -57,7 +60,7 @@ def rounding_error(engine: str, problem: Problem, stage: float | None = None) ->
 
 
 def rounding_matters(engine: str, problem: Problem, target_error: float) -> bool:
-    """Return whether rounding, if amplified by the collision, may come near a target error."""
+    """Return whether rounding errors, amplified by the collision, may reach a target error."""
     return target_error < _AMPLIFICATION_MATTERS * rounding_error(engine, problem)
 
 
@@ -68,11 +71,11 @@ def arithmetic_error(particles: int, heat: Any) -> Any:
 
 def heat_of(problem: Problem) -> float:
     """
-    Return the initial energy of two bodies over the energy of their relative translation.
+    Return the ratio of the initial energy of two bodies to their relative translational energy.
 
-    The ratio is 1 for a cold chain. In a vibrating chain, the velocities that are rounded exceed
-    the velocity of its centre of mass by the root of this ratio. Such a chain may leave faster than
-    it came.
+    The ratio is 1 for a cold chain. In a vibrating chain, the rounded velocities exceed the
+    velocity of the centre of mass by the square root of this ratio. Such a chain may leave faster
+    than it arrived.
     """
     if problem.line.cold:
         return 1.0
@@ -91,7 +94,7 @@ def rounding_of(outcome: Outcome) -> float:
 
 
 def _walk_of_rounding(outcome: Outcome) -> float:
-    """Return the sum of the rounding errors of all steps, with random signs."""
+    """Return the rounding error of a run whose steps have rounding errors of random sign."""
     assert outcome.timestep is not None
     steps = float(outcome.contact_times[-1]) / outcome.timestep
     if outcome.scheme in STEP_SCHEMES:
@@ -120,9 +123,9 @@ def amplified_rounding(engine: str, sensitivity: float, problem: Problem) -> flo
     """
     Return the error of eta due to rounding that the collision amplifies.
 
-    `sensitivity` is the change of eta in the reference engine when all roundings change. A reserve
-    is added. For ``lammps`` the result is multiplied by the ratio of the rounding of coordinates to
-    the rounding of strains.
+    `sensitivity` is the change of eta in the reference engine when all roundings change. It is
+    multiplied by a reserve. For ``lammps`` it is also multiplied by the ratio between the rounding
+    errors of coordinates and of strains.
     """
     n = problem.all_particles
     coarser = (

@@ -1,21 +1,21 @@
 r"""
 Define the steps of a chain away from the wall: split into drifts and kicks, or extrapolated.
 
-*Splitting*: drifts and kicks alternate, mostly from consecutive Verlet steps of w_k H
-(``compositions``). The map stays symmetric and symplectic. Drifts and kicks that do not form Verlet
-steps are possible as well, because forces depend on positions alone and the kinetic energy is
-quadratic. LAMMPS cannot take such steps, because its Verlet steps fix the drifts beside each kick.
+*Splitting*: drifts and kicks alternate. Mostly they form consecutive Verlet steps of w_k H
+(``compositions``). The map stays symmetric and symplectic. Other sequences of drifts and kicks are
+possible as well, because forces depend on positions alone and the kinetic energy is quadratic.
+LAMMPS cannot take such steps, because its Verlet steps fix the drifts beside each kick.
 
 *Extrapolation* (Gragg, Bulirsch and Stoer, with Störmer's rule): the step H is taken k times, with
-1, 2, ... k Verlet steps. The error of each result is a series in even powers of H/m, and the
-combination
+1, 2, ... k Verlet steps. The error of the result with m Verlet steps is a series in even powers of
+H/m. The combination
 
 .. math:: z = \sum_m c_m z_m, \qquad c_m = \prod_{l \ne m} \frac{m^2}{m^2 - l^2},
 
-is of order 2k. With 1, 2, ... k, a step needs k(k + 1)/2 force evaluations, but may be ten times
-longer than a composed step. Numbers of steps that are farther apart need more evaluations and
-amplify rounding less. Source: Hairer, Norsett and Wanner, Solving Ordinary Differential Equations
-I, II.9 and II.14.
+is of order 2k. With 1, 2, ... k Verlet steps, a step needs k(k + 1)/2 force evaluations, but may be
+ten times longer than a composed step. If the numbers m differ more, a step needs more evaluations
+and amplifies rounding errors less. Source: Hairer, Norsett and Wanner, Solving Ordinary
+Differential Equations I, II.9 and II.14.
 """
 
 import math
@@ -30,13 +30,14 @@ from chaincor.lammps_inputs.arrays import Array
 from chaincor.workflows.engines.compositions import COMPOSITIONS
 
 # Extrapolation to orders 12, 14 and 16 uses these numbers of Verlet steps. LAMMPS, with its
-# coarsely rounded coordinates, uses order 12. The sum of |c_m| amplifies rounding. For order 12 it
-# is 8, because the last numbers are 6 and 8; with 1 to 6 it would be 27. For orders 14 and 16 it is
-# 56 and 116.
+# coarsely rounded coordinates, uses order 12. Rounding errors grow by the sum of |c_m|. For order
+# 12 this sum is 8, because the last two numbers are 6 and 8; with the numbers 1 to 6 the sum would
+# be 27. For orders 14 and 16 the sums are 56 and 116.
 _COUNTS = ((1, 2, 3, 4, 6, 8), tuple(range(1, 8)), tuple(range(1, 9)))
 
 # SRKN14 of Blanes and Moan (2002), J. Comput. Appl. Math. 142, 313, table 3: fourteen stages,
-# beginning with a drift. The remainder of 1 gives the middle drift and the two kicks beside it.
+# beginning with a drift. The middle drift and the two kicks beside it follow, because all drifts,
+# and all kicks, sum to 1.
 _DRIFTS = (
     0.0378593198406116,
     0.102635633102435,
@@ -60,16 +61,18 @@ _HALF = (*_KICKS, 0.5 - sum(_KICKS))
 class StepCoefficients(NamedTuple):
     """Coefficients of a step."""
 
-    fractions: Any  #: Fractions that `take_step` of the scheme needs; Splitting or Extrapolation.
+    fractions: (
+        Any  #: Fractions for the function `take_step` of the scheme; Splitting or Extrapolation.
+    )
     parameters: Any  #: Parameters of the potential for its force kernel; NamedTuple.
 
 
 class Splitting(NamedTuple):
     """Fractions of a split step."""
 
-    #: Drifts a_k; w_1/2, (w_1 + w_2)/2, ..., w_s/2 for a composition; of shape (stages + 1,).
+    #: Drifts a_k; for a composition w_1/2, (w_1 + w_2)/2, ..., w_s/2; of shape (stages + 1,).
     drifts: Array
-    kicks: Array  #: Kicks b_k; w_k for a composition; of shape (stages,).
+    kicks: Array  #: Kicks b_k; for a composition w_k; of shape (stages,).
 
 
 class Extrapolation(NamedTuple):
@@ -81,33 +84,33 @@ class Extrapolation(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class StepScheme:
-    """Scheme that makes a step H of drifts and kicks."""
+    """Scheme that builds a step H from drifts and kicks."""
 
     name: str  #: Name of the scheme in `Numerics`.
-    order: int  #: Order of the error of a run against H.
+    order: int  #: Exponent p in the error of a run, which is proportional to H^p.
     fractions: Any  #: Fractions of the step; Splitting or Extrapolation.
-    #: ``build_step(stages)`` returns the map over one step away from the contact, made of the
-    #: `VerletKernels` of a potential (see ``reference.stages``): ``take_step(position, old, new,
-    #: trial, bonds, wanted, step, rule)``. It writes the `State` after a step from `old` to `new`
-    #: and returns the new distance of particle 1 from the wall; `trial` is scratch. The state of
-    #: the first `wanted` of the `bonds` in motion is needed after the step; each stage before the
-    #: last moves one bond more.
+    #: ``build_step(stages)`` builds the map over one step away from the contact from the
+    #: `VerletKernels` of a potential (see ``reference.stages``). It returns ``take_step(position,
+    #: old, new, trial, bonds, wanted, step, rule)``. This function takes one step from the `State`
+    #: `old`, writes the result to `new` and returns the new distance of particle 1 from the wall;
+    #: `trial` is scratch. The caller needs only the first `wanted` of the `bonds` in motion after
+    #: the step; each stage before the last stage moves one bond more.
     build_step: Callable
 
     @property
     def extrapolated(self) -> bool:
-        """Whether steps are extrapolated; otherwise they are split."""
+        """Whether the scheme extrapolates; otherwise it splits."""
         return isinstance(self.fractions, Extrapolation)
 
     @cached_property
     def evaluations(self) -> int:
-        """Force evaluations of one step: one for each stage, or the sum of m."""
+        """Force evaluations in one step: the number of stages, or the sum of all m."""
         fractions = self.fractions
         return int(np.sum(fractions.counts)) if self.extrapolated else len(fractions.kicks)
 
     @property
     def runs(self) -> int:
-        """LAMMPS runs of one step: one for each number of Verlet steps, or for each stage."""
+        """LAMMPS runs in one step: one for each m of an extrapolation, or one for each stage."""
         return len(self.fractions.counts) if self.extrapolated else self.evaluations
 
     @property
@@ -118,7 +121,7 @@ class StepScheme:
 
     @property
     def amplification(self) -> float:
-        """Factor by which a step amplifies the rounding of its parts."""
+        """Factor by which a step amplifies the rounding errors of its parts."""
         return float(np.sum(np.abs(self.fractions.weights))) if self.extrapolated else 1.0
 
     def shortest_stage(self, step: float) -> float:
@@ -191,8 +194,8 @@ def build_extrapolated_step(stages: Any) -> Callable:
                 distance += short * velocity[0]
                 further(strain, velocity, min(bonds, wanted + left), short, short, parameters)
             distance += half * velocity[0]
-            # Weights sum to 1. Combining differences keeps out the rounding of values that do not
-            # change.
+            # The weights sum to 1. The combination of differences instead of values avoids rounding
+            # errors in values that do not change.
             mix(trial, old, new, wanted, half, weight)
             moved += weight * distance
         return position + moved
@@ -210,7 +213,7 @@ def _composed(name: str) -> StepScheme:
 
 
 def _extrapolated(counts: tuple[int, ...]) -> StepScheme:
-    """Return the scheme that extrapolates from k numbers of Verlet steps to order 2k."""
+    """Return the scheme of order 2k that extrapolates from k different numbers of Verlet steps."""
     order = 2 * len(counts)
     weights = [math.prod(m * m / (m * m - k * k) for k in counts if k != m) for m in counts]
     mixture = Extrapolation(np.array(weights), np.array(counts, dtype=float))

@@ -1,4 +1,4 @@
-"""Limit the time of a collision, and the time between two returns of a compiled loop to Python."""
+"""Limit the time of a collision, and the time that a compiled loop runs before it returns."""
 
 import ctypes
 import math
@@ -13,17 +13,17 @@ from dataclasses import dataclass
 from chaincor.workflows.durations import format_duration
 from chaincor.workflows.errors import CostError
 
-# A loop does this much work at most, in bond forces, before Python runs again and can react to
-# Ctrl-C and signals. The work takes 0.02 to 0.2 s, depending on the force; collisions of short
-# chains need one call. No result depends on this number: loops continue where they stopped, to the
-# last bit.
+# A compiled loop evaluates at most this number of bond forces before it returns to Python, which
+# can then react to Ctrl-C and signals. These evaluations take 0.02 to 0.2 s, depending on the
+# force; a short chain needs one call for its collision. No result depends on this limit, because
+# loops continue exactly where they stopped.
 WORK_AT_ONCE = 20_000_000
-# Collisions may take longer than estimated by this factor, and loops have these seconds to compile.
+# Collisions may take _LONGER times the estimated time, plus _COMPILING seconds to compile loops.
 _LONGER, _COMPILING = 1.2, 5.0
 
 
 def steps_at_once(work: int) -> int:
-    """Return the number of steps, at least one, for one call; `work` is in bond forces a step."""
+    """Return the number of steps (at least one) in a call; `work` is the bond forces in a step."""
     return max(1, WORK_AT_ONCE // max(1, work))
 
 
@@ -32,8 +32,8 @@ class TimeLimit:
     """Limit on the time of a collision."""
 
     allowed: float = math.inf  #: Allowed time in seconds.
-    end: float = math.inf  #: End by the clock ``time.monotonic``.
-    was_short: bool = False  #: Whether work was left undone because of the limit.
+    end: float = math.inf  #: Time of the clock ``time.monotonic`` at which the limit ends.
+    was_short: bool = False  #: Whether the limit stopped some work.
 
     @property
     def left(self) -> float:
@@ -51,7 +51,7 @@ def time_limit() -> TimeLimit:
 
 @contextmanager
 def limited_to(seconds: float) -> Iterator[None]:
-    """Limit the work within the block to about this number of seconds."""
+    """Limit the code within the ``with`` block to about this number of seconds."""
     token = _current.set(
         TimeLimit(seconds, time.monotonic() + _LONGER * seconds + _COMPILING)
         if seconds < math.inf
@@ -76,13 +76,13 @@ def check_time() -> None:
 
 
 class _OutOfTime(BaseException):
-    """Exception that ends a collision when its time is over; no library catches it."""
+    """Exception that ends a collision at its time limit; libraries do not catch it."""
 
 
 @contextmanager
 def stopped_at_limit() -> Iterator[None]:
     """
-    Stop Python code within the block at the time limit; raises CostError.
+    Stop Python code within the ``with`` block at the time limit; raises CostError.
 
     The block is for code that cannot call :func:`check_time`, such as the compiler of loops. The
     block stops between two instructions of Python.
@@ -96,7 +96,7 @@ def stopped_at_limit() -> Iterator[None]:
     finished, lock = threading.Event(), threading.Lock()
 
     def stop() -> None:
-        # A callback of the compiler swallows the exception, so it is raised again each second.
+        # Callbacks of the compiler swallow the exception; therefore it is raised again each second.
         wait = limit.left
         while not finished.wait(min(wait, threading.TIMEOUT_MAX)):
             with lock:
@@ -116,7 +116,7 @@ def stopped_at_limit() -> Iterator[None]:
         finally:
             with lock:
                 finished.set()
-            # An exception that was already sent would be raised after the block.
+            # Withdraw an exception that was already sent; it would be raised after the block.
             ctypes.pythonapi.PyThreadState_SetAsyncExc(thread, None)
             sys.unraisablehook = hook
     except _OutOfTime:

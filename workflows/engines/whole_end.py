@@ -1,11 +1,12 @@
 r"""
 Find the time from which energy alone keeps a chain that cannot break off the wall.
 
-After the last contact, the mean velocity V and the internal energy I are constant. With the energy
-I, particle 1 can be behind the mean by at most a certain distance (``ending``). No contact comes
-once the mean displacement D exceeds this distance. This time is known beforehand, because D grows
-as V t. Coarse steps show that particle 1 stays off the wall until then (``look_ahead``). Loops over
-many chains check whether this time has come, with bounds for a sequence of energies.
+After the last contact, the mean velocity V and the internal energy I are constant. The energy I
+allows particle 1 to lie at most a certain distance behind the mean position (``ending``). No
+contact comes once the mean displacement D exceeds this distance. The time when this happens is
+known in advance, because D grows as V t. A run with coarse steps shows that particle 1 stays off
+the wall until then (``look_ahead``). Loops over many chains check whether this time has passed;
+they use bounds that are tabulated for a sequence of energies.
 """
 
 import math
@@ -20,9 +21,9 @@ from chaincor.lammps_inputs.line import Line
 from chaincor.workflows.engines.end_watch import LOOK_GROWTH, longest_collision
 from chaincor.workflows.engines.fragment_bounds import ENERGY_LADDER, Lever, breaking_energy, reach
 
-# A run has this energy error, with a large margin.
+# This bounds the relative energy error of a run, with a large margin.
 ENERGY_MARGIN = 0.01
-# Bounds are computed down to this part of the largest energy.
+# Bounds are tabulated down to this fraction of the largest energy.
 _LEAST_ENERGY = 1e-4
 
 
@@ -37,12 +38,12 @@ def certain_at(
     masses: Array | None = None,
 ) -> float:
     """
-    Return the time from which energy keeps a cold chain off the wall, if no contact comes before.
+    Return the time after which a cold chain has too little energy to reach the wall.
 
-    All energy of the chain comes from its impact velocity, and its momentum is now positive. Times
-    count from the first contact. The result is `now` if the end is certain already. It is inf if a
-    bond may break, or if the chain is so slow that the end is not certain while collisions are
-    followed.
+    The result assumes that no contact comes before this time. All energy of the chain comes from
+    its impact velocity, and its momentum is now positive. Times count from the first contact. The
+    result is `now` if the end is already certain. It is inf if a bond may break, or if the end
+    becomes certain only after the time for which collisions are followed.
     """
     particles = len(strains) + 1
     lever, shares = _equal_leverage(particles) if masses is None else _leverage(masses)
@@ -63,28 +64,29 @@ def _equal_leverage(particles: int) -> tuple[Lever, Array]:
 
 
 def _leverage(masses: Array) -> tuple[Lever, Array]:
-    """Return the lever of all bonds on particle 1, and the share of each bond."""
+    """Return the lever of particle 1 in a whole chain, and the weight of each bond."""
     beyond = np.cumsum(masses[:0:-1])[::-1]
     return Lever.of(masses), beyond / np.sum(masses)
 
 
 def next_look(now: float, last_contact: float, seen: float) -> float:
-    """Return the time of the next check, not before `seen`, when the chain was near the wall."""
+    """Return the time of the next check, not before the end `seen` of the coarse run."""
     return max(seen, last_contact + LOOK_GROWTH * (now - last_contact))
 
 
 class EndBounds(NamedTuple):
-    """Bounds that prove ends of chains within a loop."""
+    """Bounds with which a compiled loop proves that collisions are over."""
 
     masses: Array  #: Masses of the chain; empty if the loop proves no ends; of shape (n,).
-    lever: float  #: Lever :math:`m_1 M/(M - m_1)` of particle 1 and the chain.
-    #: Logarithm of the smallest energy of the ladder.
+    #: Mass :math:`m_1 M/(M - m_1)` for particle 1 of mass :math:`m_1` in a chain of mass M.
+    lever: float
+    #: Logarithm of the smallest tabulated energy.
     log_least: float
-    log_rung: float  #: Logarithm of the ratio of neighbouring energies.
+    log_rung: float  #: Logarithm of the ratio between neighbouring energies.
     #: Largest distance of particle 1 from its place relative to the mean, for each energy; of shape
     #: (rungs,).
     reaches: Array
-    interval: float  #: Time of sound over a bond.
+    interval: float  #: Time that sound takes through one bond.
 
     @classmethod
     def none(cls) -> "EndBounds":
@@ -93,12 +95,12 @@ class EndBounds(NamedTuple):
 
     @staticmethod
     def rung_above(bond: Potential, energy: float) -> int:
-        """Return the first rung of the ladder of energies above an energy."""
+        """Return the index of the first tabulated energy above an energy."""
         return math.ceil(math.log(1.1 * energy / bond.stiffness) / ENERGY_LADDER)
 
     @classmethod
     def of(cls, line: Line, bond: Potential, top: int) -> "EndBounds":
-        """Return bounds that prove ends of chains with energies up to a rung."""
+        """Return bounds for chains with energies up to the tabulated energy of index `top`."""
         masses, lever = line.chain_masses, Lever.of(line.chain_masses)
         count = math.ceil(-math.log(_LEAST_ENERGY) / ENERGY_LADDER)
         energies = bond.stiffness * np.exp(np.arange(top - count, top + 1) * ENERGY_LADDER)
@@ -118,7 +120,7 @@ def is_over(
     """
     Return whether a chain has too little energy to ever return to the wall.
 
-    `distance` is the distance of particle 1 from the wall. The function is a loop for the compiler.
+    `distance` is the distance of particle 1 from the wall. The function is compiled.
     """
     masses = bounds.masses
     whole = 0.0
@@ -135,7 +137,7 @@ def is_over(
     if not speed > 0.0:
         return False
     free = energy * (1.0 + ENERGY_MARGIN) - 0.5 * whole * speed * speed
-    # To reach the wall, particle 1 must move against the mean.
+    # To reach the wall, particle 1 must move against the mean velocity.
     free -= 0.5 * speed * speed * bounds.lever
     if free <= 0.0:
         return True
