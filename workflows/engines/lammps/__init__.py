@@ -1,1 +1,1 @@
-"""Engine that drives LAMMPS through its Python module."""
+"""Engine that controls LAMMPS through the Python module of LAMMPS."""

@@ -23,9 +23,8 @@ from chaincor.workflows.engines.outcome import Frames, Outcome
 from chaincor.workflows.engines.reference.finish import unfinished_error
 from chaincor.workflows.errors import CrossingError, LostAtomsError
 
-# The first number is the interval between checks for the end. The motion of n beads is followed for
-# n + 10 times the second number. Both are in units of the time in which two colliding beads stop
-# each other.
+# _LOOK is the interval between checks for the end. The motion of n beads is followed for n + 10
+# times _FOLLOWED. The unit of time is the time in which two colliding beads stop each other.
 _LOOK, _FOLLOWED = 0.3, 1000.0
 
 
@@ -36,10 +35,11 @@ def run_beads(
     frame_interval: float | None = None,
 ) -> tuple[Outcome, ...]:
     """
-    Run one column at several steps in one LAMMPS instance; only the first run has frames.
+    Run one column of beads at several time steps in one LAMMPS instance.
 
     LAMMPS takes Verlet steps. A step that would end behind a hard wall is shortened to end at the
-    wall. Soft bodies overlap by LAMMPS's own force. Raises a RunError that names the failure.
+    wall. For soft bodies, LAMMPS computes the force between the overlapping bodies. Only the first
+    run has frames. Raises a RunError that names the failure.
     """
     outcomes = []
     with (
@@ -59,15 +59,15 @@ def run_beads(
 
 
 class _Column:
-    """Moving column, with its contacts, the range of its bonds, its frames and its end."""
+    """Column in motion, with a record of its contacts, bond lengths, frames and end."""
 
     def __init__(self, problem: Problem, chain: LammpsChain, frame_interval: float | None) -> None:
         self._problem, self._chain, self._line = problem, chain, problem.line
         n, targets = problem.particles, problem.line.targets
         self._rest = bead_rests(problem.line)
         beads = problem.line.diameters
-        # If two neighbouring gaps add up to this value, a bead overlaps the next bead but one, or
-        # the wall.
+        # If the sum of two neighbouring gaps is below this value, a bead overlaps with its second
+        # neighbour or with the wall.
         self._reach = -(np.ones(n + targets) if beads is None else beads)[
             : n + targets - 1 - bool(targets)
         ]
@@ -86,12 +86,12 @@ class _Column:
         self._longest = _FOLLOWED * (problem.all_particles + 10) * (unit + closing)
 
     def _state(self) -> tuple[Array, Array]:
-        """Return displacements and velocities along x, with a rigid wall as a particle."""
+        """Return displacements and velocities along x; a rigid wall counts as a particle."""
         u, v = (self._chain.x - self._rest)[self._order], self._chain.v[self._order].copy()
         return (np.append(0.0, u), np.append(0.0, v)) if self._line.rigid else (u, v)
 
     def follow(self) -> None:
-        """Run until it is proved that the bodies do not touch again."""
+        """Run until the bodies provably do not touch again."""
         flight, ended, next_frame = self._flight, False, 0.0
         while not ended:
             if self._interval is not None and flight.time >= next_frame:
@@ -109,7 +109,7 @@ class _Column:
             self._frames.append((flight.time, *self._state()))
 
     def _watch(self) -> bool:
-        """Update the range of bonds; return whether the bodies have parted."""
+        """Update the range of bond lengths; return whether the bodies have parted for good."""
         line = self._line
         u, v = self._state()
         gaps = np.diff(u)
@@ -134,7 +134,7 @@ class _Column:
         return bool(self._contacts) and bodies_part(line, potential, float(gaps[line.gap]), v)
 
     def _gap(self) -> tuple[float, float]:
-        """Return the gap between the bodies and the rate at which it opens."""
+        """Return the gap between the bodies and its rate of change."""
         x, v, n = self._chain.x, self._chain.v, self._problem.particles
         if self._line.rigid:
             return float(x[0]), float(v[0])
@@ -144,7 +144,7 @@ class _Column:
         return float(self._line.chain_masses @ self._chain.v[: self._problem.particles])
 
     def _overlap(self, until: float) -> ContactRecord | None:
-        """Take steps of soft bodies; return the contact if one ends before a time."""
+        """Move soft bodies until a time; return the contact if one ends before."""
         flight, chain = self._flight, self._chain
         gap, gap_velocity = self._gap()
         if self._touched is None and gap <= 0.0 > gap_velocity:
@@ -174,7 +174,7 @@ class _Column:
         u, v = self._last
         began = contacts[0].time
         energy_start, energy_end = self._problem.start_energy, line.energy(bond, np.diff(u), v)
-        # LAMMPS does not sum the energy that damping takes.
+        # LAMMPS does not record the energy lost to damping.
         missing = energy_start - energy_end if bond.damping > 0.0 else None
         displacements, velocities = u[first:].copy(), v[first:].copy()
         frames = [(moment - began, x, w) for moment, x, w in self._frames]

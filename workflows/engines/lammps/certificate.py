@@ -1,4 +1,4 @@
-"""Measure the errors of a bond table, as LAMMPS interpolates it, against the potential."""
+"""Measure the errors of a bond table that LAMMPS interpolates."""
 
 from dataclasses import dataclass
 
@@ -16,26 +16,27 @@ _ROWS_AT_KINK, _LENGTHS_AT_KINK = 4, 66
 
 @dataclass(frozen=True)
 class TableCertificate:
-    """Largest errors of a bond table as LAMMPS interpolates it."""
+    """Largest differences between a bond table, interpolated by LAMMPS, and the potential."""
 
     style: str  #: ``linear`` or ``spline``.
-    rows: int  #: Number of rows of the table, and of the far table if there is one.
+    rows: int  #: Number of rows in the table, plus those in the table for long bonds, if any.
     #: First bond length of the table.
     shortest: float
     longest: float  #: Last bond length of the table.
-    #: Largest ``|LAMMPS - analytic|`` of the force, away from the ends.
+    #: Largest ``|LAMMPS - analytic|`` of the force, away from the ends of the table.
     force_error: float
-    energy_error: float  #: Largest ``|LAMMPS - analytic|`` of the energy, away from the ends.
-    #: Largest error of the force within the margin at both ends, which no bond of an accepted run
-    #: enters.
+    #: Largest ``|LAMMPS - analytic|`` of the energy, away from the ends of the table.
+    energy_error: float
+    #: Largest error of the force within a margin at either end of the table. In an accepted run, no
+    #: bond length lies within these margins.
     edge_force_error: float
-    edge_energy_error: float  #: Largest error of the energy within this margin.
-    lengths_asked: int  #: Number of compared lengths.
+    edge_energy_error: float  #: Largest error of the energy within these margins.
+    lengths_asked: int  #: Number of bond lengths at which LAMMPS and the potential are compared.
 
 
 def certify_table(chain: LammpsChain, table: BondTable, bond: Potential) -> TableCertificate:
     """
-    Return the largest differences between LAMMPS and the potential, between the rows of a table.
+    Return the largest errors of LAMMPS's interpolation between the rows of a table.
 
     A constant difference of the energies is not an error.
     """
@@ -57,20 +58,20 @@ def certify_table(chain: LammpsChain, table: BondTable, bond: Potential) -> Tabl
 
 
 def _lengths_asked(table: BondTable) -> int:
-    # An even number of intervals without a common factor with the rows puts the lengths between
-    # rows.
+    # An even number of intervals that has no common factor with the number of rows places the
+    # lengths between the rows.
     return min(2 * table.rows, _MOST_LENGTHS)
 
 
 def _largest_errors(
     chain: LammpsChain, bond_type: int, table: BondTable, bond: Potential
 ) -> list[float]:
-    """Return the errors of force and energy inside, then the errors at the edges."""
+    """Return the largest errors of force and energy inside the margins, then those within them."""
     first, last = float(table.lengths[0]), float(table.lengths[-1])
     inset, margin = 0.25 * table.spacing, MARGIN_BINS * table.spacing
     everywhere = (first + inset, last - inset, last - first - 2 * inset)
     parts = [_errors(chain, bond_type, bond, everywhere, _lengths_asked(table))]
-    # A kink affects a few rows of a table, which may lie between those lengths.
+    # A kink affects only a few rows of the table, and the lengths above may miss these rows.
     near = _ROWS_AT_KINK * table.spacing
     for kink in bond.kinks:
         low, high = max(1.0 + kink - near, first + inset), min(1.0 + kink + near, last - inset)
@@ -88,7 +89,7 @@ def _errors(
     span: tuple[float, float, float],
     asked: int,
 ) -> NDArray[np.float64]:
-    """Return `asked` lengths in an interval, and the errors of force and energy there."""
+    """Return equally spaced lengths in an interval, and the errors of force and energy there."""
     first, last, width = span
     file = chain.folder / _FILE
     chain.commands(
@@ -98,7 +99,7 @@ def _errors(
     file.unlink()
     data = np.array([row for row in rows if len(row) == 4 and row[0].isdigit()], dtype=float)
     _, _, energies, forces = data.T
-    # The file rounds lengths to 15 digits, but LAMMPS uses unrounded lengths.
+    # LAMMPS rounds lengths to 15 digits in its file, but evaluates the table at unrounded lengths.
     lengths = first + width / (asked - 1) * np.arange(asked)
     strains = lengths - 1.0
     return np.array(

@@ -12,9 +12,9 @@ from chaincor.lammps_inputs.problem import Problem
 from chaincor.workflows.engines.contact_search import PathPoint
 from chaincor.workflows.engines.lammps.instance import LammpsChain
 
-# The time that bodies need to reach each other is increased by this factor.
+# The longest time of approach includes this factor as a reserve.
 _LATEST = 1.1
-# Steps are graded over this time, in units of 1/frequency of the fastest bond.
+# Steps are graded for this time beside an event, in units of 1/frequency of the fastest bond.
 _ZONE = 1.0
 
 
@@ -22,17 +22,17 @@ _ZONE = 1.0
 class ContactRecord:
     """Contact of particle 1 with the target."""
 
-    time: float  #: Time since the first contact; for soft bodies, when they touched.
-    speed: float  #: Closing speed at this time, positive.
+    time: float  #: Time since the first contact, at which the bodies touched.
+    speed: float  #: Closing speed at `time`, positive.
     impulse: float  #: Momentum given to the chain.
     end: float  #: Time at which the bodies parted; equal to `time` for hard bodies.
 
 
 class HardContactEvents:
     """
-    Contact of two hard bodies; the event is the fall of their gap through zero.
+    Contact of two hard bodies; the event is the time at which their gap falls to zero.
 
-    The bodies exchange the momentum 2 mu w, where mu is the reduced mass of the two particles in
+    The bodies exchange the momentum 2 mu w. Here mu is the reduced mass of the two particles in
     contact and w the closing speed.
     """
 
@@ -42,7 +42,7 @@ class HardContactEvents:
         self.chain, self.line = chain, line
         self.reduced_mass = line.contact_mass
         self._mass = float(line.chain_masses[0])
-        # The chain hits the particle of a free target with this index.
+        # This is the index of the target's particle at the contact; None for a rigid wall.
         self._place = None if line.rigid else len(line.chain_masses)
         self._target_mass = float(line.masses[line.gap])
 
@@ -58,9 +58,9 @@ class HardContactEvents:
 
     def arrive(self, time: float) -> ContactRecord | None:
         """
-        Apply the event, at which the bodies have arrived up to rounding.
+        Apply the event; the state has reached it up to rounding.
 
-        Return the contact that ends with the event, or None.
+        Return the contact that ends with the event, or None if no contact ends.
         """
         speed = self._close()
         if speed <= 0.0:
@@ -75,11 +75,11 @@ class HardContactEvents:
         return ContactRecord(time, speed, impulse, time)
 
     def step(self, time: float, state: PathPoint) -> float:
-        """Return the length of the next composed step from a state at a time."""
+        """Return the length of the next composed step, which begins at `time` in `state`."""
         return self.chain.timestep
 
     def reset(self) -> None:
-        """Undo an event, for a start from a state before it."""
+        """Undo an event, so that the motion can start from an earlier state."""
 
     def _close(self) -> float:
         """Set the gap, which is within rounding of zero, to zero; return the closing speed."""
@@ -92,14 +92,14 @@ class SoftContactEvents(HardContactEvents):
     r"""
     Contact of bodies that repel with :math:`K d^q` while they overlap by d.
 
-    There are two events: the bodies touch, and they part. LAMMPS has the force only between these
-    events, by ``fix addforce``. No step crosses the kink of the force at either event, which would
-    reduce its order.
+    There are two events: the bodies touch, and they part. LAMMPS applies the force only between
+    these events, with ``fix addforce``. No step crosses an event, because the kink of the force at
+    the event would reduce the order of the step.
 
-    If the force sets in as a power q that is not an integer, no polynomial fits it. Composed steps
-    are graded there: the time t from or to an event is divided at :math:`\tau (k/m)^g`. The errors
-    of steps of order p, :math:`h^p t^{q+1-p}` each, then sum up to an error of order p in 1/m.
-    Without grading the order would be q + 1 for any scheme.
+    If the exponent q is not an integer, no polynomial fits the force near an event. Composed steps
+    are graded there: they end at the times :math:`t_k = \tau (k/m)^g` from the event. A step h of
+    order p at the time t from the event has the error :math:`h^p t^{q+1-p}`; with grading, the sum
+    of these errors is of order p in 1/m. Without grading the order would be q + 1 for any scheme.
     """
 
     def __init__(self, chain: LammpsChain, problem: Problem, order: int) -> None:
@@ -109,13 +109,13 @@ class SoftContactEvents(HardContactEvents):
         chain.commands("\n".join(contact_force(problem.line)))
 
     def state(self) -> PathPoint:
-        """Return the gap and its derivatives, or the overlap and its derivatives during contact."""
+        """Return the gap, or the overlap during contact, with its first two derivatives in time."""
         gap, gap_velocity, acceleration = super().state()
         sign = -1.0 if self.touching else 1.0
         return sign * gap, sign * gap_velocity, sign * acceleration
 
     def step(self, time: float, state: PathPoint) -> float:
-        """Return the step H, or less if soft bodies have just touched or are about to part."""
+        """Return H, or a graded step if soft bodies have just touched or are about to part."""
         step = self.chain.timestep
         if not self.touching or self._graded is None:
             return step
@@ -133,14 +133,14 @@ class SoftContactEvents(HardContactEvents):
         return step
 
     def _momentum(self) -> float:
-        """Return the momentum along x of the chain, or of a free target with a minus sign."""
+        """Return the momentum of the chain, or minus the momentum of a free target, along x."""
         v, n = self.chain.v, len(self.line.chain_masses)
         if self._place is None:
             return float(self.line.chain_masses @ v)
         return -float(self.line.target_masses @ v[n:])
 
     def arrive(self, time: float) -> ContactRecord | None:
-        """Switch the force on when the bodies touch, and off when they part."""
+        """Switch the force on if the bodies now touch, and off if they now part."""
         speed = self._close()
         if speed <= 0.0:
             return None
@@ -160,15 +160,15 @@ class SoftContactEvents(HardContactEvents):
     def _switch(self, on: bool) -> None:
         self.touching = on
         commands = contact_force_on(self.line) if on else contact_force_off(self.line)
-        # A run of zero steps lets LAMMPS apply the change and computes the forces.
+        # In a run of zero steps, LAMMPS applies the change and computes the forces.
         self.chain.commands("\n".join([*commands, "run 0 post no"]))
 
 
 def grading(problem: Problem, order: int) -> tuple[float, float] | None:
     """
-    Return the time and the power g of grading of steps where bodies touch.
+    Return the time tau and the power g of graded steps, see :class:`SoftContactEvents`.
 
-    Return None if steps are not graded: for hard bodies, and if the force is a polynomial.
+    Return None if steps are not graded, because the bodies are hard or the force is a polynomial.
     """
     line = problem.line
     onset = line.contact.onset
@@ -181,7 +181,7 @@ def time_to_zero(distance: float, rate: float, acceleration: float) -> float:
     """
     Return the time at which x + v t + a t^2/2 falls to zero; inf if it does not.
 
-    The formula is the root without cancellation, also if v is positive and x falls later.
+    The formula avoids cancellation, also if v is positive and x falls only later.
     """
     square = rate * rate - 2.0 * distance * acceleration
     if square < 0.0 or (rate >= 0.0 and acceleration >= 0.0):
@@ -192,10 +192,10 @@ def time_to_zero(distance: float, rate: float, acceleration: float) -> float:
 
 def approach_time(problem: Problem) -> float:
     """
-    Return the longest time to the first contact; 0 if the bodies start with it.
+    Return an upper bound on the time to the first contact; 0 if the bodies start in contact.
 
-    The centres of mass approach each other with v0. The bodies touch before their
-    centres would meet.
+    The centres of mass approach each other with the velocity v0. The bodies touch before their
+    centres of mass would coincide.
     """
     n, masses = problem.particles, problem.line.chain_masses
     positions, velocities = initial_state(problem.line)
@@ -203,7 +203,7 @@ def approach_time(problem: Problem) -> float:
         return 0.0
     way = float(masses @ positions[:n]) / float(np.sum(masses))
     if problem.line.targets:
-        # For a single particle this distance is zero, except for rounding.
+        # For a single particle this distance is zero, apart from rounding.
         targets = problem.line.target_masses
         way += 1.0 - float(targets @ positions[n:]) / float(np.sum(targets))
     return _LATEST * way / problem.impact_velocity

@@ -36,20 +36,20 @@ from chaincor.workflows.errors import (
 from chaincor.workflows.measured import measured
 from chaincor.workflows.outputs import sign_job
 
-# These constants give the first guess of the range of bonds. Two particles that collide at 2 v0
-# compress their bond with the energy v0^2, and somewhat more if others push; bonds stretch about as
-# fast as they were compressed. The engine notices and widens too narrow a guess, so these constants
-# affect only the cost.
+# These constants give the first guess of the range of bond lengths. Two particles that collide at
+# the relative velocity 2 v0 compress their bond with the energy v0^2, or somewhat more if other
+# particles push. Bonds stretch about as fast as they were compressed. The engine detects and widens
+# a range that is too narrow; the constants therefore affect only the cost.
 _GUESS_ENERGY = 1.6
 _GUESS_STRETCH = 3.0
 _WIDENING = 1.5
 _MOST_WIDENINGS = 12
-# This folder of a saved job holds the files that the engine itself does not use.
+# This folder contains the files of a saved job that the engine does not use.
 _KEPT = "kept"
-# Bonds are examined only at intervals, so this fraction of the stretch of the longest bond may be
-# missed.
+# Bond lengths are examined only at intervals. The largest stretch may therefore exceed the largest
+# observed stretch by this fraction.
 _UNSEEN: float = measured("unseen_stretch")
-# A run with a larger rounding error of eta than this is useless.
+# A run is useless if the rounding error of eta exceeds this value.
 _LARGEST_FLOOR = 0.1
 
 
@@ -62,9 +62,10 @@ def run(
     """
     Run one collision in LAMMPS.
 
-    Frames are taken at the ends of steps, at least `frame_interval` apart; there are none if it is
-    None. Raises a RunError that names the failure: a bond outside its table, particles that would
-    cross, a bond over its barrier, a collision that does not end, or an error of LAMMPS.
+    Frames are taken at the ends of steps, at least `frame_interval` apart. Without a
+    `frame_interval` there are no frames. Raises a RunError that names the failure: a bond outside
+    its table, particles that would cross, a bond over its barrier, a collision that does not end,
+    or an error of LAMMPS.
     """
     (outcome,) = run_at_steps(problem, numerics, (numerics.timestep,), frame_interval, files)
     return outcome
@@ -78,11 +79,11 @@ def run_at_steps(
     files: RunFiles = NO_FILES,
 ) -> tuple[Outcome, ...]:
     """
-    Run one collision several times, with different steps, in one LAMMPS instance.
+    Run one collision several times, at different time steps, in one LAMMPS instance.
 
-    The chain, its bond table and the certificate are set up once, which is most of the time for
-    fast chains. Only the first run has a dump and frames. Each outcome equals the outcome of a
-    separate run to the last bit, and the errors are the errors of :func:`run`.
+    The chain, its bond table and the certificate are prepared once; for fast chains, this
+    preparation takes most of the time. Only the first run has a dump and frames. Each outcome
+    equals the outcome of a separate run to the last bit. Raises the same errors as :func:`run`.
     """
     floor = rounding_error("lammps", problem)
     if floor > _LARGEST_FLOOR:
@@ -99,7 +100,7 @@ def run_at_steps(
         try:
             outcomes = _run_in_folder(problem, numerics, timesteps, frame_interval, folder, files)
         except ChaincorError:
-            # Keep the files of a failed run for inspection, but never in place of a finished job.
+            # Keep the files of a failed run for inspection, but never overwrite a finished job.
             if files.save is not None and not (files.save / DATA_FILE).exists():
                 _keep_job(files.save, folder)
             raise
@@ -112,7 +113,7 @@ def run_at_steps(
 
 
 def _keep_job(target: Path, folder: Path, dump: Path | None = None) -> None:
-    # A dump with a name of its own in this folder is the only copy.
+    # If the dump gets another name in this folder, no second copy of it is kept.
     named = dump is not None and dump.parent.resolve() == target.resolve()
     files = [
         file
@@ -120,8 +121,7 @@ def _keep_job(target: Path, folder: Path, dump: Path | None = None) -> None:
         if file.is_file() and not (named and file.name == DUMP_FILE)
     ]
     with folder_aside(target) as aside:
-        # Files of the script are written last, so that they replace files that only the engine can
-        # use.
+        # The files of the script are copied last. They replace files that only the engine can use.
         for file in [*files, *folder.glob(f"{_KEPT}/*")]:
             shutil.copy2(file, aside / file.name)
         sign_job(aside)
@@ -144,10 +144,11 @@ def _write_kept(
 
 @dataclass(frozen=True)
 class _Runs:
-    """Results of the runs with one table."""
+    """Results of all runs with the same bond table."""
 
-    outcomes: list[Outcome]  #: Outcomes of the steps that were run to their end.
-    longest_seen: float  #: Longest bond in these runs, before and after the contacts too.
+    #: Outcomes of the time steps whose runs reached the end of the collision.
+    outcomes: list[Outcome]
+    longest_seen: float  #: Length of the longest bond at any time in these runs.
     stopped: BondRangeError | LostAtomsError | None  #: Error that stopped the next run.
 
 
@@ -180,11 +181,11 @@ def _run_in_folder(
         held = seen < table.longest - _unsure_end(table, numerics)
         if error is not None:
             if isinstance(error, BondRangeError) and np.isnan(error.length):
-                raise error  # the bond has no data beyond this length, so no table can be wider
+                raise error  # no table can be wider, because the bond has no data beyond
             length = error.length if isinstance(error, BondRangeError) else np.inf
             if _is_impossible(problem, length):
-                # Within a bin beyond the last row LAMMPS reads undefined memory and may move a bond
-                # anywhere. This is excused once.
+                # If a bond is less than one bin longer than the last row, LAMMPS reads undefined
+                # memory and the bond may get any length. One such failure is tolerated.
                 if excused:
                     raise TimestepError(
                         f"{error}. The energy of this chain allows no such bond. "
@@ -192,8 +193,8 @@ def _run_in_folder(
                     )
                 excused, length = True, table.longest
             if runs.outcomes and held and numerics.bond_range is not None:
-                # Runs with longer steps only check the first run, and have other bond lengths. They
-                # get a wider, less accurate table of their own.
+                # Runs with longer steps only check the first run, but their bonds have other
+                # lengths. These runs get a separate table, which is wider and less accurate.
                 wider = replace(numerics, bond_range=_widened(bond, table, length))
                 left = timesteps[len(runs.outcomes) :]
                 return (*runs.outcomes, *run_at_steps(problem, wider, left))
@@ -209,7 +210,7 @@ def _run_in_folder(
 
 
 def guess_bond_range(problem: Problem) -> tuple[float, float]:
-    """Return a guess of the shortest and longest bond of a collision."""
+    """Return a guess of the shortest and longest bond length in a collision."""
     bond, v0, line = problem.bond, problem.impact_velocity, problem.line
     heaviest = max(1.0, float(np.max(line.chain_masses)))
     shortest = bond.compressed_strain(_GUESS_ENERGY * heaviest * v0**2)
@@ -221,7 +222,7 @@ def guess_bond_range(problem: Problem) -> tuple[float, float]:
 
 
 def _unsure_end(table: BondTable, numerics: Numerics) -> float:
-    """Return the distance from the end of a table within which a bond may have left it unseen."""
+    """Return the margin of a table: a longer bond may have left the table unnoticed."""
     if numerics.bond_range is None:
         return _UNSEEN * (table.longest - 1.0)
     return (table.far or table).spacing
@@ -230,7 +231,8 @@ def _unsure_end(table: BondTable, numerics: Numerics) -> float:
 def _is_impossible(problem: Problem, length: float) -> bool:
     """Return whether a bond of this length needs more energy than the chain had at impact."""
     energy = problem.start_energy
-    # The bounds are all energy in one bond, or in two particles that separate for the longest time.
+    # Bounds: one bond has all the energy, or two particles have it and separate for the longest
+    # time.
     speed = 2.0 * (energy / problem.line.lightest) ** 0.5
     longest = 1.0 + speed * longest_collision(problem.longest_body, problem.slow_stiffness, np.inf)
     if length > longest:
@@ -254,7 +256,8 @@ def _widened(bond: Potential, table: BondTable, length: float) -> tuple[float, f
         )
     else:
         floor = max(1.0 + bond.strain_min, 0.0)
-        # Small strains are widened in proportion, large ones in proportion to the remaining length.
+        # Small strains are widened in proportion; for large strains, the remaining length is
+        # reduced in proportion.
         low = max(
             1.0 - _WIDENING * max(1.0 - length, 2.0 * (1.0 - low)),
             floor + (max(length, floor) - floor) / _WIDENING,
@@ -276,7 +279,7 @@ def _collide(
     folder: Path,
     files: RunFiles,
 ) -> _Runs:
-    """Run the collision at each step until a bond leaves the table; the first run has frames."""
+    """Run the collision at each time step until a bond leaves the table."""
     outcomes: list[Outcome] = []
     longest_seen, stopped, dumping = 0.0, None, files
     numerics_first = replace(numerics, timestep=timesteps[0])

@@ -22,16 +22,16 @@ from chaincor.workflows.engines.lammps.instance import LammpsChain
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
 from chaincor.workflows.errors import LostAtomsError, TimestepError
 
-# Crossings closer together than this part of a step are not distinguished.
+# Crossings that are closer together than this fraction of a step are not distinguished.
 _RESOLUTION = 1e-3
 
 
 def first_crossing(start: PathPoint, end: PathPoint, step: float) -> float | None:
     """
-    Return the time at which x(t) first reaches zero within a step, or None.
+    Return the time at which x(t) first reaches zero within a step, or None if it does not.
 
-    x(t) is the quintic through position, velocity and acceleration at both ends. A start at the
-    wall (x = 0, moving away) is not a crossing.
+    x(t) is the quintic through position, velocity and acceleration at both ends. A particle that
+    starts at the wall (x = 0) and moves away does not cross it.
     """
     if not math.isfinite(end[0]):
         raise LostAtomsError(f"particle 1 is at {end[0]}. Use a smaller timestep")
@@ -43,9 +43,9 @@ def first_crossing(start: PathPoint, end: PathPoint, step: float) -> float | Non
 
 def foreseen_crossing(start: PathPoint, end: PathPoint, step: float) -> float | None:
     """
-    Return the time in the next step at which particle 1 reaches the wall; None if that is unclear.
+    Predict the time in the next step at which particle 1 reaches the wall; None if unclear.
 
-    The quintic of the last step is continued into the next one.
+    The prediction extrapolates the quintic of the last step.
     """
     x, v, _ = end
     if v >= 0.0 or x + 2.0 * v * step > 0.0:
@@ -69,24 +69,25 @@ class LammpsFlight(ABC):
         """
         Move to the next contact and apply it.
 
-        Return the contact. Return None if a step ends at or after the time limit before a contact,
-        or if soft bodies start to touch.
+        Return the contact. Return None if no contact comes before the first end of a step at or
+        after `limit`, or if soft bodies start to touch.
         """
 
 
 class VerletFlight(LammpsFlight):
     """
-    Flight by single Verlet steps, with either wall.
+    Motion by single Verlet steps, with either wall model.
 
-    The end of each step, x + v h + f h^2/2, is known exactly beforehand. A step that would end
-    behind the wall has a contact. With the event wall, this step is cut at the wall and particle 1
-    is reversed there. The same happens if x + v t + f t^2/2 reaches the wall and turns within the
-    step. With the reflecting wall, LAMMPS's own fix reflects a particle that ends behind it.
+    The position at the end of each step, x + v h + f h^2/2, is known exactly in advance. A step
+    that would end behind the wall contains a contact. With the event wall, this step is shortened
+    to end at the wall, and the velocity of particle 1 is reversed there. A step is also shortened
+    if x + v t + f t^2/2 passes the wall and turns back within the step. With the reflecting wall,
+    LAMMPS's own fix reflects a particle that ends a step behind the wall.
 
-    While particle 1 is far from the wall, many steps are taken at once, without checks. Its
-    acceleration may change in this time, so a `guard` watches these steps. If a step ends closer to
-    the wall than a contact allows, all steps are undone and checked one by one. Without a guard,
-    all steps are checked.
+    While particle 1 is far from the wall, many steps are taken at once, without checks. The
+    acceleration of particle 1 may change in this time; therefore a `guard` watches these steps. If
+    a step ends so close to the wall that a contact is possible, all these steps are undone and
+    checked one by one. Without a guard, all steps are checked.
     """
 
     def __init__(
@@ -100,12 +101,12 @@ class VerletFlight(LammpsFlight):
         self.reflect, self._guard = reflect, guard
 
     def _dips(self, now: PathPoint) -> bool:
-        """Return whether particle 1 reaches the wall and turns within the next step."""
+        """Return whether particle 1 passes the wall and turns back within the next step."""
         x, v, a = now
         return v < 0.0 < v + self.chain.timestep * a and v * v > 2.0 * x * a
 
     def advance(self, limit: float) -> ContactRecord | None:
-        """Take steps without checks while the wall is far, and check each step near the wall."""
+        """Take steps without checks far from the wall, and check each step near the wall."""
         chain, h = self.chain, self.chain.timestep
         start, taken = self.time, 0
         last = max(1, math.ceil((limit - start) / h))
@@ -129,7 +130,7 @@ class VerletFlight(LammpsFlight):
         return None
 
     def _hit(self, now: PathPoint) -> ContactRecord | None:
-        """Cut the step at the wall; return None if its last kick already turned particle 1."""
+        """Shorten the step to end at the wall; return None if its last kick turned particle 1 back."""
         s = time_to_zero(*now)
         if s > 0.0:
             self.chain.verlet(s)
@@ -139,7 +140,7 @@ class VerletFlight(LammpsFlight):
     def _reflect(self, now: PathPoint) -> ContactRecord:
         chain, h = self.chain, self.chain.timestep
         x, v, a = now
-        # The fix reverses the velocity of the half step.
+        # The fix reverses the velocity in the middle of the step.
         speed = -v - 0.5 * h * a
         time = self.time + x / speed
         chain.run(1)
@@ -149,22 +150,22 @@ class VerletFlight(LammpsFlight):
 
 class ComposedFlight(LammpsFlight):
     """
-    Flight by composed, split or extrapolated steps, with the event wall.
+    Motion by composed or extrapolated steps, with the event wall.
 
-    A contact is located on the composed map itself: a step is shortened so that it ends at the
-    wall. If the step before predicts the contact, the shortened step is taken at once; otherwise it
-    is taken after the full step has ended behind the wall.
+    A contact is located on the composed map itself: a step is shortened until it ends at the wall.
+    If the path of the previous step predicts the contact, the shortened step is taken at once.
+    Otherwise it is taken after the full step has ended behind the wall.
     """
 
     _MOST_CORRECTIONS = 8
     _AT_WALL = 1e-12
-    # Both limits are fractions of H. A correction shorter than the first limit is one Verlet step;
-    # its error, (1e-3 H)^3/12, is less than the error of the composition. A correction shorter than
-    # the second limit is exact to rounding.
+    # Both limits are fractions of H. A correction shorter than _SHORT is one Verlet step; its
+    # error, (1e-3 H)^3/12, is less than the error of the composition. A correction shorter than
+    # _EXACT is exact to rounding.
     _SHORT, _EXACT = 1e-3, 1e-5
 
     def advance(self, limit: float) -> ContactRecord | None:
-        """Take steps, with a search for a contact in each."""
+        """Take steps, and search for a contact in each step."""
         chain = self.chain
         earlier: PathPoint | None = None
         now, step = self.contact_events.state(), chain.timestep
@@ -191,7 +192,7 @@ class ComposedFlight(LammpsFlight):
                 if taken is not None:
                     self.time += taken
                     return self.contact_events.arrive(self.time)
-                # The polynomial puts the particle at the wall; the motion is not there yet.
+                # The quintic reaches the wall, but the particle does not reach it yet.
                 chain.restore(whole)
                 if after[0] < 0.0:
                     raise TimestepError(
@@ -203,7 +204,7 @@ class ComposedFlight(LammpsFlight):
         return None
 
     def _go_to_wall(self, now: PathPoint, guess: float) -> float | None:
-        """Move to the first contact and return the time it takes; None if no contact is found."""
+        """Move to the first contact; return the time until the contact, None if there is none."""
         state = self.chain.snapshot()
         taken = self._step_to_wall(guess)
         if taken is not None:
@@ -215,7 +216,7 @@ class ComposedFlight(LammpsFlight):
         return taken
 
     def _step_to_wall(self, guess: float) -> float | None:
-        """Move to the wall and return the time it takes; None if no contact is found."""
+        """Move to the wall; return the time until the contact, or None if none is found."""
         chain = self.chain
         chain.step(guess)
         taken = guess
@@ -242,14 +243,14 @@ class ComposedFlight(LammpsFlight):
 def flight_of(
     chain: LammpsChain, problem: Problem, numerics: Numerics, guarded: bool = True
 ) -> LammpsFlight:
-    """Return the flight of the bodies of a scene for given numerics."""
+    """Return the flight that moves the bodies of a scene with given numerics."""
     contact_events = HardContactEvents(chain, problem.line)
     if problem.line.soft:
         contact_events = SoftContactEvents(chain, problem, STEP_SCHEMES[numerics.scheme].order)
     if numerics.scheme != "verlet":
         return ComposedFlight(chain, contact_events)
     reflect = numerics.wall == "reflect"
-    # The guard works for one body at a hard wall.
+    # The guard works only for one body at a hard wall.
     guarded = guarded and problem.line.is_standard and problem.particles > 1
     guard = WallGuard(chain, problem, reflect) if guarded else None
     return VerletFlight(chain, contact_events, reflect, guard)

@@ -1,4 +1,4 @@
-"""Stop LAMMPS when particle 1 reaches the wall, by a wall fix that exerts no force."""
+"""Stop LAMMPS near the wall, with a wall fix that exerts no force."""
 
 import numpy as np
 
@@ -10,21 +10,22 @@ from chaincor.workflows.engines.lammps.instance import LammpsChain
 from chaincor.workflows.engines.outcome import MOST_ENERGY_GROWTH
 from chaincor.workflows.errors import RunError
 
-# Verlet steps run without checks for this fraction of the time to the wall, which is predicted from
-# the acceleration of particle 1. The fraction affects only the cost.
+# The time until particle 1 reaches the wall is predicted from its acceleration. Verlet steps run
+# without checks for this fraction of the predicted time. The fraction affects only the cost.
 _BLIND_SHARE = 0.9
-# The tension is evaluated at these strains, in units of the strain that holds all energy in a bond
-# of stiffness 1. The tension differs little between neighbouring strains, and twice the largest
-# value is used.
+# The tension is evaluated at these strains. Their unit is the strain at which a bond of stiffness 1
+# has all the energy. Neighbouring strains have similar tensions; doubling the largest one covers
+# the difference.
 _STRAINS = np.geomspace(1e-3, 1e3, 601)
 
 
 def largest_tension(problem: Problem) -> float:
     """
-    Return the largest tension with which bond 1 can pull particle 1 off the wall.
+    Return an upper bound on the tension with which bond 1 pulls particle 1 off the wall.
 
-    It is twice the largest U'(s) of a stretched bond with at most twice the energy of the
-    collision. It bounds the acceleration of particle 1 for any motion of the chain.
+    The bound is twice the largest U'(s) among stretched bonds that have at most twice the energy of
+    the collision. For any motion of the chain, the acceleration of particle 1 stays below this
+    bound.
     """
     energy = MOST_ENERGY_GROWTH * 0.5 * problem.particles * problem.impact_velocity**2
     strains = np.sqrt(2.0 * energy) * _STRAINS
@@ -37,30 +38,30 @@ def largest_tension(problem: Problem) -> float:
 
 class WallGuard:
     """
-    Guard of Verlet steps without checks; LAMMPS itself stops when particle 1 reaches the guard.
+    Position near the wall at which LAMMPS stops during Verlet steps without checks.
 
-    LAMMPS's wall potentials end the run with an error if a particle is behind their wall. A wall
-    potential of depth zero and no reach does nothing else. It acts on particle 1 only while its
-    group contains the particle. During this time the stock wall, if there is one, does not act on
-    the particle, because it would reflect it first.
+    A wall potential ends the run of LAMMPS with an error if a particle is behind its wall. The
+    guard is a wall potential with zero depth and nearly zero range, which has no other effect. The
+    guard acts on particle 1 only while its group contains the particle. During this time LAMMPS's
+    reflecting wall, if there is one, does not act on the particle, because this wall would reflect
+    the particle first.
 
-    The guard stands so far in front of the wall that no step can pass it and touch the wall between
-    its ends. On the parabola of a step with an acceleration up to a, one end of such a step is
-    within a h^2/8 of the wall. Steps with the stock wall are not examined between their ends.
+    The guard stands far enough in front of the wall to catch steps that touch the wall only between
+    their ends. If the acceleration is at most a, one end of such a step lies within a h^2/8 of the
+    wall. With the reflecting wall, steps are not examined between their ends.
     """
 
     def __init__(self, chain: LammpsChain, problem: Problem, reflect: bool) -> None:
         self._chain, h = chain, chain.timestep
         reach = 0.0 if reflect else largest_tension(problem) / 8.0
         self.position = reach * h * h  #: Position at which particle 1 is stopped.
-        #: Time over which the present acceleration is a prediction: 1/frequency of the bonds.
+        #: Time for which the present acceleration predicts the motion: 1/frequency of the bonds.
         self.longest = 1.0 / problem.slow_stiffness**0.5
-        # Fraction of the predicted time that is used. The present acceleration does not predict
-        # collisions of sharp bonds; without this fraction, long windows would often have to be
-        # undone.
+        # This fraction of the predicted time is used. The present acceleration does not predict
+        # collisions between stiff particles; without this fraction, many steps would often have to
+        # be undone.
         self._share = 1.0
-        # Groups of particle 1, one bit each, as LAMMPS stores them; the first bit is the group of
-        # all.
+        # LAMMPS stores the groups of particle 1 as bits; the first bit is the group ``all``.
         self._mask = chain.lammps.numpy.extract_atom("mask", nelem=1)
         self._watched = self._groups("group guarded id 1")
         self._unwatched = 1
@@ -74,17 +75,16 @@ class WallGuard:
         )
 
     def _groups(self, command: str) -> int:
-        """Return two groups of particle 1: of all particles, and from a command."""
+        """Put particle 1 into the group ``all`` and the group of a command; return the bits."""
         self._mask[0] = 1
         self._chain.commands(command)
         return int(self._mask[0])
 
     def run(self, steps: int) -> bool:
         """
-        Take full Verlet steps; return whether all of them ended clear of the wall.
+        Take full Verlet steps; return whether all steps ended in front of the guard.
 
-        The result is False if a step failed, or ended at or behind the wall; the state is then
-        invalid.
+        The result is False if LAMMPS stopped with an error; the state is then invalid.
         """
         self._mask[0] = self._watched
         try:
@@ -96,7 +96,7 @@ class WallGuard:
         return True
 
     def run_blind(self, now: PathPoint, most: int) -> int:
-        """Take the steps that are predicted to be safe, or undo them; return their number."""
+        """Take unchecked steps for the predicted time; return their number, 0 if they are undone."""
         chain = self._chain
         safe = min(self.longest, _BLIND_SHARE * self._time_left(now))
         steps = min(int(self._share * safe / chain.timestep), most)
@@ -113,12 +113,12 @@ class WallGuard:
         return 0
 
     def _time_left(self, now: PathPoint) -> float:
-        """Return the time until particle 1 reaches the guard with constant acceleration."""
+        """Return the time until particle 1 reaches the guard at constant acceleration."""
         x, v, a = now
         x -= self.position
         if x > 0.0:
             return time_to_zero(x, v, a)
-        # The particle leaves the wall, and the end of its first step is known exactly.
+        # The particle leaves the wall; the position after its first step is known exactly.
         h = self._chain.timestep
         x += h * (v + 0.5 * h * a)
         return h + time_to_zero(x, v + h * a, a) if v > 0.0 and x > 0.0 else 0.0

@@ -32,8 +32,8 @@ from chaincor.workflows.engines.schemes import STEP_SCHEMES
 from chaincor.workflows.engines.time_limit import check_time, steps_at_once
 
 _RUN_ONE = run_command(1)
-# The work of a particle and its bond in one LAMMPS step equals this many bond forces of the
-# reference loops.
+# In one LAMMPS step, a particle with its bond takes the time of this many bond forces in the
+# reference engine.
 _PARTICLE_WORK = 10
 
 
@@ -44,19 +44,19 @@ class Snapshot(NamedTuple):
     x: NDArray[np.float64]
     v: NDArray[np.float64]  #: Velocities; of shape (n + M,).
     f: NDArray[np.float64]  #: Forces; of shape (n + M,).
-    #: Whether a bond has the far table; None if there is one table; of shape (bonds,).
+    #: Whether each bond has the far table; None if there is only one table; of shape (bonds,).
     far: NDArray[np.bool_] | None
 
 
 class LammpsChain:
     """
-    Chain set up in LAMMPS at its first contact; must be closed.
+    Chain in a LAMMPS instance, which must be closed after use.
 
-    The positions, velocities and forces, `x`, `v` and `f` of shape (n + M,), are views of LAMMPS's
-    own memory along x. Reading them costs nothing, and the next step uses values written to them.
-    Particles of a free target follow the particles of the chain, from the contact outward. Without
-    a table, bonds are LAMMPS's own harmonic ones. The files that LAMMPS reads are written to
-    `folder`.
+    The chain starts at its first contact. The arrays `x`, `v` and `f`, of shape (n + M,), are the x
+    components of LAMMPS's positions, velocities and forces. They are views of LAMMPS's memory:
+    reading costs nothing, and the next step uses values that are written to them. The particles of
+    a free target follow the particles of the chain, from the contact outward. Without a table,
+    LAMMPS computes harmonic bonds by formula. The files that LAMMPS reads are written to `folder`.
     """
 
     def __init__(
@@ -86,15 +86,15 @@ class LammpsChain:
                 "'reference'"
             )
         self.timestep = numerics.timestep
-        self.stages_done = 0  #: Number of Verlet steps, which is the number of force evaluations.
+        self.stages_done = 0  #: Number of Verlet steps, equal to the number of force evaluations.
         self._dump_started = False
         self._at_once = steps_at_once(_PARTICLE_WORK * count)
         module = load_lammps()
         log_file = str(folder / LOG_FILE) if log else "none"
         self.lammps: Any = module.lammps(cmdargs=["-log", log_file, "-screen", "none", "-nocite"])
         self._handle = self.lammps.lmp
-        # A function taken by its name has no declared types to convert to, which saves 4 % of a
-        # stage.
+        # A function that is looked up by its name has no declared argument types. ctypes then
+        # converts no arguments, which saves 4 % of the time of a stage.
         self._send = self.lammps.lib["lammps_command"]
         self._send.restype = None
         self._failed = self.lammps.lib.lammps_has_error
@@ -113,12 +113,12 @@ class LammpsChain:
         self.x, self.v, self.f = (
             self.lammps.numpy.extract_atom(name, nelem=count)[:, 0] for name in "xvf"
         )
-        #: Tables of the bonds; None if there is one table.
+        #: Assignment of tables to bonds; None if there is only one table.
         self.far_bonds = FarBonds(self) if bond_types > 1 else None
         self._current = numerics.timestep
         self._initial = self.snapshot()
         self._take_step: Callable[[], None] = partial(self._send, self._handle, _RUN_ONE)
-        if numerics.scheme != "verlet":  # this scheme is a single Verlet step and needs no loop
+        if numerics.scheme != "verlet":  # a single Verlet step needs no loop
             self._take_step = whole_step(self.lammps, scheme, count)
 
     def __enter__(self) -> Self:
@@ -132,7 +132,7 @@ class LammpsChain:
         self.lammps.close()
 
     def commands(self, text: str) -> None:
-        """Execute several commands, one on each line; raises RunError with LAMMPS's own message."""
+        """Execute one command per line; raises RunError with LAMMPS's own message."""
         self.lammps.lib.lammps_commands_string(self._handle, text.encode())
         self._raise_failure()
 
@@ -148,14 +148,14 @@ class LammpsChain:
             self._current = timestep
 
     def lengths(self) -> NDArray[np.float64]:
-        """Return the lengths of all bonds of the chain, then of the target, from the contact on."""
+        """Return all bond lengths of the chain, then of the target, from the contact outward."""
         return self.between(self.x)
 
     def between(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the differences along x of coordinates or velocities, one for each bond."""
+        """Return the difference in coordinate or velocity along x between the ends of each bond."""
         n = self.particles
         if self._alone:
-            return x[1:] - x[:-1]  # this takes half the time of np.diff
+            return x[1:] - x[:-1]  # twice as fast as np.diff
         return np.concatenate((x[1:n] - x[: n - 1], x[n:-1] - x[n + 1 :]))
 
     def run(self, steps: int) -> None:
@@ -174,14 +174,14 @@ class LammpsChain:
                 self.far_bonds.change_tables()
 
     def verlet(self, duration: float) -> None:
-        """Take one Verlet step of any length, also a negative one."""
+        """Take one Verlet step of any duration, which may be negative."""
         self._set_timestep(duration)
         self._send(self._handle, _RUN_ONE)
         self.stages_done += 1
         self._raise_failure()
 
     def step(self, duration: float | None = None) -> None:
-        """Take one composed or extrapolated step, by default the full step H."""
+        """Take one composed or extrapolated step; by default its length is H."""
         check_time()
         self._set_timestep(self.timestep if duration is None else duration)
         self._take_step()
@@ -191,7 +191,7 @@ class LammpsChain:
             self.far_bonds.change_tables()
 
     def restart(self, timestep: float) -> None:
-        """Return the chain to its initial state, for a run with another composed step H."""
+        """Return the chain to its initial state, to run it with another step H."""
         self.restore(self._initial)
         self.timestep = timestep
         self.stages_done = 0
@@ -209,7 +209,7 @@ class LammpsChain:
         self.x[:], self.v[:], self.f[:] = state.x, state.v, state.f
 
     def write_frame(self, time: float) -> None:
-        """Append a frame to the dump in the job's folder, written by LAMMPS."""
+        """Let LAMMPS append a frame to the dump in the folder of the job."""
         if not self._dump_started:
             self.commands(
                 "variable clock internal 0.0\n"

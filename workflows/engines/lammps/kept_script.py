@@ -1,4 +1,4 @@
-"""Write the input script of a saved job, whose collision the engine ran command by command."""
+"""Write an input script that repeats a collision of the engine."""
 
 from dataclasses import replace
 
@@ -32,15 +32,15 @@ from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.engines.reference.coarse_run import bonds_in_flight
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
 
-# The range of strains in the flight after the last contact gets this margin, because these strains
-# are known only to some parts in 1e3 for whole chains.
+# The range of strains after the last contact is widened by this factor, because these strains are
+# known only to some parts in 1e3 for unbroken chains.
 _MARGIN = 1.2
-# A script uses this scheme if only Python can carry out the engine's scheme.
+# A script uses this scheme if LAMMPS scripts cannot take the steps of the engine's scheme.
 _INSTEAD: Scheme = "order8"
 
 
 def job_script(problem: Problem, plan: ScriptPlan, wishes: JobWishes = NO_WISHES) -> str:
-    """Return a script that follows the chain at least as long as the reference engine does."""
+    """Return a script that follows the chain at least as long as the reference engine."""
     span, stiffness, time = problem.longest_body, problem.slow_stiffness, wishes.units.time
     quiet = sound_round_trip(span, stiffness)
     last = 0.0 if plan.end is None else plan.end.last_contact_time
@@ -51,10 +51,10 @@ def job_script(problem: Problem, plan: ScriptPlan, wishes: JobWishes = NO_WISHES
 
 def _scripted_steps(problem: Problem, numerics: Numerics, time: float) -> ScriptedSteps | None:
     """
-    Return the composition of steps in a script; None for Verlet steps.
+    Return the composed steps of a script; None for Verlet steps.
 
-    `time` is the chain's unit of time in units of the script. Raises SceneError if a script cannot
-    take the steps.
+    `time` is the chain's unit of time, expressed in the script's unit. Raises SceneError if a
+    script cannot take steps of this scheme.
     """
     if numerics.scheme == "verlet":
         return None
@@ -80,14 +80,14 @@ def flown_on(problem: Problem) -> float:
     """
     Return the time for which a script follows a chain after the last contact of the chain.
 
-    The bond table of the script must hold the bonds during this time.
+    The bond table of the script must cover all bond lengths during this time.
     """
     span, stiffness = problem.longest_body, problem.slow_stiffness
     return sound_round_trip(span, stiffness) + 2.0 * look_interval(span, stiffness)
 
 
 def scouted_end(outcome: Outcome) -> ScoutedEnd:
-    """Return the data on the end of a collision that a script needs to repeat the collision."""
+    """Return the data about the end of a collision with which a script repeats the collision."""
     times = outcome.contact_times
     last, kind = float(times[-1]), outcome.ending.kind
     return ScoutedEnd(last, len(times), kind, outcome.lasted, outcome.bond_min)
@@ -103,12 +103,13 @@ def kept_files(
     """
     Return the files with which ``lmp -in in.chain`` runs a saved job.
 
-    The text of the `scene` is among the files. A script composes its steps as the engine did. If
-    the engine extrapolated, the script has steps of order 8 with as many Verlet steps on average.
+    The files include the text of the `scene`. The script uses the same composed steps as the
+    engine. If the engine extrapolated, the script takes steps of order 8, with the same number of
+    Verlet steps per time.
 
-    A script has one table and follows the chain longer than the engine. The files contain a bond
-    table and a data file if those of the engine do not suit it. `outcome` is None before it is
-    known.
+    The script has only one bond table and follows the chain longer than the engine. If the engine's
+    bond table and data file do not suit the script, the files include new ones. `outcome` is None
+    while it is unknown.
     """
     files = {}
     scouted = None if outcome is None else scouted_end(outcome)
@@ -135,10 +136,10 @@ def kept_files(
 
 
 def _range_in_flight(table: BondTable, outcome: Outcome | None) -> tuple[float, float]:
-    """Return the range of a table for the bonds of the engine's run and of the later flight."""
+    """Return the range of bond lengths in the engine's run and in the later flight."""
     low, high = float(table.lengths[0]), table.longest
     if outcome is None or outcome.problem.longest_body == 1:
         return low, high
     shortest, longest = bonds_in_flight(outcome, flown_on(outcome.problem))
-    # Coarse steps, and the script's own steps, may have slightly different bonds.
+    # The bond lengths of a coarse run, and of the script, may differ slightly.
     return min(low, 1.0 - _MARGIN * (1.0 - shortest)), max(high, 1.0 + _MARGIN * (longest - 1.0))

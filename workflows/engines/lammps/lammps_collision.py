@@ -25,9 +25,9 @@ from chaincor.workflows.errors import (
     RunError,
 )
 
-# The reference engine looks for the end this long after a contact, in units of 1/sqrt(U'').
-# Contacts are 1.4 to 2.3 apart and seldom farther than this time, so an earlier look would be
-# useless.
+# The reference engine searches for the end at this time after a contact, in units of 1/sqrt(U'').
+# The time between contacts is 1.4 to 2.3 and seldom longer than PATIENCE; an earlier search would
+# be useless.
 PATIENCE = 3.5
 
 
@@ -36,8 +36,8 @@ class ChainCollision:
     State of one collision: contacts, search for the end, and frames.
 
     A flight moves the chain from contact to contact. `frame_interval` is the least time between
-    frames. If it is None, frames are for the dump among the `files`, if there is one: at
-    contacts, or at its interval.
+    frames. If `frame_interval` is None and `files` include a dump, frames are taken only for the
+    dump, at contacts or at the dump's own interval.
     """
 
     def __init__(
@@ -49,19 +49,19 @@ class ChainCollision:
     ) -> None:
         self.problem, self.bond, self.line = problem, problem.bond, problem.line
         self.flight, self.chain = flight, flight.chain
-        # Rest positions of all particles, in LAMMPS's order with the chain first, and their order
-        # along x.
+        # _rest contains the rest positions of all particles in the order of LAMMPS, the chain
+        # first; _order sorts the particles along x.
         n, targets = problem.particles, problem.line.targets
         self._rest = np.append(np.arange(n, dtype=float), -np.arange(targets, dtype=float))
         self._order = np.append(np.arange(n + targets)[: n - 1 : -1], np.arange(n))
         self.contacts: list[ContactRecord] = []
         self.after_contact = self._state()
-        # The first pair is the shortest and longest bond since the first contact, also after the
-        # last contact. The second pair ends with the last contact.
+        # shortest_seen and longest_seen are the extreme bond lengths from the first contact until
+        # now; shortest and longest are the extreme bond lengths from the first to the last contact.
         lengths = self.chain.lengths() if problem.longest_body > 1 else np.ones(1)
         self.shortest_seen, self.longest_seen = float(lengths.min()), float(lengths.max())
         self.shortest, self.longest = self.shortest_seen, self.longest_seen
-        # A bond table must cover the longest bond at any time.
+        # The bond table must cover this length, the longest at any time.
         self.longest_ever = self.longest_seen
         self._touched = False
         self.ending: Ending | None = None
@@ -73,17 +73,17 @@ class ChainCollision:
         self.frame_interval = frame_interval
         self.next_frame = np.inf if frame_interval is None else 0.0
         self.frames: list[tuple[float, Array, Array]] = []
-        # A contact is late if it does not follow within this time; `overdue` is when the next
-        # contact is late.
+        # The next contact is late if it does not follow within `patience`; `overdue` is the time
+        # after which it is late.
         self.patience = PATIENCE / problem.slow_stiffness**0.5
         self.overdue = np.inf
-        # The end was found at the first time, and frames are needed until the second.
+        # The end was found at the time ended_at; frames are needed until flown_on.
         self.ended_at, self.flown_on = 0.0, np.inf
-        # Nearly equal motions disagree on late contacts with this momentum.
+        # Nearly equal motions disagree about late contacts with this momentum.
         self.doubt = 0.0
 
     def _state(self) -> tuple[Array, Array]:
-        """Return displacements and velocities along x, with a rigid wall as a particle."""
+        """Return displacements and velocities along x; a rigid wall counts as a particle."""
         u, v = (self.chain.x - self._rest)[self._order], self.chain.v[self._order]
         return (np.append(0.0, u), np.append(0.0, v)) if self.line.rigid else (u, v)
 
@@ -125,7 +125,7 @@ class ChainCollision:
             ) from None
 
     def _approach(self) -> None:
-        """Set the time so that the first contact is at 0 if the bodies start apart."""
+        """Set the clock to minus the time of approach if the bodies start apart."""
         gap, gap_velocity, _ = self.flight.contact_events.state()
         if gap == 0.0 and gap_velocity < 0.0:
             return
@@ -155,7 +155,7 @@ class ChainCollision:
         self.ending = Ending("proved")
 
     def _take_contact(self, contact: ContactRecord) -> None:
-        if not self.contacts:  # time counts from the first contact
+        if not self.contacts:  # times count from the first contact
             self.flight.time -= contact.time
             contact = replace(contact, time=0.0, end=contact.end - contact.time)
         self.contacts.append(contact)
@@ -167,7 +167,7 @@ class ChainCollision:
             self._take_frame()
 
     def _named(self, error: BondRangeError) -> BondRangeError:
-        """Return the error with the bond and the time; LAMMPS reports only the length."""
+        """Add the bond and the time to an error; LAMMPS reports only the length."""
         lengths = np.abs(self.chain.lengths())
         bond = int(np.argmin(np.abs(lengths - error.length))) + 1
         side = "below" if error.length < 1.0 else "beyond"
@@ -189,7 +189,8 @@ class ChainCollision:
                 "forces. Lower the speed or the timestep, or use engine 'reference'"
             )
         if not self.contacts and not self._touched:
-            # The range of bonds begins with the first contact; soft bodies are in it for a while.
+            # The range of bond lengths begins with the first contact, which lasts for a while if
+            # bodies are soft.
             self.shortest_seen, self.longest_seen = shortest, longest
             self._touched = self.flight.contact_events.touching
         self.shortest_seen = min(self.shortest_seen, shortest)
@@ -204,7 +205,7 @@ class ChainCollision:
             )
 
     def _ask_what_comes(self) -> None:
-        """Return whether another contact follows, according to the reference engine."""
+        """Let the reference engine decide whether another contact follows."""
         now, last = self.flight.time, self.contacts[-1].end
         displacements, velocities = self._state()
         if self.line.is_standard and not self.line.separation(velocities) > 0.0:
@@ -215,7 +216,8 @@ class ChainCollision:
             self.overdue = now + self.patience
             return
         times = {"now": now, "last_contact": last, "shortest": self.shortest_seen}
-        # The two particles in contact have the same rest position, so their difference is the gap.
+        # Both particles in contact have the same rest position; therefore the difference between
+        # their displacements is the gap.
         next_event = follow(self.problem, np.diff(displacements), velocities, **times)
         self.overdue = next_event.time + self.patience
         self.doubt = max(self.doubt, next_event.doubt)
@@ -238,8 +240,8 @@ class ChainCollision:
             return
         self.next_frame += self.frame_interval
         if self.next_frame <= now:
-            # A step may be longer than many intervals, and times may be too coarse to separate two
-            # frames.
+            # A step may be longer than many intervals. At large times, rounding may make the next
+            # frame time equal to the present time.
             past = math.fmod(now - self.next_frame, self.frame_interval)
             later = now + (self.frame_interval - past)
             self.next_frame = max(later, math.nextafter(now, math.inf))

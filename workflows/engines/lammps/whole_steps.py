@@ -1,8 +1,8 @@
 """
 Take composed or extrapolated steps in LAMMPS from one compiled loop.
 
-A Verlet step of w H equals a Verlet step of H by particles that are :math:`w^{-2}` times as heavy
-and w times as fast. LAMMPS's timestep H therefore stays the same. A change of the timestep would
+A Verlet step of w H equals a Verlet step of H with masses multiplied by :math:`w^{-2}` and
+velocities multiplied by w. LAMMPS's timestep H therefore never changes. Changing the timestep would
 take as long as half a Verlet step of a hundred particles.
 """
 
@@ -19,8 +19,8 @@ from chaincor.workflows.engines.reference.loops.cached_kernels import CachedKern
 from chaincor.workflows.engines.schemes import StepScheme
 
 _COMMAND = "lammps_command"
-# The scratch array of an extrapolated step has these rows: the state before it, and the sums of the
-# changes in its parts.
+# The scratch array of an extrapolated step has these rows: the state before the step, and the
+# weighted sums of the changes in its parts.
 _X, _V, _F, _SUM_X, _SUM_V, _SUM_F = range(6)
 
 
@@ -29,8 +29,8 @@ def build_composition(command: Callable) -> Callable:
     Return the loop of one composed step, ``step(instance, run, weights, v, masses, true_masses)``.
 
     ``command(instance, text)`` makes LAMMPS execute the command string at the memory address
-    `text`. `run` is the command of a Verlet step; `v` and the `masses` of types are LAMMPS's own
-    memory.
+    `text`. `run` is the command that takes a Verlet step. `v` and `masses`, the masses of the atom
+    types, are views of LAMMPS's memory.
     """
 
     def step(
@@ -64,9 +64,9 @@ def build_extrapolation(command: Callable) -> Callable:
     """
     Return the loop of one extrapolated step.
 
-    It is ``step(instance, runs, parts, x, v, f, masses, true_masses, scratch)``. A row of `runs` is
-    the command of a part, and a column of `parts` its m and its weight. The other arguments are as
-    in `build_composition`.
+    The loop is ``step(instance, runs, parts, x, v, f, masses, true_masses, scratch)``. Each row of
+    `runs` is the command for one part; each column of `parts` contains the number m of Verlet steps
+    and the weight of this part. The other arguments are explained in `build_composition`.
     """
 
     def step(
@@ -93,8 +93,8 @@ def build_extrapolation(command: Callable) -> Callable:
             for k in range(len(masses)):
                 masses[k] = steps * steps * true_masses[k]
             command(instance, runs[part].ctypes.data)
-            # Weights sum to 1. Combining differences keeps out the rounding of values that hardly
-            # change.
+            # The weights sum to 1. The combination of differences instead of values avoids rounding
+            # errors in values that hardly change.
             for i in range(count):
                 scratch[_SUM_X, i] += weight * (x[3 * i] - scratch[_X, i])
                 scratch[_SUM_V, i] += weight * (steps * v[3 * i] - scratch[_V, i])
@@ -119,9 +119,9 @@ def whole_step(instance: Any, scheme: StepScheme, particles: int) -> Callable[[]
     """
     Return a function that takes one step H of a scheme in a LAMMPS instance with timestep H.
 
-    The scheme is extrapolated or a composition of Verlet steps. The instance is set up with forces
-    for its positions and with its permanent masses, and all particles move along x. The caller must
-    check LAMMPS for errors afterwards.
+    The scheme is an extrapolation or a composition of Verlet steps. The instance must have computed
+    the forces at its positions and must have its permanent masses; all particles move along x. The
+    caller must check LAMMPS for errors afterwards.
     """
     tell_address(_COMMAND, instance.lib[_COMMAND])
     handle, masses = instance.lmp.value, instance.numpy.extract_atom("mass")
@@ -138,10 +138,10 @@ def whole_step(instance: Any, scheme: StepScheme, particles: int) -> Callable[[]
 
 
 def run_command(steps: int) -> bytes:
-    """Return the command of some Verlet steps without set-up and output."""
+    """Return the command that takes Verlet steps without set-up and output."""
     return b"run %d pre no post no" % steps
 
 
 def _as_array(command: bytes) -> NDArray[np.uint8]:
-    """Return a command as a byte array for LAMMPS's library."""
+    """Return a command as a zero-terminated byte array."""
     return np.frombuffer(command + b"\0", dtype=np.uint8)
