@@ -19,7 +19,7 @@ class TableCertificate:
     """Largest differences between a bond table, interpolated by LAMMPS, and the potential."""
 
     style: str  #: ``linear`` or ``spline``.
-    rows: int  #: Number of rows in the table, plus those in the table for long bonds, if any.
+    rows: int  #: Number of rows in the table; the far table, if there is one, has the same number.
     #: First bond length of the table.
     shortest: float
     longest: float  #: Last bond length of the table.

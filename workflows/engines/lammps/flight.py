@@ -130,7 +130,7 @@ class VerletFlight(LammpsFlight):
         return None
 
     def _hit(self, now: PathPoint) -> ContactRecord | None:
-        """Shorten the step to end at the wall; return None if its last kick turned particle 1 back."""
+        """Shorten the step to end at the wall; return None if the last kick turned particle 1."""
         s = time_to_zero(*now)
         if s > 0.0:
             self.chain.verlet(s)

@@ -96,7 +96,7 @@ class WallGuard:
         return True
 
     def run_blind(self, now: PathPoint, most: int) -> int:
-        """Take unchecked steps for the predicted time; return their number, 0 if they are undone."""
+        """Take unchecked steps for the predicted time; return their number, 0 if undone."""
         chain = self._chain
         safe = min(self.longest, _BLIND_SHARE * self._time_left(now))
         steps = min(int(self._share * safe / chain.timestep), most)
