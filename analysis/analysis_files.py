@@ -21,7 +21,7 @@ _COLUMNS = {
 
 
 def to_json_object(analysis: CollisionAnalysis) -> dict[str, Any]:
-    """Return the results as plain numbers and lists, with None for unknown numbers."""
+    """Return the results as plain numbers and lists; an unknown number is None."""
     two_bodies = analysis.target is not None or analysis.soft
     return {
         each.name: _plain(each.dump(analysis))
@@ -31,7 +31,7 @@ def to_json_object(analysis: CollisionAnalysis) -> dict[str, Any]:
 
 
 def _plain(value: Any) -> Any:
-    """Return a value as a type that JSON has."""
+    """Convert a value to a type that JSON supports."""
     if isinstance(value, np.ndarray):
         return value.tolist()
     if isinstance(value, float):
@@ -48,8 +48,8 @@ def write_report(
     """
     Write ``analysis.json``, ``arrays.npz``, three CSV files and, if wanted, the figures.
 
-    The data appears first and stays in the folder if a figure fails. Other files of the folder
-    stay. `finish` is called with the temporary folder of the files and may add files to it.
+    The data files are written first and are kept if a figure fails. Other files of the folder are
+    unchanged. `finish` receives the temporary folder and may add files to it.
     """
     folder = Path(folder)
     with folder_aside(folder) as aside:

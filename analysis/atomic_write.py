@@ -21,9 +21,9 @@ def written_aside(path: Path, kind: str | None = None) -> Iterator[Path]:
     """
     Yield a temporary path beside the wanted path, and rename it on success.
 
-    The temporary path has the ending of the wanted path. For `kind` see
-    :func:`~chaincor.analysis.output_paths.judge_output`; it is the ending by default. Raises
-    InputError as `judge_output` does, and if the folder cannot be written to.
+    The temporary path has the ending of the wanted path. By default `kind` is this ending; see
+    :func:`~chaincor.analysis.output_paths.judge_output`. Raises InputError if `judge_output` does,
+    or if the folder cannot be written to.
     """
     place = judge_output(path, path.suffix if kind is None else kind)
     with folder_aside(place.parent, prefix=path.stem) as folder:
@@ -35,7 +35,7 @@ def written_aside(path: Path, kind: str | None = None) -> Iterator[Path]:
 
 
 def write_whole(path: Path, text: str) -> None:
-    """Write a text so that its file appears when it is complete; raise as `written_aside` does."""
+    """Write a text to a file that appears when complete; see `written_aside` for errors."""
     with written_aside(path) as aside:
         aside.write_text(text, encoding="utf-8")
 
@@ -43,9 +43,10 @@ def write_whole(path: Path, text: str) -> None:
 @contextmanager
 def made_folder(folder: Path, whole: bool = False) -> Iterator[None]:
     """
-    Make a folder and its parents; if the block fails, remove new and empty folders.
+    Make a folder and its parents; if the block fails, remove those that are new and empty.
 
-    With `whole`, new folders are removed with their files, because incomplete files are useless.
+    With `whole`, new folders are removed with all their files, because incomplete files are
+    useless.
     """
     new = [each for each in (folder, *folder.parents) if not each.exists()]
     try:
@@ -65,7 +66,7 @@ def folder_aside(folder: Path, prefix: str = "partial") -> Iterator[Path]:
     """
     Yield an empty folder to fill, and move its files into the wanted one on success.
 
-    The wanted folder is made if it is missing, and its files with other names stay. The name of the
+    A missing folder is created. Files with other names stay in the wanted folder. The name of the
     temporary folder begins with `prefix`. Raises InputError if the folder cannot be written to.
     """
     folder, began = resolve_output(folder / prefix).parent, False
@@ -90,9 +91,9 @@ def folder_aside(folder: Path, prefix: str = "partial") -> Iterator[Path]:
 
 def publish(aside: Path, folder: Path) -> None:
     """
-    Copy the complete files from the temporary folder of `folder_aside` into the wanted folder.
+    Copy the files written so far from the temporary folder into the wanted folder.
 
-    Data that took long to compute is then kept if a picture fails later.
+    If a figure fails later, data that took long to compute is then not lost.
     """
     copy = aside / ".copy"
     for path in sorted(path for path in aside.iterdir() if path.is_file()):
@@ -101,7 +102,7 @@ def publish(aside: Path, folder: Path) -> None:
 
 
 def _name_what_was_written(error: OSError, path: Path) -> None:
-    """Replace a missing path, or the source of a copy, in an error by the user's path."""
+    """Put the user's path into an error that names no path, or only the source of a copy."""
     named = error.filename
     if named is None or (error.errno in _NO_ROOM and not Path(str(named)).is_relative_to(path)):
         error.filename = str(path)
@@ -109,14 +110,14 @@ def _name_what_was_written(error: OSError, path: Path) -> None:
 
 def write_arrays(path: Path, arrays: Mapping[str, Any]) -> None:
     """
-    Write arrays to an NPZ file, packed in memory first.
+    Pack arrays in memory, and write them to an NPZ file.
 
-    On a full disk, an unfinished archive of older NumPy versions prints an error when it is
-    deleted, and this output cannot be suppressed.
+    NumPy is not given the path: on a full disk, older versions print an error that cannot be
+    suppressed when they delete the unfinished archive.
     """
     import numpy as np
 
     packed = BytesIO()
-    # `allow_pickle=False` is not given, because NumPy before 2.1 stores it as one more array.
+    # `allow_pickle=False` is not passed, because NumPy before 2.1 stores it as one more array.
     np.savez_compressed(packed, **arrays)
     path.write_bytes(packed.getbuffer())

@@ -10,7 +10,7 @@ from chaincor.analysis.modes import indistinct_modes
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.potential import Potential
 
-# float64 keeps 16 digits. A coarser column was printed with fewer.
+# float64 keeps 16 digits. A column with a coarser resolution was printed with fewer digits.
 _ALL_DIGITS = 1e-14
 _LARGE_DRIFT = 1e-6
 _LARGE_MISS = 1e-6
@@ -21,11 +21,11 @@ def collect_caveats(
     seen: Followed, *, drifts: tuple[float, float] | None, truncated: bool
 ) -> list[str]:
     """
-    Return the caveats on the results, which are empty for a dump without faults.
+    Return the caveats on the results; the list is empty for a dump without faults.
 
-    `drifts` are the relative changes of the energy from the first frame to the first frame after
-    the last contact, and to the last frame; None if the bond is unknown. `truncated` says whether
-    the last frame is cut short.
+    `drifts` are two relative changes of the energy since the first frame: up to the first frame
+    after the last contact, and up to the last frame. They are None if the bond is unknown.
+    `truncated` says whether the last frame is incomplete.
     """
     reading, layout, bond = seen.reading, seen.reading.layout, seen.reading.known.bond
     caveats = []
@@ -103,8 +103,8 @@ def _drift_caveats(before: float, after: float) -> list[str]:
             f"the energy drifts by {before:.1e} of itself between the first frame and the last "
             "contact: the run is no more accurate than that"
         )
-    # Scripts that dump at contacts wait for the end in coarser steps, and the last frame belongs to
-    # these coarser steps.
+    # Scripts that dump at contacts use coarser steps after the last contact. The last frame belongs
+    # to these coarser steps.
     if abs(after) > max(_LARGE_DRIFT, abs(before)):
         caveats.append(
             f"the energy drifts by {after:.1e} of itself after the last contact: restitution does "

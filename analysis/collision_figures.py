@@ -33,7 +33,7 @@ def caption_of(analysis: CollisionAnalysis) -> str:
 
 def energy_series(analysis: CollisionAnalysis) -> tuple[Array, ...]:
     """
-    Return translation, vibration, shortest and longest bond of both bodies in all frames.
+    Return translation, vibration, and shortest and longest bond of both bodies in each frame.
 
     Translation is the motion of the bodies relative to each other; their common motion is left out.
     """
@@ -54,14 +54,14 @@ def energy_series(analysis: CollisionAnalysis) -> tuple[Array, ...]:
 
 
 def along_the_line(analysis: CollisionAnalysis) -> tuple[Array, Array]:
-    """Return displacements and velocities along x of all frames, with a target before the chain."""
+    """Return displacements and velocities along x in each frame, those of a target first."""
     target = analysis.target
     return analysis.history.along_the_line(None if target is None else target.history.mirrored)
 
 
 def mode_theory(analysis: CollisionAnalysis) -> Array | None:
-    """Return the Basile-Dumont mode energies for the contacts of this collision."""
-    # The formula holds for equal masses in front of a wall.
+    """Return the mode energies of Basile and Dumont for the contacts of this collision."""
+    # The formula holds only for equal masses that hit a wall.
     if not are_equal(analysis.masses) or analysis.target is not None:
         return None
     return measured_contacts_energies(
@@ -87,7 +87,7 @@ def draw_figures(analysis: CollisionAnalysis, folder: Path) -> None:
 
     history = analysis.history
     stiffness = stiffness_of(analysis.bond)
-    # Waves that are long against the period of unequal masses see the mean mass.
+    # Waves much longer than the period of unequal masses depend only on the mean mass.
     light = stiffness / float(np.mean(analysis.masses))
     energy = analysis.energy_at_impact
     last = analysis.contact_statistics.last_time
@@ -106,7 +106,7 @@ def draw_figures(analysis: CollisionAnalysis, folder: Path) -> None:
         )
     if not analysis.soft:
         figure, (upper, lower) = new_figure(2, 1, figsize=(6.0, 5.2), sharex=True)
-        # The dashed line belongs to two particles that hit a wall.
+        # The dashed line shows the theory for two particles that hit a wall.
         alike = are_equal(analysis.masses) and not targets
         plot_contact_intervals(analysis.contact_times, stiffness=light if alike else None, ax=upper)
         plot_contact_speeds(analysis.contact_speeds, analysis.velocity, pair_line=alike, ax=lower)
@@ -135,7 +135,7 @@ def animate(analysis: CollisionAnalysis, path: Path) -> None:
     from chaincor.analysis.figures.animation import animate_collision
 
     times = analysis.history.times
-    # Nothing happens after the last contact, so the figure ends shortly after it.
+    # No contact follows the last contact, so the animation ends shortly after it.
     shown = times <= 1.25 * (analysis.contact_statistics.last_time or times[-1])
     displacements, velocities = along_the_line(analysis)
     animate_collision(

@@ -1,4 +1,4 @@
-"""Read the frames of a collision from its start, with the data known besides the dump."""
+"""Read the frames of a collision, and find its start with data from outside the dump."""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
@@ -15,36 +15,36 @@ from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.errors import InputError
 
 # State in the first frame. ``incoming``: every particle still has the velocity -v0; ``reflected``:
-# particle 1 has just been reflected; ``moving`` and ``turned``: the same states of a chain with
-# internal motion, found from its momentum; ``late``: the collision has already begun.
+# particle 1 has just been reflected; ``moving`` and ``turned``: the same two states of a chain with
+# internal motion, found from the momentum of the chain; ``late``: the collision has already begun.
 Start = Literal["incoming", "reflected", "moving", "turned", "late"]
-# The shortest formats of dumps have this many digits.
+# Relative difference between two equal speeds in dumps with the fewest digits.
 _SAME_SPEED = 1e-4
 EndArgument = Callable[[float, Array, Array, float, Potential], str | None]
 
 
 @dataclass(frozen=True, eq=False)
 class Known:
-    """Known data of a collision, in the chain's units; None if unknown."""
+    """Data of a collision from outside its dump, in the chain's units; None if unknown."""
 
-    #: Potential of the bonds. With it, the analysis has energies, and contacts for any spacing of
-    #: the frames.
+    #: Potential of the bonds. If it is known, the analysis computes energies, and finds contacts
+    #: between frames that are any time apart.
     bond: Potential | None = None
     #: Impact speed v0; by default the speed in the first frame.
     impact_velocity: float | None = None
     timestep: float | None = None  #: Simulated time per step, for dumps that do not carry the time.
-    #: Masses of the chain and of a free target, each from the contact outward. By default they are
-    #: the masses in the dump, or else 1.
+    #: Masses of the chain and of a free target, each from the contact outward. By default they come
+    #: from the dump, and are 1 if the dump has no masses.
     masses: Sequence[Array] | None = None
     targets: int = 0  #: Particles of a free target; 0 for a wall.
     soft: bool = False  #: Whether the bodies overlap in a contact.
     #: ``f(u_1, strains, velocities, time_since_contact, bond)`` returns the reason why no contact
-    #: can follow, or None. It is called only where all masses are equal. Without it the time since
-    #: the last contact decides.
+    #: can follow, or None. The function is called only if all masses are equal. Without the
+    #: function, the time since the last contact decides.
     end_argument: EndArgument | None = None
 
     def __post_init__(self) -> None:
-        """Refuse a velocity or a timestep that is not positive."""
+        """Refuse a velocity or a time step that is not positive."""
         for name, given in (("velocity", self.impact_velocity), ("timestep", self.timestep)):
             if given is not None and not 0.0 < given < np.inf:
                 raise InputError(f"the {name} is {given}. Give a positive finite number")
@@ -82,7 +82,8 @@ class CollisionFrames:
             self.first, known.timestep
         )  #: State in the first frame.
         resolution = self.first.resolution("vx", self.first.significant_digits())
-        #: Half-width of the interval of velocities that print as the velocity in the first frame.
+        #: Half-width of the interval of velocities that are printed like the velocity in the first
+        #: frame.
         self.resolution = float(np.max(resolution))
         #: Masses of the chain and of a free target, each from the contact outward.
         self.masses = known.masses or masses_of_bodies(self.first, self.layout)[0]
@@ -90,8 +91,8 @@ class CollisionFrames:
         target = self.first_state.target_velocities
         relative = self.first_state.velocities - (float(target[0]) if target.size else 0.0)
         self.start, seen = find_start(relative, resolution)
-        #: Impact speed v0. A given speed, which has all its digits, replaces the speed in the
-        #: frame.
+        #: Impact speed v0. A given speed replaces the speed in the frame, because it has all
+        #: digits.
         self.velocity: float
         if target.size:
             if self.start != "incoming" or np.any(target != target[0]):
@@ -104,11 +105,11 @@ class CollisionFrames:
 
     @property
     def digits(self) -> int:
-        """Significant digits of the dump, from all frames because the first may be round."""
+        """Significant digits of the dump. The first frame alone may have round numbers."""
         return max(self.first.significant_digits(), self.last.significant_digits())
 
     def states(self) -> Iterator[ChainState]:
-        """Yield all states, the first included, in order of time."""
+        """Yield all states in order of time, beginning with the first frame."""
         yield self.first_state
         time = self.first_state.time
         for frame in self._frames:
@@ -158,8 +159,8 @@ class CollisionFrames:
         first_state, masses = self.first_state, self.masses
         v0 = -first_state.separation(masses)
         if first_state.gap == 0.0 and first_state.gap_velocity > 0.0:
-            # The frame may follow the first contact at once. The chain came faster before that
-            # contact.
+            # The frame may directly follow the first contact. Before that contact the chain was
+            # faster.
             share = sum(1.0 / float(np.sum(m)) for m in masses) / sum(1.0 / m[0] for m in masses)
             before = v0 + 2.0 * float(first_state.gap_velocity * share)
             if given is None:
@@ -185,8 +186,8 @@ class CollisionFrames:
         return v0
 
     def _moving_start(self) -> Start:
-        """Examine a first frame that lacks the start of a collision once more, with later data."""
-        if self.layout.targets:  # the impact velocity is that of this frame
+        """Decide from the momentum whether the first frame shows the start of the collision."""
+        if self.layout.targets:  # the impact velocity was taken from this frame
             return "moving"
         v = self.first_state.velocities
         # Each printed velocity has this rounding error, and so has their sum.
@@ -198,14 +199,14 @@ class CollisionFrames:
 
 def find_start(velocities: Array, resolution: Array) -> tuple[Start, float | None]:
     """
-    Return the state that the velocities in the first frame show, and the impact speed.
+    Find from the velocities whether the collision has begun; return this state and the speed.
 
-    Velocities begin with particle 1. `resolution` is half a unit of the last printed digit. The
-    speed is None if the velocities alone do not show it.
+    The first velocity is that of particle 1. `resolution` is half a unit of the last printed digit.
+    The impact speed is None if the velocities alone do not show it.
     """
     outer = velocities[1:] if velocities.size > 1 else -np.abs(velocities)
     speed = -float(outer[-1])
-    # In flight, the rounding of positions causes forces that hardly change the velocities.
+    # In free flight, rounded positions cause small forces, which hardly change the velocities.
     slack = max(4.0 * float(np.max(resolution)), 1e-9 * speed)
     if not speed > 0.0 or np.any(np.abs(outer + speed) > slack):
         return "late", None
@@ -220,10 +221,11 @@ def find_moving_start(
     velocities: Array, masses: Array, impact_velocity: float, slack: float, at_wall: bool
 ) -> Start:
     """
-    Decide by the momentum whether a chain with internal motion has hit the wall.
+    Decide from the momentum whether a chain with internal motion has already hit the wall.
 
-    The velocity of its centre of mass may differ from -v0 by `slack`. `at_wall` says whether
-    particle 1 is at the wall, where its velocity may just have been reversed.
+    Before the contact, the velocity of the centre of mass differs from -v0 by at most `slack`.
+    `at_wall` says whether particle 1 is at the wall, where its velocity may just have been
+    reversed.
     """
     total = float(np.sum(masses))
     mean = float(masses @ velocities) / total

@@ -10,10 +10,10 @@ from numpy.typing import ArrayLike
 class ContactStatistics:
     """Statistics of a list of contacts; means without data are None."""
 
-    count: int  #: Number f of contacts, with the first contact.
+    count: int  #: Number f of contacts, including the first contact.
     per_particle: float  #: Contacts per particle, f/n.
     last_time: float | None  #: Duration of the collision, from the first contact to the last.
-    #: Interval between contacts.
+    #: Mean and median of the interval between contacts.
     mean_interval: float | None
     median_interval: float | None  #: See ``mean_interval``.
     mean_speed: float | None  #: Mean incoming speed in units of the impact speed v0.

@@ -19,7 +19,7 @@ class Quantile:
     probability: float  #: Expected part of all samples below the quantile.
     value: float  #: Estimate.
     #: Lower end of the confidence interval, which is valid for any distribution. Both ends are
-    #: samples in order of size, or -inf and inf if there are too few samples.
+    #: sampled values; if there are too few samples, they are -inf and inf.
     low: float
     high: float  #: Upper end of the interval.
 
@@ -29,11 +29,11 @@ class Share:
     """Probability of an event, from its frequency in samples."""
 
     value: float  #: Part of the samples.
-    #: Lower end of Wilson's interval. If error bars leave open whether the event happened in a
-    #: sample, the sample counts once as yes and once as no.
+    #: Lower end of Wilson's interval. A sample whose error bar leaves the event open counts as no
+    #: at the lower end, and as yes at the upper end.
     low: float
     high: float  #: Upper end of the interval.
-    doubtful: int  #: Number of samples whose error bars leave the event open.
+    doubtful: int  #: Number of samples whose error bars do not decide about the event.
 
 
 @dataclass(frozen=True)
@@ -41,12 +41,12 @@ class Distribution:
     r"""Estimates of a distribution from samples."""
 
     count: int  #: Number N of samples.
-    #: Mean, and the standard deviation :math:`s` of N - 1 degrees of freedom.
+    #: Mean, and the standard deviation :math:`s` with N - 1 degrees of freedom.
     mean: float
     deviation: float  #: See ``mean``.
     standard_error: float  #: Statistical error of the mean, :math:`s/\sqrt N`; nan for one sample.
     #: Numerical error of the mean: the mean of the samples' error bars, because all errors may have
-    #: one sign. It is nan if a sample has no error bar.
+    #: the same sign. It is nan if a sample has no error bar.
     numerical_error: float
     quantiles: tuple[Quantile, ...]  #: At `QUANTILES`.
 
@@ -78,25 +78,24 @@ class Distribution:
         """
         if not math.isfinite(self.deviation):
             return None
-        # If rounding alone causes the deviation, a single sample suffices.
+        # If the scatter is only rounding, one sample suffices.
         return max(1, math.ceil((self.deviation / precision) ** 2 * (1.0 - 1e-12)))
 
 
 def quantile(values: ArrayLike, probability: float) -> Quantile:
     """
-    Return a quantile with an interval that holds for any distribution.
+    Return a quantile with a confidence interval that is valid for any distribution.
 
-    The quantile is linear between samples, like `numpy.quantile`. The number of samples below the
-    true quantile is binomial, so two of the ordered samples enclose the quantile with the
-    confidence.
+    The quantile is interpolated linearly between samples, like `numpy.quantile`. The number of
+    samples below the true quantile has a binomial distribution. It determines which two ordered
+    samples enclose the quantile with the required confidence.
     """
     from scipy.stats import binom
 
     ordered = np.sort(np.asarray(values, dtype=float))
     count, tail = len(ordered), 0.5 * (1.0 - CONFIDENCE)
     padded = np.concatenate(([-math.inf], ordered, [math.inf]))
-    # The quantile lies below sample k (counted from 1) only if fewer than k samples lie below the
-    # quantile.
+    # The quantile is below sample k (counted from 1) only if fewer than k samples are below it.
     below = int(binom.ppf(tail, count, probability))
     above = int(binom.ppf(1.0 - tail, count, probability)) + 1
     return Quantile(
@@ -119,7 +118,7 @@ def share_above(values: ArrayLike, errors: ArrayLike, threshold: float) -> Share
     """
     Return the probability that a sample exceeds a threshold, with its interval.
 
-    `values` and `errors`, of shape (N,), are samples and their numerical error bars.
+    `values` are the samples and `errors` their numerical error bars, both of shape (N,).
     """
     x, bars = np.asarray(values, dtype=float), np.asarray(errors, dtype=float)
     surely = int(np.count_nonzero(x - bars > threshold))

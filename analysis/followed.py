@@ -1,4 +1,4 @@
-"""Follow the frames of a collision in one pass and constant memory, with the error of eta."""
+"""Read the frames of a collision once, in constant memory, and bound the error of eta."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -16,20 +16,20 @@ from chaincor.analysis.restitution import bond_strains
 from chaincor.lammps_inputs.bonds.potential import Potential, stiffness_of
 from chaincor.lammps_inputs.errors import InputError
 
-# Sideways motion at this many v0 holds 1e-12 of the energy.
+# Sideways motion at this fraction of v0 has 1e-12 of the energy.
 _SIDEWAYS = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
 class Followed:
-    """Data from the frames of a collision, from the first to the last."""
+    """Data collected from all frames of a collision."""
 
     reading: CollisionFrames  #: The frames, read to the end.
     parted: ChainState  #: The state in the first frame after the last contact.
     last: ChainState  #: The state in the last frame.
     since_contact: float  #: Time from the last contact to the last frame.
     detection: DetectedContacts  #: The contacts.
-    records: list[Record]  #: Records of selected data from all states, one for each body.
+    records: list[Record]  #: Motion and energies in time, one record for each body.
 
     @property
     def parting(self) -> bool:
@@ -38,25 +38,25 @@ class Followed:
 
     @property
     def alone(self) -> bool:
-        """Whether each body is a single particle, so that only one contact is possible."""
+        """Whether each body is a single particle. Then only one contact is possible."""
         return all(m.size == 1 for m in self.reading.masses)
 
     @property
     def sound_returns(self) -> float:
         """Time that sound needs to cross the longer body and come back."""
         root = stiffness_of(self.reading.known.bond) ** 0.5
-        # Long waves see the mean mass and are the fastest waves.
+        # Long waves are the fastest, and their speed depends on the mean mass.
         return max(2.0 * m.size * float(np.mean(m)) ** 0.5 / root for m in self.reading.masses)
 
     @cached_property
     def argument(self) -> str | None:
-        """Reason that no contact with a hard wall follows: ``proved``, ``argued``, or None."""
+        """Why no further contact with a hard wall follows: ``proved``, ``argued``, or None."""
         known, masses, last = self.reading.known, self.reading.masses[0], self.last
         ask, bond = known.end_argument, known.bond
         if bond is None or ask is None or known.targets or known.soft or not are_equal(masses):
             return None
-        # The argument assumes masses of 1. In units of sqrt(m/k) the motion of other masses is the
-        # same.
+        # The argument assumes masses of 1. With time in units of sqrt(m/k), chains of any mass m
+        # move alike.
         root = float(np.sqrt(masses[0]))
         strains, since = bond_strains(last.displacements), self.since_contact / root
         return ask(last.gap, strains, root * last.velocities, since, bond)
@@ -66,8 +66,9 @@ class Followed:
         """
         Whether the collision is over in the last frame, as far as the frames show.
 
-        The chain must recede. Also, the absence of later contacts must be proved or argued, or no
-        contact must have occurred for longer than sound needs to cross the chain and return.
+        The chain must recede. In addition, later contacts must be excluded by proof or argument, or
+        the last contact must be further back than the time that sound needs to cross the longer
+        body and return.
         """
         known = self.alone or self.argument is not None
         return self.parting and (known or self.since_contact > self.sound_returns)
@@ -106,7 +107,8 @@ def restitution_precision(seen: Followed, e: float) -> float:
     """
     Return a bound on the error of eta due to the printed digits of a dump.
 
-    Half a unit of the last printed digit is propagated into eta. `e` is the ratio of speeds.
+    The bound propagates an error of half a unit in the last printed digit. `e` is the ratio of
+    speeds.
     """
     reading, state = seen.reading, seen.last
     masses, digits, known = reading.masses, reading.digits, reading.known
@@ -118,8 +120,8 @@ def restitution_precision(seen: Followed, e: float) -> float:
         printed = sum(
             float(np.sum(m * h)) / float(np.sum(m)) for m, h in zip(masses, half, strict=True)
         )
-        # The run itself goes on for at most one more frame, and each step rounds every velocity.
-        # LAMMPS adds n products in its own order, and each addition rounds.
+        # LAMMPS computes eta at most one frame later, and each step until then rounds every
+        # velocity. LAMMPS also adds the n products in another order, and each addition rounds.
         sizes = zip(masses, state.bodies, strict=True)
         return printed + sum(
             (m.size + steps) * epsilon * float(np.sum(m * np.abs(body.velocities))) / np.sum(m)
@@ -127,7 +129,7 @@ def restitution_precision(seen: Followed, e: float) -> float:
         )
 
     read = 0.0
-    # Before a wall, a given speed is exact.
+    # In front of a wall, a given impact speed has no rounding error.
     if known.targets:
         read = off(reading.first, 0)
     elif known.impact_velocity is None:

@@ -21,7 +21,7 @@ from chaincor.analysis.results import BodyAnalysis, CollisionAnalysis
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.potential import stiffness_of
 
-# If the energy exceeds the energy of the translation by no more than this, there is no vibration.
+# If the energy exceeds the translational energy by at most this fraction, there is no vibration.
 _ROUNDINGS = 1e-12
 
 
@@ -34,9 +34,9 @@ def analyze_frames(
     """
     Analyse a collision frame by frame.
 
-    `notes` are caveats known beforehand; `progress` gets the number of bytes read so far. Raises
-    InputError if the frames do not show a collision of a chain, if they contradict known data, or
-    if masses differ and are unknown.
+    `notes` are caveats that are already known. `progress` receives the number of bytes read so far.
+    Raises InputError if the frames do not show a collision of a chain, if they contradict known
+    data, or if masses differ and are unknown.
     """
     reading = CollisionFrames(frames.frames(progress), known)
     masses, velocity, first_state = reading.masses, reading.velocity, reading.first_state
@@ -132,12 +132,12 @@ def _each_body(
 
 
 def _momentum_residual(seen: Followed) -> float:
-    """Return the momentum that contacts do not explain, or the change of the sum for two bodies."""
+    """Return the momentum that contacts do not explain; for two bodies, the change of their sum."""
     reading = seen.reading
     masses, v0 = reading.masses, reading.velocity
     if len(masses) == 1:
         if seen.detection.method == "none":
-            return 0.0  # a soft wall takes any momentum
+            return 0.0  # the impulse of a soft wall is unknown
         return abs(momentum_residual(seen.last.velocities, v0, seen.detection.speeds, masses[0]))
     both = [_momentum(each, masses) for each in (reading.first_state, seen.last)]
     return abs(both[1] - both[0]) / (float(np.sum(masses[0])) * v0)

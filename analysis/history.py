@@ -10,8 +10,8 @@ from chaincor.analysis.results import History
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.potential import Potential
 
-# Whole states are kept only for pictures. Their number is limited by memory, and by the states that
-# a picture can show.
+# Whole states are kept only for figures. Memory limits their number, and so does the number of
+# states that a figure can show.
 _PICTURE_FRAMES = 600
 _PICTURE_BYTES = 64 * 2**20
 _SERIES_ROWS = 20_000
@@ -21,9 +21,9 @@ Item = TypeVar("Item")
 
 class Thinned(Generic[Item]):
     """
-    Record of every k-th item, where k doubles so that at most a limit (>= 2) of items stay.
+    Every k-th item of a sequence. k doubles whenever more items than a limit (>= 2) would be kept.
 
-    The last item is also kept, so that the record reaches the end.
+    The last item is kept as well, so that the record reaches the end.
     """
 
     def __init__(self, limit: int):
@@ -52,7 +52,7 @@ class Thinned(Generic[Item]):
 
 
 class Record:
-    """Record of selected data from every state of a chain."""
+    """Motion and energies of a body in time, collected state by state."""
 
     def __init__(self, masses: Array, bond: Potential | None):
         self._masses = masses
@@ -85,7 +85,7 @@ class Record:
         self._rows.feed((state.time, momentum, translation, vibration, low, high))
 
     def history(self, origin: float) -> History:
-        """Return the record, with times that count from an origin."""
+        """Return the record, with times relative to an origin."""
         states = self._states.items()
         rows = np.array(self._rows.items()).T
         return History(

@@ -20,7 +20,7 @@ from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.bonds.potentials import Harmonic
 from chaincor.lammps_inputs.errors import InputError
 
-# Two velocities printed with the default six digits may differ by this and be equal.
+# Two equal velocities, printed with the default six digits, may differ by this fraction.
 _SAME_SPEED = 1e-5
 
 
@@ -48,23 +48,24 @@ def analyze_job(
     impact_velocity : float, optional
         v0; by default from ``scene.toml`` or the first frame.
     timestep : float, optional
-        Simulated time per step, for dumps that do not carry the time; from the log, the script or
-        the flight of the last particle by default.
+        Simulated time per step, for dumps that do not carry the time. By default it comes from the
+        log, the script or the flight of the last particle.
     masses : array_like, optional
         Particle masses from the wall outwards, repeated along the chain. By default they come from
-        the dump, from the types in the data file and the script, or from ``scene.toml``, and are
-        otherwise 1.
+        the dump, from the types in the data file and the script, or from ``scene.toml``. Without
+        these sources, masses are 1.
     end_argument : callable, optional
         See :class:`~chaincor.analysis.collision_frames.Known`.
     progress : callable, optional
         Called with the number of bytes of the dump read so far.
     view : DumpView, optional
-        Units of the dump, place of its wall, and direction of the chain. Given velocity, timestep
-        and masses are in these units too. By default the view comes from ``units.toml`` beside the
-        dump; without this file the units are the chain's own, with the wall at 0 below the chain.
+        Units of the dump, position of its wall, and direction of the chain. The arguments
+        `impact_velocity`, `timestep` and `masses` are in the same units. By default the view comes
+        from ``units.toml`` beside the dump. Without this file, the dump must be in the chain's
+        units, with the wall at x = 0 below the chain.
     target_particles : int, optional
         Number of particles of a free target; by default from ``scene.toml`` or the dump. Without a
-        column ``mol`` the target has the particles at the lowest x.
+        column ``mol``, the target consists of the particles at the lowest x.
 
     Returns
     -------
@@ -144,8 +145,9 @@ def target_particles_of(job: Job, first: DumpFrame, given: int | None = None) ->
     """
     Return the number of particles of a free target; 0 for a wall.
 
-    The number comes from `given`, from ``scene.toml``, or from the first frame of the dump, whose
-    column ``mol`` is 1 in the chain and 2 in the target. Raises InputError if these differ.
+    The number comes from `given`, from ``scene.toml``, or from the column ``mol`` in the first
+    frame of the dump, which is 1 in the chain and 2 in the target. Raises InputError if these
+    sources differ.
     """
     scene = job.loaded_scene
     counts: dict[str, int] = {}
@@ -166,7 +168,7 @@ def target_particles_of(job: Job, first: DumpFrame, given: int | None = None) ->
 
 
 def _with_scene(known: Known, job: Job, layout: ChainLayout) -> tuple[Known, list[str]]:
-    """Complete the user's data by the scene of the job, or by the springs of its script."""
+    """Complete the user's data from the scene of the job, or from the springs in its script."""
     scene = job.loaded_scene
     if scene is None or job.scene is None:
         if known.bond is not None or job.commands.setup.spring is None:
@@ -190,11 +192,11 @@ def _with_scene(known: Known, job: Job, layout: ChainLayout) -> tuple[Known, lis
 
 def infer_timestep(dump: DumpFrames, layout: ChainLayout) -> float | None:
     """
-    Return the simulated time of a step, from the flight of the last particle.
+    Return the simulated time per step, from the free flight of the last particle.
 
-    Until sound has crossed the chain, the particle farthest from the wall flies freely. Its
-    distance, its speed and the steps between frames then give the time of a step. Frames are read
-    only during this flight. The result is None if fewer than two frames show the flight.
+    Until sound has crossed the chain, the particle farthest from the wall flies freely. Its path,
+    its speed and the number of steps between frames then give the time per step. Only frames during
+    this flight are read. The result is None if fewer than two frames show the flight.
     """
     first = timestep = None
     for frame in dump:
@@ -229,10 +231,13 @@ def _expect_count(expected: int, source: Path, found: int, dump: Path) -> None:
 
 
 def _refuse_other_chain(data: Path, particles: int, dump: Path) -> None:
-    """Refuse a data file with other particles than the dump, or with more than one open chain."""
+    """Refuse a data file that does not match the dump, or that has more than one open chain."""
     atoms, bonds = count_atoms_and_bonds(data)
     _expect_count(atoms, data, particles, dump)
-    if bonds not in (0, particles - 1):  # without bonds, other forces hold the chain together
+    if bonds not in (
+        0,
+        particles - 1,
+    ):  # without bonds in the data file, other forces bind the chain
         raise InputError(
             f"{data} has {bonds} bonds between {particles} particles. Give one open chain "
             f"with {particles - 1} bonds; all particles of the dump count as this chain"

@@ -1,4 +1,4 @@
-"""Search of a folder for the files of a LAMMPS job: dump, data file, scene, scripts, logs."""
+"""Find the files of a LAMMPS job in a folder: dump, data file, scene, scripts, logs."""
 
 import gzip
 import re
@@ -27,7 +27,7 @@ _COUNT = re.compile(r"[0-9]{1,18}")
 _ATOM_COUNT = re.compile(rb"^\s*(\d+)\s+atoms\s*$", re.MULTILINE)
 _DATA_SECTION = re.compile(rb"^\s*(Atoms|Masses)\b", re.MULTILINE)
 _SCRIPT_COMMAND = re.compile(rb"^\s*(units|atom_style|read_data|run)\s", re.MULTILINE)
-# The name may also stand within a command such as ``if``.
+# A ``dump`` command may also be an argument of another command, such as ``if``.
 _DUMP_COMMAND = re.compile(r"^[^#\n]*\b(write_dump\s+\S+|dump\s+\S+\s+\S+)\s+custom", re.MULTILINE)
 
 
@@ -35,17 +35,17 @@ _DUMP_COMMAND = re.compile(r"^[^#\n]*\b(write_dump\s+\S+|dump\s+\S+\s+\S+)\s+cus
 class Job:
     """Files of a job."""
 
-    dump: Path  #: LAMMPS dump of style custom, or a trajectory that ASE or MDAnalysis read.
+    dump: Path  #: LAMMPS dump of style custom, or a trajectory that ASE or MDAnalysis can read.
     data: Path | None = None  #: LAMMPS data file.
     scene: Path | None = None  #: ``scene.toml``.
     #: Input scripts.
     scripts: tuple[Path, ...] = ()
     logs: tuple[Path, ...] = ()  #: LAMMPS logs.
-    seen: DumpView | None = None  #: View of the dump that a user gave; None without one.
+    seen: DumpView | None = None  #: View of the dump from the user; None if the user gave no view.
 
     @property
     def files(self) -> list[tuple[str, Path]]:
-        """Files of the job, each with its role."""
+        """Roles and paths of the files of the job."""
         found = {
             "dump": files_of(self.dump) if is_pattern(self.dump) else (self.dump,),
             "data file": (self.data,),
@@ -57,7 +57,7 @@ class Job:
 
     @cached_property
     def loaded_scene(self) -> Scene | None:
-        """Scene of the job; None without a scene. Raises SceneError for a faulty scene."""
+        """Scene of the job; None if there is no scene. Raises SceneError for a faulty scene."""
         return None if self.scene is None else Scene.from_file(self.scene)
 
     @cached_property
@@ -75,9 +75,10 @@ class Job:
         """
         View of the dump, from the files beside it.
 
-        The units come from ``units.toml``. Without this file and a scene, they are the units
-        in which springs and masses of the run are 1. The wall is the wall of ``fix wall/reflect``,
-        and of two walls the one that the chain approaches. A view from the user has priority.
+        The units come from ``units.toml``. If there is neither this file nor a scene, they are the
+        units in which springs and masses of the run are 1. The wall is taken from ``fix
+        wall/reflect``; if there are two walls, the chain approaches the chosen one. A view from the
+        user has priority.
         """
         if self.seen is not None:
             return self.seen
@@ -111,19 +112,19 @@ class Job:
 
     @property
     def step(self) -> float | None:
-        """Initial step of the run, in the chain's units; None if it is unknown."""
+        """Initial time step of the run, in the chain's units; None if it is unknown."""
         step = self.commands.first_timestep
         return None if step is None else step / self.view.units.time
 
     def frames(self) -> DumpFrames:
-        """Open the dump in the chain's units; numbers in these units stay exact."""
+        """Open the dump in the chain's units; a dump already in these units is not converted."""
         source = open_trajectory(self.dump)
         return source if self.view == DumpView() else ViewedDump(source, self.view)
 
 
 def find_job(folder: Path | str, *, data: Path | None = None, dump: Path | None = None) -> Job:
     """
-    Find the files of a job, by content and not by name.
+    Find the files of a job by their content, not by their names.
 
     Parameters
     ----------
@@ -140,7 +141,7 @@ def find_job(folder: Path | str, *, data: Path | None = None, dump: Path | None 
     Raises
     ------
     InputError
-        If there is no dump, or more than one to choose from.
+        If there is no dump, or more than one.
 
     Examples
     --------
@@ -161,11 +162,11 @@ def find_jobs(
     scene: Path | str | None = None,
 ) -> tuple[Job | None, tuple[Job, ...]]:
     """
-    Find the job in a folder, and the jobs in the folders below it, in order of their names.
+    Find the job in a folder, and the jobs in its subfolders, in order of their names.
 
-    `scene` belongs to all jobs. The first item is None if only a folder below holds a dump. If
-    files of the job are named, folders below are not searched. Raises InputError as
-    :func:`find_job` does.
+    `scene` applies to all jobs. The first item is None if only a subfolder contains a dump. If
+    files of the job are named, subfolders are not searched. Raises InputError as :func:`find_job`
+    does.
     """
     folder = Path(folder)
     if scene is not None and not Path(scene).is_file():
@@ -189,7 +190,7 @@ def _job_of(
     data: Path | None = None,
     dump: Path | None = None,
 ) -> Job:
-    # A named file is searched at its own path first, then in the folder.
+    # A named file is looked up at the given path first, then in the folder.
     dump, data = (
         path if path is None or _is_there(path) or not _is_there(folder / path) else folder / path
         for path in (dump, data)
@@ -217,7 +218,7 @@ def _is_there(path: Path) -> bool:
 
 
 def _why_no_dump(folder: Path, scripts: list[Path], scene: Path) -> str:
-    """Return the message that a folder has no dump, with the remedy."""
+    """Explain why a folder has no dump, and how to make one."""
     found = f"{folder} holds no LAMMPS dump of style custom, and no trajectory that ASE or "
     found += "MDAnalysis read"
     empty = [
@@ -250,13 +251,13 @@ def _files_by_kind(folder: Path) -> dict[str, list[Path]]:
         kind = _recognise(path)
         if kind is not None:
             kinds[kind].append(path)
-    # Beside a dump, other trajectories are copies of it with fewer digits.
+    # If there is a dump, other trajectories are copies of the dump with fewer digits.
     kinds["dump"] = kinds["dump"] or kinds["other"]
     return kinds
 
 
 def count_atoms_and_bonds(path: Path) -> tuple[int, int]:
-    """Return the numbers of atoms and bonds of a data file; raise InputError for other files."""
+    """Count the atoms and bonds of a data file; raise InputError for other files."""
     _, header = read_sections(path)[""]
     counts = {row[1]: int(row[0]) for row in header if len(row) == 2 and _COUNT.fullmatch(row[0])}
     if "atoms" not in counts:
@@ -285,7 +286,7 @@ def _recognise(path: Path) -> str | None:
         return "dump"
     if _ATOM_COUNT.search(head) and _DATA_SECTION.search(head):
         return "data"
-    # If a script names its log itself, the first line of LAMMPS is missing in this log.
+    # If a script itself opens the log ``log.lammps``, LAMMPS's first line is missing in this log.
     if head.startswith(b"LAMMPS (") or path.name == "log.lammps":
         return "log"
     if path.suffix != ".toml" and len(_SCRIPT_COMMAND.findall(head)) >= 2:

@@ -5,14 +5,16 @@ Mode j = 0..n-1 has the shape :math:`\cos(\pi j (i - 1/2)/n)` and the frequency
 :math:`\omega_j = 2\sqrt{k} \sin(\pi j / 2n)`; j = 0 is the translation. The paper prints
 :math:`\sin(\pi j/n)`, which is not the frequency of its own chain.
 
-Particles of unequal masses have modes of their own: the eigenvectors of :math:`M^{-1/2} K
-M^{-1/2}`, where K = k B^T B and B turns displacements into strains. They come from the tridiagonal
-matrix of the strains, :math:`k B M^{-1} B^T`, which has the same frequencies except the zero of the
-translation. The translation is therefore exact and costs the others no digits.
+Chains of unequal masses have other modes: the eigenvectors of :math:`M^{-1/2} K M^{-1/2}`, where K
+= k B^T B and B turns displacements into strains. These modes are computed from the tridiagonal
+matrix of the strains, :math:`k B M^{-1} B^T`, which has the same frequencies except the zero
+frequency of the translation. The translation is therefore exact, and its energy does not reduce the
+precision of other modes.
 
 If frequencies agree to rounding, as for vibrations at the two ends of a chain with light ends, any
-mixture of their modes is a mode, and the last digit of a mass decides the computed mixture. The
-energy is then divided equally among these modes, because only the sum has a meaning.
+linear combination of their modes is a mode, and the last digit of a mass decides the computed
+combination. The energy is then divided equally among these modes, because only the sum has a
+meaning.
 """
 
 from dataclasses import dataclass
@@ -25,8 +27,9 @@ from chaincor.analysis.restitution import bond_strains, centre_of_mass_velocity
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.potential import Potential
 
-# Modes whose squared frequencies differ by less than this fraction of the largest cannot be
-# distinguished. An error of a mass by one epsilon shifts squares by an epsilon of the largest.
+# Modes whose squared frequencies differ by less than this fraction of the largest squared frequency
+# cannot be distinguished. If a mass changes by one epsilon of itself, squared frequencies change by
+# an epsilon of the largest one.
 _INDISTINCT = 1e-12
 
 
@@ -34,7 +37,7 @@ def mode_frequencies(
     particles: int, stiffness: float = 1.0, masses: ArrayLike | None = None
 ) -> Array:
     r"""
-    Return :math:`\omega_j = 2 \sqrt{k/m} \sin(\pi j/(2n))`, or those of a chain of unequal masses.
+    Return :math:`\omega_j = 2 \sqrt{k/m} \sin(\pi j/(2n))`; unequal masses have other frequencies.
 
     Parameters
     ----------
@@ -59,7 +62,7 @@ def mode_frequencies(
 
 def indistinct_modes(frequencies: ArrayLike) -> list[tuple[int, int]]:
     """
-    Return the modes of a chain that cannot be distinguished, as frequencies agree to rounding.
+    Return the modes that cannot be distinguished, because frequencies agree to rounding.
 
     Parameters
     ----------
@@ -87,10 +90,10 @@ def mode_amplitudes(values: ArrayLike) -> Array:
 
     .. math:: q_j = \sqrt{(2 - \delta_{j0})/n} \sum_i u_i \cos(\pi j (i - 1/2)/n).
 
-    NumPy computes it, because importing SciPy takes longer than most collisions. The values with
-    odd numbers, followed by the values with even numbers in reverse, have a Fourier transform V;
-    the result is the real part of :math:`V_j e^{-i\pi j/2n}`. Source: Makhoul, IEEE Transactions on
-    Acoustics, Speech, and Signal Processing 28, 27 (1980).
+    NumPy computes the transform, because importing SciPy takes longer than most collisions. Let V
+    be the Fourier transform of the odd-numbered values, followed by the even-numbered values in
+    reverse. The result is the real part of :math:`V_j e^{-i\pi j/2n}`. Source: Makhoul, IEEE
+    Transactions on Acoustics, Speech, and Signal Processing 28, 27 (1980).
 
     Parameters
     ----------
@@ -118,7 +121,7 @@ def mode_amplitudes(values: ArrayLike) -> Array:
 def _sine_transform(values: Array) -> Array:
     r"""Return the orthonormal DST-I, :math:`\sqrt{2/(m + 1)} \sum_i s_i \sin(\pi i j/(m + 1))`."""
     m = values.shape[-1]
-    # The values are continued as an odd function, which consists of sines.
+    # The values are extended to an odd function, whose Fourier series has only sines.
     odd = np.zeros((*values.shape[:-1], 2 * m + 2))
     odd[..., 1 : m + 1] = values
     odd[..., m + 2 :] = -values[..., ::-1]
@@ -135,12 +138,12 @@ def mode_energies(
     Return :math:`E_j = (p_j^2 + \omega_j^2 q_j^2)/2` for every mode.
 
     For equal masses p is the DCT-II of the velocities, and :math:`\omega_j q_j` is
-    :math:`-\sqrt{k}` times the DST-I of the bond strains. This needs no division, and the
-    translation, which is large after a collision, costs no digits. Both are O(n log n).
+    :math:`-\sqrt{k}` times the DST-I of the bond strains. No frequency is divided by, and no digits
+    are lost to the translation, which is large after a collision. Both transforms cost O(n log n).
 
     For unequal masses :math:`p_j = \sum_i a_{ij} \sqrt{m_i} v_i` with the orthonormal eigenvectors
-    a_j of the free chain, and :math:`\omega_j q_j` comes from the strains in the same way. The cost
-    is O(n^2) for each frame, after the modes are known.
+    a_j of the free chain, and :math:`\omega_j q_j` is computed from the strains with the
+    eigenvectors b_j. If the modes are known, the cost is O(n^2) per frame.
 
     Parameters
     ----------
@@ -157,9 +160,9 @@ def mode_energies(
     -------
     numpy.ndarray of shape (..., n)
         Energies; j = 0 is the translation. For harmonic bonds the sum over j >= 1 is exactly the
-        vibrational energy; for others see :func:`anharmonic_remainder`. If bonds are broken or
-        stretched far, these energies have no meaning: see :func:`kinetic_mode_energies`. Each mode
-        of a group of :func:`indistinct_modes` has the mean energy of the group.
+        vibrational energy; for other bonds see :func:`anharmonic_remainder`. If bonds are broken or
+        stretched far, these energies have no meaning: see :func:`kinetic_mode_energies`. Modes that
+        :func:`indistinct_modes` groups together all get the mean energy of their group.
     """
     if masses is not None and not are_equal(np.asarray(masses, dtype=float)):
         return _unequal_energies(displacements, velocities, stiffness, np.asarray(masses, float))
@@ -175,9 +178,9 @@ def kinetic_mode_energies(velocities: ArrayLike, masses: ArrayLike | None = None
     r"""
     Return the kinetic part of the mode energies, :math:`p_j^2/2`, which is valid for any bonds.
 
-    The sum over j >= 1 is exactly the kinetic energy relative to the centre of mass, also if bonds
-    are strongly stretched or broken, when :func:`mode_energies` has no meaning. In harmonic
-    vibration, the mean of the kinetic part over time is half of :math:`E_j`.
+    The sum over j >= 1 is exactly the kinetic energy relative to the centre of mass. This also
+    holds for strongly stretched or broken bonds, for which :func:`mode_energies` has no meaning. In
+    harmonic vibration, the time average of the kinetic part is half of :math:`E_j`.
 
     Parameters
     ----------
@@ -192,7 +195,7 @@ def kinetic_mode_energies(velocities: ArrayLike, masses: ArrayLike | None = None
         Energies; j = 0 is the translation.
     """
     v = np.asarray(velocities, dtype=float)
-    # A chain with all bonds at rest length has kinetic energy only.
+    # If all bonds have their natural length, mode energies are only kinetic.
     return mode_energies(np.zeros(v.shape), v, masses=masses)
 
 
@@ -202,7 +205,7 @@ def are_equal(masses: Array) -> bool:
 
 
 def _strain_modes(masses: Array, stiffness: float) -> tuple[Array, Array]:
-    """Return omega_j and the orthonormal shapes of the strains (columns), j = 1..n-1."""
+    """Return omega_j and the orthonormal strain shapes (columns) for j = 1..n-1."""
     from scipy.linalg import eigh_tridiagonal
 
     inverse = stiffness / masses
@@ -212,7 +215,7 @@ def _strain_modes(masses: Array, stiffness: float) -> tuple[Array, Array]:
 
 @lru_cache(maxsize=4)
 def _kept_modes(masses: bytes, stiffness: float) -> tuple[Array, Array]:
-    """Return `_strain_modes` from a cache, because every run of a collision needs them."""
+    """Return `_strain_modes` from a cache, because each run of a collision needs these modes."""
     return _strain_modes(np.frombuffer(masses), stiffness)
 
 
@@ -224,7 +227,8 @@ def _unequal_energies(
     energies = np.empty(v.shape)
     mean = centre_of_mass_velocity(v, masses)
     energies[..., 0] = 0.5 * float(np.sum(masses)) * mean**2
-    # a_j = sqrt(k) M^(-1/2) B^T b_j / omega_j, so p_j is the rate of strain in the shape b_j.
+    # a_j = sqrt(k) M^(-1/2) B^T b_j / omega_j, so p_j is computed from the rates of strain with
+    # b_j.
     rates = np.sqrt(stiffness) * np.diff(v, axis=-1) @ shapes / omega
     strains = np.sqrt(stiffness) * bond_strains(displacements) @ shapes
     energies[..., 1:] = 0.5 * (rates**2 + strains**2)
@@ -236,7 +240,7 @@ def _unequal_energies(
 
 def anharmonic_remainder(displacements: ArrayLike, bond: Potential) -> Array:
     r"""
-    Return the bond energy that the modes leave out, :math:`\sum_i (U(s_i) - k s_i^2/2)`.
+    Return the bond energy that is not in the modes, :math:`\sum_i (U(s_i) - k s_i^2/2)`.
 
     Parameters
     ----------
@@ -248,8 +252,8 @@ def anharmonic_remainder(displacements: ArrayLike, bond: Potential) -> Array:
     Returns
     -------
     numpy.ndarray of shape (...)
-        Vibrational energy less the sum of E_j over j >= 1; zero for harmonic bonds, negative if
-        bonds soften.
+        Vibrational energy minus the sum of E_j over j >= 1. It is zero for harmonic bonds and
+        negative for bonds that soften.
     """
     strains = bond_strains(displacements)
     return np.sum(bond.energy(strains) - 0.5 * bond.stiffness * strains**2, axis=-1)
@@ -257,7 +261,7 @@ def anharmonic_remainder(displacements: ArrayLike, bond: Potential) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class FreeModes:
-    r"""Modes of a free harmonic chain of any masses, j = 1..n-1, without the translation."""
+    r"""Modes of a free harmonic chain with any masses, j = 1..n-1, without the translation."""
 
     frequencies: Array  #: :math:`\omega_j`; of shape (n - 1,).
     #: Orthonormal shapes :math:`b_j` of the strains, in columns; of shape (n - 1, n - 1).
@@ -269,19 +273,19 @@ class FreeModes:
 
 def free_modes(masses: ArrayLike, stiffness: float = 1.0) -> FreeModes:
     r"""
-    Return frequencies and shapes of a free chain, each frequency to a few epsilon of itself.
+    Compute the modes of a free chain, with a relative error of a few epsilon in each frequency.
 
-    The tridiagonal matrix of the strains gives slow modes only to an epsilon of the fastest mode.
-    In Jacobi coordinates, which give each particle relative to the centre of mass of all particles
-    before it, the strains are a bidiagonal matrix,
+    From the tridiagonal matrix of the strains, slow modes have an error of an epsilon of the
+    fastest frequency. Jacobi coordinates give the position of each particle relative to the centre
+    of mass of all earlier particles. In them, a bidiagonal matrix gives the strains,
 
     .. math:: R_{ii} = \mu_i^{-1/2}, \quad R_{i,i+1} = -\frac{\mu_i^{1/2}}{m_{i+1}}, \quad
               \frac{1}{\mu_i} = \frac{1}{m_{i+1}} + \frac{1}{m_1 + \dots + m_i},
 
-    Its entries are computed without cancellation. LAPACK's QR iteration finds its singular values
-    to all digits, however small (Demmel and Kahan, 1990). The cost is O(n^3), 0.7 s for n = 300.
-    `masses` have the shape (n,), and `stiffness` is U''(1). Modes are in order of increasing
-    frequency.
+    Its entries are computed without cancellation. LAPACK's QR iteration finds even the smallest
+    singular values of this matrix to all digits (Demmel and Kahan, 1990). The cost is O(n^3), 0.7 s
+    for n = 300. `masses` have the shape (n,), and `stiffness` is U''(1). Modes are in order of
+    increasing frequency.
     """
     from scipy.linalg import svd
 
@@ -289,7 +293,7 @@ def free_modes(masses: ArrayLike, stiffness: float = 1.0) -> FreeModes:
     before = np.cumsum(m)[:-1]
     diagonal = np.sqrt(1.0 / m[1:] + 1.0 / before)
     jacobi = np.diag(diagonal) - np.diag(1.0 / (m[1:-1] * diagonal[:-1]), 1)
-    # A matrix that is bidiagonal already goes to the QR iteration unchanged.
+    # LAPACK passes a matrix that is already bidiagonal to the QR iteration unchanged.
     left, values, right = svd(jacobi, lapack_driver="gesvd")
     rising = slice(None, None, -1)
     basis = np.triu(np.outer(np.sqrt(m), -1.0 / (before * diagonal)))

@@ -1,5 +1,5 @@
 """
-List of all observables of a collision, which generates every display of them.
+List all observables of a collision; every display of observables is generated from the list.
 
 A field of :class:`Observed` declares one observable of a run. The attribute of the result, the JSON
 key, the store column, the line of text, the entry of ``chaincor explain`` and the row of the
@@ -48,7 +48,7 @@ def attributes_section(observables: Iterable[Observable]) -> str:
 
 
 def rows_of(result: Any, *, dump: bool = False, closing: bool = False) -> list[tuple[str, str]]:
-    """Return the labels and texts of a result or, with `dump`, of the analysis of a dump."""
+    """Return the labels and texts of a result; with `dump`, of the analysis of a dump."""
     return [
         (row.label, text)
         for each in (OF_DUMPS if dump else OF_RUNS)
@@ -60,7 +60,7 @@ def rows_of(result: Any, *, dump: bool = False, closing: bool = False) -> list[t
 
 
 def _definition(row: TextRow, of: Observable) -> str:
-    """Return the meaning of a line: the meanings of all observables that it shows."""
+    """Return the meaning of a printed line, which is that of all observables in the line."""
     if row.definition is not None:
         return row.definition
     shown = [OBSERVABLES[name].meaning for name in row.also]
@@ -74,7 +74,7 @@ def _terms(observables: Iterable[Observable]) -> dict[str, str]:
 #: Explanations of the lines of text in ``chaincor explain``, by label.
 TERMS = _terms(OF_RUNS)
 TERMS_OF_DUMPS = _terms(OF_DUMPS_ALONE.values())
-#: Labels of lines, by other words that ``chaincor explain`` accepts for them.
+#: Other words that ``chaincor explain`` accepts, and the labels of the lines that they stand for.
 OTHER_WORDS = {
     word: row.label for each in OBSERVABLES.values() for row in each.rows for word in row.words
 }
@@ -82,10 +82,10 @@ OTHER_WORDS = {
 
 def json_keys(command: str) -> list[tuple[Observable, bool]]:
     """
-    Return the observables in the JSON of ``run`` or ``analyze``, with their meaning there.
+    Return the observables in the JSON output of ``run`` or ``analyze``, with their meanings.
 
     The second item of each pair says whether the key may be absent. Arrays of runs are not in the
-    JSON, because they go to a separate file.
+    JSON output, because they are written to a separate file.
     """
     if command == "run":
         return [(each, each.rare) for each in OF_RUNS if not each.is_array]

@@ -1,4 +1,4 @@
-"""Output paths, which are resolved and checked against existing files before any writing."""
+"""Resolve output paths, and check them against existing files before anything is written."""
 
 import os
 import re
@@ -7,7 +7,7 @@ from pathlib import Path
 
 from chaincor.lammps_inputs.errors import InputError
 
-# Each kind of file has a pattern near its beginning.
+# Pattern near the beginning of a file, by kind of file.
 _MARKS = {
     "dump": b"ITEM:",
     "arrays": b"PK",
@@ -25,10 +25,10 @@ _MARKS = {
 
 def resolve_output(path: Path) -> Path:
     """
-    Return the path of an output after resolving links and ``..`` in its folder.
+    Resolve links and ``..`` in the folder of an output path.
 
-    The name itself may be a link, which is replaced and not followed. Raises InputError if the path
-    leads nowhere.
+    The file name itself may be a link. It is not followed, and writing replaces the link. Raises
+    InputError if the path leads nowhere.
     """
     try:
         folder = path.parent.resolve()
@@ -45,8 +45,8 @@ def judge_output(path: Path, kind: str) -> Path:
     Return the resolved path of an output that may be written.
 
     `kind` is "dump", "arrays", "xyz", "results" (CSV of a store), or the ending of the file. Raises
-    InputError if there is a folder or a device, or a file that is neither empty nor an earlier
-    output of this kind. Files of other endings are not examined.
+    InputError if the path is a folder or a device, or a file that is neither empty nor an earlier
+    output of this kind. Files with other endings are not examined.
     """
     place = resolve_output(path)
     refuse_no_file(place)
@@ -67,7 +67,7 @@ def judge_output(path: Path, kind: str) -> Path:
 
 
 def refuse_no_file(path: Path) -> None:
-    """Raise InputError if there is a folder or a device where a file is to be written."""
+    """Raise InputError if the path of an output is a folder or a device."""
     if path.exists() and not path.is_file():
         found = "a folder" if path.is_dir() else "a device"
         raise InputError(
@@ -76,7 +76,7 @@ def refuse_no_file(path: Path) -> None:
 
 
 def _refuse_blocked(folder: Path) -> None:
-    """Raise InputError if a folder cannot be made, or nothing can be written into it."""
+    """Raise InputError if a folder cannot be made or is not writable."""
     nearest = next(path for path in (folder, *folder.parents) if path.exists())
     if not nearest.is_dir():
         raise InputError(f"{str(nearest)!r} is a file. Give another path, inside a folder")
@@ -90,8 +90,9 @@ def judge_folder(folder: Path, sign: str, names: Iterable[str]) -> Path:
     """
     Return the resolved folder of a report that may be written.
 
-    An earlier report is replaced: its folder holds the file `sign`. Raises InputError if the path
-    is a file, or if the folder holds some of the other `names` without that sign.
+    An earlier report, which is recognised by the file `sign` in its folder, is replaced. Raises
+    InputError if the path is a file, or if the folder contains other files of `names` but no file
+    `sign`.
     """
     place = resolve_output(folder / sign).parent
     _refuse_blocked(place)

@@ -1,7 +1,7 @@
 r"""
-Interval between the two contacts of a chain of two particles, exact and to first order.
+Interval between the two contacts of a chain with two particles, exact and to first order.
 
-After the first contact the centre of mass rests, and the bond is compressed with the relative
+The first contact stops the centre of mass, and the two particles then approach each other at the
 speed 2 v0: :math:`\dot s^2/4 + U(s) = v_0^2`. Particle 1 is back at the wall when s = 0.
 """
 
@@ -14,8 +14,8 @@ from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.errors import InputError
 
 _QUADRATURE_NODES = 64
-# Strains are scaled by a compression that belongs to the bond. Bonds that soften on both sides have
-# none and use this strain.
+# Strains are scaled by a characteristic compression of the bond. Bonds that soften on both sides
+# have no such compression and use this strain.
 _USUAL_STRAIN = 0.5
 
 
@@ -40,7 +40,7 @@ def pair_interval(bond: Potential, impact_velocity: float) -> float:
     Returns
     -------
     float
-        Interval; pi/sqrt(2 k) in the limit of low speed.
+        Interval between the contacts; pi/sqrt(2 k) in the limit of low speed.
 
     Raises
     ------
@@ -67,7 +67,7 @@ def pair_interval_slope(bond: Potential) -> float:
     .. math:: \alpha = (-1)^r \frac{2}{\pi} \frac{c}{k} (r - 1)
               \left(v^* \sqrt{2/k}\right)^{r-2} \int_0^{\pi/2} \sin^{r-2}\theta\, d\theta .
 
-    alpha is 0.8098 for lj (0.808 in the paper).
+    For lj bonds alpha is 0.8098 (0.808 in the paper).
 
     Parameters
     ----------
@@ -101,9 +101,9 @@ def anharmonic_coefficient(bond: Potential) -> float:
     """
     Return c of U = k s^2/2 + c s^r + ..., r being the bond's lowest anharmonic order.
 
-    The quotient (U''(s) - k)/(r (r - 1) s^(r-2)) tends to c. Its mean over +s and -s is even in s,
-    so two Richardson steps leave an error of order s^6. The strain s is a small part of the
-    compression at which the anharmonic and the harmonic part of U are equal.
+    The quotient (U''(s) - k)/(r (r - 1) s^(r-2)) tends to c. The mean of this quotient at +s and -s
+    is even in s. Two Richardson steps therefore leave an error of order s^6. The strain s is a
+    small fraction of the compression at which the anharmonic and the harmonic part of U are equal.
 
     Parameters
     ----------
@@ -125,7 +125,8 @@ def anharmonic_coefficient(bond: Potential) -> float:
         raise InputError(f"bond '{bond.name}' has no anharmonic term")
     root = bond.compressed_root
     own = _USUAL_STRAIN if root is None else 1.0 - root
-    # Higher orders divide by a higher power of s, so larger strains keep more digits.
+    # At higher orders the quotient divides by a higher power of s. Larger strains then keep more
+    # digits.
     strains = own * (0.03 if order == 3 else 0.15) * np.array([1.0, 0.5, 0.25])
 
     def ratio(s: Array) -> Array:
@@ -137,7 +138,7 @@ def anharmonic_coefficient(bond: Potential) -> float:
 
 def compressed_strain(bond: Potential, energy: float) -> float:
     """
-    Return the strain s < 0 at which a compressed bond holds an energy, U(s) = energy.
+    Return the strain s < 0 at which a compressed bond stores an energy, U(s) = energy.
 
     Parameters
     ----------
@@ -154,11 +155,11 @@ def compressed_strain(bond: Potential, energy: float) -> float:
     Raises
     ------
     InputError
-        If the bond cannot hold the energy.
+        If the bond cannot store the energy.
     """
     strain = -bond.distance_at(energy, -1.0, -bond.strain_min)
     with np.errstate(all="ignore"):
-        # At the next number farther from rest, the bond must hold more than the energy.
+        # At a slightly larger compression, the bond must store more than this energy.
         if not float(bond.energy(np.nextafter(strain, -math.inf))) > energy:
             raise InputError(
                 f"bond '{bond.name}' cannot store the energy {energy:g} by compression. Give a "

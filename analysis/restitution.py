@@ -1,4 +1,4 @@
-"""Coefficient of restitution, and the split of the remaining energy."""
+"""Coefficient of restitution, and the division of energy into translation and vibration."""
 
 from dataclasses import dataclass
 
@@ -52,7 +52,7 @@ def kinematic_restitution(
     Returns
     -------
     numpy.ndarray of shape (...)
-        Velocity of the centre of mass over impact speed.
+        Velocity of the centre of mass divided by the impact speed.
     """
     return centre_of_mass_velocity(velocities, masses) / impact_velocity
 
@@ -63,9 +63,10 @@ def restitution(
     r"""
     Return the coefficient of restitution :math:`\eta = (\bar v / v_0)^2`, a ratio of energies.
 
-    This is K_r/K_i of Nagahiro and Hayakawa, Phys. Rev. E 67, 036609 (2003), eq. (1): final over
-    initial kinetic energy of the centre of mass. It does not change after the last contact.
-    For the ratio of speeds that others call restitution see :func:`kinematic_restitution`.
+    This is K_r/K_i of Nagahiro and Hayakawa, Phys. Rev. E 67, 036609 (2003), eq. (1): the final
+    kinetic energy of the centre of mass divided by the initial one. eta does not change after the
+    last contact. Other authors call the ratio of speeds restitution; see
+    :func:`kinematic_restitution`.
 
     Parameters
     ----------
@@ -79,8 +80,8 @@ def restitution(
     Returns
     -------
     numpy.ndarray of shape (...)
-        Coefficient of restitution. It is 0 or more after the collision, and at most 1 for a cold
-        chain.
+        Coefficient of restitution. It is at least 0, and at most 1 for a chain that was cold before
+        the collision.
     """
     return np.square(kinematic_restitution(velocities, impact_velocity, masses))
 
@@ -89,14 +90,14 @@ def restitution(
 class EnergySplit:
     """Parts of the energy of a chain, in units of mass times speed squared."""
 
-    #: Kinetic energy of the centre of mass, M V^2/2, M the mass of the chain; of shape (...).
+    #: Kinetic energy of the centre of mass, M V^2/2, with the mass M of the chain; of shape (...).
     translation: Array
     internal_kinetic: Array  #: Kinetic energy relative to the centre of mass; of shape (...).
     bonds: Array  #: Potential energy of all bonds; of shape (...).
 
     @property
     def vibration(self) -> Array:
-        """Internal energy, which is all energy but the translation."""
+        """Internal energy: all energy except the translational energy."""
         return self.internal_kinetic + self.bonds
 
     @property
@@ -117,7 +118,7 @@ def bond_strains(displacements: ArrayLike) -> Array:
     Returns
     -------
     numpy.ndarray of shape (..., n - 1)
-        Bond lengths less one.
+        Bond lengths minus 1.
     """
     return np.diff(np.asarray(displacements, dtype=float), axis=-1)
 
@@ -145,7 +146,7 @@ def energy_split(
     Returns
     -------
     EnergySplit
-        Parts of the energy, with one value for each frame.
+        Parts of the energy in each frame.
     """
     v = np.asarray(velocities, dtype=float)
     m = np.ones(v.shape[-1]) if masses is None else np.asarray(masses, dtype=float)
@@ -164,10 +165,10 @@ def momentum_residual(
     masses: ArrayLike | None = None,
 ) -> float:
     """
-    Return the momentum of a chain less the impulse of its contacts, in units of M v0.
+    Return the momentum that the impulses of the contacts do not explain, in units of M v0.
 
-    Each contact reverses particle 1 and so gives 2 m_1 v_q. The expected momentum is P = -M v0 + 2
-    m_1 sum(v_q) for any bonds.
+    Contact q reverses the velocity of particle 1, and so gives the chain the momentum 2 m_1 v_q.
+    For any bonds, the expected momentum is therefore P = -M v0 + 2 m_1 sum(v_q).
 
     Parameters
     ----------
@@ -176,14 +177,14 @@ def momentum_residual(
     impact_velocity : float
         Impact speed v0.
     contact_speeds : array_like of shape (contacts,)
-        Incoming speeds of particle 1, all positive, the first contact included.
+        Incoming speeds of particle 1 at all contacts, including the first; all positive.
     masses : array_like of shape (n,), optional
         Particle masses, particle 1 first; 1 by default.
 
     Returns
     -------
     float
-        (P - expected P)/(M v0), which is only rounding if the list of contacts is complete.
+        (P - expected P)/(M v0). It is a rounding error if the list of contacts is complete.
     """
     v = np.asarray(velocities, dtype=float)
     m = np.ones(v.size) if masses is None else np.asarray(masses, dtype=float)

@@ -16,14 +16,14 @@ from chaincor.lammps_inputs.bonds.potential import Potential
 if TYPE_CHECKING:
     from chaincor.analysis.job_folder import Job
 
-# Sums of energies of many particles have this relative rounding error.
+# Relative rounding error of the summed energies of many particles.
 _ROUNDINGS = 1e-13
 
 
 @dataclass(frozen=True)
 class History:
     """
-    Motion and energies of a body in time, thinned evenly if the dump has very many frames.
+    Motion and energies of a body in time. If a dump has very many frames, every k-th is kept.
 
     Times are counted from the first contact.
 
@@ -55,7 +55,7 @@ class History:
 
     @property
     def mirrored(self) -> "History":
-        """Mirrored history: the history of a target along x, which counts from the contact."""
+        """Mirrored history, for a target whose displacements are positive away from the contact."""
         turned = ("displacements", "velocities", "momentum")
         return replace(self, **{name: -getattr(self, name) for name in turned})
 
@@ -63,7 +63,7 @@ class History:
         """
         Return displacements and velocities of a target and this chain, of shape (frames, all).
 
-        The history of the target must already be mirrored, so that it is along x.
+        The target's history must be mirrored before, so that its displacements are along x.
         """
         if target is None:
             return self.displacements, self.velocities
@@ -76,7 +76,7 @@ class History:
 @dataclass(frozen=True, repr=False, kw_only=True)
 class BodyAnalysis:
     """
-    Analysis of one body of a collision: the chain, or a free target, which is seen in a mirror.
+    Analysis of one body of a collision: the chain, or a free target, which is mirrored.
 
     Attributes
     ----------
@@ -91,7 +91,7 @@ class BodyAnalysis:
     energy_start, energy_end : EnergySplit or None
         Energies in the first and last frame; None if the bond is unknown.
     history : History
-        Motion in time; the history of a target is positive away from the contact.
+        Motion in time. Displacements and velocities of a target are positive away from the contact.
     """
 
     masses: Array
@@ -122,22 +122,23 @@ class CollisionAnalysis(BodyAnalysis):
     restitution : float
         eta = (V/v0)^2, the ratio of energies; V is the velocity of the centre of mass.
     restitution_bound : float or None
-        Largest eta that the energy in the first frame allows. It is 1 for a cold chain and larger
-        for a chain that arrives vibrating. It is None for such a chain if the bond is unknown.
+        Largest eta that the energy in the first frame allows. The bound is 1 for a cold chain and
+        larger for a chain that arrives vibrating. For a vibrating chain it is None if the bond is
+        unknown.
     kinematic_restitution : float
         e = V/v0, the ratio of speeds.
     restitution_error : float or None
         Total error of eta, from a second run at another step: see
         :func:`~chaincor.analysis.step_error.estimate_error`. It is None if there is no estimate.
     data_error : float
-        Largest error of eta from the number format of the dump and from reading the dump. It does
-        not include the error of the run itself.
+        Bound on the error of eta due to the number format of the dump and to its conversion. The
+        error of the simulation is not included.
     contact_times, contact_speeds : ndarray of shape (f,)
-        Times of the f contacts, from the first contact, and incoming speeds.
+        Times of the f contacts since the first contact, and incoming speeds.
     contact_statistics : ContactStatistics
         Statistics of the contacts.
     contacts : int or None
-        Number f of contacts; None if the frames are too far apart to count.
+        Number f of contacts; None if the frames are too far apart to count contacts.
     detection : DetectedContacts
         How the contacts were found.
     anharmonic_remainder : float or None
@@ -145,27 +146,28 @@ class CollisionAnalysis(BodyAnalysis):
     energy_drift : float or None
         (E_end - E_start)/E_start.
     momentum_residual : float
-        Momentum in the last frame, less the impulse of the contacts, in units of M v0.
+        Momentum in the last frame that the impulses of the contacts do not explain, in units of M
+        v0.
     bond_min, bond_max : float
         Shortest and longest bond in any frame.
     frames : int
         Number of frames read.
     timestep : float or None
-        Simulated time per step that was used; None if the dump contains the time.
+        Simulated time per step; None if the dump contains the time.
     time_start, time_end : float
-        Times of the first and last frame, from the first contact.
+        Times of the first and last frame, relative to the first contact.
     ending : str or None
         ``proved`` if energy and momentum rule out a contact after the last frame, ``argued`` if a
         contact is unlikely; None without such an argument.
     finished : bool
         Whether no contact is expected after the last frame.
     notes : tuple of str
-        Limitations of the numbers above, one sentence each.
+        Limitations of these results, one sentence each.
     soft : bool
         Whether the bodies overlap while they touch. Contacts are then not reported.
     job : Job or None
-        Files of the job, as :func:`~chaincor.analysis.job_folder.find_job` finds them; None if
-        frames alone were analysed.
+        Files of the job, as found by :func:`~chaincor.analysis.job_folder.find_job`; None if only
+        frames were analysed.
     target : BodyAnalysis or None
         Free target; None for a wall. With a target, `velocity`, `restitution` and contacts refer to
         the relative motion, `energy_drift` to the energy of both bodies, and `momentum_residual`
@@ -208,7 +210,7 @@ class CollisionAnalysis(BodyAnalysis):
 
     @property
     def bodies(self) -> dict[str, BodyAnalysis]:
-        """Chain and free target, by the prefix of their names: empty, or ``target_``."""
+        """Chain and free target, with the prefixes of their names: empty and ``target_``."""
         return {"": self} if self.target is None else {"": self, "target_": self.target}
 
     @cached_property
@@ -216,7 +218,7 @@ class CollisionAnalysis(BodyAnalysis):
         """
         Violations of physics in the dump, such as eta above 1, one sentence each.
 
-        If there are any, no number of the analysis can be trusted.
+        If there is a contradiction, no result of the analysis can be trusted.
         """
         found, bound, detection = [], self.restitution_bound, self.detection
         error = self.data_error if self.restitution_error is None else self.restitution_error
@@ -251,7 +253,7 @@ class CollisionAnalysis(BodyAnalysis):
 
     @property
     def caveats(self) -> tuple[str, ...]:
-        """Limitations of the numbers, one sentence each: contradictions, then notes."""
+        """Limitations of the results, one sentence each: contradictions, then notes."""
         return self.contradictions + self.notes
 
     @property
@@ -264,7 +266,7 @@ class CollisionAnalysis(BodyAnalysis):
 
     @property
     def against(self) -> str:
-        """Text that names the target after the chain; empty for a hard wall."""
+        """Phrase that describes the target in a heading; empty for a hard wall."""
         if self.target is not None:
             return f" and a free target of {self.target_particles}"
         return " and a soft wall" if self.soft else ""

@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     from chaincor.lammps_inputs.bonds.formula import Formula
     from chaincor.lammps_inputs.scene import Scene
 
-# A stiffness or length of a bond is shown if it differs from 1 by more than the error of the bond's
-# own differences.
+# The stiffness or length of a bond is shown if it differs from 1 by more than the error of
+# numerical differentiation.
 _ROUNDED = 1e-9
 
 
@@ -31,17 +31,17 @@ class RunRecord:
     outcome: Any
     bar: ErrorBar  #: Error bar of eta.
     restitution: float  #: Restitution eta.
-    #: Reason why a tolerance is not met; None if it is met or there is no tolerance.
+    #: Why a tolerance is not met; None if it is met or there is no tolerance.
     reason: str | None
-    details: dict[str, Any]  #: Results of the search for the numerics.
+    details: dict[str, Any]  #: Results of the search for scheme and time step.
     seconds_total: float  #: Wall-clock time of the whole request.
     versions: dict[str, str]
-    #: Interval between two checks of the bonds if the outcome has no time step; None if the
-    #: interval is not fixed.
+    #: Interval between two checks of bond lengths, if the outcome has no time step; None if the
+    #: interval varies.
     looks: float | None = None
-    #: Raw outcomes of the same collision with which this outcome was compared.
+    #: Other raw outcomes of this collision, from which the error bar was estimated.
     others: tuple[Any, ...] = field(default=(), repr=False)
-    #: Mode energies of shape (n,), if they are already known.
+    #: Mode energies, of shape (n,), if they have been computed.
     known_energies: Array | None = field(default=None, repr=False)
 
     @property
@@ -51,23 +51,23 @@ class RunRecord:
 
     @property
     def table(self) -> dict[str, Any]:
-        """Certificate of the bond table; empty without one."""
+        """Certificate of the bond table; empty without a bond table."""
         return self.outcome.details.get("table") or {}
 
     @property
     def asked(self) -> float | None:
-        """Required error of eta; None with explicit numerics."""
+        """Required error of eta; None if the time step was given instead."""
         return self.scene.asked_tolerance
 
     @property
     def tolerance_met(self) -> bool | None:
-        """Whether the error bar is within the tolerance; None if one of them is unknown."""
+        """Whether the error bar is within the tolerance; None if either of the two is unknown."""
         unknown = self.asked is None or self.bar.total is None
         return None if unknown else self.bar.total <= self.asked  # type: ignore[operator]
 
     @property
     def energy_drift(self) -> float:
-        """Relative change of the total energy, without the energy that damping took."""
+        """Relative change of the total energy, not counting energy removed by damping."""
         run = self.outcome
         change = run.energy_end - run.energy_start + (run.dissipated or 0.0)
         return float(change / run.energy_start)
@@ -82,7 +82,7 @@ class RunRecord:
 
     @property
     def contacts_range(self) -> tuple[int, int] | None:
-        """Least and largest number of contacts in the compared runs; None if all agree."""
+        """Smallest and largest number of contacts in the compared runs; None if all agree."""
         counts = [len(each.contact_times) for each in (self.outcome, *self.others)]
         return None if min(counts) == max(counts) else (min(counts), max(counts))
 
@@ -91,8 +91,9 @@ class RunRecord:
         """
         Return the error bar of the time of the last contact.
 
-        The bar is the largest difference of contact times between runs, with the errors that the
-        runs share. The bar is None if no run was compared or the numbers of contacts differ.
+        The error bar is the largest difference between runs in the time of a contact, plus the
+        errors that all runs share. It is None if no other run was compared, or if the numbers of
+        contacts differ.
         """
         error = self.details.get("spread", {}).get("contact_times")
         return error if error is not None and math.isfinite(error) else None
@@ -101,17 +102,17 @@ class RunRecord:
 
     @property
     def pilot(self) -> dict[str, Any] | None:
-        """Run of the reference engine before a run by LAMMPS; None without it."""
+        """Pilot run by the reference engine before a LAMMPS run; None without a pilot run."""
         return self.details.get("scouting")
 
     @property
     def _pilot_has_bonds(self) -> bool:
-        """Whether a run of the reference engine has as many contacts as this run by LAMMPS."""
+        """Whether the bond lengths of the pilot run also apply to this LAMMPS run."""
         return self.pilot is not None and self.pilot["bond_min"] is not None
 
     @property
     def bond_range_source(self) -> str:
-        """Name of the run that gives the shortest and longest bond."""
+        """Run that gave the shortest and longest bond, and when it checked bond lengths."""
         if self.outcome.engine != "lammps":
             return "every step"
         if not self._pilot_has_bonds:
@@ -133,12 +134,12 @@ class RunRecord:
 
     def bond_error(self) -> float | None:
         r"""
-        Return the largest stretch of bonds that may have occurred unseen between the ends of steps.
+        Return a bound on the strain that may have been missed between the ends of steps.
 
-        An extreme is at most half a step h from the end of a step, and a strain has :math:`|\ddot
-        s| \le 4 F/m` with the largest force F and the lightest mass m. The unseen stretch is
-        therefore at most :math:`h^2 F/2m`. It is None if steps have no fixed length, or if only
-        LAMMPS evaluated the bonds.
+        An extreme strain is at most half a step h away from the end of a step. The strain s has
+        :math:`|\ddot s| \le 4 F/m` with the largest force F and the smallest mass m. The missed
+        strain is therefore at most :math:`h^2 F/2m`. The bound is None if steps have no fixed
+        length, or if only LAMMPS evaluated the bonds.
         """
         if self.scene.problem.longest_body < 2:
             return 0.0
@@ -154,7 +155,7 @@ class RunRecord:
         return float(0.5 * step**2 * np.nanmax(forces) / self.line.lightest)
 
     def formula(self) -> "Formula | None":
-        """Return the bond if it is a formula, else None."""
+        """Return the bond if a formula defines it, else None."""
         from chaincor.lammps_inputs.bonds.formula import Formula
 
         return self.scene.bond if isinstance(self.scene.bond, Formula) else None
@@ -168,7 +169,7 @@ class RunRecord:
 
     @cached_property
     def bodies_given(self) -> dict[str, Any]:
-        """Bodies of the scene; empty for a cold chain of unit masses and a wall."""
+        """Scene keys that describe the bodies; empty for a cold chain of unit masses and a wall."""
         from chaincor.lammps_inputs.scene_parts.given_bodies import given_bodies, seed_of
 
         if self.line.is_standard:
@@ -186,7 +187,7 @@ class RunRecord:
 
     @cached_property
     def chain(self) -> EnergySplit | None:
-        """Energies of the chain; None for a standard scene, in which eta contains them."""
+        """Energies of the chain; None for a standard scene, in which eta determines them."""
         if self.line.is_standard:
             return None
         state = self.outcome.displacements, self.outcome.velocities
@@ -216,7 +217,7 @@ class RunRecord:
         return None if split is None else float(getattr(split, part))
 
     def of_target(self, name: str) -> Array | None:
-        """Return an array of the outcome about a free target; None for a wall."""
+        """Return an array of a free target from the outcome; None for a wall."""
         return None if self.target is None else getattr(self.outcome, f"target_{name}")
 
     def target_mode_energies(self) -> Array | None:
@@ -229,10 +230,10 @@ class RunRecord:
 
 def impulse_residual(line: Line, outcome: Any, impact_velocity: float) -> float:
     """
-    Return the momentum of the bodies less the impulses of the contacts, in units of M v0.
+    Return the momentum that the impulses of the contacts do not explain, in units of M v0.
 
-        Each contact gives the chain its impulse and the target the opposite impulse. The larger of
-        both residuals is returned. At a wall, which takes any momentum, only the chain counts.
+        Each contact gives the chain its impulse and the target the opposite impulse. The result is
+        the larger residual of the two bodies. With a wall, only the chain has a residual.
     """
     given = float(np.sum(outcome.impulses))
     mass = float(np.sum(line.chain_masses))

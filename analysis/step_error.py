@@ -1,4 +1,4 @@
-"""Estimate the error of a whole run, from its log or from a run at another step."""
+"""Estimate the error of a run, from its log or from a run at another time step."""
 
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager, nullcontext
@@ -16,14 +16,15 @@ from chaincor.analysis.results import CollisionAnalysis
 from chaincor.lammps_inputs.errors import InputError
 
 StepProgress = Callable[[int], None] | None
-# The error bar is this factor times the larger of the difference of two jobs and their drift. In 79
-# pairs of random jobs with the impact-located wall, the largest ratio of the error to this number
-# is 1.9, and in 67 pairs with the stock wall 3.6. The factors are about twice as large. The study
-# is benchmarks/bars/analyzed.py, which also counts how often error bars hold.
+# The error bar is one of these factors times the larger of two quantities: the difference between
+# two jobs and their energy drift. The study benchmarks/bars/analyzed.py measured the ratio of the
+# true error to this larger quantity. The largest ratio is 1.9 in 79 pairs of random jobs with the
+# impact-located wall, and 3.6 in 67 pairs with the stock wall. The factors are about twice as
+# large. The study also counts how often the true error is within the error bar.
 EVENT_RESERVE = 4.0
 REFLECT_RESERVE = 8.0
 _SAME_STEP = 1e-9
-# Two runs of one collision may differ in these scene keys.
+# Scene keys in which two runs of one collision may differ.
 _NUMERICS = ("timestep", "tolerance", "error")
 
 
@@ -38,14 +39,15 @@ def analyze_folder(
     **known: Any,
 ) -> CollisionAnalysis:
     """
-    Analyse the job in a folder, and the same collision at other steps in folders below it.
+    Analyse the job in a folder, and the same collision at other time steps in its subfolders.
 
-    `scene` replaces a ``scene.toml`` beside the dump. `known` are the other arguments of
-    :func:`~chaincor.analysis.job_analysis.analyze_job`. `watch` is entered while a dump is read and
-    yields a function that reports the progress. `see` receives units and wall of a dump. Returns
-    the analysis of the run at the finest step; its `restitution_error` comes from its own log or
-    from the other steps.
-    Raises InputError if there is no job, or if the jobs in the folders below are not one collision.
+    `scene` replaces a ``scene.toml`` beside the dump. `known` are further arguments of
+    :func:`~chaincor.analysis.job_analysis.analyze_job`. `watch` returns a context manager, which is
+    active while a dump is read and yields a function that reports the progress. `see` returns units
+    and wall of the dump of a job. Returns the analysis of the run at the finest time step. Its
+    `restitution_error` comes from the log of this run or from the runs at other time steps. Raises
+    InputError if there is no job, or if the jobs in the subfolders do not simulate the same
+    collision.
     """
     job, below = find_jobs(folder, data=data, dump=dump, scene=scene)
     runs = []
@@ -75,30 +77,31 @@ def analyze_folder(
 
 def estimate_error(runs: Sequence[CollisionAnalysis]) -> CollisionAnalysis:
     r"""
-    Return the run at the finest step, with its error.
+    Return the run at the finest time step, with its error.
 
-    The error is taken from the log of the run if the log belongs to the dump (see
-    :func:`~chaincor.analysis.dumps.printed.printed_error`); a caveat says so.
+    If the log of the run belongs to the dump, the error is taken from the log and a caveat says so
+    (see :func:`~chaincor.analysis.dumps.printed.printed_error`).
 
-    Otherwise the error comes from another step. With the impact-located wall and a scheme of order
-    p, the runs at steps h and H > h differ by :math:`d = c (H^p - h^p)`, so the error of the finer
-    run is :math:`|d|/((H/h)^p - 1)`. With the stock wall, the error is of first order and
-    irregular, so that a difference gives only its size. The difference may be small by chance. The
-    drift of the energy is of the same order and seldom small by the same chance. The error bar is
-    therefore a measured multiple of the larger of difference and drift,
+    Otherwise the error comes from a run at another time step. With the impact-located wall and a
+    scheme of order p, the runs at steps h and H > h differ by :math:`d = c (H^p - h^p)`, and the
+    error of the finer run is :math:`|d|/((H/h)^p - 1)`. With the stock wall, the error is of first
+    order and irregular, and d gives only its order of magnitude. d may be small by chance. The
+    relative energy drifts :math:`D_h` and :math:`D_H` have the same order, and are seldom small in
+    the same runs. The error bar is therefore a multiple of the larger of difference and drift, with
+    a factor from measurements,
 
     .. math:: 4 \max\left(\frac{|d|}{(H/h)^p - 1}, |D_h|, \frac{|D_H|}{(H/h)^p}\right)
               \quad\text{and}\quad 8 \max(|d|, |D_h|, |D_H|, |D_H - D_h|),
 
     with the impact-located and the stock wall, respectively. The rounding of both dumps is added.
 
-    The requested run comes first. `restitution_error` is None if there is only one run, if steps,
-    their order or the bond are unknown, if the numbers of contacts differ, or if a dump ends too
-    early. A caveat gives the reason.
+    The requested run comes first. `restitution_error` is None if there is only one run, if time
+    steps, their order or the bond are unknown, if the numbers of contacts differ, or if a dump ends
+    too early. A caveat then gives the reason.
     """
     every = [_job_of(run).step for run in runs]
     steps = sorted({step for step in every if step is not None})
-    # In different units one step is rounded differently.
+    # In other units, the same time step is rounded differently.
     steps = [h for k, h in enumerate(steps) if not k or h > (1.0 + _SAME_STEP) * steps[k - 1]]
     alone = len(runs) == 1 or None in every or len(steps) < 2
     fine = runs[0] if alone else runs[every.index(steps[0])]
@@ -124,10 +127,10 @@ def _job_of(run: CollisionAnalysis) -> Job:
 
 
 def _difference(a: CollisionAnalysis, b: CollisionAnalysis) -> str | None:
-    """Return the reason why two runs are not one collision at two steps, or None."""
+    """Explain why two runs are not the same collision at two time steps; None if they are."""
     if a.particles != b.particles:
         return f"the number of particles ({a.particles} and {b.particles})"
-    # Speeds from a dump have the digits of the dump.
+    # Speeds that were read from a dump are as precise as its digits.
     if abs(a.velocity - b.velocity) > 1e-5 * a.velocity:
         return f"the impact speed ({a.velocity:g} and {b.velocity:g})"
     if a.bodies.keys() != b.bodies.keys() or a.soft != b.soft:

@@ -1,5 +1,5 @@
 r"""
-Compute theoretical results without simulation, with their sources and limits of validity.
+Theoretical results that need no simulation, with their sources and limits of validity.
 
 NH is Nagahiro and Hayakawa, Phys. Rev. E 67, 036609 (2003); equation numbers are from this paper.
 If the paper has an error, the function gives the corrected formula and says so. Units: bond length
@@ -17,13 +17,14 @@ from chaincor.analysis.contacts import ContactStatistics
 from chaincor.analysis.modes import mode_frequencies
 from chaincor.lammps_inputs.arrays import Array
 
-# NH eqs. (8)-(10) give the interval, the contacts per particle and the incoming speed of the n = 2
-# chain. The theory assumes them for every contact of a long chain.
+# NH eqs. (8)-(10) give the interval between contacts, the number of contacts per particle and the
+# incoming speed for the n = 2 chain. The theory assumes these results for every contact of a long
+# chain.
 PAIR_INTERVAL = math.pi / math.sqrt(2.0)
 PAIR_CONTACTS_PER_PARTICLE = 2.0 * math.sqrt(2.0) / math.pi
 PAIR_SPEED = math.pi / (2.0 * math.sqrt(2.0))
 
-# The value is (8/pi^2) (pi/24^(1/3)) times the integral of sin^2(y^3)/y^2. The integral is -2^(1/3)
+# The constant is (8/pi^2) (pi/24^(1/3)) times the integral of sin^2(y^3)/y^2, which is -2^(1/3)
 # Gamma(-1/3) cos(pi/6)/6.
 HARMONIC_DISSIPATION_COEFFICIENT = (
     (8.0 / math.pi**2)
@@ -39,13 +40,13 @@ def contact_mode_energies(
     Return the mode energies that a list of contacts leaves in a harmonic chain (k = 1).
 
     Contact q gives the momentum 2 v_q to particle 1, and :math:`2 v_q \sqrt{2/n} \cos(\pi j/2n)` to
-    mode j. Free motion only turns phases:
+    mode j. Free motion changes only the phases of the modes:
 
     .. math:: E_j = \frac{4}{n} \cos^2\frac{\pi j}{2n}
               \left| \sum_q v_q e^{i \omega_j t_q} \right|^2, \qquad j \ge 1.
 
     NH eq. (7) is this formula for equal speeds and intervals. The formula is exact for harmonic
-    bonds if all contacts are given. Its cost is O(f n).
+    bonds if all contacts are given. The cost is O(f n).
 
     Parameters
     ----------
@@ -77,15 +78,14 @@ def basile_dumont_energies(
     frequencies: ArrayLike | None = None,
 ) -> Array:
     r"""
-    Return the mode energies of Basile and Dumont, for equal intervals and speeds of contacts.
+    Return the mode energies of Basile and Dumont, for contacts with equal intervals and speeds.
 
     .. math:: E_j = \frac{4}{n} v^2 \cos^2\frac{\pi j}{2n}
               \frac{\sin^2(\omega_j f \Delta t/2)}{\sin^2(\omega_j \Delta t/2)}
 
-    This is NH eq. (7), after Basile and Dumont (2000), with
-    :math:`\omega_j = 2\sin(\pi j/2n)` instead of the paper's :math:`\sin(\pi j/n)`. With an
-    interval shortened by :func:`~chaincor.analysis.pair_theory.pair_interval` it is NH eq. (16),
-    the low-speed theory.
+    This is NH eq. (7), after Basile and Dumont (2000), with :math:`\omega_j = 2\sin(\pi j/2n)`
+    instead of the paper's :math:`\sin(\pi j/n)`. With the shorter interval of
+    :func:`~chaincor.analysis.pair_theory.pair_interval` it is NH eq. (16), the low-speed theory.
 
     The formula is valid for harmonic bonds if intervals and incoming speeds are constant.
 
@@ -96,14 +96,15 @@ def basile_dumont_energies(
     impact_velocity : float
         Impact speed v0.
     interval : float
-        Time between contacts; by default the time for the n = 2 chain.
+        Time between contacts; by default that of the n = 2 chain.
     contacts : float, optional
         Number f of contacts; 0.900 n by default, from the n = 2 chain.
     contact_speed : float, optional
         Incoming speed v at each contact; 1.111 v0 by default.
     frequencies : array_like of shape (n,), optional
-        Frequencies omega_j; by default of the chain. With their leading order, pi j/n, all energies
-        vanish, because f dt = 2n is a whole number of periods of every mode.
+        Frequencies omega_j; by default those of the harmonic chain. With the leading order pi j/n
+        of the frequencies, all energies vanish, because f dt = 2n is a whole number of periods of
+        every mode.
 
     Returns
     -------
@@ -115,7 +116,7 @@ def basile_dumont_energies(
     shape = np.cos(0.5 * np.pi * np.arange(1, particles) / particles) ** 2
     omega = mode_frequencies(particles) if frequencies is None else np.asarray(frequencies)
     half_phase = 0.5 * omega[1:] * interval
-    # The quotient count * sinc(count x)/sinc(x) stays finite where both sines vanish.
+    # The quotient count * sinc(count x)/sinc(x) is finite also if both sines vanish.
     ratio = count * np.sinc(count * half_phase / np.pi) / np.sinc(half_phase / np.pi)
     return 4.0 / particles * speed**2 * shape * ratio**2
 
@@ -163,10 +164,11 @@ def harmonic_dissipation_law(particles: ArrayLike) -> Array:
     r"""
     Return :math:`1 - \eta \approx 0.652\, n^{-2/3}`, NH eq. (12).
 
-    This is the large-n form of :func:`basile_dumont_energies` with the n = 2 interval, count and
-    speed. With :math:`\omega_j \approx (\pi j/n)(1 - \pi^2 j^2/24 n^2)` the sum over j becomes
-    :math:`\int_0^\infty (8/\pi^2 j^2) \sin^2(\pi^3 j^3/24 n^2)\,dj`. It is the limit of that
-    approximation, not of the chain, for which n^(2/3) (1 - eta) is about 0.69 at n = 200..2000.
+    This is the large-n form of :func:`basile_dumont_energies` with the interval, number and speed
+    of contacts from the n = 2 chain. With :math:`\omega_j \approx (\pi j/n)(1 - \pi^2 j^2/24 n^2)`
+    the sum over j becomes :math:`\int_0^\infty (8/\pi^2 j^2) \sin^2(\pi^3 j^3/24 n^2)\,dj`. The
+    result is the limit of this approximation and not of the chain: simulated chains have n^(2/3) (1
+    - eta) of about 0.69 at n = 200..2000.
 
     Parameters
     ----------
@@ -185,16 +187,16 @@ def harmonic_dissipation_limit() -> float:
     r"""
     Return the limit of :math:`n^{2/3} (1 - \eta)` of harmonic chains, 0.56258.
 
-    The front that starts at the wall is, after a path of 2n, an integral of Airy's function of
-    width :math:`(n/4)^{1/3}`. The wall pushes until the front has returned to one half, at
-    :math:`\int_{z_0}^\infty \mathrm{Ai} = 1/2`. The balance of impulse gives :math:`4^{2/3}
-    |\mathrm{Ai}'(z_0)|`. The derivation is in ``docs/explanation/slow_chains.md``. Contacts after
-    that moment are neglected.
+    A front starts at the wall. After a path of 2n its profile is an integral of the Airy function
+    with the width :math:`(n/4)^{1/3}`. The wall pushes until the returning front has risen to half
+    its height, at :math:`\int_{z_0}^\infty \mathrm{Ai} = 1/2`. The momentum balance then gives the
+    limit :math:`4^{2/3} |\mathrm{Ai}'(z_0)|`. The derivation is in
+    ``docs/explanation/slow_chains.md``. Contacts after that moment are neglected.
 
     Returns
     -------
     float
-        The limit, to all digits of a double.
+        The limit, with all digits of float64.
 
     Examples
     --------
@@ -215,7 +217,7 @@ def low_speed_dissipation_slope(alpha: float) -> float:
 
     This corrects NH eq. (18), :math:`C = 32\alpha/\pi^2` (2.61 for lj). The paper omits the factor
     :math:`v^2 = (\pi^2/8) v_0^2`, which its own 0.652 contains; with this factor C is 4 alpha
-    (3.24). Neither value describes the chain, whose simulated slope is 0.66 (NH). The theory gives
+    (3.24). Neither constant describes the chain, whose simulated slope is 0.66 (NH). The theory has
     the right power of v0, but a wrong constant.
 
     Parameters
@@ -233,21 +235,20 @@ def low_speed_dissipation_slope(alpha: float) -> float:
 
 @dataclass(frozen=True)
 class HardSphereLimit:
-    """Collision of a chain of hard spheres, which is the limit v0 >> v*."""
+    """Collision of a chain of hard spheres: the limit v0 >> v*."""
 
     restitution: float  #: Restitution, exactly 1, because velocities are only exchanged.
-    #: Number of contacts, n, because the velocity of each particle reaches the wall once.
+    #: Number of contacts, n. The wall reverses each of the n velocities once.
     contacts: int
-    events: int  #: Number of contacts and exchanges of velocity together, n(n + 1)/2.
+    events: int  #: Number of contacts and exchanges of velocities, n(n + 1)/2 in total.
 
 
 def hard_sphere_limit(particles: int) -> HardSphereLimit:
     """
-    Return restitution and counts of a chain of hard spheres, NH section III.
+    Return restitution and numbers of events for a chain of hard spheres, NH section III.
 
     Each of the n velocities changes from -v0 to +v0 by one contact with the wall, and each pair of
-    particles exchanges velocities once. The limit holds for bonds with a hard core at infinite
-    speed.
+    particles exchanges velocities once. Bonds with a hard core reach this limit at infinite speed.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Copies of trajectories in arrays, read by ASE in a process with limits."""
+"""Copy trajectories into arrays, by ASE in a process with limits on time and memory."""
 
 import re
 import warnings
@@ -14,12 +14,12 @@ from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.isolated import Isolated
 
-# ASE, LAMMPS and this package write these columns. Momenta are converted to velocities.
+# Names of the velocities in files of ASE, LAMMPS and this package. Momenta are converted.
 _VELOCITY_ARRAYS = ("velo", "vel", "velocities")
 _TIME_KEYS = ("time", "Time")
 _STEP_KEYS = ("step", "Step", "Timestep", "timestep")
-# The header of an extended XYZ file lists the properties of the atoms: name, type and number of
-# columns of each.
+# The header of an extended XYZ file lists the name, the type and the number of columns for each
+# property of the atoms.
 _PROPERTIES = re.compile(rb'Properties="?([^\s"]+)', re.IGNORECASE)
 _MOST_COLUMNS, _LONGEST_LINE = 10_000, 1_000_000
 _COLUMNS = ("x", "vx", MASS_COLUMN, TYPE_COLUMN)
@@ -30,16 +30,16 @@ class CopiedFrame(NamedTuple):
 
     columns: dict[str, Array]  #: Columns, each of shape (n,).
     step: int  #: Timestep number, by default the number of the frame.
-    time: float | None  #: Simulated time; None if the file does not hold it.
-    box: NDArray[Any] | None  #: Lengths of the periodic box, of shape (3,); None without one.
+    time: float | None  #: Simulated time; None if the file does not contain the time.
+    box: NDArray[Any] | None  #: Lengths of the periodic box, of shape (3,); None without a box.
 
 
 def copy_frames(path: Path, kind: str, copy: Path) -> Iterator[CopiedFrame]:
     """
-    Yield the frames of a trajectory, which are copied into a file first.
+    Yield the frames of a trajectory, after ASE has copied them into a file.
 
-    Raises InputError if the file holds no velocities, and IsolatedError, with the reason, if ASE
-    cannot read it or exceeds a limit.
+    Raises InputError if the file contains no velocities. Raises IsolatedError, with the reason, if
+    ASE cannot read the file or exceeds a limit.
     """
     count = _READ(str(path.absolute()), kind, str(copy))
     with copy.open("rb") as file:
@@ -56,7 +56,7 @@ def copy_frames(path: Path, kind: str, copy: Path) -> Iterator[CopiedFrame]:
 
 
 def read_here(path: str, kind: str, copy: str) -> int:
-    """Copy a trajectory in this process, and return its frames; see :func:`copy_frames`."""
+    """Copy a trajectory in this process, and return the number of frames; see `copy_frames`."""
     from ase.io import iread
 
     if kind == "extxyz":
@@ -75,7 +75,7 @@ def _check_counts(path: Path) -> None:
     """
     Raise ValueError if a header counts more atoms or columns than the file holds.
 
-    ASE would otherwise read up to any count.
+    Without this check, ASE would try to read any number of atoms.
     """
     with path.open("rb") as file:
         while head := file.readline(_LONGEST_LINE):
@@ -94,7 +94,7 @@ def _check_counts(path: Path) -> None:
 
 
 def _arrays_of(atoms: Any, index: int, path: str) -> tuple[Array, NDArray[np.bool_], Array]:
-    """Return the facts of a frame, the names of its columns, and the columns."""
+    """Return step, time and box of a frame, which columns it has, and these columns."""
     name = next((name for name in _VELOCITY_ARRAYS if atoms.has(name)), None)
     if name is None and not atoms.has("momenta"):
         raise no_velocities(path)

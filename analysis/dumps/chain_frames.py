@@ -15,15 +15,15 @@ TIME_COLUMN = "v_time"
 DISPLACEMENT_COLUMN = "v_displacement"
 # Molecule 1 is the chain, and molecule 2 a free target.
 BODY_COLUMN = "mol"
-# Larger numbers are refused, because their energies overflow.
+# Larger positions and velocities are refused, because energies would overflow.
 _LARGEST = 1e150
 # Unwrapped positions are preferred, because wrapped positions jump in a periodic box.
 _POSITION_COLUMNS = ("xu", "x", "xsu", "xs")
 SCALED_COLUMNS = ("xs", "xsu")
 _WRAPPED = ("x", "xs")
 IMAGE_COLUMN = "ix"
-# A column that is not the displacement x - (i - 1) differs from it by far more than this number and
-# rounding.
+# A column of displacements may differ from x - (i - 1) by this plus rounding. Columns of other
+# quantities differ by far more.
 _SAME_DISPLACEMENT = 1e-6
 
 
@@ -41,9 +41,9 @@ class ChainLayout:
         """
         Return the layout for the first frame, with particles numbered from the wall outward.
 
-        The column ``mol`` marks the rows of a free target of `targets` particles. Without it, the
-        target has the particles at the lowest x. Raises InputError if positions or velocities are
-        missing, or if the bodies cannot be distinguished.
+        The column ``mol`` marks the rows of a free target of `targets` particles. Without this
+        column, the target consists of the particles at the lowest x. Raises InputError if positions
+        or velocities are missing, or if the bodies cannot be distinguished.
         """
         wanted = (DISPLACEMENT_COLUMN, *_POSITION_COLUMNS)
         position = next((name for name in _POSITION_COLUMNS if name in frame.columns), None)
@@ -95,7 +95,7 @@ class ChainLayout:
         """
         Return u_i = x_i - (i - 1) of the chain, and 1 - k + u_k = x_k of a free target.
 
-        They are exact if the dump has them, and otherwise computed from positions.
+        Displacements in the dump are returned exactly. Otherwise they are computed from positions.
         """
         name = self.displacement_column
         if name == DISPLACEMENT_COLUMN:
@@ -103,7 +103,7 @@ class ChainLayout:
         found = self.by_body(_positions(frame, name))
         for x in found:
             _refuse_wrapped(frame, name, x)
-        # At rest the particles of a target lie along -x.
+        # From the contact outward, the particles of a target follow each other along -x.
         sides = zip(found, (1.0, -1.0), strict=False)
         return [x - along * np.arange(x.size) for x, along in sides]
 
@@ -134,8 +134,7 @@ class ChainLayout:
             )
         motion = zip(self.displacements(frame), self.by_body(velocities), strict=True)
         arrays = [array for body in motion for array in body]
-        # All numbers are compared in one call, because Python's max ignores a nan that does not
-        # come first.
+        # NumPy finds the maximum, because Python's max ignores a nan that does not come first.
         largest = np.max(np.abs(np.concatenate((*arrays, [time]))))
         if not largest < _LARGEST:
             raise InputError(
@@ -191,7 +190,7 @@ def _positions(frame: DumpFrame, name: str) -> Array:
 
 
 def _refuse_wrapped(frame: DumpFrame, name: str, x: Array) -> None:
-    """Refuse a chain that leaves a periodic box at one end and enters at the other."""
+    """Refuse a chain that leaves a periodic box at one end and re-enters at the other end."""
     if name not in _WRAPPED or not frame.periodic_x or IMAGE_COLUMN in frame.columns:
         return
     length = float(frame.bounds[0, 1] - frame.bounds[0, 0])
@@ -202,7 +201,7 @@ def _refuse_wrapped(frame: DumpFrame, name: str, x: Array) -> None:
         )
 
 
-@np.errstate(invalid="ignore")  # `state` refuses numbers that are not finite
+@np.errstate(invalid="ignore")  # `state` refuses positions that are not finite
 def _refuse_other_displacements(frame: DumpFrame, x: Array, name: str) -> None:
     u = frame.column(DISPLACEMENT_COLUMN)
     digits = frame.significant_digits()

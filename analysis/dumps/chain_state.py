@@ -70,12 +70,12 @@ class ChainState:
 
     @property
     def all_bonds(self) -> list[tuple[int, int]]:
-        """Pairs of bonded neighbours, counted from 0; no pair joins the bodies."""
+        """Pairs of bonded neighbours, counted from 0. No bond connects the two bodies."""
         n, both = self.displacements.size, self.displacements.size + self.target_displacements.size
         return [(i, i + 1) for i in range(both - 1) if i != n - 1]
 
     def after_contact(self, masses: Sequence[Array]) -> "ChainState":
-        """Return the state on the other side of a contact of a chain and a target."""
+        """Return the state after a contact between a chain and a target, or before it."""
         velocities, target = self.velocities.copy(), self.target_velocities.copy()
         push = 2.0 * self.gap_velocity / (1.0 / masses[0][0] + 1.0 / masses[1][0])
         velocities[0] -= push / masses[0][0]
@@ -83,7 +83,7 @@ class ChainState:
         return replace(self, velocities=velocities, target_velocities=target)
 
     def turned_round(self, speed: float) -> "ChainState":
-        """Return the state right after a contact with a wall at a speed."""
+        """Return the state right after a contact with a wall at a given incoming speed."""
         velocities = self.velocities.copy()
         velocities[0] = speed
         return replace(self, velocities=velocities)

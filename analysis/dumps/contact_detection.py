@@ -1,21 +1,23 @@
 """
 Detection of contacts in a sequence of frames.
 
-Only the wall can change the momentum of the chain. A contact with incoming speed v_q adds exactly
-2 m_1 v_q, and the momentum never decreases. So a rise of the momentum between two frames proves a
-contact. If there was only one, half of the rise over m_1 is the incoming speed. For a free target
-the reduced mass of the two particles at the contact takes the place of m_1, and the closing speed
-the place of v_q. If the second frame was written right after a contact, particle 1 is at the wall
-with this speed, and the frame itself shows the contact. Otherwise one of two methods finds the time
-and the number of contacts.
+Only the wall can change the momentum of the chain. A contact with incoming speed v_q adds exactly 2
+m_1 v_q, and nothing decreases the momentum. Therefore, if the momentum rises by P between two
+frames, there was a contact. If there was only one contact, its incoming speed is P/(2 m_1). For a
+free target, m_1 is replaced by the reduced mass of the two particles at the contact, and v_q by the
+closing speed. If the second frame was written right after a contact, particle 1 is at the wall with
+this speed, and the frame itself shows the contact. Otherwise one of two methods finds the time and
+the number of contacts.
 
-*reintegration*, if the bond is known: the chain near the wall is integrated from the first of the
-two frames with exact impacts (DOP853 with event location). The contacts have the precision of the
-dump for any distance of the frames. Their momentum is checked against the second frame.
+*reintegration*, if the bond is known: the part of the chain near the wall is integrated from the
+first of the two frames, with exact impacts (DOP853 with event location). The contacts have the
+precision of the dump, however far the frames are apart. The momentum of these contacts is compared
+with the second frame.
 
 *interpolation*, if the bond is unknown: between a frame and the contact, particle 1 moves at about
-the mean of its two velocities. The times on both sides must add up to the time between the frames.
-If they do not, there was more than one contact, and the frames are too far apart.
+the mean of its velocities at these two times. This gives the time from the first frame to the
+contact, and the time from the contact to the second frame. If their sum differs from the time
+between the frames, there was more than one contact, and the frames are too far apart.
 """
 
 from collections.abc import Sequence
@@ -30,20 +32,21 @@ from chaincor.lammps_inputs.bonds.potential import Potential
 # Even in a dump of full precision, a contact slower than this fraction of v0 cannot be
 # distinguished from rounding.
 _SMALLEST_SPEED = 1e-9
-# The two sides of an interpolated contact may miss the time between frames by this share.
+# The sum of the two times of an interpolated contact may differ by this fraction from the time
+# between the frames.
 _GAP = 0.25
-# Frames give their time to about this relative precision, even in the default format.
+# Relative precision of the time in a frame, even in the default format.
 _MARGIN = 1e-6
-# If the momentum of the predicted contacts is wrong by half the impact speed, a contact may be
-# missing.
+# Largest difference, in units of v0, between the momentum of the found contacts and the momentum in
+# the dump. If the difference is larger, a contact may be missing.
 _LARGEST_MISS = 0.5
 # Between two frames, particle 1 moves at most this many times as fast as the fastest particle in
 # either frame.
 _FASTEST = 2.0
-# The reintegration has the tolerance of the best dumps.
+# Tolerance of the reintegration. It matches the precision of dumps with all digits.
 _RELATIVE_TOLERANCE = 1e-12
-# Sound crosses 1 to about 2 bonds in a unit of time, so particles farther away than this cannot
-# matter.
+# Sound crosses 1 to about 2 bonds in a unit of time. Particles farther away than this cannot affect
+# the contact.
 _PARTICLES_PER_TIME = 3.0
 _MORE_PARTICLES = 30
 
@@ -52,32 +55,32 @@ _MORE_PARTICLES = 30
 class DetectedContacts:
     """Contacts detected in a dump."""
 
-    #: Times of the contacts, on the clock of the dump, of shape (f,).
+    #: Times of the contacts, with the origin of the dump, of shape (f,).
     times: Array
     speeds: Array  #: Incoming speeds of particle 1, of shape (f,).
     method: str  #: Method: ``reintegration`` or ``interpolation``.
-    unresolved: int  #: Number of pairs of frames with an unknown number of contacts in between.
-    #: Largest difference between the momentum of the found contacts and the momentum of the dump,
-    #: over pairs of frames, in units of v0. It is 0 for interpolation, which uses the momentum of
-    #: the dump.
+    unresolved: int  #: Number of intervals between frames with an unknown number of contacts.
+    #: Largest difference, between two frames, of the momentum of the found contacts from the
+    #: momentum in the dump, in units of v0. It is 0 for interpolation, which takes the momentum
+    #: from the dump.
     worst_miss: float
-    #: Longest time between two frames that enclose a contact which neither frame shows.
+    #: Longest interval between two frames with a contact that neither frame shows.
     largest_gap: float
-    #: Number of pairs of frames between which the momentum falls, or rises although particle 1
-    #: cannot reach the wall.
+    #: Number of intervals between frames in which the momentum rises although particle 1 cannot
+    #: have reached the wall.
     unexplained: int = 0
-    #: Largest fall of the momentum from an earlier value, in units of M v0; 0 if rounding explains
-    #: it.
+    #: Largest decrease of the momentum below an earlier value, in units of M v0. It is 0 if
+    #: rounding explains the decrease.
     largest_fall: float = 0.0
 
 
 class ContactDetector:
     """
-    Collector of contacts from a stream of frames; `last_time` is the time of the last contact.
+    Detector of contacts in a stream of frames; `last_time` is the time of the last contact.
 
-    `masses` hold the chain and a free target, each from the contact outward. `velocity_resolution`
-    is half a unit of the last printed digit of a velocity near v0. For `soft` bodies, which overlap
-    in a contact, only the momentum is used.
+    `masses` are those of the chain and of a free target, each from the contact outward.
+    `velocity_resolution` is half a unit of the last printed digit in a velocity near v0. `soft`
+    bodies overlap in a contact; for them only the momentum is used, and no contacts are listed.
     """
 
     def __init__(
@@ -89,13 +92,12 @@ class ContactDetector:
         soft: bool = False,
     ):
         self._velocity, self._masses, self._bond, self._soft = impact_velocity, masses, bond, soft
-        # Mass of particle 1, or the reduced mass of particle 1 and the particle of the target that
-        # it meets.
+        # Mass of particle 1, or the reduced mass of the two particles at the contact.
         contact_mass = float(masses[0][0])
         for target in masses[1:]:
             contact_mass /= 1.0 + contact_mass / target[0]
         self._contact_mass = contact_mass
-        # Momentum at impact, in units of the mass of the contact.
+        # Momentum before the collision, divided by the contact mass.
         self._initial = float(np.sum(masses[0])) / contact_mass * impact_velocity
         # The rounding errors of n velocities in two frames add up like a random walk.
         spread = np.sqrt(np.sum((masses[0] / contact_mass) ** 2))
@@ -119,7 +121,7 @@ class ContactDetector:
         before, self._previous = self._previous, state
         if before is None:
             return
-        # In units of the mass of the contact, this is the change of the closing speed.
+        # Divided by the contact mass, the change of momentum is the change of the closing speed.
         change = float(np.sum(self._masses[0] * (state.velocities - before.velocities)))
         given = change / self._contact_mass
         slack = self._threshold(before, state)
@@ -147,7 +149,7 @@ class ContactDetector:
             self._reintegrate(before, state, given)
 
     def result(self) -> DetectedContacts:
-        """Return the contacts so far, in order of time."""
+        """Return the contacts found so far, in order of time."""
         return DetectedContacts(
             np.array(self._times),
             np.array(self._speeds),
@@ -160,7 +162,8 @@ class ContactDetector:
         )
 
     def _threshold(self, before: ChainState, after: ChainState) -> float:
-        # If velocities have a decade more than v0, the last printed digit stands for more.
+        # If velocities are larger than v0 by a decade, the last printed digit is larger by a
+        # decade, too.
         largest = max(np.max(np.abs(before.velocities)), np.max(np.abs(after.velocities)))
         resolution, spread, usual = self._rounding
         coarser = 10.0 ** (np.floor(np.log10(max(largest, self._velocity))) - usual)
@@ -172,7 +175,8 @@ class ContactDetector:
         ahead, since = interpolate_contact(before, after, speed)
         if abs(ahead + since - duration) > _GAP * duration:
             self._unresolved += 1
-        # Errors grow with the cube of the distance from a frame, so the nearer frame decides.
+        # The error of an estimate grows with the cube of the time from its frame. The nearer frame
+        # therefore has the larger weight.
         total = ahead**3 + since**3
         weight = ahead**3 / total if total > 0.0 else 0.5
         time = before.time + (1.0 - weight) * ahead + weight * (duration - since)
@@ -181,8 +185,8 @@ class ContactDetector:
     def _reintegrate(self, before: ChainState, after: ChainState, given: float) -> None:
         assert self._bond is not None
         # A frame written at a contact may show the state before or after it. The search therefore
-        # goes a little beyond the frame, and the momentum decides which contacts at the end belong
-        # to this pair of frames.
+        # goes slightly beyond the second frame. The momentum then decides which of the last
+        # contacts belong to this pair of frames.
         margin = _MARGIN * (after.time - before.time + abs(after.time))
         times, speeds = reintegrate_contacts(before, after.time + margin, self._bond, self._masses)
         doubtful = sum(time > after.time - margin for time in times)
@@ -200,7 +204,7 @@ class ContactDetector:
 
 
 def _out_of_reach(before: ChainState, after: ChainState, speed: float) -> bool:
-    """Return whether particle 1 cannot have been at the wall between two frames."""
+    """Return whether particle 1 cannot have reached the wall between two frames."""
     way = max(before.gap, 0.0) + max(after.gap, 0.0)
     speeds = np.abs(np.concatenate((before.all_velocities, after.all_velocities, [speed])))
     return way > _FASTEST * float(np.max(speeds)) * (after.time - before.time)
@@ -208,14 +212,14 @@ def _out_of_reach(before: ChainState, after: ChainState, speed: float) -> bool:
 
 def interpolate_contact(before: ChainState, after: ChainState, speed: float) -> tuple[float, float]:
     """
-    Return the time from one frame to a contact, and the time from the contact to the next frame.
+    Estimate the time from a frame to a contact, and from the contact to the next frame.
 
-    On each side, particle 1 covers its distance from the wall at the mean of its velocities in the
-    frame and at the contact. The error is of third order in the time.
+    Between a frame and the contact, particle 1 is assumed to move at the mean of its velocities at
+    these two times. The error is of third order in the time between them.
 
-    The two estimates are independent. If both are right, they add up to the time between the
-    frames. Each estimate is at most ten times this time, even if particle 1 does not move towards
-    the wall.
+    The two estimates are independent. If both are right, their sum is the time between the frames.
+    Each estimate is limited to ten times the time between the frames, which is also the result if
+    particle 1 does not move towards the wall.
     """
     closing = 0.5 * (speed - before.gap_velocity)
     leaving = 0.5 * (speed + after.gap_velocity)
@@ -229,12 +233,13 @@ def reintegrate_contacts(
     state: ChainState, end_time: float, bond: Potential, masses: Sequence[Array]
 ) -> tuple[list[float], list[float]]:
     """
-    Integrate from a frame to a later time and return the contacts on the way.
+    Integrate from a frame to a later time, and return the contacts in between.
 
-    Only the particles whose motion can reach the contact in that time are followed. `masses` are
-    those of the chain and of a free target, each from the contact outward.
+    Only particles that can affect the contact in this time are integrated. `masses` are those of
+    the chain and of a free target, each from the contact outward.
 
-    Returns times and closing speeds in order, empty if the integration fails.
+    Returns the times and closing speeds of the contacts; both lists are empty if the integration
+    fails.
     """
     from scipy.integrate import solve_ivp
 
@@ -245,7 +250,7 @@ def reintegrate_contacts(
     u = np.concatenate([u for u, _, _ in near])
     v = np.concatenate([v for _, v, _ in near])
     size = float(np.max(np.abs(v)))
-    # The mirror image of a target is a chain, so the gap is the sum of the first displacements.
+    # The target is mirrored. The gap is therefore the sum of both first displacements.
     front = np.array(first)
     contact_mass = 1.0 / float(np.sum(1.0 / m[front]))
 
@@ -267,7 +272,8 @@ def reintegrate_contacts(
     time = state.time
     while True:
         gap, closing = float(np.sum(u[front])), -float(np.sum(v[front]))
-        # At a contact the gap is zero except for rounding, which must not count as another contact.
+        # At a contact the gap is zero except for rounding. Rounding must not be taken for another
+        # contact.
         if gap <= 1e-14 * size and closing > 0.0:
             times.append(time)
             speeds.append(closing)

@@ -1,4 +1,4 @@
-"""Reader of LAMMPS dumps, frame by frame: text, gzip or binary, whole or cut short."""
+"""Reader of LAMMPS dumps, frame by frame: text, gzip or binary, complete or incomplete."""
 
 import gzip
 import zlib
@@ -23,12 +23,12 @@ _BINARY_MAGIC = b"DUMPCUSTOM"
 
 class Dump(DumpFrames):
     """
-    LAMMPS dump of style custom or yaml, read in constant memory.
+    LAMMPS dump of style custom or yaml, which is read in constant memory.
 
     The content of the file decides its format: text (``.lammpstrj``, ``.dump``), gzipped text, or
-    binary (``.bin``). Iteration yields one :class:`DumpFrame` at a time and can be repeated. An
-    incomplete last frame, as after a crash, ends the iteration and sets `truncated`. Raises
-    InputError if the file cannot be read, is empty, or is not a dump.
+    binary (``.bin``). Iteration yields one :class:`DumpFrame` at a time and can be repeated. If the
+    last frame is incomplete, for example after a crash, the iteration ends before it and sets
+    `truncated`. Raises InputError if the file cannot be read, is empty, or is not a dump.
     """
 
     def __init__(self, path: Path | str):
@@ -52,7 +52,7 @@ class Dump(DumpFrames):
 
     def frames(self, progress: Callable[[int], None] | None = None) -> Iterator[DumpFrame]:
         """
-        Yield the frames in the order of the file; each stays valid after the next has been read.
+        Yield the frames in the order of the file; a frame remains valid when the next one is read.
 
         `progress` is called with the number of bytes read so far. Raises InputError if the file is
         damaged, or if no frame is complete.
@@ -83,7 +83,7 @@ class Dump(DumpFrames):
 
     @contextmanager
     def _open(self) -> Iterator[tuple[IO[bytes], IO[bytes]]]:
-        """Open the file; yield it and the stream of its decompressed content."""
+        """Yield the open file, and the stream of its decompressed content."""
         refuse_device(self.path)
         with self.path.open("rb") as file:
             compressed = file.read(2) == _GZIP_MAGIC
@@ -92,16 +92,17 @@ class Dump(DumpFrames):
                 yield file, file
                 return
             with gzip.GzipFile(fileobj=file) as unzipped:
-                # Another buffer would lose the data before the end of a truncated stream.
+                # With a further buffer, the last data of a truncated stream would be lost.
                 yield file, cast(IO[bytes], unzipped)
 
 
 def _read_binary_frame(stream: IO[bytes], name: str) -> DumpFrame | None:
     """
-    Read the next frame, of revision 2 as LAMMPS has written it since 2020 (``binary2txt.cpp``).
+    Read the next frame in revision 2 of the binary format, which LAMMPS has written since 2020.
 
-    Numbers are the float64 numbers of LAMMPS, without conversion. `name` is the name of the file in
-    errors. Returns None at the end of the file.
+    The source of the format is ``binary2txt.cpp``. Numbers are the float64 numbers of LAMMPS,
+    without conversion. `name` is the name of the file for error messages. Returns None at the end
+    of the file.
     """
     first = stream.read(8)
     if not first:

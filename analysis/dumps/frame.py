@@ -10,41 +10,40 @@ from numpy.typing import NDArray
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.errors import InputError
 
-# Larger whole numbers have no exact float64.
+# Not every larger whole number is exact in float64.
 _LARGEST_WHOLE = 2.0**53
 
 
 class TruncatedFrameError(Exception):
-    """Error: the file ends inside a frame, as after a crash; all earlier frames are complete."""
+    """The file ends inside a frame, for example after a crash; all earlier frames are complete."""
 
 
 @dataclass(frozen=True)
 class DumpFrame:
-    """One frame of a dump, whose columns are converted on demand."""
+    """One frame of a dump. Columns are converted to numbers on demand."""
 
     step: int  #: LAMMPS timestep number.
     time: float | None  #: Simulated time, if the dump has it (``dump_modify time yes``).
     columns: tuple[str, ...]  #: Names of the columns.
     bounds: Array  #: Lower and upper bound of the box in x, y and z; of shape (3, 2).
-    #: Rows in the order of ids, of shape (n,); None if they are in order already.
+    #: Indices that sort the rows by id, of shape (n,); None if the rows are sorted already.
     order: NDArray[np.int64] | None
-    #: Function that returns a column by its index, in the order of the file.
+    #: Function that returns a column by its index, with rows in the order of the file.
     raw_column: Callable[[int], Array] = field(repr=False)
-    #: Function that returns the text of a column by its index; None for binary dumps.
+    #: Function that returns the printed text of a column by its index; None for binary dumps.
     raw_text: Callable[[int], list[bytes]] | None = field(default=None, repr=False)
     #: Whether the box is periodic along x, so that positions may be wrapped into it.
     periodic_x: bool = False
     tilted: bool = False  #: Whether the box is triclinic.
     #: Units of the run, if the dump names them (``dump_modify units yes``).
     units: str | None = None
-    #: Half a unit of the last decimal, if all numbers were printed with the same number of
-    #: decimals.
+    #: Half a unit of the last decimal, if all numbers have the same number of decimals.
     absolute_resolution: float = 0.0
     #: Significant digits with which all numbers of the file were printed, if this is known.
     printed_digits: int | None = None
 
     def column(self, name: str) -> Array:
-        """Return one column as float64, exactly as written, sorted by id."""
+        """Return one column as float64, sorted by id; of shape (n,)."""
         if name not in self.columns:
             raise InputError(
                 f"the frame of step {self.step} has no column '{name}' (it has "
@@ -72,9 +71,9 @@ class DumpFrame:
         """
         Return the number of digits of the dump's format, as far as this frame shows it.
 
-        ``%g`` drops trailing zeros, so the number with the most digits counts; ids and other whole
-        numbers are ignored. The result is 17 for binary dumps, and at least 6, the default of
-        LAMMPS.
+        ``%g`` drops trailing zeros. The result is therefore the number of digits in the longest
+        number, except ids and other whole numbers. It is 17 for binary dumps, and at least 6, the
+        default of LAMMPS.
         """
         if self.printed_digits is not None:
             return self.printed_digits
@@ -88,8 +87,8 @@ class DumpFrame:
         """
         Return half a unit of the last printed digit of each number.
 
-        Numbers have `digits` significant digits. For 16 digits or more, the unit is the rounding of
-        float64.
+        Numbers have `digits` significant digits. With 16 digits or more, the result is the rounding
+        error of float64.
         """
         values = np.abs(self.column(name))
         if digits >= 16:
@@ -101,17 +100,16 @@ class DumpFrame:
 
 class DumpFrames(ABC):
     """
-    Frames of a dump or of a trajectory in another format, for repeated iteration.
+    Frames of a dump, or of a trajectory in another format. Iteration can be repeated.
 
-    `truncated` says whether the last complete iteration found an incomplete frame, as after a
-    crash.
+    `truncated` says whether the last complete iteration found an incomplete frame.
     """
 
     truncated = False
 
     @abstractmethod
     def frames(self, progress: Callable[[int], None] | None = None) -> Iterator[DumpFrame]:
-        """Yield the frames in the order of the file; `progress` gets the number of bytes read."""
+        """Yield the frames in order; `progress` receives the number of bytes read."""
 
     def __iter__(self) -> Iterator[DumpFrame]:
         return self.frames()

@@ -1,4 +1,4 @@
-"""Dump with one file for each frame, which LAMMPS writes if the name has a ``*``."""
+"""Dump with one file per frame, which LAMMPS writes if the file name contains a ``*``."""
 
 import re
 from collections.abc import Callable, Iterator, Sequence
@@ -12,7 +12,7 @@ _DIGITS = re.compile(r"[0-9]+")
 
 
 def is_pattern(path: Path) -> bool:
-    """Return whether a path names many files, as in ``dump.*.txt``."""
+    """Return whether a path is a pattern of many files, such as ``dump.*.txt``."""
     return "*" in path.name and not path.exists()
 
 
@@ -20,7 +20,7 @@ def files_of(path: Path) -> list[Path]:
     """
     Return the files of a pattern in the order of the numbers in their names.
 
-    Raises InputError if there is none.
+    Raises InputError if no file matches.
     """
     first, _, last = path.name.partition("*")
     numbered = re.compile(re.escape(first) + r"([0-9]{1,18})" + re.escape(last))
@@ -41,7 +41,7 @@ class ManyFileDump(DumpFrames):
         self._files = files_of(path)
 
     def frames(self, progress: Callable[[int], None] | None = None) -> Iterator[DumpFrame]:
-        """Yield the frames of all files; the last file may be cut short."""
+        """Yield the frames of all files; the last file may be incomplete."""
         self.truncated, read = False, 0
         for file in self._files:
             dump = Dump(file)
@@ -81,5 +81,5 @@ def pattern_of(paths: Sequence[Path]) -> Path | None:
 def _begins_at(path: Path, step: int) -> bool:
     try:
         return Dump(path).first().step == step
-    except InputError:  # the reader reports faults of the file later
+    except InputError:  # the reader reports errors in the file later
         return False

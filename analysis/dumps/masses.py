@@ -20,13 +20,13 @@ from chaincor.lammps_inputs.small_file import refuse_endless
 
 MASS_COLUMN = "mass"
 TYPE_COLUMN = "type"
-# Given masses agree with the masses in the default format of dumps to its six digits.
+# Given masses agree with a dump's masses to the six digits of the default format.
 _SAME_MASS = 1e-5
-# Larger masses are refused, because squares of energies overflow.
+# Larger masses are refused, because squares of energies would overflow.
 _LARGEST_MASS = 1e100
-# More types than this have no meaning in a chain.
+# A larger number of types has no meaning in a chain.
 _MOST_TYPES = 10_000_000
-# A line of the section Atoms has the type in this column.
+# Column of the type in the section Atoms, by atom style.
 _TYPE_PLACE = dict.fromkeys(("bond", "angle", "molecular", "full"), 2)
 _TYPE_PLACE |= dict.fromkeys(("atomic", "charge", "sphere", "ellipsoid"), 1)
 
@@ -57,11 +57,12 @@ def masses_of_bodies(
     """
     Return the masses of the chain, and of a free target, each from the contact outward.
 
-    The sources have this order: the column ``mass`` of the dump; the types of particles with the
-    masses that the job declares; given masses, which are repeated along a chain and must not
-    contradict the job; the masses of the scene. Without a source, masses are 1. The second value
-    says whether there is a source. Raises InputError if types differ and their masses are not
-    known, if the masses given are not those of the job, or if they are given beside a free target.
+    The masses come from the first available source: the column ``mass`` of the dump; the types of
+    the particles, with the masses that the job declares; given masses, which are repeated along a
+    chain and must not contradict the job; the masses of the scene. Without a source, masses are 1.
+    The second returned value says whether there is a source. Raises InputError if types differ and
+    their masses are not known, if the masses given are not those of the job, or if they are given
+    beside a free target.
     """
     if given is not None and layout.targets:
         raise InputError(
@@ -75,7 +76,7 @@ def masses_of_bodies(
         if scene is not None:
             line = scene.line
             bodies = [line.chain_masses, line.target_masses][: 1 + bool(layout.targets)]
-            # A scene of equal particles contradicts types of different mass.
+            # If types have different masses, a scene with equal masses describes another chain.
             if not (why and are_equal(np.concatenate(bodies))):
                 return bodies, True
         if why:
@@ -100,8 +101,9 @@ def mass_resolution(frame: DumpFrame, layout: ChainLayout, masses: Array) -> Arr
     """
     Return the error of masses due to the printed digits of a dump.
 
-    The error is half a unit of the last digit. It is 0 if the masses are not from a column, or if
-    they are equal, because restitution does not depend on a common factor.
+    The error is half a unit of the last digit. It is 0 if the masses do not come from a column of
+    the dump. It is also 0 if all masses are equal, because restitution does not depend on a common
+    factor.
     """
     if MASS_COLUMN in frame.columns and not are_equal(masses):
         printed = layout.by_body(frame.column(MASS_COLUMN))[0]
@@ -112,7 +114,7 @@ def mass_resolution(frame: DumpFrame, layout: ChainLayout, masses: Array) -> Arr
 
 
 def _repeated(masses: ArrayLike, particles: int) -> Array:
-    """Repeat k masses along the chain, so that particle k + 1 has the first mass."""
+    """Repeat k masses along the chain: particle k + 1 again has the first mass."""
     given = np.atleast_1d(np.asarray(masses, dtype=float))
     wrong = given[~((given > 1.0 / _LARGEST_MASS) & (given < _LARGEST_MASS))]
     if given.size == 0 or wrong.size:
@@ -128,7 +130,7 @@ def _repeated(masses: ArrayLike, particles: int) -> Array:
 
 
 def _by_id(frame: DumpFrame, n: int, declared: DeclaredMasses) -> tuple[Array | None, str]:
-    """Return masses and their source, or None and the reason (empty without any)."""
+    """Return masses by id and their source; else None and the reason, which may be empty."""
     if MASS_COLUMN in frame.columns:
         return _repeated(frame.column(MASS_COLUMN), n), f"column '{MASS_COLUMN}' of the dump"
     if declared.unclear is not None:
@@ -154,7 +156,7 @@ def _by_id(frame: DumpFrame, n: int, declared: DeclaredMasses) -> tuple[Array | 
 
 def declared_masses(data: Path | None, commands: RunCommands) -> DeclaredMasses:
     """
-    Return the masses that a job declares in section Masses and by ``mass`` and ``set``.
+    Return the masses that a job declares, in section Masses or by ``mass`` and ``set``.
 
     Raises InputError if the section cannot be read.
     """
@@ -176,7 +178,7 @@ def declared_masses(data: Path | None, commands: RunCommands) -> DeclaredMasses:
 def _masses_after(
     commands: Sequence[CommandWords], in_data: dict[int, float], name: str, expanded: bool
 ) -> tuple[dict[int, float], str | None]:
-    """Return masses by type after the commands of a file, and the reason if they are unreliable."""
+    """Return masses by type after the commands of a file, and why they are unreliable, or None."""
     reads_data = any(words[0] == "read_data" for words in commands)
     masses, unclear = {} if reads_data else dict(in_data), None
     for words in commands:
@@ -186,7 +188,7 @@ def _masses_after(
         elif words[0] == "atom_style" or not _sets_masses(words):
             continue
         elif is_computed(words):
-            # A log repeats a line with the values of its variables.
+            # A log prints a command again with the values of variables.
             unclear = unclear if expanded else f"{said} sets masses by a variable"
         elif words[0] == "set":
             unclear = f"{said} changes masses or types"
@@ -216,9 +218,9 @@ def _sets_masses(words: list[str]) -> bool:
 
 def read_sections(path: Path) -> dict[str, tuple[str, list[list[str]]]]:
     """
-    Return hint and rows of the sections of a data file, plain or gzipped; the header has no name.
+    Return the style hint and rows of each section of a data file; the header has an empty name.
 
-    Raises InputError if the file cannot be read.
+    The file may be gzipped. Raises InputError if it cannot be read.
     """
     try:
         refuse_endless(path)

@@ -11,27 +11,29 @@ from numpy.typing import NDArray
 from chaincor.analysis.dumps.ase_copy import no_velocities
 from chaincor.lammps_inputs.isolated import Isolated
 
-# Compressed formats hold at most about this many numbers in a byte.
+# Compressed formats store at most about this many numbers per byte.
 _LEAST_BYTES = 1.0
 _NAMES = ("x", "vx", "steps", "times", "boxes")
 
 
 class CopiedTrajectory(NamedTuple):
-    """Frames of a trajectory, in MDAnalysis's float32, mapped from disk."""
+    """Frames of a trajectory in MDAnalysis's float32, memory-mapped from disk."""
 
     x: NDArray[np.float32]  #: Positions along x; of shape (frames, n).
     vx: NDArray[np.float32]  #: Velocities along x; of shape (frames, n).
     steps: NDArray[np.int64]  #: Timestep numbers; of shape (frames,).
     times: NDArray[np.float64]  #: Simulated times; of shape (frames,).
-    boxes: NDArray[np.float64]  #: Lengths of the box, nan without a box; of shape (frames, 3).
+    boxes: NDArray[
+        np.float64
+    ]  #: Lengths of the periodic box, nan without a box; of shape (frames, 3).
 
 
 def copy_trajectory(path: Path, kind: str, folder: Path) -> CopiedTrajectory:
     """
     Read a trajectory into arrays in a folder.
 
-    Raises InputError if the file holds no velocities, and IsolatedError, with the reason, if the
-    library cannot read it or crashes.
+    Raises InputError if the file contains no velocities. Raises IsolatedError, with the reason, if
+    the library cannot read the file or crashes.
     """
     _READ(str(path.absolute()), kind, str(folder))
     arrays = {name: np.load(folder / f"{name}.npy", mmap_mode="r") for name in _NAMES}
@@ -43,8 +45,8 @@ def read_here(path: str, kind: str, folder: str) -> None:
     from MDAnalysis.coordinates.core import reader
 
     with tempfile.TemporaryDirectory(dir=folder) as beside:
-        # MDAnalysis leaves files of offsets beside the file that it reads, so it reads a link in a
-        # folder of its own.
+        # MDAnalysis writes a file of offsets beside the file that it reads. It is therefore given a
+        # link in another folder.
         link = Path(beside) / Path(path).name
         link.symlink_to(path)
         with warnings.catch_warnings():

@@ -31,8 +31,8 @@ def read_states(dump: Path | str | DumpFrames, timestep: float = 1.0) -> Iterato
     Parameters
     ----------
     dump : pathlib.Path, str or Frames
-        A file that :func:`~chaincor.analysis.dumps.other_trajectories.open_trajectory` opens, or
-        the trajectory that it returned, in the units of the chain.
+        A file that :func:`~chaincor.analysis.dumps.other_trajectories.open_trajectory` can open, or
+        an open trajectory, in the units of the chain.
     timestep : float
         Simulated time per step, for dumps that do not carry the time.
     """
@@ -44,12 +44,12 @@ def to_ase(
     dump: Path | str | DumpFrames, timestep: float = 1.0, masses: ArrayLike | None = None
 ) -> "Iterator[Atoms]":
     """
-    Yield the frames of a dump as ASE Atoms, as :func:`ase_atoms` makes them.
+    Yield each frame of a dump as the ASE Atoms that :func:`ase_atoms` makes.
 
-    Numbers are unchanged, while ASE's own reader does not know ``units lj`` and rescales
-    velocities. `dump` and `timestep` are as for :func:`read_states`. `masses` are given from the
-    wall outwards and repeated along the chain; by default they come from the dump or are 1. Raises
-    InputError if particles have different types and their masses are unknown.
+    Positions and velocities are not converted. ASE's own reader does not know ``units lj`` and
+    rescales velocities. `dump` and `timestep` are as for :func:`read_states`. `masses` are given
+    from the wall outwards and repeated along the chain; by default they come from the dump or are
+    1. Raises InputError if particles have different types and their masses are unknown.
     """
     source = _opened(dump)
     layout, m = _layout_and_masses(source, masses)
@@ -62,10 +62,10 @@ def ase_atoms(state: ChainState, masses: Array, bond: "Potential | None" = None)
     Return the state of a chain as ASE Atoms, in reduced units and float64.
 
     The particles of a free target follow the particles of the chain. The Atoms have positions (x,
-    0, 0), no cell and no periodic direction. The arrays ``displacement`` and ``bonds`` hold the
-    displacement and the neighbours of each atom, as ASE reads them from a LAMMPS data file;
-    ``info`` holds ``time`` and ``step``. With a bond the Atoms have the potential energy
-    :math:`\sum_i U(s_i)` and forces, without the force of the contact.
+    0, 0), no cell and no periodic direction. The array ``displacement`` contains the displacement
+    of each atom, and the array ``bonds`` its neighbours, in the format that ASE uses for LAMMPS
+    data files. ``info`` contains ``time`` and ``step``. If a bond is given, the Atoms also have the
+    potential energy :math:`\sum_i U(s_i)` and the forces of the bonds, without the contact force.
     """
     from ase import Atoms
 
@@ -101,9 +101,9 @@ def write_extended_xyz(
     """
     Write a dump as extended XYZ with all digits, and return the number of frames.
 
-    The file appears when it is complete. `dump`, `timestep` and `masses` are as for :func:`to_ase`;
-    `target_masses`, of shape (M,), are the masses of a free target from the contact outward. Its
-    particles follow the particles of the chain.
+    The file appears only when it is complete. `dump`, `timestep` and `masses` are as for
+    :func:`to_ase`; `target_masses`, of shape (M,), are the masses of a free target from the contact
+    outward. Particles of the target follow those of the chain.
     """
     source, count = _opened(dump), 0
     if target_masses is None:

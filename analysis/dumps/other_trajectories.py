@@ -2,8 +2,8 @@
 Readers of trajectories other than LAMMPS dumps of style custom, by ASE and MDAnalysis.
 
 ASE reads extended XYZ (LAMMPS's ``dump extxyz``) and its own formats in float64. MDAnalysis reads
-TRR and AMBER NetCDF in float32. Dumps of style custom have readers of their own, because in
-MDAnalysis they lose half their digits.
+TRR and AMBER NetCDF in float32. Dumps of style custom have their own readers, because MDAnalysis
+would lose half their digits.
 """
 
 import tempfile
@@ -23,10 +23,10 @@ from chaincor.analysis.dumps.mdanalysis_copy import copy_trajectory
 from chaincor.analysis.dumps.xyz_digits import printed_digits
 from chaincor.lammps_inputs.errors import InputError, one_line
 
-# ASE reads files with these endings, under these names of formats.
+# Endings of files that ASE reads, with ASE's names of the formats.
 _ASE_FORMATS = {".extxyz": "extxyz", ".xyz": "extxyz", ".traj": "traj"}
-# MDAnalysis reads files with these endings, under these names of formats. Files that do not begin
-# with these bytes crash its readers.
+# Endings of files that MDAnalysis reads, with its names of the formats and the first bytes of a
+# file. Files that begin with other bytes crash MDAnalysis.
 _MDANALYSIS_FORMATS = {
     ".trr": ("TRR", b"\x00\x00\x07\xc9"),
     ".nc": ("NCDF", b"CDF"),
@@ -39,17 +39,16 @@ _SINGLE_DIGITS = 7
 
 
 def is_other_trajectory(path: Path) -> bool:
-    """Return whether the ending of a file belongs to ASE or MDAnalysis."""
+    """Return whether ASE or MDAnalysis reads files with this ending."""
     return path.suffix in _ASE_FORMATS or path.suffix in _MDANALYSIS_FORMATS
 
 
 def open_trajectory(path: Path | str) -> DumpFrames:
     """
-    Open a dump of LAMMPS, or a trajectory of another format by its ending.
+    Open a LAMMPS dump, or a trajectory whose file ending tells another format.
 
-    A ``*`` in the name stands for the numbers of many files, as it does for LAMMPS.
-
-    Raises InputError if it cannot be read.
+    A ``*`` in the name stands for the numbers of many files, as in LAMMPS. Raises InputError if it
+    cannot be read.
     """
     path = Path(path)
     if is_pattern(path):
@@ -59,10 +58,11 @@ def open_trajectory(path: Path | str) -> DumpFrames:
 
 class OtherTrajectory(DumpFrames):
     """
-    Trajectory read by ASE or MDAnalysis, frame by frame, with the numbers of these libraries.
+    Trajectory that ASE or MDAnalysis reads, frame by frame, without conversion of units.
 
-    Frames have columns ``x`` and ``vx``, and ``mass`` if the file has masses, or ``type`` if
-    elements differ. `truncated` is False, because the libraries do not report it.
+    Frames have the columns ``x`` and ``vx``. They also have ``mass`` if the file has masses, or
+    else ``type`` if elements differ. `truncated` is False, because the libraries do not report
+    incomplete frames.
     """
 
     def __init__(self, path: Path):
@@ -72,9 +72,9 @@ class OtherTrajectory(DumpFrames):
 
     def frames(self, progress: Callable[[int], None] | None = None) -> Iterator[DumpFrame]:
         """
-        Yield the frames in the order of the file; `progress` gets the size of the file at the end.
+        Yield the frames in order; at the end `progress` receives the size of the file.
 
-        Raises InputError if the file cannot be read or holds no velocities.
+        Raises InputError if the file cannot be read or contains no velocities.
         """
         through_ase = self.path.suffix in _ASE_FORMATS
         found = self._through_ase() if through_ase else self._through_mdanalysis()
@@ -87,7 +87,7 @@ class OtherTrajectory(DumpFrames):
                     frame = next(found, None)
             except InputError:
                 raise
-            # Readers raise exceptions of any kind for a damaged file or a missing library.
+            # For damaged files or missing libraries, readers raise exceptions of any type.
             except Exception as error:
                 reason = one_line(error) or type(error).__name__
                 raise InputError(f"cannot read the trajectory {self.path}: {reason}") from None

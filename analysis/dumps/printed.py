@@ -1,4 +1,4 @@
-"""Reader of the numbers that a finished script has printed to its log."""
+"""Read the results that a finished script has printed to its log."""
 
 import math
 import re
@@ -9,18 +9,18 @@ from chaincor.lammps_inputs.given_numbers import number_in
 from chaincor.lammps_inputs.small_file import refuse_device
 
 _NUMBER = r"([-+.\deE]+|null|[-+]?(?:nan|inf))"
-# LAMMPS, or a job that stops without a result, prints these messages.
+# Messages of LAMMPS, and of a script that stops without a result.
 _STOPPED = re.compile(
     r"^(ERROR.*|(UNFINISHED|UNBALANCED|TOO FAST|NO VELOCITY|NO STEP|UNKNOWN NAME|OTHER VELOCITY"
     r"|BEHIND THE WALL|MISMATCHED|BEGUN OTHERWISE): .*)$",
     re.MULTILINE,
 )
-# Eta from a dump with all digits differs by at most this from the eta that LAMMPS prints.
+# Largest difference between eta that LAMMPS prints and eta from a dump with all digits.
 _SAME_RUN = 1e-12
 
 
 def end_of(log: Path, most_bytes: int) -> str:
-    """Return the end of the printed output; raises InputError if it may never end."""
+    """Return the last bytes of the printed output; raise InputError if the log is a device."""
     refuse_device(log)
     with log.open("rb") as file:
         file.seek(max(0, log.stat().st_size - most_bytes))
@@ -29,22 +29,23 @@ def end_of(log: Path, most_bytes: int) -> str:
 
 def printed_values(log: str, name: str) -> list[float | None]:
     """
-    Return the numbers of all lines with one name, such as ``restitution = 0.9``, in order.
+    Return in order all numbers printed for one name, such as ``restitution = 0.9``.
 
-    Scripts print ``null`` for an unknown number, which becomes nan. Other words become None.
+    An unknown number, which scripts print as ``null``, is returned as nan. Texts that are not
+    numbers are returned as None.
     """
     said = re.findall(rf"^\s*{re.escape(name)} = {_NUMBER}\s*$", log, re.MULTILINE)
     return [math.nan if word == "null" else number_in(word) for word in said]
 
 
 def printed_numbers(log: str, names: Iterable[str]) -> dict[str, float]:
-    """Return the last number of each name, as :func:`printed_values` reads it."""
+    """Return for each name the last number of :func:`printed_values`."""
     last = {name: (printed_values(log, name) or [None])[-1] for name in names}
     return {name: value for name, value in last.items() if value is not None}
 
 
 def stopped_with(log: str) -> str | None:
-    """Return the message with which LAMMPS or a job stopped, in one line, or None."""
+    """Return in one line the message with which LAMMPS or a script stopped, or None."""
     said = _STOPPED.search(log)
     return None if said is None else " ".join(said[0].split())
 
@@ -53,12 +54,12 @@ def printed_error(
     logs: Iterable[Path], restitution: float, data_error: float
 ) -> tuple[float | None, str | None]:
     """
-    Return the error of a restitution from a dump, as the logs of its run print it.
+    Return the error of a dump's restitution that a log of the run prints.
 
-    A log has the lines ``restitution`` and ``restitution_error``. The first must agree with the
-    dump within `data_error`, which is added to the second. The function returns the error, or None
-    without one, and its source, or the reason why a log is not used. Both are None if the logs have
-    no such lines.
+    A log has the lines ``restitution`` and ``restitution_error``. The restitution must agree with
+    that of the dump within `data_error`, which is added to the printed error. The function returns
+    the error or None, and a text: the source of the error, or why a log was not used. Error and
+    text are None if no log has these lines.
     """
     other = None
     for path in logs:

@@ -1,4 +1,4 @@
-"""Commands, units, springs, walls and steps of a run, from its scripts and logs."""
+"""Commands, units, springs, walls and time steps of a run, from its scripts and logs."""
 
 import re
 from collections.abc import Iterable, Sequence
@@ -11,7 +11,7 @@ from chaincor.lammps_inputs.errors import InputError, SceneError
 from chaincor.lammps_inputs.small_file import refuse_endless, why_unreadable
 from chaincor.lammps_inputs.units.unit_system import CHAIN_UNITS, UnitSystem
 
-# These commands declare the setup. Logs contain many other lines.
+# Commands that declare the setup. Logs contain many other lines.
 _KEPT = (
     *("units", "lattice", "atom_style", "pair_style", "bond_style", "bond_coeff"),
     *("read_data", "mass", "set", "fix", "timestep"),
@@ -20,7 +20,7 @@ _SETUP = ("units", "bond_style", "bond_coeff", "pair_style", "lattice", "fix")
 _NUMBER = re.compile(r"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?")
 
 
-# Words of a command without its comment. The first word is the name of the command.
+# Words of a command, without comments. The first word is the name of the command.
 CommandWords = list[str]
 
 
@@ -36,11 +36,11 @@ class DeclaredSetup:
     style: str = "lj"  #: Style of the units.
     #: K and r0 if ``bond_style harmonic`` is the only force; otherwise None.
     spring: tuple[float, float] | None = None
-    #: Place of each face (``xlo``, ``xhi``) of ``fix wall/reflect``, as the script gives it.
+    #: Position of each face (``xlo``, ``xhi``) of ``fix wall/reflect``, as written in the script.
     walls: dict[str, str] = field(default_factory=dict)
 
     def units(self, mass: float | None) -> UnitSystem:
-        """Return the units of the chain in units of the run, from springs and a mass."""
+        """Return the chain's units in units of the run, from the springs and a mass."""
         mass = 1.0 if self.style == "lj" else mass
         if self.spring is None or mass is None:
             return CHAIN_UNITS
@@ -55,14 +55,14 @@ class DeclaredSetup:
 class RunCommands:
     """Commands of one run, from its logs and its scripts."""
 
-    #: Commands of each file, in order. Logs repeat a command with the values of its variables.
+    #: Commands of each file, in order. Logs print a command again with the values of variables.
     logs: dict[Path, list[CommandWords]]
     scripts: dict[Path, list[CommandWords]]  #: See ``logs``.
 
     @classmethod
     def read(cls, logs: Iterable[Path] = (), scripts: Iterable[Path] = ()) -> "RunCommands":
         """Read the files of a run."""
-        # In a log LAMMPS has joined continued lines, and most lines are no commands.
+        # In a log LAMMPS has joined continuation lines, and most lines are not commands.
         kept_lines = {
             p: [r for r in _text(p).splitlines() if r.lstrip().startswith(_KEPT)] for p in logs
         }
@@ -73,10 +73,10 @@ class RunCommands:
 
     def named(self, *names: str) -> tuple[dict[Path, list[CommandWords]], bool]:
         """
-        Return the commands of some names by file, and whether they contain variables.
+        Return the commands with some names by file, and whether they come from logs.
 
-        The commands come from logs if any log has them, else from all scripts. The screen output of
-        a run begins like a log but does not repeat commands.
+        The commands come from logs if a log has them, else from all scripts. A log contains the
+        values of variables. A file of the screen output begins like a log but contains no commands.
         """
         of_logs, of_scripts = (
             {path: [c for c in commands if c[0] in names] for path, commands in each.items()}
@@ -102,10 +102,10 @@ class RunCommands:
     @property
     def timestep(self) -> float | None:
         """
-        Time step of the whole run; None if the steps do not give the time.
+        Time step of the whole run; None if it is unknown or changes.
 
-        It is None if there is no ``timestep`` command, if a script computes the step, or if the
-        step changes.
+        It is None if there is no ``timestep`` command, if a script computes the time step, or if
+        there are several time steps.
         """
         steps = set(self._timesteps())
         return _positive(steps.pop()) if len(steps) == 1 else None
@@ -115,12 +115,12 @@ class RunCommands:
         """
         First time step of a run; None if it is unknown.
 
-        Runs that stop at contacts set other steps on the way. The first step belongs to the motion.
+        Runs that stop at contacts set other time steps later. The first one is that of the motion.
         """
         return _positive(next(iter(self._timesteps()), None))
 
     def _timesteps(self) -> list[float | None]:
-        """Return the steps that a run sets, in order; None if a script computes one."""
+        """Return the time steps that a run sets, in order; a computed time step is None."""
         found, expanded = self.named("timestep")
         words = [w for commands in found.values() for c in commands for w in c[1:2]]
         kept = [w for w in words if _NUMBER.fullmatch(w) or ("$" in w and not expanded)]
@@ -128,7 +128,7 @@ class RunCommands:
 
     @property
     def setup(self) -> DeclaredSetup:
-        """Units, springs and walls, without facts on which files disagree."""
+        """Units, springs and walls; default values if the files disagree."""
         found, _ = self.named(*_SETUP)
         setups = [_setup_of([c for c in each if not is_computed(c)]) for each in found.values()]
         alike = setups and all(each == setups[0] for each in setups)
@@ -144,7 +144,7 @@ def _text(path: Path) -> str:
 
 
 def _commands(parts: Iterable[str]) -> list[CommandWords]:
-    """Return the commands in the parts of a file, each of which ends with a whole command."""
+    """Return the commands in the parts of a file. No command continues in the next part."""
     commands = (words.split() for part in parts for words in commands_of(part))
     return [command for command in commands if command[0] in _KEPT]
 
@@ -170,5 +170,5 @@ def _setup_of(commands: Sequence[CommandWords]) -> DeclaredSetup:
         except ValueError:
             spring = None
     style = last.get("units", ["lj"])
-    # With a lattice, places may be in units of the lattice.
+    # With a lattice, positions may be in units of the lattice.
     return DeclaredSetup(style[0] if style else "lj", spring, {} if "lattice" in last else walls)

@@ -10,17 +10,17 @@ from chaincor.analysis.dumps.frame import DumpFrame, TruncatedFrameError
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.errors import InputError
 
-# A header with a larger count is damaged.
+# A header with a larger number of atoms is damaged.
 _MOST_PARTICLES = 10**9
 _LATEST_STEP = 2**63
 
 
 class TextFrames:
     """
-    Reader of text frames from an open stream, with a name of the file for errors.
+    Reader of text frames from an open stream; `name` is the file's name in error messages.
 
-    Columns are converted to numbers on demand, because the conversion of 17 digits to float64 is
-    expensive, while the splitting of a frame into words is cheap.
+    Columns are converted to numbers on demand. Converting 17 digits to float64 is expensive, and
+    splitting a frame into words is cheap.
     """
 
     style = "custom"  #: Style of the dump.
@@ -66,7 +66,7 @@ class TextFrames:
                 f"{self.name} has no column 'id' (it has {' '.join(columns)}). Dump the ids, "
                 "because LAMMPS writes atoms in any order"
             )
-        # Frames with the same ids have the same order.
+        # If a frame has the ids of the previous frame, the sorting is reused.
         index = columns.index("id")
         if raw_text(index) != self._ids:
             self._ids = raw_text(index)
@@ -74,7 +74,7 @@ class TextFrames:
         return DumpFrame(order=self._order, raw_column=raw_column, raw_text=raw_text, **said)
 
     def _words(self, body: list[bytes]) -> list[bytes]:
-        """Return the numbers in the rows of a frame."""
+        """Return all words in the rows of a frame."""
         return b"".join(body).split()
 
     def _step(self, text: bytes | str) -> int:
@@ -90,7 +90,7 @@ class TextFrames:
         return count
 
     def _read_header(self, stream: IO[bytes]) -> tuple[int, dict[str, Any]] | None:
-        """Return the number of particles, and the fields of a frame from its header."""
+        """Return the number of particles, and the fields of a frame that its header contains."""
         said: dict[str, Any] = {"time": None, "bounds": None}
         line = self._first_line(stream)
         if not line:
@@ -116,7 +116,7 @@ class TextFrames:
 
     def _read_item(self, line: bytes, said: dict[str, Any], stream: IO[bytes]) -> bool:
         """
-        Read the item of a header that begins with a line, and return whether it ends the header.
+        Read the item of a header that starts with this line; return whether the header ends.
 
         Raises ValueError or IndexError if there is no such item.
         """
@@ -149,7 +149,7 @@ class TextFrames:
 
 def order_by_id(ids: Array, step: int, name: str) -> NDArray[np.int64] | None:
     """
-    Return the rows in the order of ids, or None if they are in order.
+    Return the indices that sort rows by id; None if the rows are sorted already.
 
     Raises InputError if there are no ids, or if an id occurs twice.
     """
@@ -172,7 +172,7 @@ def order_by_id(ids: Array, step: int, name: str) -> NDArray[np.int64] | None:
 
 
 def complete_line(stream: IO[bytes]) -> bytes:
-    """Return the next line, which must be whole."""
+    """Return the next line, which must be complete."""
     line = stream.readline()
     if not line.endswith(b"\n"):
         raise TruncatedFrameError

@@ -1,8 +1,8 @@
 """
 States of a chain as an MDAnalysis Universe.
 
-MDAnalysis keeps positions and velocities as float32. Columns with all digits are in ``ts.data``,
-where its own reader of dumps puts `additional_columns`.
+MDAnalysis keeps positions and velocities as float32. Columns with all digits are in ``ts.data``.
+MDAnalysis's own reader of dumps puts `additional_columns` there, too.
 """
 
 from collections.abc import Sequence
@@ -21,11 +21,11 @@ from chaincor.lammps_inputs.arrays import Array
 
 class ColumnsReader(MemoryReader):
     """
-    MDAnalysis trajectory in memory, with the float64 columns of each frame in ``ts.data``.
+    MDAnalysis trajectory in memory. ``ts.data`` has the float64 columns of the current frame.
 
-    `coordinate_array`, of shape (frames, n, 3), holds positions, which MDAnalysis keeps as float32.
-    `columns` holds, for each frame, the further content of ``ts.data``: columns by name, step and
-    time.
+    `coordinate_array` contains positions, of shape (frames, n, 3), which MDAnalysis keeps as
+    float32. `columns` contains the further content of ``ts.data`` for each frame: columns by name,
+    step and time.
     """
 
     format = "CHAINCOLUMNS"
@@ -40,7 +40,7 @@ class ColumnsReader(MemoryReader):
     ) -> None:
         self._columns = columns
         super().__init__(coordinate_array, **kwargs)
-        # Copies need these arguments, which the base class does not declare.
+        # ``copy`` needs these arguments, which the base class does not declare.
         self._kwargs = {**self._kwargs, "columns": columns}  # type: ignore[has-type]
 
     def _read_next_timestep(self, ts: Timestep | None = None) -> Timestep:
@@ -53,9 +53,9 @@ def universe_of_states(states: Sequence[ChainState], masses: Array) -> MDAnalysi
     """
     Return one or more states of a chain as an MDAnalysis Universe in reduced units.
 
-    `masses`, of shape (n,) or (n + M,), begin with the chain; a free target follows. The Universe
-    has atoms with ids from 1 on in this order, masses, bonds between neighbours, and no box. In
-    each frame ``ts.data`` holds the float64 columns ``vx``, ``v_displacement`` and ``v_time``.
+    `masses`, of shape (n,) or (n + M,), begin with the chain; a free target follows. Atoms have ids
+    from 1 on in this order, masses, and bonds between neighbours. There is no box. In each frame
+    ``ts.data`` contains the float64 columns ``vx``, ``v_displacement`` and ``v_time``.
     """
     n, times = masses.size, [state.time for state in states]
     universe = MDAnalysis.Universe.empty(n, trajectory=False, velocities=True)

@@ -18,20 +18,20 @@ from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.units.unit_system import CHAIN_UNITS, UnitSystem
 
 _PLACES, _SPEEDS = ("x", "xu"), ("vx", "vy", "vz")
-# A format with at least this many digits keeps numbers exactly.
+# A format with at least this many digits preserves float64 exactly.
 _EXACT_DIGITS = 16
 
 
 @dataclass(frozen=True)
 class DumpView:
-    """Transformation of a dump's numbers to a chain that hits a wall at x = 0."""
+    """Transformation of a dump to a chain in its own units that hits a wall at x = 0."""
 
     units: UnitSystem = CHAIN_UNITS  #: Units of the chain, in the dump's units.
     wall: float = 0.0  #: Position of the wall, in the dump's units.
     upwards: bool = False  #: Whether the chain moves towards +x.
 
     def with_length_of(self, frame: DumpFrame) -> "DumpView":
-        """Take the natural length from a frame: the median distance of neighbours in it."""
+        """Take the natural length from a frame: the median distance between neighbours."""
         name = next((name for name in _PLACES if name in frame.columns), None)
         places = np.sort(frame.column(name)) if name is not None else np.empty(0)
         length = float(np.median(np.diff(places))) if places.size > 1 else 0.0
@@ -46,8 +46,8 @@ class DumpView:
         """
         Return a frame in the chain's units.
 
-        Raises InputError if the wall is not at 0 and the frame has displacements, which count from
-        a wall at 0.
+        Raises InputError if the wall is not at 0 and the frame has displacements, because
+        displacements assume a wall at 0.
         """
         if (self.upwards or self.wall != 0.0) and DISPLACEMENT_COLUMN in frame.columns:
             raise InputError(
@@ -88,7 +88,7 @@ class DumpView:
         return values / scales.get(name, 1.0)
 
     def _resolution(self, frame: DumpFrame) -> float:
-        """Return the resolution of shifted positions, which were printed unshifted."""
+        """Return the resolution of shifted positions, from the digits of the printed positions."""
         own = frame.absolute_resolution / min(self.units.length, self.units.speed)
         digits = frame.significant_digits() if self.wall != 0.0 else _EXACT_DIGITS
         name = next((name for name in _PLACES if name in frame.columns), None)

@@ -3,11 +3,11 @@
 from itertools import islice
 from pathlib import Path
 
-# Without other information, numbers have the six digits of ``%g``.
+# By default, numbers have the six digits of ``%g``.
 _LEAST_DIGITS = 6
-# float64 has no more digits.
+# float64 has at most this many digits.
 _MOST_DIGITS = 17
-# A header with a larger count is damaged.
+# A header with a larger number of atoms is damaged.
 _MOST_PARTICLES = 10**9
 
 
@@ -15,9 +15,9 @@ def printed_digits(path: Path) -> tuple[int, int | None]:
     """
     Return how many significant digits and decimals the numbers of an extended XYZ file have.
 
-    The second value is None if the numbers have different numbers of decimals: ``%g`` drops zeros
-    at the end, and ``%.8f`` keeps them. All frames count, because a chain that starts with round
-    numbers shows its digits only later. Damaged lines do not count.
+    The second result is None if not all numbers have equally many decimals: ``%g`` drops trailing
+    zeros, and ``%.8f`` keeps them. All frames are examined, because the first frame of a chain may
+    have round numbers. Damaged lines are ignored.
     """
     digits, decimals = _LEAST_DIGITS, set()
     with path.open("rb") as file:

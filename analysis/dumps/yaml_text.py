@@ -19,7 +19,7 @@ class YamlFrames(TextFrames):
 
     def _first_line(self, stream: IO[bytes]) -> bytes:
         line = stream.readline()
-        while line.strip() == _END:  # of the frame before
+        while line.strip() == _END:  # of the previous frame
             line = stream.readline()
         return line
 
