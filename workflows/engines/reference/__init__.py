@@ -1,1 +1,1 @@
-"""Reference engines: stepping, adaptive, modal and hard spheres."""
+"""Reference engine, with four methods: fixed steps, adaptive steps, modes and hard spheres."""

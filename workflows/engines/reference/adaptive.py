@@ -1,4 +1,4 @@
-"""Run collisions with adaptive steps, for bonds so compressed that no fixed step resolves them."""
+"""Run collisions with adaptive steps, for bonds too compressed for steps of one size."""
 
 import math
 import time
@@ -39,26 +39,28 @@ from chaincor.workflows.errors import RunError, TimestepError
 
 SCHEME = "adaptive8"
 
-# A single step may have this error, relative to the accuracy of the restitution. Over the 1e3 to
-# 1e6 steps of a collision these errors mostly cancel.
+# A single step may have this error, relative to the target error of the restitution. A collision
+# takes 1e3 to 1e6 steps, whose errors mostly cancel.
 LOCAL_SHARE = 0.03
-# Errors below this limit come from rounding and would mislead the step-size control.
+# Smaller errors come from rounding and would mislead the step-size control.
 FINEST_LOCAL = 1e-15
 
-# The strain of a bond this short has no correct digits, so the end is not argued.
+# If the logarithm of a bond length is below this, its strain has no correct digits, and no end is
+# argued.
 _LOG_LENGTH_TO_ARGUE = -20.0
 
 
-# A trial step may leave the range of numbers; its error is then not a number, and it is refused.
+# The state after a trial step may overflow. The error of this step is then not a number, and the
+# step is rejected.
 @np.errstate(over="ignore", invalid="ignore", divide="ignore")
 def run(problem: Problem, accuracy: float, frame_interval: float | None = None) -> Outcome:
     """
-    Run the collision of a chain with steps that adapt to the stiffest bond.
+    Run the collision of a chain with adaptive steps.
 
-    `accuracy` is the target error of the restitution; a run at a tenth of it shows the error
-    reached. Partial steps give snapshots at multiples of `frame_interval` and leave the motion
-    unchanged. Raises TimestepError if no step, however small, is accurate, and the errors of
-    ``stepping.run``.
+    `accuracy` is the target error of the restitution; the difference from a run at a tenth of
+    `accuracy` shows the error reached. Snapshots at multiples of `frame_interval` come from partial
+    steps and leave the motion unchanged. Raises TimestepError if no step, however small, is
+    accurate, and the errors of ``stepping.run``.
     """
     if problem.bond.only_pushes:
         return beads.run(problem, accuracy, frame_interval, SCHEME)
@@ -95,7 +97,7 @@ def run(problem: Problem, accuracy: float, frame_interval: float | None = None) 
 
 @dataclass(frozen=True)
 class BondLoops:
-    """Compiled loops for one potential, with functions of the bond coordinate y."""
+    """Compiled loop for one potential, and functions of the bond coordinate y."""
 
     advance: Callable  #: Loop over steps, see ``adaptive_loops``.
     parameters: tuple[float, ...]  #: Parameters of the force; NamedTuple.
@@ -133,10 +135,10 @@ def _compile(function: Callable, *, keep: bool, logarithmic: bool) -> Callable:
 
 def _strain_scale(problem: Problem) -> float:
     """
-    Return the scale of strain errors: v0, as for a stiffness of 1, but at most 1.
+    Return the scale of strain errors: v0, as for bonds of stiffness 1, but at most 1.
 
-    For bonds with little stiffness at rest, the scale is within a factor of ten of the strain at
-    which two colliding particles stop each other.
+    For bonds that are soft at their natural length, the scale is within a factor of ten of the
+    strain at which two colliding particles stop each other.
     """
     speed = problem.impact_velocity
     strain = -problem.bond.compressed_strain(speed**2)
@@ -144,7 +146,7 @@ def _strain_scale(problem: Problem) -> float:
 
 
 class _Flight(AdaptiveFlight):
-    """Collision in progress: the arrays of the adaptive loops, and the decision when to stop."""
+    """Collision in progress, with the arrays of the loops; decides when the collision is over."""
 
     def __init__(
         self, problem: Problem, bond: BondLoops, accuracy: float, frame_interval: float | None
@@ -184,7 +186,7 @@ class _Flight(AdaptiveFlight):
         floor, ceiling = allowed_strains(problem.bond)
         run_state.strain_floor = -math.inf if bond.logarithmic else floor
         run_state.strain_ceiling = ceiling
-        # This is only a guess: steps that are too large are rejected and shrink.
+        # This is only a guess, because steps that are too large are rejected and shortened.
         run_state.step = 0.05 / (math.sqrt(stiffness) * max(1.0, speed))
         bookkeeping.record_contact(run_state, contacts, 0.0, speed)
         bookkeeping.note_impulse(run_state, contacts, 2.0 * speed)
@@ -222,7 +224,8 @@ class _Flight(AdaptiveFlight):
         quiet = sound_round_trip(problem.particles, problem.slow_stiffness)
         if ending is not None or now - last < quiet or now < self._not_before:
             return ending
-        # A chain that broke and then flew freely for this time is followed with fixed steps.
+        # A chain that broke is followed with steps of one size after a sound round trip without a
+        # contact.
         shortest = float(self._bond.length_of(bonds.min()))
         along_x = np.append(first, strains), np.append(0.0, velocities)
         ahead = follow(problem, *along_x, now=now, last_contact=last, shortest=shortest)
@@ -247,7 +250,7 @@ class _Flight(AdaptiveFlight):
         return state[1 : self._particles], state[self._particles :]
 
     def collected(self) -> Frames | None:
-        """Return the snapshots; None if no interval was given."""
+        """Return the snapshots; None without a `frame_interval`."""
         if self._interval is None:
             return None
         count = int(self.run_state.frames)

@@ -1,4 +1,4 @@
-"""Flight with adaptive steps: the parts that chains and beads share."""
+"""Motion with adaptive steps: code shared by chains and beads."""
 
 from collections.abc import Callable
 from typing import Any
@@ -8,11 +8,11 @@ import numpy as np
 from chaincor.workflows.engines.reference.adaptive_loops import PAUSE, Tableau
 from chaincor.workflows.engines.time_limit import check_time, steps_at_once
 
-STAGES = 12  # stages of the method of Dormand and Prince
+STAGES = 12  # number of stages of the Dormand-Prince method
 
 
 def dormand_prince() -> Tableau:
-    """Return the coefficients of the method of order 8 of Dormand and Prince."""
+    """Return the coefficients of the Dormand-Prince method of order 8."""
     from scipy.integrate import DOP853
 
     tableau = (DOP853.A, DOP853.B, DOP853.E3, DOP853.E5)
@@ -39,7 +39,7 @@ class AdaptiveFlight:
                 return int(status)
 
     def warm_up(self) -> None:
-        """Load or compile the loops, so that this time does not count as integration."""
+        """Load or compile the loops before the integration is timed."""
         longest, self.run_state.longest = float(self.run_state.longest), -1.0
         self._advance()
         self.run_state.longest = longest

@@ -1,5 +1,5 @@
 r"""
-Build the loops of the adaptive engine: the method of Dormand and Prince, with contacts.
+Build the loops of the adaptive engine: the Dormand-Prince method, with contacts.
 
 The state is one array, :math:`(x_1, y_1 \dots y_{n-1}, v_1 \dots v_n)`. The coordinate y of a bond
 is its strain or, for bonds that shrink without bound, the logarithm of its length:
@@ -7,8 +7,8 @@ is its strain or, for bonds that shrink without bound, the logarithm of its leng
 .. math:: \dot x_1 = v_1, \qquad \dot y_i = \frac{v_{i+1} - v_i}{dr/dy}, \qquad
           \dot v_i = F(y_{i-1}) - F(y_i).
 
-The method has order 8. It also takes the partial step to the moment of contact, so no interpolation
-limits the accuracy of contacts.
+The method has order 8. It also takes the partial step to the moment of contact; therefore no
+interpolation limits the accuracy of contacts.
 """
 
 from collections.abc import Callable
@@ -25,23 +25,23 @@ from chaincor.workflows.engines.reference.stages import Parameters
 # `advance` returns for one of these reasons.
 ARGUE, FULL, STUCK, OUTSIDE, LATE, PAUSE, OVER = range(7)
 
-# The step-size control aims at the allowed error times the first factor. It changes a step by a
-# factor between the other two.
+# The step-size control aims at the allowed error times SAFETY. It changes the step by a factor
+# between SHRINK and GROW.
 SAFETY = 0.9
 SHRINK, GROW = 0.2, 8.0
 ORDER = 8
-# The method is stuck after this many rejected steps in a row. Sixty of them already shorten the
-# step by 42 orders.
+# The method is stuck after this many rejected steps in a row. Sixty rejections already shorten the
+# step by 42 orders of magnitude.
 MOST_REFUSALS = 80
 
-# The fields for strains hold coordinates y here.
+# Here the fields for strains contain the coordinates y.
 RUN_STATE: Any = np.dtype(
     (
         np.record,
         [
             *bookkeeping.RUN_STATE.descr,
             ("time", "f8"),
-            ("step", "f8"),  # size of the next step to try
+            ("step", "f8"),  # length of the next trial step
             ("longest", "f8"),  # time at which the run stops
             ("next_frame", "f8"),
             ("frame_interval", "f8"),
@@ -57,9 +57,9 @@ class Tableau(NamedTuple):
 
     a: Array  #: Weights of the earlier slopes in each stage; of shape (stages, stages).
     b: Array  #: Weights of the slopes in the step; of shape (stages,).
-    #: Weights of the slopes in the error of the embedded order 3; of shape (stages + 1,).
+    #: Weights of the slopes in the error estimate of order 3; of shape (stages + 1,).
     third: Array
-    #: Weights of the slopes in the error of the embedded order 5; of shape (stages + 1,).
+    #: Weights of the slopes in the error estimate of order 5; of shape (stages + 1,).
     fifth: Array
 
 
@@ -69,7 +69,7 @@ class AdaptiveArrays(NamedTuple):
     #: Current state of the chain; of shape (2n,).
     state: Array
     last: Array  #: State right after the last contact; of shape (2n,).
-    #: Times, incoming speeds and impulses on the chain; of shape (3, capacity).
+    #: Times, incoming speeds and impulses of the contacts; of shape (3, capacity).
     contacts: Array
     frames: Array  #: Snapshots; of shape (capacity, 2n).
     scale: Array  #: Allowed local error; of shape (2n,).
@@ -81,11 +81,11 @@ class AdaptiveArrays(NamedTuple):
     #: Scratch: rates of change within a partial step; of shape (stages + 1, 2n).
     trial_slopes: Array
     part: Array  #: Scratch: one weighted slope; of shape (2n,).
-    errors: Array  #: Scratch: errors of both embedded orders; of shape (2, 2n).
+    errors: Array  #: Scratch: error estimates of orders 3 and 5; of shape (2, 2n).
 
 
 class AdaptivePath(NamedTuple):
-    """Path on which a contact is searched: steps of any size from the state before the step."""
+    """Path along which a contact is searched: steps of any length from the state before a step."""
 
     arrays: AdaptiveArrays
     method: Tableau
@@ -93,7 +93,7 @@ class AdaptivePath(NamedTuple):
 
 
 def strain_bond(kernel: Callable) -> Callable:
-    """Return a function of a strain that gives the force and 1/(dr/dy) = 1."""
+    """Return a function of the strain that returns the force and 1/(dr/dy) = 1."""
 
     def bond(strain: float, parameters: Parameters) -> tuple[float, float]:
         return kernel(strain, parameters), 1.0
@@ -103,7 +103,7 @@ def strain_bond(kernel: Callable) -> Callable:
 
 def looped_rates(bond: Callable) -> Callable:
     """
-    Return the equations of motion ``rates(state, out, parameters)`` as a loop, for a compiler.
+    Return the equations of motion ``rates(state, out, parameters)`` as a loop to be compiled.
 
     ``bond(y, parameters)`` returns the force and 1/(dr/dy).
     """
@@ -124,7 +124,7 @@ def looped_rates(bond: Callable) -> Callable:
 
 
 def array_rates(force: Callable) -> Callable:
-    """Return the equations of motion in NumPy, for a force on arrays that cannot be compiled."""
+    """Return the equations of motion in NumPy, for a force that cannot be compiled."""
 
     def rates(state: Array, out: Array, _parameters: Parameters) -> None:
         particles = state.shape[0] // 2
@@ -141,9 +141,10 @@ def array_rates(force: Callable) -> Callable:
 
 def build_step(rates: Callable, register: Callable) -> tuple[Callable, Callable]:
     """
-    Return ``take``, one step of any size, and ``estimate``, the ratio of its error to the allowed.
+    Return ``take``, which takes a step, and ``estimate``, which returns its relative error.
 
-    Both work on a path of `AdaptiveArrays` or of arrays with the same names.
+    The error is relative to the allowed error. Both functions work on a path of `AdaptiveArrays`,
+    or of arrays with the same names.
     """
     extremes = register(bookkeeping.extremes)
 
@@ -155,7 +156,7 @@ def build_step(rates: Callable, register: Callable) -> tuple[Callable, Callable]
         step: float,
         path: AdaptivePath,
     ) -> None:
-        # Take one step; slopes[0] must hold the rates at its start.
+        # Take one step; slopes[0] must contain the rates of change at the start of the step.
         a, b, part, parameters = path.method.a, path.method.b, path.arrays.part, path.parameters
         stages = b.shape[0]
         for s in range(1, stages):
@@ -185,7 +186,8 @@ def build_step(rates: Callable, register: Callable) -> tuple[Callable, Callable]
 
     @register
     def estimate(step: float, path: AdaptivePath) -> float:
-        # This is Hairer's combination of the embedded orders 5 and 3, largest over the components.
+        # This is Hairer's combination of the error estimates of orders 5 and 3; each is the largest
+        # of all components.
         low = largest(path.method.third, path.arrays.errors[0], path)
         high = largest(path.method.fifth, path.arrays.errors[1], path)
         if high == 0.0:
@@ -199,8 +201,8 @@ def build_flight(rates: Callable, register: Callable) -> Callable:
     """
     Return the loop of the adaptive engine.
 
-    ``advance(run_state, arrays, method, parameters)`` moves the chain until an event needs the
-    caller, and returns the reason. `arrays` are `AdaptiveArrays`, `method` is a `Tableau`.
+    ``advance(run_state, arrays, method, parameters)`` moves the chain until the caller must act,
+    and returns the reason. `arrays` are `AdaptiveArrays`, `method` is a `Tableau`.
     """
     record_contact, note_parting = map(
         register, (bookkeeping.record_contact, bookkeeping.note_parting)

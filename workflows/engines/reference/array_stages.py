@@ -15,7 +15,7 @@ from chaincor.workflows.engines.reference.stages import (
 
 
 def array_stages(bond: Potential, kind: LineTraits = PLAIN) -> VerletKernels:
-    """Return the stages in NumPy, for forces on arrays that cannot be compiled."""
+    """Return the stages in NumPy, for forces that cannot be compiled."""
     drag = kind.law.drag_kernel
     mean_force = None if drag is None else build_mean_force(drag, as_it_is)
 

@@ -1,4 +1,4 @@
-"""Build the events of columns of beads: begin and end of a contact, and end of the collision."""
+"""Build the events of bead columns: begin and end of contacts, and end of the collision."""
 
 from collections.abc import Callable
 from typing import Any
@@ -7,14 +7,14 @@ import numpy as np
 
 from chaincor.lammps_inputs.arrays import Array
 
-# The search for the time of an event takes at most the first number of steps, and rounding ends it
-# earlier. Rounding limits its relative resolution to the second number.
+# The search for the time of an event takes at most _MOST_EVALUATIONS steps; mostly rounding ends
+# the search earlier. _RESOLUTION is the relative resolution that rounding allows.
 _MOST_EVALUATIONS = 100
 _RESOLUTION = 4e-16
 
 
 def build_end(bond: Callable, register: Callable) -> Callable:
-    """Return ``is_over(run_state, arrays, parameters)``: whether the bodies never touch again."""
+    """Return ``is_over(run_state, arrays, parameters)``: whether no further contact can come."""
 
     @register
     def is_over(run_state: Any, arrays: Any, parameters: Any) -> bool:
@@ -22,8 +22,8 @@ def build_end(bond: Callable, register: Callable) -> Callable:
         beads = masses.shape[0]
         if run_state.touching or state[1 + gap] < 0.0:
             return False
-        # Each w is the mean of two velocities: the largest up to a bead, and the smallest from that
-        # bead on.
+        # The w of a bead is the mean of two velocities: the largest velocity up to this bead, and
+        # the smallest velocity from this bead on.
         first = 1 if masses[0] == np.inf else 0
         top = 0.0 if first else -np.inf
         for i in range(first, beads):
@@ -40,7 +40,8 @@ def build_end(bond: Callable, register: Callable) -> Callable:
             energy += 0.5 * masses[i] * (state[beads + i] - rising[i]) ** 2
         for i in range(beads - 1):
             if i != gap and state[1 + i] < 0.0:
-                # This bound is at least U, because the force rises with the overlap.
+                # The force times the overlap is at least U, because the force rises with the
+                # overlap.
                 push = parameters.stiffness[i] * bond(state[1 + i], parameters.bond)
                 energy -= state[1 + i] * push
         faster = np.sqrt(2.0 * energy * parameters.inverse[gap])
@@ -51,7 +52,7 @@ def build_end(bond: Callable, register: Callable) -> Callable:
 
 
 def build_contact(register: Callable) -> tuple[Callable, Callable, Callable]:
-    """Return functions that give the momentum of the chain, and that end and begin a contact."""
+    """Return three functions: momentum of the chain, end of a contact, begin of a contact."""
 
     @register
     def chain_momentum(state: Array, masses: Array, gap: int) -> float:
@@ -76,7 +77,8 @@ def build_contact(register: Callable) -> tuple[Callable, Callable, Callable]:
 
     @register
     def begin(run_state: Any, arrays: Any, parameters: Any) -> None:
-        # The gap is zero and closes: soft bodies touch, and a hard contact is over at once.
+        # The gap is zero and closes: soft bodies begin to overlap; a contact of hard bodies begins
+        # and ends.
         state, gap, contacts = arrays.state, run_state.gap, arrays.contacts
         beads = arrays.masses.shape[0]
         speed = state[beads + gap] - state[beads + gap + 1]
@@ -99,15 +101,15 @@ def build_contact(register: Callable) -> tuple[Callable, Callable, Callable]:
 
 def build_moment(take: Callable, register: Callable) -> Callable:
     """
-    Return ``moment_of(step, sign, path)``: the time in a step when sign*gap becomes positive.
+    Return ``moment_of(step, sign, path)``: the time within a step at which sign*gap gets positive.
 
-    `take` takes one step of any size.
+    `take` takes one step of any length.
     """
 
     @register
     def moment_of(step: float, sign: float, path: Any) -> float:
-        # Find the time at which sign*gap, negative at first, becomes positive, by Newton's method
-        # with a bracket.
+        # At first sign*gap is negative. Newton's method with a bracket finds the time at which it
+        # becomes positive.
         arrays, gap = path.arrays, path.parameters.gap
         beads = arrays.masses.shape[0]
         low, high = 0.0, step

@@ -2,16 +2,16 @@ r"""
 Build the loops for beads: adaptive steps of order 8 that end where the bodies touch.
 
 The state of N beads along x is one array, :math:`(x_1, s_1 \dots s_{N-1}, v_1 \dots v_N, Q)`, with
-the energy Q that damping took. One of the gaps s lies between the bodies, with a contact law of its
-own. A step on which the bodies touch
-or part ends there; the same method takes the step to that moment.
+the energy Q that damping took. One of the strains s is the gap between the bodies, which has its
+own contact law. A step in which the bodies touch or part ends at this moment; the same method takes
+this shorter step.
 
-A bound on an energy proves that the bodies never touch again. Take velocities w that rise along x
-and are as close as possible to the velocities of the beads. No pair pulls, so the forces do no work
-against a motion at w; damping only takes energy. So :math:`K = \sum m (v - w)^2/2 + U` never grows.
-The velocity of a bead therefore never differs from its w by more than :math:`\sqrt{2 K/m}`. If two
-bodies that are apart have velocities w that differ by more than the sum of these bounds, they never
-touch again.
+A bound on an energy proves that the bodies never touch again. Choose constant velocities w that
+rise along x and are close to the velocities v of the beads. Because no pair of beads attracts and
+damping only removes energy, :math:`K = \sum m (v - w)^2/2 + U` never grows. The velocity of a bead
+therefore never differs from its w by more than :math:`\sqrt{2 K/m}`. Consider the two beads beside
+the gap while the bodies are apart. If their velocities w differ by more than the sum of both
+bounds, the bodies never touch again.
 """
 
 from collections.abc import Callable
@@ -43,11 +43,11 @@ RUN_STATE: Any = np.dtype(
         np.record,
         [
             ("time", "f8"),
-            ("step", "f8"),  # size of the next step to try
+            ("step", "f8"),  # length of the next trial step
             ("longest", "f8"),  # time at which the run stops
             ("next_frame", "f8"),
             ("frame_interval", "f8"),
-            ("momentum", "f8"),  # momentum of the chain at the time when the bodies touched
+            ("momentum", "f8"),  # momentum of the chain when soft bodies touched
             ("last_contact", "f8"),  # time at which the last contact ended
             ("strain_min", "f8"),  # smallest and largest strain so far
             ("strain_max", "f8"),
@@ -58,7 +58,7 @@ RUN_STATE: Any = np.dtype(
             ("touching", "i8"),  # whether bodies overlap now
             ("contacts", "i8"),
             ("frames", "i8"),
-            ("free", "i8"),  # whether the bodies are known not to touch again
+            ("free", "i8"),  # whether the bodies provably never touch again
             ("steps", "i8"),
             ("evaluations", "i8"),
             ("pause", "i8"),  # number of steps after which `advance` returns
@@ -68,7 +68,7 @@ RUN_STATE: Any = np.dtype(
 
 
 class BeadArrays(NamedTuple):
-    """Arrays that the loops change in place, with names as in ``adaptive_loops.Arrays``."""
+    """Arrays that the loops change in place, named as in ``adaptive_loops.AdaptiveArrays``."""
 
     state: Array  #: Current state; this array and the next six are of shape (2N + 1,).
     last: Array  #: State right after the last contact.
@@ -78,10 +78,11 @@ class BeadArrays(NamedTuple):
     part: Array
     rising: Array
     slopes: Array
-    #: Rates of change within a partial step, like `slopes` of shape (stages + 1, 2N + 1).
+    #: Rates of change within a partial step; `slopes` and this array are of shape (stages + 1, 2N +
+    #: 1).
     trial_slopes: Array
-    errors: Array  #: Errors of both embedded orders; of shape (2, 2N + 1).
-    contacts: Array  #: Times, closing speeds and impulses; of shape (3, capacity).
+    errors: Array  #: Error estimates of orders 3 and 5; of shape (2, 2N + 1).
+    contacts: Array  #: Times, closing speeds and impulses of the contacts; of shape (3, capacity).
     frames: Array  #: Snapshots; of shape (capacity, 2N + 1).
     masses: Array  #: Masses, infinite for a rigid wall; of shape (N,).
     tracked: Array  #: Values of `tracked.TRACKED`.
@@ -95,12 +96,12 @@ class BeadParameters(NamedTuple):
     inverse: Array  #: Inverse masses 1/m; of shape (N,).
     stiffness: Array  #: Factors of the forces of bonds; of shape (N - 1,).
     gap: int
-    damping: float  #: Factor of the damping force, and power of the overlap in it.
+    damping: float  #: Factor of the damping force, and exponent of the overlap in this force.
     damping_power: float
 
 
 class BeadPath(NamedTuple):
-    """Path of one step of any size from the state before the step."""
+    """Steps of any length from the state before a step."""
 
     arrays: BeadArrays
     method: Tableau
@@ -111,8 +112,8 @@ def bead_rates(bond: Callable, contact: Callable, drag: Callable | None = None) 
     """
     Return the equations of motion ``rates(state, out, parameters)``.
 
-    `drag` is the kernel of the damping of the contact law. Without one, the contact is damped as
-    the bonds are.
+    `drag` computes the damping of the contact law. Without `drag`, the contact has the damping of
+    the bonds.
     """
     own = drag is not None
     drag_of = contact if drag is None else drag
@@ -135,7 +136,7 @@ def bead_rates(bond: Callable, contact: Callable, drag: Callable | None = None) 
             elif parameters.damping > 0.0 and strain < 0.0:
                 factor = parameters.damping * (-strain) ** parameters.damping_power
             if factor > 0.0 and (i != parameters.gap or ahead > 0.0):
-                taken = min(factor * opening, ahead)  # separating beads do not pull
+                taken = min(factor * opening, ahead)  # beads that separate do not attract
                 ahead -= taken
                 loss += taken * opening
             out[1 + i] = opening
@@ -151,8 +152,8 @@ def build_bead_flight(bond: Callable, rates: Callable, register: Callable) -> Ca
     """
     Return the loop of the adaptive engine for beads.
 
-    ``advance(run_state, arrays, method, parameters)`` moves the beads until an event needs the
-    caller, and returns the reason. `bond` is the force of one strain.
+    ``advance(run_state, arrays, method, parameters)`` moves the beads until the caller must act,
+    and returns the reason. `bond` computes the force at one strain.
     """
     extremes = register(bookkeeping.extremes)
     take, estimate = build_step(rates, register)

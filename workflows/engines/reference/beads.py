@@ -26,24 +26,24 @@ from chaincor.workflows.engines.reference.finish import (
 from chaincor.workflows.engines.reference.tracked import TRACKED, tracked_values
 from chaincor.workflows.errors import TimestepError, UnfinishedCollisionError
 
-# A single step may have this error, relative to the accuracy of the restitution. The error is never
-# set below the second number.
+# A single step may have the error _LOCAL_SHARE, relative to the target error of the restitution,
+# but at least the error _FINEST_LOCAL.
 _LOCAL_SHARE = 0.03
 _FINEST_LOCAL = 1e-15
-# The first step, and the time divided by n + 10 for which n beads are followed, are in units of the
-# time in which two colliding beads stop each other.
+# _FIRST_STEP is the length of the first step. The motion of n beads is followed for n + 10 times
+# _FOLLOWED. The unit of time is the time in which two colliding beads stop each other.
 _FIRST_STEP, _FOLLOWED = 0.01, 1000.0
-# Snapshots continue for this time after the end, in these units.
+# Snapshots continue for this time after the end, in the same unit.
 _SHOWN = 5.0
 
 
 def run(problem: Problem, accuracy: float, frame_interval: float | None, scheme: str) -> Outcome:
     """
-    Run the collision of beads with steps that adapt to their overlaps.
+    Run the collision of beads with adaptive steps.
 
-    `accuracy` is the target error of the restitution. Partial steps give snapshots at multiples of
-    `frame_interval` and leave the motion unchanged. Raises TimestepError if no step, however small,
-    is accurate, and UnfinishedCollisionError if the bodies do not part.
+    `accuracy` is the target error of the restitution. Snapshots at multiples of `frame_interval`
+    come from partial steps and leave the motion unchanged. Raises TimestepError if no step, however
+    small, is accurate, and UnfinishedCollisionError if the bodies do not part.
     """
     flight = _Flight(problem, accuracy, frame_interval)
     flight.warm_up()
@@ -92,7 +92,7 @@ def _compile(bond: Callable, law: type[ContactLaw]) -> Callable:
 
 
 class _Flight(AdaptiveFlight):
-    """Collision in progress: the arrays of the loops, and the decision when to stop."""
+    """Collision in progress, with the arrays of the loops; decides when the collision is over."""
 
     def __init__(self, problem: Problem, accuracy: float, frame_interval: float | None) -> None:
         line, bond, speed = problem.line, problem.bond, problem.impact_velocity
@@ -131,11 +131,11 @@ class _Flight(AdaptiveFlight):
         run_state.step = _FIRST_STEP * unit
 
     def run(self) -> None:
-        """Integrate until it is proved that the bodies do not touch again."""
+        """Integrate until the bodies provably do not touch again."""
         self._until(OVER)
 
     def fly_on(self) -> None:
-        """Record snapshots for a fifth of the collision's duration and a few contacts more."""
+        """Record snapshots until a little later than the end of the collision."""
         self.run_state.free = 1
         self.run_state.longest = 1.2 * self.run_state.time + _SHOWN * self._unit
         self._until(LATE)
@@ -158,7 +158,7 @@ class _Flight(AdaptiveFlight):
                 )
 
     def collected(self, first: float) -> Frames | None:
-        """Return the snapshots since the first contact; None if no interval was given."""
+        """Return the snapshots, timed from the first contact; None without a `frame_interval`."""
         if self._interval is None:
             return None
         states = self.arrays.frames[: int(self.run_state.frames)]

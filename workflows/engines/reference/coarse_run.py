@@ -2,11 +2,12 @@
 Look ahead with coarse steps to show that no further contact comes.
 
 The result of a collision is the state right after its last contact. The later motion is needed only
-to show that no contact follows. Particle 1 is then far from the wall, so coarse Verlet steps show
-this as well as exact steps do, as long as no bond comes near to breaking. If a bond comes near to
-breaking, or the coarse motion comes near the wall, the look-ahead run decides nothing. The engine
-then continues the exact run, and looks ahead again only after the time that the look-ahead run
-reached. A chain that broke is followed exactly for one sound round trip, and coarsely from then on.
+to show that no contact follows. Particle 1 is then far from the wall. Coarse Verlet steps are
+therefore as conclusive as exact steps, unless a bond is near breaking. If a bond is near breaking,
+or if the coarse motion comes near the wall, the look-ahead run decides nothing. The engine then
+continues the exact run, and starts the next look-ahead run only after the time that the previous
+look-ahead run reached. A chain that broke is followed with exact steps for one sound round trip,
+and with coarse steps afterwards.
 """
 
 import math
@@ -21,13 +22,13 @@ from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.engines.reference.moving import Motion, Stepper
 from chaincor.workflows.engines.time_limit import steps_at_once
 
-# The Verlet step has this length in units of 1/frequency of the stiffest bond. While particle 1 is
-# near the wall, the error of its position is below v0/1e3. Later the phase errors are larger, but
-# the particle is far away.
+# This is the Verlet step in units of 1/frequency of the stiffest bond. While particle 1 is near the
+# wall, the error of its position is below v0/1e3. Later the phase errors are larger, but the
+# particle is far from the wall.
 COARSE_STEP = 0.1
-# The run must also stay off a wall that is closer by half the distance of particle 1.
+# A coarse run must keep the distance from the wall above this fraction of its initial value.
 CLEARANCE = 0.5
-# The clearance is at least this number times the amplitude of the bonds, v0/sqrt(U'').
+# The clearance must be at least this fraction of the amplitude of the bonds, v0/sqrt(U'').
 LEAST_CLEARANCE = 0.1
 
 
@@ -50,16 +51,15 @@ class CoarseRun:
         self.moving, self.time = moving.copy(), time
         run_state = self.moving.run_state
         run_state["strain_ceiling"] = ceiling
-        # Only the strains from now on count.
+        # The largest strain is recorded from now on.
         run_state["strain_max"] = longest_strain(moving)
         self._step, self._clearance = step, clearance
 
     def fly(self, duration: float) -> bool:
         """
-        Advance by at least a duration, and return whether the run kept its limits.
+        Advance by at least a duration; return whether the run stayed within its limits.
 
-        If the gap gets smaller or a bond longer than allowed, the run stops there and returns
-        False.
+        If the gap gets too small or a bond too long, stop the run there and return False.
         """
         steps = max(1, math.ceil(duration / self._step))
         done, most = 0, steps_at_once(len(self.moving.strain))
@@ -91,8 +91,8 @@ def required_clearance(problem: Problem, distance: float) -> float | None:
     """
     Return the least distance from the wall that a coarse motion must keep.
 
-    It is half the current gap. Return None if this is too short to distinguish a coarse motion from
-    a contact.
+    The least distance is half the current gap. Return None if half the gap is too small for the
+    accuracy of coarse steps.
     """
     clearance = CLEARANCE * distance
     least = LEAST_CLEARANCE * problem.impact_velocity / math.sqrt(problem.slow_stiffness)
@@ -100,7 +100,7 @@ def required_clearance(problem: Problem, distance: float) -> float | None:
 
 
 def longest_strain(moving: Motion) -> float:
-    """Return the largest strain of all bonds, without the gap."""
+    """Return the largest strain of all bonds; the gap does not count."""
     strain = moving.strain
     if not moving.at_wall:
         strain = np.delete(strain, moving.line.gap)
@@ -108,7 +108,7 @@ def longest_strain(moving: Motion) -> float:
 
 
 def coarse_ceiling(bond: Potential) -> float:
-    """Return the strain below which coarse steps are reliable, because no bond is near breaking."""
+    """Return the strain up to which no bond is near breaking and coarse steps are reliable."""
     return bond.convex_strain if math.isfinite(bond.dissociation) else bond.barrier_strain
 
 
@@ -122,9 +122,9 @@ def find_end(
     """
     Advance a look-ahead run until the end of the collision is proved or argued.
 
-    `last_contact` is the time of the last contact so far, and `risk_allowed` the risk of a return
-    that an argued end may leave. Return None if the motion came near the wall, if a bond came near
-    to breaking, or if no end is found by the time `latest`.
+    `last_contact` is the time of the last contact so far. An end is argued if the risk of a return
+    is at most `risk_allowed`. Return None if the motion comes near the wall, if a bond is near
+    breaking, or if no end is found by the time `latest`.
     """
     particles, stiffness = problem.longest_body, problem.slow_stiffness
     watch = EndWatch(particles, problem.bond, stiffness, risk_allowed)
@@ -141,11 +141,11 @@ def find_end(
 
 def bonds_in_flight(outcome: Outcome, duration: float) -> tuple[float, float]:
     """
-    Return the shortest and longest bond in free flight for `duration` after the last contact.
+    Return the extreme bond lengths in free flight for `duration` after the last contact.
 
-    `outcome` holds the state right after the last contact; the line has at least two particles. The
-    strains are accurate to some parts in 1e3. The flight ends early if a bond leaves its allowed
-    range.
+    `outcome` contains the state right after the last contact; both bodies together have at least
+    two particles. The bond strains are accurate to some parts in 1e3. The flight ends early if a
+    bond leaves its allowed range.
     """
     problem = outcome.problem
     line, bond = problem.line, problem.bond

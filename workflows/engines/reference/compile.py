@@ -13,15 +13,16 @@ from chaincor.workflows.engines.reference.loops.cached_kernels import CachedKern
 from chaincor.workflows.engines.reference.loops.fingerprint import has_print
 from chaincor.workflows.errors import CostError
 
-# A fused multiply-add rounds once instead of twice. No other reordering is allowed, so that steps
-# stay time-reversible to rounding.
+# A fused multiply-add rounds once instead of twice. No other change of the arithmetic is allowed,
+# because steps must stay time-reversible to rounding.
 FUSED = frozenset({"contract"})
-# NumPy's division does not raise, so loops can be vectorised. The loops allocate nothing and need
-# no reference counts. Python does not call them directly, so they need no wrappers.
+# With the error model of NumPy, divisions do not raise, and loops can be vectorised. The loops
+# allocate nothing; therefore they need no reference counts. Python does not call them directly;
+# therefore they need no wrappers.
 _OPTIONS: dict[str, Any] = {"error_model": "numpy", "_nrt": False}
 _OPTIONS |= {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 
-# Forces and loops of this many bonds stay in memory; loops of named bonds are also on disk.
+# Forces and loops for this many bonds are cached in memory; loops for named bonds also on disk.
 KEPT = 64
 
 
@@ -31,15 +32,15 @@ class ScalarForce:
 
     function: Callable  #: Force -dU/dr at one strain, ``function(strain, parameters)``.
     parameters: tuple[float, ...]  #: Parameters to pass to the function; NamedTuple.
-    keep: bool  #: Whether loops around it may be kept on disk.
+    keep: bool  #: Whether loops with this force may be cached on disk.
 
 
 @lru_cache(maxsize=KEPT)
 def scalar_force(bond: Potential) -> ScalarForce | None:
     """
-    Return the force of a bond for compiled loops: its `force_kernel`, or the function of its user.
+    Return the force of a bond for compiled loops: its `force_kernel` or `users_force`.
 
-    Return None if no function compiles and then gives the same numbers.
+    Return None if no function compiles, or if the compiled function returns other forces.
     """
     if bond.force_kernel is not None:
         return ScalarForce(bond.force_kernel, bond.parameters, keep=True)
@@ -51,22 +52,22 @@ def scalar_force(bond: Potential) -> ScalarForce | None:
         return users_force(strain)
 
     function.__qualname__ = f"{users_force.__module__}.{users_force.__qualname__}"
-    # If the function uses objects that may change unseen, it is compiled in each process.
+    # If the function uses objects whose changes cannot be detected, it is compiled in each process.
     force = ScalarForce(function, bond.parameters, has_print(users_force))
     compiler = LoopCompiler.for_force(function, force.keep)
     known = compiler.register(function)
 
     def value(strain: float, parameters: tuple[float, ...]) -> float:
-        # Loops need a number; np.where of a number, for example, returns an array.
+        # Loops need a scalar, but np.where, for example, returns an array even for a scalar.
         return 1.0 * known(strain, parameters)
 
     single = compiler.compile(value)
     strains = np.linspace(-0.25, 0.25, 11)
     try:
         compiled = [single(strain, bond.parameters) for strain in strains.tolist()]
-    except CostError:  # a time limit is no fault of the function
+    except CostError:  # the function is not at fault
         raise
-    except Exception:  # also any error that the function itself raises
+    except Exception:  # includes any error that the function itself raises
         return None
     agrees = np.allclose(compiled, bond.force(strains), rtol=1e-12, atol=1e-15)
     return force if agrees else None
@@ -78,33 +79,33 @@ class LoopCompiler:
     Compiler for loops whose inner functions are plain Python functions.
 
     Numba is imported only if a loop must be compiled. It then receives plain copies of the
-    registered functions. The copies have qualified names that belong to one potential alone,
-    because symbols are made from these names.
+    registered functions. The qualified name of each copy is unique to one potential, because Numba
+    derives symbols from qualified names.
     """
 
     #: Suffix of the qualified names of all functions compiled here; unique for each force.
     label: str
-    keep: bool  #: Whether loops are kept on disk.
+    keep: bool  #: Whether loops are cached on disk.
     _registered: list[tuple[FunctionType, dict]] = field(default_factory=list, init=False)
     _foreign: list[tuple[Callable, str]] = field(default_factory=list, init=False)
 
     @classmethod
     def for_force(cls, function: Callable, keep: bool, kind: str = "") -> "LoopCompiler":
-        """Return the compiler for the loops of one kind around a force."""
+        """Return the compiler for one kind of loops with a force."""
         return cls(f"{function.__module__}.{function.__qualname__}{kind}", keep)
 
     def register(
         self, function: Callable, fastmath: frozenset[str] = FUSED, inline: bool = True
     ) -> Callable:
         """
-        Register a function, which may close over registered functions, with the compiler.
+        Register a function, which may call other functions that its closure contains.
 
-        Return a plain copy, to be called from compiled functions. The flags `fastmath` of LLVM say
-        how rounding may differ from the written order.
+        Return a plain copy that compiled functions can call. The LLVM flags `fastmath` state how
+        the arithmetic may differ from the written order.
         """
-        # A call that passes arrays costs as much as a short loop, so functions are inlined. For
-        # long functions the call costs nothing, but inlining them would double the time of
-        # compilation.
+        # Functions are inlined, because a call that passes arrays takes as long as a short loop.
+        # For long functions the time of a call is negligible, and inlining would double the compile
+        # time.
         own = self._own(function)
         self._registered.append((own, {"fastmath": set(fastmath), "forceinline": inline}))
         return own
@@ -113,8 +114,8 @@ class LoopCompiler:
         """
         Register a function of another library, which takes addresses and returns nothing.
 
-        Return the function that represents it in functions to be compiled. Its address is set by
-        `tell_address`.
+        Return a function that stands for the foreign function in functions to be compiled. Its
+        address is set by `tell_address`.
         """
 
         def foreign(*addresses: int) -> None:
@@ -126,10 +127,10 @@ class LoopCompiler:
 
     def compile(self, function: Callable, fastmath: frozenset[str] = FUSED) -> CachedKernel:
         """
-        Return a kernel that compiles or loads a function at its first call from Python.
+        Return a kernel that is compiled or loaded at its first call from Python.
 
-        The function closes over registered functions only, and neither it nor these allocate
-        memory. It releases Python's global lock.
+        The closure of `function` may contain only registered functions, and no function may
+        allocate memory. The kernel releases Python's global interpreter lock.
         """
         own = self._own(function)
 
@@ -137,7 +138,7 @@ class LoopCompiler:
             from numba import njit
 
             self._tell_numba()
-            # With other options the functions that it calls would be compiled once more.
+            # With other options, the inner functions would be compiled once more.
             return njit(own, forceinline=True, fastmath=set(fastmath), **_OPTIONS)
 
         return CachedKernel(own, dispatcher, self.keep)
@@ -146,7 +147,7 @@ class LoopCompiler:
         from numba.extending import overload, register_jitable
 
         _spare_linear_algebra()
-        # An interrupted registration is done again.
+        # A function is removed only after its registration, so that an interrupted one is repeated.
         while self._registered:
             function, options = self._registered[0]
             register_jitable(**_OPTIONS, **options)(function)
@@ -171,14 +172,14 @@ class LoopCompiler:
         return copy
 
     def _known(self, value: Any) -> Any:
-        """Return a registered copy of a plain function, and any other value unchanged."""
+        """Return a registered copy of a plain function; return any other value unchanged."""
         if not isinstance(value, FunctionType) or value.__qualname__.endswith(self.label):
             return value
         return self.register(value)
 
 
 def _caller_of(name: str) -> Callable:
-    """Return the function that declares to Numba the call of a function of another library."""
+    """Return a function that tells Numba how to call a function of another library."""
     from numba import types
 
     def call(*addresses: Any) -> Callable:

@@ -1,10 +1,11 @@
 r"""
-Compute the force of a damped contact during one kick, in which positions do not change.
+Compute the force of a damped contact during a kick.
 
-Two bodies that open their gap at the speed w feel the force :math:`f(w) = \max(F - c w, 0)`: bodies
-that part do not pull. With the sum 1/mu of their inverse masses and the acceleration a of the gap
-by the bonds, :math:`\dot w = a + f(w)/\mu`. This equation is solved exactly, so kicks stay as
-symmetric as those of forces without damping. A kick in which f reaches zero is an exception.
+If the gap between two bodies opens at the speed w, the contact force is :math:`f(w) = \max(F - c w,
+0)`, because bodies that part do not attract. The bonds accelerate the gap by a, and 1/mu is the sum
+of the inverse masses of both particles in contact. Then :math:`\dot w = a + f(w)/\mu`. Positions do
+not change during a kick, and this equation is solved exactly. Kicks therefore stay as symmetric as
+those without damping, except for a kick in which f reaches zero.
 """
 
 from collections.abc import Callable
@@ -16,8 +17,9 @@ def build_mean_force(drag: Callable, register: Callable) -> Callable:
     """
     Return ``mean_force(force, strain, rate, others, inverse, kick, law)``.
 
-    It is the mean force of a contact during a kick. `force` is the force F without damping, and
-    `drag` the kernel of c. `rate` is w before the kick, `others` is a, and `inverse` is 1/mu.
+    The function returns the mean contact force during a kick. `force` is the force F without
+    damping, and `drag` computes c. `rate` is w before the kick, `others` is a, and `inverse` is
+    1/mu.
     """
 
     @register
@@ -41,7 +43,7 @@ def build_mean_force(drag: Callable, register: Callable) -> Callable:
 
 
 def build_damped_force(drag: Callable, register: Callable) -> Callable:
-    """Return ``damped_force(force, strain, rate, law)``: the force at one moment."""
+    """Return ``damped_force(force, strain, rate, law)``: the contact force at one moment."""
 
     @register
     def damped_force(force: float, strain: float, rate: float, law: tuple) -> float:

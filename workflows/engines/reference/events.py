@@ -1,12 +1,12 @@
 r"""
-Build the contact events of the stepping loops, which end a substep when the gap passes zero.
+Build the contact events at which the stepping loops end a substep.
 
 Hard bodies exchange the momentum :math:`2 \mu w` if their gap closes with the speed w; a rigid wall
-reverses particle 1. Soft bodies overlap for a while. A step is shortened where they touch and where
-they part, because the force has no derivatives there. Near such a moment the force grows as a power
-of the time that need not be an integer, and no order of a scheme resolves it. Substeps there are
-therefore no longer than their distance in time from this moment, but at least a small fraction of
-the step.
+reverses the velocity of particle 1. Soft bodies overlap for a while. A step is shortened to end
+when they touch and when they part, because the force is not smooth at these events. Near an event,
+the force grows as a power of the time. If this power is not an integer, no scheme reaches its
+order. Substeps near an event are therefore no longer than the time between them and the event, but
+at least a small fraction of the step.
 """
 
 from collections.abc import Callable
@@ -24,32 +24,32 @@ from chaincor.workflows.engines.reference.line_traits import (
 from chaincor.workflows.engines.reference.stages import Parameters, State, VerletKernels
 from chaincor.workflows.engines.schemes import StepCoefficients
 
-# Substeps next to a moment of touching or parting are at least this part of the step. The momentum
-# near this moment is the integral of a power q of the time. The error of one such substep falls as
-# its power q + 1, and substeps as long as their distance from the moment have errors of about this
-# size.
+# Substeps next to an event are at least this fraction of the step. Near the event, the momentum is
+# the integral of a power q of the time. The error of the shortest substep is proportional to the
+# power q + 1 of its length. A longer substep that is as long as its time from the event has an
+# error of similar size.
 SHORTEST_SHARE = 2.0**-8
 GRADING = 1.0
 
 
 class ContactFunctions(NamedTuple):
     """
-    Functions of a contact, all known to the compiler.
+    Functions of a contact, all registered with the compiler.
 
-    Each function takes the state and the parameters of the line; the first two also take the
-    position of the first particle.
+    Each function takes the state and the parameters of the bodies. `gap_derivatives` and `close`
+    also take the position of the first particle.
     """
 
     #: Function that returns the gap and its first and second derivatives in time.
     gap_derivatives: Callable
     #: Function that sets the gap to zero and returns the position of the first particle.
     close: Callable
-    #: Function that exchanges a momentum, its second argument, between hard bodies in contact.
+    #: Function that transfers a momentum, its second argument, between hard bodies in contact.
     bounce: Callable
 
 
 def build_contact(source: KernelSpec) -> ContactFunctions:
-    """Return the functions of the contact of a kind of line."""
+    """Return the contact functions for bodies with the traits of `source`."""
     return _at_wall(source) if source.kind.at_wall else _of_two(source)
 
 
@@ -116,19 +116,20 @@ def _of_two(source: KernelSpec) -> ContactFunctions:
 
 
 class Event(NamedTuple):
-    """Event of a line as the loop over steps uses it; all functions are known to the compiler."""
+    """Functions for events in the loop over steps, all registered with the compiler."""
 
-    #: ``direction(run_state)``: 1 if the next event is a contact, so that the gap falls, and -1 if
-    #: it is a parting.
+    #: ``direction(run_state)``: 1 if the bodies touch at the next event (the gap falls), and -1 if
+    #: they part.
     direction: Callable
     #: ``condition(position, state, direction, parameters)``: the gap and its first and second
-    #: derivatives, times the direction. The first value is positive until the event. `position`
-    #: belongs to the first particle.
+    #: derivatives, times the direction. The gap times the direction is positive until the event.
+    #: `position` is the position of the first particle.
     condition: Callable
-    #: ``reach(run_state, contacts, now, left, step)``: length of the next substep, out of the time
-    #: `left` in the step, and the time ahead in which the event is searched.
+    #: ``reach(run_state, contacts, now, left, step)``: length of the next substep, and the time
+    #: ahead within which the event is searched. `left` is the time left in the step.
     reach: Callable
-    #: ``state_after(time, path)``: the condition after a substep of any size along a `SubstepPath`.
+    #: ``state_after(time, path)``: the condition after a substep of any length along a
+    #: `SubstepPath`.
     state_after: Callable
     #: ``find(far, start, end, run_state, path)``: time of the first zero of the condition, or -1 if
     #: there is none, see ``contact_search``.
@@ -137,28 +138,28 @@ class Event(NamedTuple):
     #: `time`, and whether the substep reaches the zero.
     shorten_substep: Callable
     #: ``apply_event(run_state, arrays, moment, bonds, parameters)``: applies the event to the
-    #: bodies. `arrays` are the state, the state after the last contact, the contacts and the
-    #: masses.
+    #: bodies. `arrays` consists of the state, the state after the last contact, the record of
+    #: contacts, and the masses.
     apply_event: Callable
 
 
 class SubstepPath(NamedTuple):
-    """Path on which an event is searched: particles near the contact in one substep."""
+    """Path along which an event is searched: motion near the contact in one substep."""
 
     position: float  #: Position of the first particle before the substep.
     direction: float  #: Direction of the event.
-    #: Number of bonds between these particles.
+    #: Number of bonds that move.
     bonds: int
     wanted: int  #: Number of bonds whose state after the substep is needed.
     #: State before the substep.
     kept: State
     near: State  #: State after the substep.
     trial: State  #: Scratch.
-    rule: StepCoefficients  #: Coefficients of the scheme, with the parameters of these particles.
+    rule: StepCoefficients  #: Coefficients of the scheme, and parameters of the moving particles.
 
 
 def build_event(source: KernelSpec, stages: VerletKernels, take_step: Callable) -> Event:
-    """Return the event of a kind of line; `take_step` is its step."""
+    """Return the event functions for bodies with the traits of `source`."""
     register, wall = source.register, source.kind.at_wall
     copy, extremes = stages.copy, stages.extremes
     gap_derivatives, close, bounce = build_contact(source)
@@ -178,7 +179,7 @@ def build_event(source: KernelSpec, stages: VerletKernels, take_step: Callable) 
 
     @register
     def state_after(time: float, path: SubstepPath) -> PathPoint:
-        # Only the bonds next to the gap matter.
+        # Only the bonds next to the gap are needed.
         position, sign, bonds, wanted, kept, near, trial, rule = path
         position = take_step(position, kept, near, trial, bonds, wanted, time, rule)
         return condition(position, near, sign, rule.parameters)
@@ -196,7 +197,8 @@ def build_event(source: KernelSpec, stages: VerletKernels, take_step: Callable) 
                 before = contacts[0, run_state.contacts - 1]
             away = now - before
             ahead = min(left, max(run_state.shortest_share * step, run_state.grading * away))
-        # A substep must also not end just before the bodies part.
+        # A substep must not end just before the bodies part; the search therefore looks farther
+        # ahead.
         if run_state.touching:
             return ahead, ahead / (run_state.grading / (1.0 + run_state.grading))
         return ahead, ahead

@@ -21,12 +21,13 @@ from chaincor.workflows.errors import (
     UnfinishedCollisionError,
 )
 
-# A compared run continues for this time after the last contact of the other run, in units of the
-# time of sound over a bond. The time is longer than the time between contacts and than the
-# difference of contact times between the runs.
+# A run for comparison continues for this time after the last contact of the run that it is compared
+# with. The unit is the time that sound takes through one bond. KNOWN_MARGIN exceeds the time
+# between contacts, and the difference in contact times between both runs.
 KNOWN_MARGIN = 5.0
 
-# A bond that fails at this fraction of its data range has left the data within one step.
+# A bond whose strain exceeds this fraction of its data range may have left the range within one
+# step.
 _NEAR_END = 0.95
 
 
@@ -34,23 +35,24 @@ _NEAR_END = 0.95
 class LastContact:
     """State of the bodies right after their last contact, and the record of all contacts."""
 
-    #: Bond lengths less one along x, with the gap between two bodies; a hard wall is no particle;
-    #: of shape (N - 1,).
+    #: Bond lengths less one along x, including the gap between two bodies, of shape (N - 1,). A
+    #: hard wall does not count as a particle.
     strains: Array
     velocities: Array  #: Velocities along x, positive away from the wall; of shape (N,).
     #: Contact times since the first contact; of shape (contacts,).
     contact_times: Array
     contact_speeds: Array  #: Closing speeds; of shape (contacts,).
-    #: Impulses on the chain; None for the impulses of a wall on a particle of mass 1; of shape
-    #: (contacts,).
+    #: Impulses on the chain, of shape (contacts,); None if a wall reversed a particle of mass 1.
     impulses: Array | None = None
     position: float = 0.0  #: Displacement of the first particle along x.
     lasted: float = 0.0  #: Time from the initial state to the end of the last contact.
-    bond_range: tuple[float, float] = (1.0, 1.0)  #: Shortest and longest bond so far.
-    #: Energy that damping took until the end of the last contact; None without damping.
+    #: Lengths of the shortest and longest bond so far.
+    bond_range: tuple[float, float] = (1.0, 1.0)
+    #: Energy lost to damping until the end of the last contact; None without damping.
     dissipated: float | None = None
     tracked: dict[str, float] = field(default_factory=dict)  #: Values of `tracked.TRACKED`.
-    energy: float | None = None  #: Total energy, if it is known better than from the strains.
+    #: Total energy, if it is known more accurately than from the strains.
+    energy: float | None = None
 
 
 class End(NamedTuple):
@@ -58,7 +60,7 @@ class End(NamedTuple):
 
     ending: Ending  #: Evidence that no further contact comes.
     time: float  #: Time since the first contact at which the end was found.
-    evaluations: int  #: Evaluations of all bond forces until that time.
+    evaluations: int  #: Number of evaluations of all bond forces until this time.
 
 
 def displacements_from(position: float, strains: Array) -> Array:
@@ -93,7 +95,8 @@ def finish(
         )
     taken = last.dissipated
     if taken is None and line.contact.damped:
-        taken = energy_start - energy_end  # fixed steps do not sum the energy that damping takes
+        # loops with fixed steps do not record the energy lost to damping
+        taken = energy_start - energy_end
     low, high = last.bond_range
     displacements = displacements_from(last.position, last.strains)
     first, targets = (0, 0) if line.at_wall else (line.first, line.targets)
@@ -138,7 +141,7 @@ def _start_energy(problem: Problem) -> float:
 
 
 def _end_energy(problem: Problem, last: LastContact) -> float:
-    """Return the total energy after the last contact, from the strains and velocities."""
+    """Return the total energy after the last contact, computed from strains and velocities."""
     line, bond = problem.line, problem.bond
     with np.errstate(over="ignore", invalid="ignore"):
         if line.is_standard:
@@ -150,8 +153,8 @@ def _end_energy(problem: Problem, last: LastContact) -> float:
 
 
 def kinetic_energy(velocities: Array) -> float:
-    """Return the kinetic energy of unit masses, independent of memory alignment to the last bit."""
-    # The operator `@` would round differently for different memory addresses.
+    """Return the kinetic energy of unit masses, with the same rounding for any memory alignment."""
+    # The rounding of the operator `@` would depend on the memory addresses.
     return 0.5 * float(np.sum(np.square(velocities)))
 
 
@@ -183,11 +186,11 @@ def run_single_particle(
 
 def allowed_strains(bond: Potential) -> tuple[float, float]:
     """
-    Return the strains at which a run must stop: the floor and the ceiling.
+    Return the smallest and the largest allowed strain, at which a run stops.
 
-    At the floor two particles coincide (particles with harmonic bonds may pass through each other)
-    or the data of the bond end. The ceiling is the energy barrier of the bond or the end of its
-    data.
+    At the smallest strain, two particles coincide or the data of the bond end. Particles with
+    harmonic bonds have no such limit, because they may pass through each other. The largest strain
+    is that of the energy barrier or of the end of the data.
     """
     return bond.crossing_strain, min(bond.barrier_strain, bond.strain_max)
 
@@ -196,11 +199,11 @@ def strain_error(problem: Problem, low: float, high: float, time: float, remedy:
     """
     Return the error that describes invalid strains of a chain.
 
-    `low` and `high` are the smallest and largest strain so far, `time` counts from the first
-    contact, and `remedy` is the advice if the numerics are at fault. The error is BarrierError if a
+    `low` and `high` are the smallest and largest strain so far. `time` counts from the first
+    contact. `remedy` is the advice if the numerics are at fault. The error is BarrierError if a
     bond is beyond its energy barrier, CrossingError if a bond has a negative length that its
-    potential permits, BondRangeError if a bond has left its own data, and otherwise TimestepError,
-    also for strains that are not numbers.
+    potential permits, and BondRangeError if a bond has left the range of its data. In all other
+    cases, including strains that are not numbers, it is TimestepError.
     """
     bond = problem.bond
     barrier = bond.barrier_strain
@@ -217,7 +220,7 @@ def strain_error(problem: Problem, low: float, high: float, time: float, remedy:
             f"two particles meet at time {time:.6g}: a {problem.label} bond cannot keep them apart "
             f"at velocity {problem.impact_velocity:.6g}; lower the speed or stiffen the bond"
         )
-    # Beyond its data a bond has no force and the strains are not numbers, so `low` and `high` come
+    # Beyond its data, a bond has no force and strains become NaN; therefore `low` and `high` come
     # from earlier steps.
     first, last = _NEAR_END * bond.strain_min, _NEAR_END * bond.strain_max
     if (bond.strain_min > -1.0 and low <= first) or high >= last:
@@ -233,7 +236,7 @@ def strain_error(problem: Problem, low: float, high: float, time: float, remedy:
 
 
 def unfinished_error(problem: Problem, longest: float) -> UnfinishedCollisionError:
-    """Return the error of a collision that did not end within the time `longest`."""
+    """Return the error for a collision that did not end within the time `longest`."""
     return UnfinishedCollisionError(
         f"a time of {longest:.6g} after the first contact the {problem.particles} "
         "particles still approach the wall, longer than sound needs to cross them and "

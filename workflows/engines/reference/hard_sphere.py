@@ -2,18 +2,19 @@ r"""
 Compute collisions in the limit of high speed, in which bonds act like hard spheres.
 
 If the impact is so fast that the cohesion of the bonds does not matter, two neighbours that collide
-exchange velocities. Every particle then has one of the two velocities -v0 and v0, and each exchange
-passes them on as if the particles passed through each other. After n(n - 1)/2 exchanges and n
-contacts with the wall every particle leaves with v0 at its natural place, so the restitution is
-exactly 1.
+exchange their velocities. Every particle then moves with the velocity -v0 or v0. The velocities
+move through the chain as if the particles passed through each other. After n(n - 1)/2 exchanges and
+n contacts with the wall, every particle leaves with the velocity v0 and all bonds have their
+natural length. The restitution is therefore exactly 1.
 
 The diameter d of the spheres is the length at which a bond stops two particles that collide with
-velocities v0 and -v0. Their energy of relative motion is v0^2, so :math:`U(d) = v_0^2`. The
-diameter only decides the times of the contacts, k (1 - d)/v0.
+velocities v0 and -v0. The energy of their relative motion is v0^2; therefore :math:`U(d) = v_0^2`.
+The diameter affects only the contact times k (1 - d)/v0.
 
-The difference between the restitution of the bonds and 1 comes from encounters of three particles
-at once. It falls with a power of the speed that depends on the bond. The measured powers for n = 20
-are 3.1 at 8 v* and 4.5 at 64 v* for lj, 3.0 and 3.5 for toda, and 9 to 11 for log; see `deviation`.
+The true restitution differs from 1 because of encounters between three particles at once. The
+difference 1 - eta falls with a power of the speed that depends on the bond. For n = 20, the
+measured power is 3.1 at 8 v* and 4.5 at 64 v* for lj bonds, 3.0 and 3.5 for toda bonds, and 9 to 11
+for log bonds; see `deviation`.
 """
 
 import math
@@ -36,25 +37,26 @@ from chaincor.workflows.measured import measured
 
 SCHEME = "hard-sphere"
 
-# The velocities of a triple have the first accuracy, and its vibration energy is known down to the
-# second number.
+# A run of three particles has velocities accurate to _TRIPLE_ACCURACY; its vibration energy is
+# known down to _LEAST_LOSS.
 _TRIPLE_ACCURACY = 1e-12
 _LEAST_LOSS = 1e-22
-# A triple is run at speeds up to this, in units of v*. Beyond it the loss is below the floor, and
-# the slow vibration of a triple that has flown apart consists of rounding errors, which no step can
-# follow.
+# Three particles are run at speeds up to this limit, in units of v*. At higher speeds the loss is
+# below _LEAST_LOSS, and the slow vibration after the particles have separated consists of rounding
+# errors, which no step can follow.
 _FASTEST_TRIPLE = 1e6
-# Twenty halvings of the highest speed reach v*, at which a triple of any bond with a v* is soft.
+# Twenty halvings of the highest speed reach v*, at which a run succeeds for every bond that has a
+# v*.
 _MOST_HALVINGS = 40
-# The loss falls with at least this power of the speed for all measured bonds.
+# For all measured bonds, the loss falls with at least this power of the speed.
 _LEAST_POWER: float = measured("sphere_power")
 
 
 def run(problem: Problem) -> Outcome:
     """
-    Return the outcome of a collision in the limit of high speed, with a restitution of 1.
+    Return the outcome of a collision in the limit of high speed; its restitution is 1.
 
-    Raises CrossingError if the bond cannot stop two particles that meet at this speed.
+    Raises CrossingError if the bond cannot stop two particles that collide at this speed.
     """
     particles, speed = problem.particles, problem.impact_velocity
     if particles == 1:
@@ -78,19 +80,20 @@ def deviation(problem: Problem) -> float:
     """
     Return an estimated bound on 1 - eta for the bonds of a scene.
 
-    A pair keeps its energy exactly, and a triple is the smallest chain that does not. A chain of n
-    particles has (n - 1)(n - 2)/2 encounters of three. The bound is this number times the loss of a
-    triple at the same speed. In all comparisons with the adaptive engine (n = 4 to 50, lj, toda,
-    log, at 3 to 100 v*), the bound exceeded the true loss by a factor of 1 to 10, and by more in
-    longer chains. The bound is a measured rule, not a theorem.
+    A chain of two particles keeps its translational energy exactly; a chain of three is the
+    smallest that loses some. A chain of n particles has (n - 1)(n - 2)/2 encounters between three
+    particles. The bound is this count times the loss of three particles at the same speed. In all
+    comparisons with the adaptive engine (n = 4 to 50, lj, toda, log, at 3 to 100 v*), the bound
+    exceeded the true loss by a factor of 1 to 10, and by a larger factor in longer chains. The
+    bound is a measured rule, not a theorem.
 
-    The rule holds if the loss falls with the speed as for those bonds. The loss is therefore also
-    measured at half the speed. The result is inf if the loss falls more slowly, as for bonds that
-    stiffen like a power of the strain. The loss is taken from the vibration energy of the triple,
-    which is far below the rounding of eta. At speeds at which no triple can be followed, the loss
-    is extrapolated with the slowest measured fall for bonds that are known to become hard; for
-    other bonds inf is returned. Raises TimestepError if bonds become hard but no triple can be
-    followed at any speed.
+    The rule is valid if the loss falls with the speed at least as fast as for these bonds. The loss
+    is therefore also computed at half the speed. The result is inf if the loss falls more slowly,
+    for example for bonds whose force is a power of the strain. The loss is computed from the
+    vibration energy of the three particles, because it is far below the rounding error of eta. At
+    some speeds, no step resolves the motion of three particles. There the loss is extrapolated,
+    with the smallest measured power, for bonds that are known to become hard; for other bonds the
+    result is inf. Raises TimestepError if bonds become hard but no speed can be resolved.
     """
     particles, bond = problem.particles, problem.bond
     if particles < 3:
@@ -124,9 +127,9 @@ def deviation(problem: Problem) -> float:
 
 def vibration(problem: Problem) -> float | None:
     """
-    Return the share of vibration in the energy of three particles after their collision.
+    Return the fraction of vibration in the energy of three particles after their collision.
 
-    Return None if the bonds are too short to be stepped.
+    Return None if no step resolves the bonds, because they get too short.
     """
     from chaincor.workflows.engines.reference import adaptive
 
@@ -141,10 +144,10 @@ def vibration(problem: Problem) -> float | None:
 
 def stopping_length(bond: Potential, speed: float) -> float:
     """
-    Return the length d at which a bond stops two particles with velocities +-v0: U(d) = v0^2.
+    Return the length d at which a bond stops two particles of velocity +-v0: U(d) = v0^2.
 
-    The length is zero if it is below the rounding of a strain. Raises CrossingError if U(0) is too
-    low.
+    The result is zero if the length is below the rounding error of a strain. Raises CrossingError
+    if U(0) is too low.
     """
     from scipy.optimize import brentq
 

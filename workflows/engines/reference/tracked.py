@@ -1,25 +1,25 @@
-"""Track quantities of a contact through all substeps in which the bodies overlap."""
+"""Track quantities of a contact while the bodies overlap."""
 
 from collections.abc import Callable
 from typing import NamedTuple
 
 from chaincor.lammps_inputs.arrays import Array
 
-# The search for a turning point halves a substep this many times; rounding leaves nothing to halve
-# after that.
+# The search for a turning point shortens its interval this many times; because of rounding, more
+# steps would change nothing.
 _HALVINGS = 52
 
 
 class Overlapping(NamedTuple):
-    """Gap at one end of a substep in which the bodies overlap."""
+    """Gap and its derivatives at one end of a substep in which the bodies overlap."""
 
-    gap: float  #: Gap, which is negative.
+    gap: float  #: Gap; negative for bodies that overlap.
     rate: float  #: First derivative in time.
     acceleration: float  #: Second derivative in time.
 
 
 def gap_within(before: Overlapping, after: Overlapping, time: float, part: float) -> float:
-    """Return the gap after a part of a substep, from the polynomial of order 5 between its ends."""
+    """Return the gap within a substep, from the quintic between its ends."""
     g, v, a = before.gap, before.rate * time, 0.5 * before.acceleration * time * time
     gap_rest = after.gap - g - v - a
     velocity_rest = after.rate * time - v - 2.0 * a
@@ -31,7 +31,7 @@ def gap_within(before: Overlapping, after: Overlapping, time: float, part: float
 
 
 def build_largest_overlap(register: Callable) -> Callable:
-    """Return the update of the largest overlap by a substep."""
+    """Return the function that updates the largest overlap after a substep."""
     gap_at = register(gap_within)
 
     @register
@@ -42,7 +42,7 @@ def build_largest_overlap(register: Callable) -> Callable:
         if before.rate < 0.0 < after.rate:
             low, high = 0.0, 1.0
             for _ in range(_HALVINGS):
-                # The gap is convex near its minimum: keep the half on whose side it is lower.
+                # The gap is convex near its minimum: keep the two thirds in which the gap is lower.
                 first, last = low + (high - low) / 3.0, high - (high - low) / 3.0
                 if gap_at(before, after, time, first) < gap_at(before, after, time, last):
                     high = last
@@ -54,13 +54,13 @@ def build_largest_overlap(register: Callable) -> Callable:
     return largest_overlap
 
 
-#: Builders of the updates by the names of the quantities, which begin at 0. An update
-#: ``f(value, before, after, time)`` returns the value after a substep.
+#: Builders of the update functions, by the names of the quantities. The quantities begin at 0. An
+#: update ``f(value, before, after, time)`` returns the new value after a substep.
 TRACKED: dict[str, Callable] = {"largest_overlap": build_largest_overlap}
 
 
 def build_track(register: Callable) -> Callable:
-    """Return ``track(values, before, after, time)``, which updates all tracked values in place."""
+    """Return ``track(values, before, after, time)``, which updates all quantities in place."""
 
     @register
     def track(values: Array, before: Overlapping, after: Overlapping, time: float) -> None:
@@ -81,5 +81,5 @@ def _also(others: Callable, update: Callable, place: int, register: Callable) ->
 
 
 def tracked_values(values: Array, soft: bool) -> dict[str, float]:
-    """Return the tracked values by their names; none for hard bodies, which never overlap."""
+    """Return the tracked values by name; empty for hard bodies, which never overlap."""
     return dict(zip(TRACKED, values.tolist(), strict=True)) if soft else {}
