@@ -1,1 +1,1 @@
-"""Study a user's LAMMPS script to find a value of a setting that is fine enough."""
+"""Run a user's LAMMPS script at several values of a setting, and advise a value."""

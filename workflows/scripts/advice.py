@@ -1,4 +1,4 @@
-"""Find the cheapest value of the varied setting for one quantity, and how many runs to average."""
+"""Find the cheapest value of a setting for one quantity, and the number of runs to average."""
 
 import math
 from dataclasses import dataclass
@@ -9,25 +9,27 @@ from chaincor.analysis.ladders.verdict import SCATTER_RESERVE, LadderVerdict
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.workflows.scripts.varied import Ladder
 
-# No advice averages more runs than this.
+# Advice never averages more runs than this.
 MOST_RUNS = 10_000
 _AIM = 0.5
 
 
 @dataclass(frozen=True)
 class ScriptAdvice:
-    """Advice for a tolerance."""
+    """Advice on how one quantity meets its tolerance."""
 
-    value: float  #: Advised value of the variable.
+    value: float  #: Advised value of the varied setting.
     runs: int  #: Number of runs to average.
-    promised_error: float | None  #: Largest error of the advised mean; None beyond the ladder.
+    #: Largest error of the advised mean; None if the value was not tried.
+    promised_error: float | None
     seconds: float  #: Processor time of all these runs.
-    #: Whether the value lies on the ladder. A value beyond the ladder is a guess by the order.
+    #: Whether the value lies within the tried values. A finer value is only extrapolated with the
+    #: convergence order.
     tried: bool
 
 
 def runs_to_average(verdict: LadderVerdict, tolerance: float) -> list[int | None]:
-    """Return, for each rung, how many runs a mean within a tolerance needs; None if too many."""
+    """Return, for each rung, the number of runs whose mean meets a tolerance; None if too many."""
     bias = np.maximum.accumulate(verdict.bias[::-1])[::-1]
     found: list[int | None] = []
     for promised, error, scatter in zip(verdict.promised, bias, verdict.scatter, strict=True):
@@ -43,7 +45,7 @@ def runs_to_average(verdict: LadderVerdict, tolerance: float) -> list[int | None
 def largest_value(
     ladder: Ladder, values: Array, verdict: LadderVerdict, tolerance: float
 ) -> float | None:
-    """Return the coarsest value at which one run meets a tolerance, or None."""
+    """Return the coarsest value at which one run meets a tolerance; None if there is none."""
     promised = verdict.promised
     good = np.flatnonzero(promised <= tolerance)
     if not len(good):
@@ -64,14 +66,14 @@ def give_advice(
     repeats: bool,
 ) -> ScriptAdvice | None:
     """
-    Return the cheapest way to meet a tolerance, or None if the ladder shows none.
+    Return the cheapest way to meet a tolerance; None if the runs show none.
 
-    `values` are the values of the rungs that ran, from coarse to fine, and `seconds` is the
-    processor time of one run on each rung. `repeats` allows advice that averages several runs, at
-    nearby values or with other seeds.
+    `values` are the tried values, from coarse to fine, without those at which runs failed.
+    `seconds` is the processor time of one run at each value. If `repeats` is true, the advice may
+    be to average several runs, at nearby values or with other seeds.
     """
-    # A coarser rung never costs more than a finer one. A larger measured time is noise of the
-    # machine.
+    # A run at a coarser value never costs more than a run at a finer one. If its measured time is
+    # larger, that is noise of the machine.
     seconds = np.minimum.accumulate(seconds[::-1])[::-1]
     promised = verdict.promised
     bias = np.maximum.accumulate(verdict.bias[::-1])[::-1]
@@ -94,7 +96,7 @@ def give_advice(
 def _between(
     ladder: Ladder, values: Array, seconds: Array, promised: Array, tolerance: float
 ) -> ScriptAdvice:
-    """Return a value between two rungs, of which only the finer one meets the tolerance."""
+    """Advise a value between two rungs, of which only the finer one meets the tolerance."""
     coarse, fine = map(float, values)
     span = math.log(float(promised[0] / promised[1]))
     value = _value_between(ladder, values, promised, tolerance)
@@ -117,7 +119,7 @@ def _value_between(ladder: Ladder, values: Array, promised: Array, tolerance: fl
 def _beyond(
     ladder: Ladder, finest: float, verdict: LadderVerdict, seconds: float, tolerance: float
 ) -> ScriptAdvice | None:
-    """Extrapolate by the order to a value below the finest rung, without a bound on its error."""
+    """Extrapolate with the convergence order to a value finer than all rungs, without a bound."""
     promised = float(verdict.promised[-1])
     if verdict.order is None or not math.isfinite(promised):
         return None
@@ -131,7 +133,7 @@ def _beyond(
 
 
 def round_towards(value: float, fine: float) -> float:
-    """Round a value to two digits towards a finer value, but not beyond that value."""
+    """Round a value to two digits, in the direction of `fine` but not beyond it."""
     unit = 10.0 ** (math.floor(math.log10(value)) - 1)
     if fine < value:
         return float(f"{max(math.floor(value / unit) * unit, fine):.6g}")

@@ -14,16 +14,17 @@ from chaincor.workflows.scripts.advice import largest_value, runs_to_average
 from chaincor.workflows.scripts.ladder_runs import NumberLadder, ScriptLadder
 
 # State of a quantity at the script's own value. "small enough": one run meets the tolerance. "too
-# noisy": a mean of several runs meets the tolerance. "too large": not even a mean meets the
-# tolerance. "beyond": no value of the ladder meets the tolerance, and the runs show the error. "not
-# seen": the scatter of the runs hides the error. "constant": all runs give the same result.
+# noisy": only a mean of several runs meets the tolerance. "too large": not even a mean meets the
+# tolerance. "beyond": no tried value meets the tolerance, and the runs show the error. "not
+# judged": the scatter between the runs hides the error. "constant": all runs give the same result.
 AnswerState = Literal["small enough", "too noisy", "too large", "beyond", "not judged", "constant"]
 # A coarser value is mentioned if it is larger by at least this factor.
 _COARSER = 1.1
-# The step causes the scatter if the scatter shrinks along the ladder by more than the first number.
-# The step also causes an error above the second number times the tolerance.
+# The step causes the scatter if the scatter shrinks from coarse to fine steps by more than the
+# factor _SHRINKS. A finer step is needed if the step causes an error above _STEP_PART times the
+# tolerance.
 _SHRINKS, _STEP_PART = 2.0, 0.5
-# No answer averages more runs than this.
+# An answer never averages more runs than this.
 _MOST_RUNS = 100
 
 
@@ -33,15 +34,16 @@ class Choice:
 
     value: float
     runs: int  #: Number of runs to average.
-    decides: NumberLadder  #: Number that needs the finest value, or the most runs.
+    decides: NumberLadder  #: Quantity that needs the finest value, or the most runs.
 
 
 @dataclass(frozen=True)
 class NumberAnswer:
-    """Answer for one quantity of a ladder."""
+    """Judgement of one quantity."""
 
     number: NumberLadder
-    state: AnswerState  #: At the script's own value; without one, at the finest.
+    #: State at the script's own value, or at the finest value if the script's own is unknown.
+    state: AnswerState
     error: float  #: Largest error of one run at that value; inf if unknown.
     runs: (
         int | None
@@ -52,19 +54,20 @@ class NumberAnswer:
 
 @dataclass(frozen=True)
 class LadderAnswer:
-    """Answer for all quantities of a ladder."""
+    """Judgement of all quantities."""
 
     numbers: tuple[NumberAnswer, ...]
-    own: float | None  #: The script's own value of the variable, if it is known and varied.
+    own: float | None  #: The script's own value of the varied setting, if it is known.
     own_fails: bool  #: Whether runs fail at that value or near it.
     single: Choice | None  #: Coarsest value at which one run meets all tolerances.
     several: Choice | None  #: Cheapest mean of several runs that meets all tolerances.
-    #: Choice to take: the script's own value if it is small enough, else one of the two above.
+    #: Advised choice: the script's own value if it is small enough, otherwise `single` or
+    #: `several`.
     use: Choice | None
 
     @property
     def all_constant(self) -> bool:
-        """Whether each quantity is the same in all runs, so that the study tested nothing."""
+        """Whether no quantity differs between the runs. The study then tested nothing."""
         return all(a.state == "constant" for a in self.numbers)
 
     @property
@@ -74,14 +77,18 @@ class LadderAnswer:
 
     @property
     def coarser(self) -> Choice | None:
-        """Coarser value at which one run meets all tolerances; None if it is hardly coarser."""
+        """
+        Coarser value at which one run meets all tolerances.
+
+        The result is None if the value is hardly coarser than the script's own.
+        """
         if self.use is None or self.single is None or self.use.runs > 1:
             return None
         return self.single if self.single.value > _COARSER * self.use.value else None
 
     @property
     def judged(self) -> list[NumberAnswer]:
-        """Answers for quantities that meet their tolerance at some value of the ladder."""
+        """Answers for the quantities that meet their tolerance at some tried value."""
         return [a for a in self.numbers if a.reached]
 
     def in_state(self, *states: AnswerState) -> list[NumberAnswer]:
@@ -93,10 +100,10 @@ def answer_ladder(
     each: ScriptLadder, own: float | None, crashed: Iterable[float] = ()
 ) -> LadderAnswer:
     """
-    Return the answer of a ladder.
+    Return the judgement of all quantities of a ladder.
 
-    `own` is the script's own value of the varied quantity, and `crashed` are the values at which
-    runs failed. The answer advises only values finer than all values in `crashed`.
+    `own` is the script's own value of the varied setting, and `crashed` are the values at which
+    runs failed. The advised value is finer than all values in `crashed`.
     """
     steps = np.array([each.ladder.step(x) for x in each.values])
     failed = [each.ladder.step(x) for x in crashed]
@@ -123,13 +130,13 @@ def answer_ladder(
 
 
 def promised_at(each: ScriptLadder, number: NumberLadder, step: float) -> float:
-    """Return the largest error of one run at a step, or inf for a step coarser than the ladder."""
+    """Return the largest error of one run at a step; inf for steps coarser than all tried ones."""
     steps = np.array([each.ladder.step(x) for x in each.values])
     return _between(steps, number.verdict.promised, step)
 
 
 def needs_finer(number: NumberLadder) -> bool:
-    """Return whether finer values, not longer runs, would make the error small enough."""
+    """Return whether finer values, instead of longer runs, would make the error small enough."""
     verdict, tolerance = number.verdict, number.tolerance or 0.0
     if verdict.kind == "regular" and verdict.value is not None:
         left = abs(float(number.results[-1].mean()) - verdict.value)
@@ -142,7 +149,7 @@ def needs_finer(number: NumberLadder) -> bool:
 
 
 def _answer(each: ScriptLadder, number: NumberLadder, at: float, outside: bool) -> NumberAnswer:
-    """Return the answer for one quantity; `outside` means that no run covers the script's value."""
+    """Judge one quantity; `outside` means that the script's own value lies outside the ladder."""
     tolerance = number.tolerance
     if tolerance is None:
         known = number.verdict.kind == "cannot tell"
@@ -166,14 +173,14 @@ def _answer(each: ScriptLadder, number: NumberLadder, at: float, outside: bool) 
 
 
 def _runs_of(number: NumberLadder) -> list[int | None]:
-    """Return, for each rung, how many runs have a mean within the tolerance; None if too many."""
+    """Return the number of runs on each rung whose mean meets the tolerance; None if too many."""
     most = _MOST_RUNS if number.repeats else 1
     runs = runs_to_average(number.verdict, number.tolerance or 0.0)
     return [n if n is not None and n <= most else None for n in runs]
 
 
 def _runs_at(steps: Array, number: NumberLadder, at: float, tolerance: float) -> int | None:
-    """Return how many runs at a step have a mean within a tolerance; None if too many."""
+    """Return the number of runs at a step whose mean meets a tolerance; None if too many."""
     verdict = number.verdict
     if _between(steps, verdict.promised, at) <= tolerance:
         return 1
@@ -186,7 +193,7 @@ def _runs_at(steps: Array, number: NumberLadder, at: float, tolerance: float) ->
 
 
 def _between(steps: Array, errors: Array, at: float) -> float:
-    """Interpolate errors logarithmically between rungs; inf for steps coarser than the ladder."""
+    """Interpolate errors logarithmically between rungs; inf for steps coarser than all rungs."""
     if at > steps[0] * (1.0 + 1e-9) or not np.all(np.isfinite(errors)):
         return math.inf
     tiny = np.maximum(errors[::-1], 1e-300)
@@ -198,7 +205,7 @@ def _rung(steps: Array, at: float) -> int:
 
 
 def _unseen(number: NumberLadder, tolerance: float) -> NDArray[np.bool_]:
-    """Return the rungs from which on no bias is certain to exceed the tolerance."""
+    """Mark the rungs from which on no error surely exceeds the tolerance."""
     verdict, means = number.verdict, number.results.mean(axis=1)
     best = float(means[-1]) if verdict.value is None else verdict.value
     error = (verdict.value_error or 0.0) + 2.0 * verdict.scatter / math.sqrt(
@@ -211,7 +218,7 @@ def _unseen(number: NumberLadder, tolerance: float) -> NDArray[np.bool_]:
 def _single(
     each: ScriptLadder, judged: list[NumberAnswer], steps: Array, safe: NDArray[np.bool_]
 ) -> Choice | None:
-    """Return the coarsest safe value at which one run meets all tolerances."""
+    """Return the coarsest value without failed runs at which one run meets all tolerances."""
     if any(a.largest is None for a in judged) or not np.any(safe):
         return None
     coarsest = float(each.values[int(np.flatnonzero(safe)[0])])
@@ -241,5 +248,5 @@ def _several(
 
 
 def _part(answer: NumberAnswer) -> float:
-    """Return the ratio of the error to the tolerance."""
+    """Return the error in units of the tolerance."""
     return answer.error / (answer.number.tolerance or 1e-300)

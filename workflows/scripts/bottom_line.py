@@ -1,4 +1,4 @@
-"""Write the bottom line of a study: the value to use, how many runs, how sure, and why."""
+"""Write the bottom line of a study: the value to use, the number of runs, and how sure both are."""
 
 import math
 from typing import TYPE_CHECKING
@@ -28,7 +28,7 @@ def bottom_line(study: "ScriptStudy") -> str:
     said += [change.short for change in study.changes]
     if study.ladders:
         said.append(_of_crashes(study))
-    # Commands come last, so that users can copy each command to the end of its line.
+    # Each command stands at the end of its line, where users can copy it.
     for each in study.ladders:
         fixed = ", ".join(f"{name} = {value}" for name, value in each.fixed.items())
         left = unanswered(study, each, answer_of(study, each))
@@ -37,12 +37,12 @@ def bottom_line(study: "ScriptStudy") -> str:
 
 
 def answer_of(study: "ScriptStudy", each: ScriptLadder) -> LadderAnswer:
-    """Return the answer of one ladder of a study."""
+    """Judge one ladder of a study."""
     return answer_ladder(each, study.own_step, [crash.value for crash in study.crashes])
 
 
 def _answered(study: "ScriptStudy", each: ScriptLadder) -> str:
-    """Return sentences on the value to use, the number of runs, how sure they are, and why."""
+    """Write sentences on the value to use, the number of runs, and their probability."""
     answer = answer_of(study, each)
     if answer.all_constant and not answer.own_fails:
         return no_change(each)
@@ -119,7 +119,8 @@ def _decides(each: ScriptLadder, answer: LadderAnswer) -> str:
     if choice is None or not answer.own_fails or len(answer.judged) == 1:
         return ""
     row = next(a for a in answer.numbers if a.number is choice.decides)
-    # At the coarsest value without a failed run, failed runs decide, not a quantity.
+    # If the chosen value is the coarsest one without a failed run, the failed runs decide and no
+    # quantity does.
     coarsest = each.ladder.step(float(each.values[0]))
     if row.largest != choice.value or each.ladder.step(choice.value) >= coarsest:
         return ""
@@ -131,7 +132,7 @@ def _average(choice: Choice) -> str:
 
 
 def _how_sure(each: ScriptLadder, answer: LadderAnswer) -> str:
-    """Return the probability, what it applies to, and the quantity nearest to its tolerance."""
+    """Write how probable the advice is, and which quantity is nearest to its tolerance."""
     assert answer.use is not None
     judged = answer.judged
     limit = "very small timesteps" if each.ladder.name == "timestep" else "the fine end"
@@ -146,12 +147,12 @@ def _how_sure(each: ScriptLadder, answer: LadderAnswer) -> str:
 
 
 def _of_crashes(study: "ScriptStudy") -> str:
-    """Name the finest value at which a run stopped, and the coarser values with stopped runs."""
+    """Write at which values runs stopped early, first the finest of these values."""
     if not study.crashes:
         return "No run stopped early."
     *coarser, finest = study.crashes
     others = ", ".join(f"{crash.value:g}" for crash in coarser)
-    # The first sentence already names a crash at the script's own step.
+    # If a run crashed at the script's own step, the first sentence of the bottom line says so.
     text = f"{finest} " if finest.value != study.own_step else ""
     text += f"Runs at {others} stop as well. " if coarser else ""
     return f"{text}No other run stopped early."

@@ -1,4 +1,4 @@
-"""Change a script for one run: step, variables, cutoff, seeds, periods."""
+"""Change a script's step, variables, cutoff, seeds and periods for one run."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -8,8 +8,8 @@ from chaincor.workflows.scripts.restarting import Halfway
 from chaincor.workflows.scripts.step_counts import count_positions, plain_style
 
 _TABLES = ("pair_style", "bond_style", "angle_style")
-# For each command that draws random forces, this table gives the index of the word that is the
-# style and of the word that is the seed.
+# _STYLE_AT gives the index of the word that names a command's style. For commands that draw random
+# forces, _FORCES gives the index of the word that is the seed.
 _STYLE_AT = {
     "fix": 3, "pair_style": 1, "velocity": 2, "create_atoms": 2, "displace_atoms": 2, "set": 3,
 }  # fmt: skip
@@ -20,8 +20,8 @@ _FORCES = {
     "pair_style dpd": 4, "pair_style dpd/ext": 4, "pair_style dpd/fdt": 4,
     "pair_style dpd/tstat": 5, "pair_style mdpd": 4, "pair_style brownian": 8,
 }  # fmt: skip
-# For each command that draws an initial state or inserts particles, this table gives the index of
-# the word that is the seed.
+# This table gives the index of the seed for commands that draw an initial state or insert
+# particles.
 _STARTS = {
     "fix deposit": 7, "fix pour": 6, "velocity create": 4, "create_atoms random": 4,
     "displace_atoms random": 6, "set type/fraction": 6, "set type/ratio": 6,
@@ -31,35 +31,33 @@ _LARGEST_SEED = 900_000_000
 
 @dataclass(frozen=True)
 class Change:
-    """Changes of one run to a script."""
+    """Changes that one run makes to a script."""
 
-    finer: float = (
-        1.0  #: Number of steps that replace one step of the script: 2 halves the step, 1 keeps it.
-    )
-    #: Sampled quantities, as LAMMPS's formulas name them: ``etotal``, ``c_1``, ``v_x``.
+    finer: float = 1.0  #: Number of steps that replace one step of the script; 2 halves the step.
+    #: Sampled quantities, with their names in LAMMPS's formulas: ``etotal``, ``c_1``, ``v_x``.
     quantities: tuple[str, ...] = ()
     #: Values of the script's own variables, as text.
     variables: Mapping[str, str] = field(default_factory=dict)
     #: New values of ``cutoff``, ``skin`` and ``rows``, as text.
     settings: Mapping[str, str] = field(default_factory=dict)
-    seed: int | None = None  #: Number that is added to seeds; None leaves them.
-    #: Whether only seeds of random forces change, not seeds of initial states.
+    seed: int | None = None  #: Number that is added to seeds; None leaves the seeds unchanged.
+    #: Whether only seeds of random forces change, and seeds of initial states stay.
     forces_alone: bool = False
-    scale_periods: bool = False  #: Whether periods keep their simulated time.
-    #: Share of the box by which all particles are displaced before the first run.
+    scale_periods: bool = False  #: Whether periods that count steps keep their simulated time.
+    #: Fraction of the box length by which all particles are displaced before the first run.
     shaken: float = 0.0
     frames: bool = False  #: Whether positions are written with the samples.
-    restart: Halfway | None = None  #: Restart that the run writes or reads halfway.
-    #: Commands that precede each run, such as a shifted cutoff.
+    restart: Halfway | None = None  #: Restart file that the run writes or reads halfway.
+    #: Commands that are added before each ``run``.
     extra: tuple[str, ...] = ()
-    #: Whether a quantity is read from the script's output. All thermo output then stays.
+    #: Whether a quantity is read from the script's output. Then the thermo output is unchanged.
     printed: bool = False
 
     def set_numbers(self, words: list[str]) -> list[str]:
         """
         Change the cutoff, skin, table rows, seeds and periods of a command in place.
 
-        Returns commands that must precede the changed command.
+        The returned commands must precede the changed command.
         """
         settings = self.settings
         if "skin" in settings and words[0] == "neighbor" and len(words) > 1:
@@ -87,13 +85,13 @@ def _seed(words: list[str], added: int, forces_alone: bool) -> list[str]:
     """
     Increase the seed in a command.
 
-    If the seed is the value of a variable, returns the lines that must precede the command.
+    If the seed is the value of a variable, return the lines that must precede the command.
     """
     place = _STYLE_AT.get(words[0], len(words))
     seeds = _FORCES if forces_alone else _FORCES | _STARTS
     at = seeds.get(f"{words[0]} {plain_style(words[place])}") if place < len(words) else None
     if words[0] == "fix" and "langevin" in words[4:]:
-        # Rigid bodies name their thermostat after other keywords.
+        # A fix for rigid bodies names its thermostat after other keywords.
         at = words.index("langevin", 4) + 4
     if at is None or at >= len(words):
         return []
@@ -120,7 +118,7 @@ def _scale(words: list[str], finer: float) -> list[str]:
         least = "0" if words[at - 1] == "delay" else "1"
         formula = f"round(v_{count}*{finer:.17g})"
         if first and words[0] == "fix":
-            # The second number stays the same multiple of the first number.
+            # The second count must stay the same multiple of the first count.
             formula = f"v_{first}x*round(v_{count}/v_{first})"
         lines.append(f"variable {count}x string $({formula}:%.15g)")
         lines.append(f"variable {count}x string $(ternary(v_{count}x<{least},{least},v_{count}x))")

@@ -1,4 +1,4 @@
-"""Read the step and the reason at which a run stopped from LAMMPS's output."""
+"""Read from LAMMPS's output at which step and why a run stopped."""
 
 import re
 from dataclasses import dataclass
@@ -9,7 +9,7 @@ if TYPE_CHECKING:
 
 _SOURCE = re.compile(r"\s*\((?:\S*/)?\w+\.(?:cpp|h):\d+\)")
 _ERROR = re.compile(r"^ERROR(?: on proc \d+)?:\s*(.*)$", re.MULTILINE)
-# These messages name the step and the first fault, mostly a pair of atoms.
+# These error messages name the step and the atoms that failed.
 _WHERE = (
     (re.compile(r"FENE bond too long: (\d+) (\d+) (\d+) (\S+)"), "bond of atoms {} and {}"),
     (
@@ -37,8 +37,8 @@ class Crash:
     """A run that LAMMPS ended with an error."""
 
     step: int | None  #: Step of the run; None if unknown.
-    exact: bool  #: Whether LAMMPS names that step; otherwise it is the last one sampled.
-    message: str  #: The error, and the first atoms that LAMMPS blames.
+    exact: bool  #: Whether LAMMPS names the step; otherwise it is the last sampled step.
+    message: str  #: The error, and the atoms that LAMMPS names first.
 
     def __str__(self) -> str:
         where = "" if self.step is None else f" {'at' if self.exact else 'after'} step {self.step}"
@@ -47,10 +47,10 @@ class Crash:
 
 def find_crash(screen: str, sampled: int | None, failure: str) -> Crash:
     """
-    Return the step and the reason at which a run stopped, from its output and last sample.
+    Find the step and the reason of a crash in LAMMPS's output.
 
-    `failure` is the message to use if LAMMPS printed no error. The step is None if the failed
-    command runs no steps.
+    `sampled` is the last sampled step, and is used if the output names no step. `failure` is the
+    message to use if LAMMPS printed no error. The step is None if the failed command runs no steps.
     """
     errors = _ERROR.findall(screen)
     message = _SOURCE.sub("", errors[-1]).strip() if errors else failure
@@ -76,10 +76,10 @@ def find_crash(screen: str, sampled: int | None, failure: str) -> Crash:
 
 @dataclass(frozen=True)
 class CrashedRun:
-    """A run of a ladder that failed."""
+    """A run of a study that failed."""
 
-    name: str  #: The variable of the ladder.
-    value: float  #: Its value.
+    name: str  #: Name of the varied setting.
+    value: float  #: Value of the varied setting.
     timestep: float | None  #: Time step of the run; None if unknown.
     step: int | None  #: Step at which the run stopped, or the last sampled step; None if unknown.
     said: str  #: Description of the crash, as a clause.
@@ -92,7 +92,7 @@ class CrashedRun:
 def crashed_runs(
     failed: list[tuple[float, "ScriptRun"]], own_step: float | None, name: str
 ) -> tuple[CrashedRun, ...]:
-    """Return the failed runs, one for each value, with the coarsest value first."""
+    """Return the failed runs, one at each value of the setting, with the coarsest value first."""
     found: dict[float, CrashedRun] = {}
     for value, run in failed:
         timestep = run.step if own_step is None else value

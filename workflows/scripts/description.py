@@ -1,4 +1,4 @@
-"""Write a study of a script as text: ladders or comparisons, notes, and the bottom line."""
+"""Write a study of a script as text: tables, notes, and the bottom line."""
 
 import math
 from typing import TYPE_CHECKING
@@ -29,7 +29,7 @@ KINDS = {
 
 
 def describe_script_study(study: "ScriptStudy") -> str:
-    """Describe a study in words: verdict, table and advice of each ladder, and the summary."""
+    """Describe a study in words: verdict, table and advice of each ladder, then the bottom line."""
     lines = [f"{study.script.name}: {', '.join(study.asked.names)}"]
     if study.ladder is not None:
         own = "" if study.own_step is None else f" (yours: {study.own_step:g})"
@@ -127,7 +127,7 @@ def _agreement(each: PartingComparison, name: str) -> str:
 
 
 def notes(study: "ScriptStudy") -> list[str]:
-    """Return notes on crashed runs, on causes of energy changes, and on faults of a ladder."""
+    """Return notes on crashed runs, on causes of energy drifts, and on faults of a ladder."""
     said = [f"note: {crash}" for crash in study.crashes]
     said += [f"note: {change}" for change in study.changes]
     said += _windows(study)
@@ -160,10 +160,10 @@ def notes(study: "ScriptStudy") -> list[str]:
 
 
 def _ends(study: "ScriptStudy", ends: tuple[float, float]) -> str:
-    """Say why the runs do not end at the same time, and what to do."""
+    """Write why the runs end at different times, and how to avoid it."""
     low, high = ends
     if study.varied.kind == "step":
-        # With 'reset_timestep', each run takes its own time exactly.
+        # If the script has 'reset_timestep', each run still covers its simulated time exactly.
         reset = next(
             (c for c in study.varied.script.commands if c.words[0] == "reset_timestep"), None
         )
@@ -176,7 +176,7 @@ def _ends(study: "ScriptStudy", ends: tuple[float, float]) -> str:
 
 
 def _short_means(study: "ScriptStudy", each: ScriptLadder, short: dict[str, float]) -> str:
-    """Say that one run gives means no error bar, and which length of the run would give one."""
+    """Write that one run is too short for error bars of means, and how long it would have to be."""
     least = min(short.values())
     names = ", ".join(name.removesuffix(":mean") for name in short)
     one = len(short) == 1

@@ -14,9 +14,9 @@ from chaincor.workflows.scripts.step_counts import find_step_counts, plain_style
 from chaincor.workflows.scripts.tolerances import thermal_tolerance
 from chaincor.workflows.scripts.varied import Varied
 
-# The first energies are conserved without a thermostat, and the second one with a thermostat.
+# Quantities in _KEPT are conserved without a thermostat, and _KEPT_IN_BATH is conserved with one.
 _KEPT, _KEPT_IN_BATH = ("etotal", "econserve"), "econserve"
-# A cause is confirmed if less than this fraction of the drift is left without it.
+# A cause is confirmed if its removal leaves less than this fraction of the drift.
 _CURED = 0.3
 # These fixes exchange energy with the particles.
 _BATHS = ("nvt", "npt", "nph", "langevin", "temp/", "press/", "deform", "rigid/nvt", "rigid/npt",
@@ -24,7 +24,7 @@ _BATHS = ("nvt", "npt", "nph", "langevin", "temp/", "press/", "deform", "rigid/n
           "viscous", "setforce", "smd", "thermal/", "aveforce", "nve/limit", "evaporate", "deposit",
           "pour", "gcmc", "freeze", "drag", "gravity")  # fmt: skip
 _UNSHIFTED = ("lj/cut", "lj96/cut", "morse", "buck", "yukawa", "born", "mie/cut", "lj/expand")
-# The forces of a table with fewer rows differ visibly from the slope of its energies.
+# If a table has fewer rows, its forces differ visibly from the slope of its energies.
 _FEW_ROWS = 2000
 
 
@@ -32,8 +32,10 @@ class DriftCause(NamedTuple):
     """A likely cause of an energy drift."""
 
     text: str
-    remedy: str = ""  #: Command before each run that removes the cause; empty if there is none.
-    exchanges: str = ""  #: Fix that exchanges energy, with its line; empty for other causes.
+    #: Command that removes the cause if it precedes each run; empty if no command does.
+    remedy: str = ""
+    #: Fix that exchanges energy, and its line in the script; empty for other causes.
+    exchanges: str = ""
 
 
 @dataclass(frozen=True)
@@ -41,12 +43,12 @@ class EnergyChange:
     """An energy drift that does not vanish at small steps."""
 
     name: str  #: The quantity.
-    drift: float  #: Drift over the run in the limit of small steps.
-    error: float  #: Its error.
+    drift: float  #: Change of the quantity over the run in the limit of small steps.
+    error: float  #: Error of the drift.
     causes: tuple[DriftCause, ...]  #: Possible causes, with the likeliest first.
-    tested: DriftCause | None = None  #: Cause that was removed in one more run.
-    before: float = 0.0  #: Drift at the finest step, with that cause.
-    after: float = 0.0  #: Drift at the finest step without that cause.
+    tested: DriftCause | None = None  #: Cause that an additional run removed as a test.
+    before: float = 0.0  #: Drift at the finest step with the tested cause.
+    after: float = 0.0  #: Drift at the finest step without the tested cause.
 
     @property
     def confirmed(self) -> bool:
@@ -55,7 +57,7 @@ class EnergyChange:
 
     @property
     def short(self) -> str:
-        """One sentence on the drift and its tested or likeliest cause."""
+        """One sentence on the drift and its confirmed or likeliest cause."""
         others = (each for each in self.causes if each is not self.tested)
         cause = self.tested if self.confirmed else next(others, None)
         what = self.name.partition(":")[0]
@@ -71,7 +73,7 @@ class EnergyChange:
 
     @property
     def _bath(self) -> str:
-        """First fix that exchanges energy; empty if there is none."""
+        """Thermostat or other fix that exchanges energy; empty if there is none."""
         return self.causes[0].exchanges if self.causes else ""
 
     def __str__(self) -> str:
@@ -95,7 +97,7 @@ class EnergyChange:
 def find_energy_changes(
     runner: Runner, varied: Varied, ladder: ScriptLadder
 ) -> tuple[EnergyChange, ...]:
-    """Return the energies that drift at every step, after a test of the first testable cause."""
+    """Find energies that drift at every step, and test the first cause that can be removed."""
     if varied.kind != "step":
         return ()
     found = []
@@ -144,7 +146,7 @@ def _rungs(varied: Varied) -> list[float]:
 
 
 def _find_causes(script: ScriptText, what: str) -> Iterator[DriftCause]:
-    """Return the causes that the script suggests, with the likeliest cause first."""
+    """Find possible causes in the commands of the script, with the likeliest cause first."""
     searches: tuple[Callable[[Command], DriftCause | None], ...] = (
         *([] if what == _KEPT_IN_BATH else [_bath]),
         lambda command: _cutoff(command, script),

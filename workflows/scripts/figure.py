@@ -1,4 +1,4 @@
-"""Draw a script study: errors against the varied setting, or the distance of two runs over time."""
+"""Draw a script study: errors against the setting, or distances between runs against time."""
 
 from typing import TYPE_CHECKING
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
     from chaincor.workflows.scripts.study import ScriptStudy
 
-# The panel of costs is drawn if costs differ by at least this factor.
+# The cost panel is drawn if the costs of the runs differ by at least this factor.
 _COSTS_APART = 2.0
 _WIDE = 10.0
 # More ticks would overlap.
@@ -23,7 +23,7 @@ _CRASHED = "#c00000"
 
 
 def has_figure(study: "ScriptStudy") -> bool:
-    """Return whether a study has an error or a distance above 0, which can be drawn."""
+    """Return whether a study has an error or a distance above 0 to draw."""
     return bool(_drawn_names(study)) or any(
         np.any(each.distances > 0.0) for each in study.comparisons
     )
@@ -33,12 +33,12 @@ def plot_script_study(study: "ScriptStudy") -> "Axes":
     """
     Draw a study and return the first axes.
 
-    The figure of a ladder has one panel per quantity, with errors against the varied setting. If
-    there is only one quantity and the costs differ, a second panel shows errors against processor
-    time. Dots are single runs, solid lines the largest error of one run, dashed lines the fitted
-    power, and grey lines the tolerance. Crosses mark values at which a run failed. The figure of
-    compared runs shows the distance of their particles against time. Raises InputError if all runs
-    gave the same numbers.
+    If a setting was varied, each quantity has a panel with errors against the setting. If there is
+    only one quantity and the costs differ, a second panel shows errors against processor time. Dots
+    are single runs, solid lines show the largest error of one run, dashed lines the fitted power
+    law, and grey lines the tolerance. Crosses mark values at which a run failed. If runs were
+    compared, the figure shows the distance between their particles against time. Raise InputError
+    if all runs gave the same results.
     """
     if not has_figure(study):
         raise InputError(
@@ -80,7 +80,7 @@ def _numbers(study: "ScriptStudy", name: str) -> list[tuple[ScriptLadder, Number
 
 
 def _errors(number: NumberLadder) -> np.ndarray:
-    """Return the distance of each run from the best value, with nan in place of 0."""
+    """Return the difference of each run from the best value, with nan in place of 0."""
     best = number.verdict.value
     errors = np.abs(number.results - (float(number.results[-1].mean()) if best is None else best))
     return np.where(errors > 0.0, errors, np.nan)
@@ -139,7 +139,7 @@ def _plot_costs(panel: "Axes", study: "ScriptStudy", name: str) -> None:
     """Draw the errors of one quantity against processor time."""
     largest = smallest = 0.0
     for k, (each, number) in enumerate(_numbers(study, name)):
-        # A finer rung costs less by chance only.
+        # If a finer rung costs less than a coarser one, that is chance.
         costs = np.minimum.accumulate(each.seconds[::-1])[::-1]
         largest, smallest = max(largest, costs.max()), min(smallest or costs.min(), costs.min())
         colour, errors = CYCLE[k % len(CYCLE)], _errors(number)

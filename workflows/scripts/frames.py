@@ -1,4 +1,4 @@
-"""Read the positions and velocities that a run wrote with its samples."""
+"""Read the positions and initial velocities that a run wrote with its samples."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,12 +11,13 @@ from chaincor.lammps_inputs.errors import InputError
 
 @dataclass(frozen=True)
 class ScriptFrames:
-    """Positions of a run, and its initial velocities, in the order of particle ids."""
+    """Positions and initial velocities of the particles in a run, in the order of particle ids."""
 
     times: Array  #: Times of the frames, of shape (S,).
-    positions: Array  #: Unwrapped, of shape (S, N, 3); nan beyond the particles of a frame.
+    #: Unwrapped positions, of shape (S, N, 3); nan in frames with fewer than N particles.
+    positions: Array
     velocities: Array  #: Velocities in the first frame with particles, of shape (M, 3).
-    #: Mean distance of neighbours, as on a simple cubic lattice of equal density.
+    #: Distance between neighbours on a simple cubic lattice of equal density.
     spacing: float
     #: Edges of the box in the first frame, of shape (3,); inf if a direction is not periodic or the
     #: box is tilted.
@@ -24,7 +25,7 @@ class ScriptFrames:
 
 
 def read_frames(path: Path) -> ScriptFrames:
-    """Read the frames of a run; raises InputError if there are none."""
+    """Read the frames of a run; raise InputError if there are none."""
     lines = path.read_text("utf-8").splitlines() if path.is_file() else []
     if not lines:
         raise InputError("the script wrote no positions. Give a script with a 'run' of particles")
@@ -33,7 +34,7 @@ def read_frames(path: Path) -> ScriptFrames:
     edges = velocities = np.zeros(0)
     spacing, at = 0.0, 0
     while at < len(lines):
-        # Each frame has lines that name its time, step, number of particles, box, and particles.
+        # Each frame has sections for its time, step, number of particles, box, and particles.
         count, first = int(lines[at + 5]), at + 11
         rows = np.array([line.split() for line in lines[first : first + count]], dtype=float)
         rows = rows.reshape(-1, 7)
@@ -44,7 +45,7 @@ def read_frames(path: Path) -> ScriptFrames:
             words = lines[at + 6].split()[3:]
             periodic = np.array([word == "pp" for word in words[-3:]])
             edges = np.where(periodic & (len(words) == 3), edges, np.inf)
-        # The first frame of each run repeats the last frame of the run before it.
+        # The first frame of each run repeats the last frame of the previous run.
         if not times or float(lines[at + 1]) != times[-1]:
             times.append(float(lines[at + 1]))
             frames.append(rows[:, 1:4])

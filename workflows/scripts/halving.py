@@ -1,4 +1,4 @@
-"""Find the middle of a script's last long run by one unchanged run."""
+"""Find the middle of a script's last long run."""
 
 import re
 
@@ -14,9 +14,9 @@ _LEAST_STEPS = 20
 
 def find_halfway(runner: Runner, script: ScriptText) -> Halfway:
     """
-    Run a script unchanged, and return the middle of its last long run.
+    Run a script without changes, and return the middle of its last long run.
 
-    Raises InputError if the script has no long run or uses ``clear``.
+    Raise InputError if the script has no long run or uses ``clear``.
     """
     for command in script.commands:
         if command.words[0] == "clear" or re.search(r"[\"']\s*clear\s*[\"']", command.text):

@@ -1,34 +1,34 @@
-"""Define a ladder, the values of one varied quantity from coarse to fine."""
+"""Define a ladder: the values of one varied setting, called rungs, from coarse to fine."""
 
 import math
 from dataclasses import dataclass
 
 STEP = "timestep"
-# Nearby values of a rung differ from the value of the rung by at most this fraction.
+# Nearby values differ from the value of their rung by at most this fraction.
 PHASE_WIDTH = 0.02
 _GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
-# The default ladder begins at this multiple of the script's step, and has this number of rungs.
+# The default ladder begins at _OWN_COARSE times the script's step, and has _OWN_RUNGS rungs.
 _OWN_COARSE, _OWN_RUNGS = 2.0, 4
 
 
 @dataclass(frozen=True)
 class Ladder:
-    """Values of one variable, from coarse to fine in equal ratios."""
+    """Values of one setting, from coarse to fine in equal ratios."""
 
-    name: str  #: The LAMMPS variable.
-    #: Coarse and fine end.
+    name: str  #: Name of the varied setting.
+    #: Coarse end.
     coarse: float
     fine: float  #: Fine end.
     rungs: int  #: Number of values.
-    counts: bool = False  #: Whether they are whole numbers.
+    counts: bool = False  #: Whether all values are whole numbers.
 
     def value(self, rung: int, phase: int, phases: int) -> float:
         """
         Return the value of one run of a rung.
 
-        Phase 0 is the value of the rung itself. The values of other phases lie around it at
-        multiples of the golden ratio, which fill the width evenly and avoid common phases of the
-        steps.
+        Phase 0 is the value of the rung itself. The other phases are nearby values. Their offsets
+        are multiples of the golden ratio modulo 1, which fill the width evenly and avoid common
+        phases of the steps.
         """
         share = rung / (self.rungs - 1)
         value = self.coarse ** (1.0 - share) * self.fine**share
@@ -44,7 +44,7 @@ class Ladder:
         return str(int(value)) if self.counts else repr(value).removesuffix(".0")
 
     def step(self, value: float) -> float:
-        """Return the value, or its inverse if larger values are finer."""
+        """Return a measure that shrinks towards the fine end: the value, or its inverse."""
         return value if self.fine < self.coarse else 1.0 / value
 
 

@@ -1,4 +1,4 @@
-"""Run one ladder of a script, and judge each quantity."""
+"""Run a script at each value of a ladder, and judge each quantity."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
@@ -16,16 +16,16 @@ from chaincor.workflows.scripts.tolerances import Tolerance, default_tolerance
 from chaincor.workflows.scripts.varied import Varied
 from chaincor.workflows.scripts.vary_options import in_whole_numbers
 
-# LAMMPS refuses a number that is not whole with these messages.
+# If LAMMPS refuses a number because it is not whole, it prints one of these messages.
 _WANTS_WHOLE = ("Expected integer", "Expected an integer")
-# If a run at the coarse end takes longer than at the fine end by this factor, and at least this
-# many seconds, the ends are exchanged.
+# The user exchanged the ends if a run at the coarse end takes longer by the factor _DEARER than a
+# run at the fine end, and at least _SURELY_SECONDS.
 _DEARER, _SURELY_SECONDS = 2.0, 0.5
 # End times of comparable runs may differ by at most this fraction.
 _SAME_END = 1e-6
 
-# A function of this type is called with the name of the current part and the finished fraction of
-# the study.
+# A progress function is called with the name of the current part and the finished fraction of the
+# study.
 Progress = Callable[[str, float], None]
 
 
@@ -33,38 +33,38 @@ Progress = Callable[[str, float], None]
 class NumberLadder:
     """One quantity of a script along a ladder."""
 
-    name: str  #: Pattern or quantity.
-    results: Array  #: Results of all runs; of shape (R, M).
-    #: Unit of the last printed digit in the most exact run; 0 for sampled quantities.
+    name: str  #: Pattern, or name of the quantity.
+    results: Array  #: Results of M runs on each of R rungs, of shape (R, M).
+    #: Smallest unit of the last printed digit in any run; 0 for sampled quantities.
     resolution: float
-    #: Standard error of one run's mean on the finest rung, from its samples; None for other kinds
-    #: and if the samples are too few.
+    #: Standard error of one run's mean on the finest rung; None if the quantity is not a mean or
+    #: has too few samples.
     standard_error: float | None
     independent: float | None  #: Number of independent samples of one run's mean.
-    verdict: LadderVerdict  #: The kind of its error.
-    tolerance: float | None  #: Tolerance of the advice; None if unknown.
+    verdict: LadderVerdict  #: Verdict on the error.
+    tolerance: float | None  #: Tolerance that the advice meets; None if unknown.
     tolerance_reason: str  #: Reason of the default tolerance; empty if the user gave one.
-    advice: ScriptAdvice | None  #: Advice, if the ladder allows one.
-    repeats: bool  #: Whether a mean of several runs is advice as well.
+    advice: ScriptAdvice | None  #: Advice; None if the runs allow none.
+    repeats: bool  #: Whether the advice may average several runs.
 
 
 @dataclass(frozen=True)
 class ScriptLadder:
-    """One ladder of a script."""
+    """Runs and results of a script along one ladder."""
 
-    ladder: Ladder  #: Variation of the study.
-    fixed: dict[str, str]  #: Values of the variables that stay, as text.
-    #: All runs, with failed ones, in the order of execution.
+    ladder: Ladder  #: The values of the varied setting.
+    fixed: dict[str, str]  #: Values of the fixed variables, as text.
+    #: All runs, including failed ones, in the order of execution.
     runs: tuple[ScriptRun, ...]
-    given: tuple[float, ...]  #: The varied value of each of these.
-    #: Values of the varied quantity in all runs, on rungs without a failed run, coarse to fine; of
-    #: shape (R, M).
+    given: tuple[float, ...]  #: Value of the varied setting in each of `runs`.
+    #: Values of the varied setting on the rungs without a failed run, from coarse to fine, of shape
+    #: (R, M).
     inputs: Array
-    seconds: Array  #: Processor time of one run: the median of a rung; of shape (R,).
+    seconds: Array  #: Median processor time of one run on each rung, of shape (R,).
     numbers: tuple[NumberLadder, ...]  #: Results by quantity.
     #: Earliest and latest physical end time of the runs; None if unknown.
     ends: tuple[float, float] | None
-    repeatable: bool  #: Whether the same command gave the same digits twice.
+    repeatable: bool  #: Whether the same command gave the same digits again.
 
     @property
     def values(self) -> Array:
@@ -73,7 +73,7 @@ class ScriptLadder:
 
     @property
     def failed(self) -> list[tuple[float, ScriptRun]]:
-        """The runs that failed, with their values of the variable."""
+        """The failed runs, with their values of the varied setting."""
         runs = zip(self.given, self.runs, strict=True)
         return [(given, run) for given, run in runs if run.failure]
 
@@ -85,7 +85,7 @@ class ScriptLadder:
 
 @dataclass(frozen=True)
 class _Runs:
-    """Runs of one ladder; each run is executed when it is first needed."""
+    """Runs along one ladder; each run is executed when it is first needed."""
 
     runner: Runner
     varied: Varied
@@ -93,7 +93,7 @@ class _Runs:
     done: dict[tuple[int, int], ScriptRun] = field(default_factory=dict)
 
     def run(self, rung: int, column: int) -> ScriptRun:
-        """Return one run of a rung; equal whole numbers share a run."""
+        """Return one run of a rung. If values are whole numbers, equal values share a run."""
         if (rung, column) not in self.done:
             change = self.varied.change(self.fixed, rung, column)
             changes = {
@@ -124,7 +124,7 @@ class _Runs:
         return self.runner.error(where, str(run.failure))
 
     def check_ends(self) -> None:
-        """Raise an error if the runs at the two ends of the ladder show a fault."""
+        """Raise an error if the runs at the ends of the ladder show that the ladder is wrong."""
         ladder, script = self.varied.ladder, self.varied.script
         fine = self.run(ladder.rungs - 1, 0)
         if fine.failure:
@@ -139,7 +139,7 @@ class _Runs:
                 "not mention ${{ladder.name}}. Use the variable in the script"
             )
         dearer = coarse.seconds > max(_DEARER * fine.seconds, _SURELY_SECONDS)
-        # The fine end of a ladder of steps is known, so its ends cannot be exchanged.
+        # Smaller steps are always finer, so the ends of a ladder of steps cannot be exchanged.
         if dearer and self.varied.kind != "step":
             raise InputError(
                 f"a run at {ladder.name} = {ladder.coarse:g} takes {coarse.seconds:.2g} s, but "
@@ -178,7 +178,7 @@ def _with_whole_numbers(runner: Runner, varied: Varied, fixed: dict[str, str]) -
         return varied
     if not (ladder.coarse.is_integer() and ladder.fine.is_integer()):
         return varied
-    # The second run of a rung has a value that is not whole.
+    # The value of the second run of a rung is not a whole number.
     fine = _Runs(runner, varied, fixed).run(ladder.rungs - 1, 1)
     if not any(said in str(fine.failure) for said in _WANTS_WHOLE):
         return varied
@@ -242,7 +242,7 @@ def _judge(
     seconds: Array,
     tolerance: float | None,
 ) -> NumberLadder:
-    """Judge the error of one quantity, and advise a value of the varied setting."""
+    """Judge the error of one quantity, and give advice."""
     ladder, seeded = varied.ladder, bool(varied.seeds)
     found = [[run.numbers[name] for run in row] for row in rows]
     results = np.array([[each.value for each in row] for row in found])

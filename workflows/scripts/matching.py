@@ -9,27 +9,27 @@ from chaincor.lammps_inputs.arrays import Array
 from chaincor.workflows.scripts.frames import ScriptFrames
 
 IndexArray = NDArray[np.intp]
-# Two positions agree if they differ by less than this fraction of the distance of neighbours, and
-# two velocities if they differ by less than this fraction of the root mean square.
+# Two positions agree if they differ by less than _SAME_PLACE times the distance between neighbours.
+# Two velocities agree if they differ by less than _SAME_SPEED times the root-mean-square velocity.
 _SAME_PLACE, _SAME_SPEED = 1e-9, 1e-9
 
 
 @dataclass(frozen=True)
 class Match:
-    """Match between the particles of two runs at their start."""
+    """Which particles of two runs correspond, and whether they start alike."""
 
-    order: IndexArray  #: Index in the second run of each particle of the first run.
+    order: IndexArray  #: For each particle of the first run, its index in the second run.
     renumbered: bool  #: Whether ids differ, so that particles were matched by position.
-    same_places: bool  #: Whether positions agree up to roundings.
-    same_speeds: bool  #: Whether velocities agree up to roundings.
+    same_places: bool  #: Whether the positions agree up to rounding.
+    same_speeds: bool  #: Whether the velocities agree up to rounding.
 
 
 def match_particles(first: ScriptFrames, second: ScriptFrames, at: tuple[int, int]) -> Match:
     """
-    Match the particles of two runs in the frames `at`, one of each run, of the same time.
+    Match the particles of two runs in two frames of equal time.
 
-    Positions are compared in the periodic box. Velocities are compared only if both frames are the
-    first frames of their runs, because only first frames have velocities.
+    `at` gives the index of the frame in each run. Positions are compared in the periodic box.
+    Velocities are compared only if both indices are 0, because only first frames have velocities.
     """
     here, there = first.positions[at[0]], second.positions[at[1]]
     here, there = (each[np.isfinite(each[:, 0])] for each in (here, there))
@@ -69,7 +69,7 @@ def _nearest(here: Array, there: Array, edges: Array) -> IndexArray:
         np.where(box > 0.0, np.mod(each, np.where(box > 0.0, box, 1.0)), each)
         for each in (here, there)
     ]
-    # The tree of SciPy refuses a position that was rounded up to the edge of the box.
+    # SciPy's tree refuses a position that was rounded up to the edge of the box.
     wrapped = [np.where((box > 0.0) & (each >= box), 0.0, each) for each in wrapped]
     shift = np.where(box > 0.0, 0.0, np.minimum(*(each.min(axis=0) for each in wrapped)))
     tree = KDTree(wrapped[1] - shift, boxsize=box)

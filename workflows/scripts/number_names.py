@@ -1,4 +1,4 @@
-"""Name quantities with their errors for the sentences of a bottom line."""
+"""Name quantities and their errors in sentences of the bottom line."""
 
 import math
 import re
@@ -7,7 +7,8 @@ from chaincor.workflows.scripts.answers import NumberAnswer
 from chaincor.workflows.scripts.ladder_runs import NumberLadder
 
 _PLAIN = re.compile(r"[\w:\[\]]+")
-# A sentence lists at most this many quantities with their errors, and then this many by name.
+# A sentence gives the names and errors of at most _MOST_LISTED quantities. It names further ones if
+# there are at most _MOST_NAMED.
 _MOST_LISTED, _MOST_NAMED = 3, 2
 
 
@@ -17,7 +18,7 @@ def name_of(number: NumberLadder) -> str:
 
 
 def listed(answers: list[NumberAnswer]) -> str:
-    """Return the names and errors of quantities, starting with the largest error over tolerance."""
+    """Return the names and errors of quantities, sorted by the ratio of error to tolerance."""
     ranked = sorted(answers, key=lambda a: -a.error / (a.number.tolerance or 1e-300))
     said = [f"{name_in(a)} ({_error(a)})" for a in ranked[:_MOST_LISTED]]
     left = ranked[_MOST_LISTED:]
@@ -29,12 +30,12 @@ def listed(answers: list[NumberAnswer]) -> str:
 
 
 def name_in(answer: NumberAnswer) -> str:
-    """Return the name of the quantity of an answer."""
+    """Return the name of the quantity that an answer judges."""
     return name_of(answer.number)
 
 
 def _error(answer: NumberAnswer) -> str:
-    """Return the error of one run and the tolerance as text."""
+    """Write the error of one run and the tolerance."""
     known = f"error up to {answer.error:.2g}" if math.isfinite(answer.error) else "no bound"
     return (
         known
@@ -44,7 +45,7 @@ def _error(answer: NumberAnswer) -> str:
 
 
 def all_of(answers: list[NumberAnswer]) -> str:
-    """Return the names of the quantities if they are few, and otherwise their count."""
+    """Return the names of the quantities, or only their count if they are many."""
     if len(answers) <= _MOST_LISTED:
         return ", ".join(map(name_in, answers))
     return f"{len(answers)} quantities"

@@ -1,4 +1,4 @@
-"""Write the quantities of a ladder as text: a table of all, or the results and advice of one."""
+"""Write the results of a ladder: a table of all quantities, or the results of a single one."""
 
 import math
 from typing import TYPE_CHECKING
@@ -20,7 +20,7 @@ _ENOUGH_SAMPLES = 30
 
 
 def heads_of(answer: LadderAnswer, each: ScriptLadder) -> tuple[str, ...]:
-    """Return the heads of the table of all quantities."""
+    """Return the column headings for the table of all quantities."""
     finest = float(each.values[-1])
     place = f"{finest if answer.own is None else answer.own:g}"
     whose = f"{each.ladder.name} {place}" if answer.own is None else f"your {place}"
@@ -28,7 +28,7 @@ def heads_of(answer: LadderAnswer, each: ScriptLadder) -> tuple[str, ...]:
 
 
 def number_table(study: "ScriptStudy", each: ScriptLadder) -> list[str]:
-    """Return a table with one row per quantity, and the meaning of each column."""
+    """Return a table with one row per quantity, and explain its columns below it."""
     answer = answer_of(study, each)
     rows = [heads_of(answer, each), *(cells(each, row) for row in answer.numbers)]
     state = max(len(row[4]) for row in rows)
@@ -44,7 +44,7 @@ def number_table(study: "ScriptStudy", each: ScriptLadder) -> list[str]:
 
 
 def cells(each: ScriptLadder, answer: NumberAnswer) -> tuple[str, ...]:
-    """Return the cells of the row of one quantity."""
+    """Return one quantity's row of the table."""
     number, verdict = answer.number, answer.number.verdict
     value = "-"
     if verdict.value is not None and verdict.value_error is not None:
@@ -63,7 +63,7 @@ def cells(each: ScriptLadder, answer: NumberAnswer) -> tuple[str, ...]:
 
 
 def _meanings(study: "ScriptStudy", each: ScriptLadder, answer: LadderAnswer) -> list[str]:
-    """Return the meaning of each column, and the reasons for the tolerances."""
+    """Explain each column and the tolerances."""
     name = each.ladder.name
     limit = f"very small {name}s" if name == "timestep" else f"the fine end of {name}"
     at = f"the finest {name}" if answer.own is None else f"your {name}"
@@ -87,7 +87,7 @@ def _meanings(study: "ScriptStudy", each: ScriptLadder, answer: LadderAnswer) ->
 def number_rows(
     study: "ScriptStudy", each: ScriptLadder, number: NumberLadder
 ) -> list[tuple[str, str]]:
-    """Return the results of one quantity as pairs of heading and text, with the advice last."""
+    """Return the results of one quantity, and the advice, as pairs of heading and text."""
     verdict = number.verdict
     said = [("verdict", f"{verdict.kind}: {verdict.reason}")]
     if verdict.order is not None and verdict.order_error is not None:
@@ -157,7 +157,7 @@ def advise(study: "ScriptStudy", each: ScriptLadder, number: NumberLadder) -> st
 
 
 def run_longer(independent: float) -> str:
-    """Return the factor by which a run must be longer for an error bar."""
+    """Return by which factor a run must be longer before its mean has an error bar."""
     if not math.isfinite(independent):
         return ""
     factor = factor_for_bar(independent)
@@ -165,7 +165,7 @@ def run_longer(independent: float) -> str:
 
 
 def factor_for_bar(independent: float) -> int:
-    """Return the factor by which a run must be longer for an error bar of its mean."""
+    """Return by which factor a run with this many independent samples must be longer."""
     return max(math.ceil(_ENOUGH_SAMPLES / max(independent, 1.0)), 2)
 
 
@@ -175,7 +175,7 @@ def correlation_times(independent: float) -> str:
 
 
 def with_bar(value: float, error: float) -> str:
-    """Format a value with the digits that its error bar leaves significant."""
+    """Format a value with its significant digits according to its error bar."""
     if not error > 0.0:
         return f"{value:.12g} +- {error:.1e}"
     digits = min(max(1 - math.floor(math.log10(error)), 0), 16)

@@ -1,9 +1,9 @@
 """
 Compare runs that should differ only by roundings: process count, last digit, restart.
 
-In chaotic motion, the distance of the runs grows as exp(lambda t) until the runs have parted. In a
-crystal, the distance does not grow. A difference from the beginning has another cause, which the
-module names.
+In chaotic motion, the distance between the runs grows as exp(lambda t) until the runs have parted.
+In a crystal, the distance does not grow. If the runs differ from the beginning, the cause is no
+rounding, and the module looks for it.
 """
 
 import math
@@ -25,32 +25,33 @@ from chaincor.workflows.scripts.restarting import Halfway
 from chaincor.workflows.scripts.script_run import Runner, ScriptRun
 from chaincor.workflows.scripts.varied import LAST_DIGIT, RANKS, RESTART, Varied
 
-# Runs count as parted if their particles are this many distances of neighbours apart.
+# Runs have parted if their particles differ by more than this fraction of the distance between
+# neighbours.
 PARTED = 0.01
-# Roundings cause at most the first difference during the first part of a run, whose length is the
-# second number.
+# During the first part of a run, of relative length _EARLY, roundings cause at most the distance
+# _AT_ONCE.
 _AT_ONCE, _EARLY = 1e-6, 0.1
-# A last digit displaces the particles by this fraction of the length of the box.
+# A change of the last digit displaces the particles by this fraction of the box length.
 _SHAKEN = 1e-15
-# The growth is fitted from this multiple of the smallest rounding on.
+# The growth rate is fitted to distances above this multiple of the smallest one.
 _GROWN_FROM = 1e3
 _SURE = 3.0
-# Over a run, roundings change a quantity by at most this fraction.
+# Without chaos, roundings change a quantity by at most this fraction.
 _ROUNDING = 1e-10
-# Times are sums of steps, so equal times can differ by roundings.
+# Times are sums of steps, so equal times can differ by rounding, at most by this fraction.
 _SAME_TIME = 1e-9
 
 
 @dataclass(frozen=True)
 class Difference:
-    """One quantity in two runs."""
+    """Difference in one quantity between two runs."""
 
     value: float  #: Value in the first run.
     difference: float  #: Value in the second run minus the value in the first run.
-    #: Standard error of the difference; nan unless the quantity is a mean, inf with too few
-    #: samples.
+    #: Standard error of the difference; nan unless the quantity is a mean, inf if the samples are
+    #: too few.
     error: float
-    independent: float  #: Number of independent samples of a mean.
+    independent: float  #: Number of independent samples in the shorter of two means.
 
     @property
     def is_rounding(self) -> bool:
@@ -67,19 +68,21 @@ class Difference:
 
 @dataclass(frozen=True)
 class PartingComparison:
-    """Comparison of a run with the first run."""
+    """Comparison of one run with the first run."""
 
-    what: str  #: The difference between their set-ups.
-    #: ``same``: all digits agree; ``together``: roundings stay invisible; ``chaos``: roundings grow
-    #: until the runs have parted; ``at once``: more than roundings from the beginning.
+    what: str  #: How the runs were set up differently.
+    #: ``same``: all digits agree; ``together``: the runs differ only by roundings; ``chaos``:
+    #: roundings grow until the runs have parted; ``at once``: the runs differ by more than
+    #: roundings from the beginning.
     kind: str
-    parted: float | None  #: Physical time at which the runs had parted.
-    growth: float | None  #: lambda, the rate at which the distance grew.
-    #: Root-mean-square distance between the runs' particles, in distances of neighbours, at times
-    #: of shape (S,).
+    parted: float | None  #: Physical time at which the runs had parted; None if they did not part.
+    growth: float | None  #: Rate lambda at which the distance grew; None if unknown.
+    #: Times of the frames that both runs have, of shape (S,).
     times: Array
-    distances: Array  #: See ``times``.
-    numbers: dict[str, Difference]  #: By name.
+    #: Root-mean-square distance between the runs' particles, in units of the distance between
+    #: neighbours, of shape (S,).
+    distances: Array
+    numbers: dict[str, Difference]  #: Differences between the runs, by quantity.
     renumbered: bool = False  #: Whether ids differed, so that particles were matched by position.
     causes: tuple[
         str, ...
@@ -91,7 +94,7 @@ class PartingComparison:
 
 
 def compare_runs(runner: Runner, varied: Varied) -> tuple[PartingComparison, ...]:
-    """Compare each run with the first run, for processes, last digit, restart or switch."""
+    """Execute the runs that `varied` describes, and compare each of them with the first."""
     what, values = varied.switch
     start: Halfway | None = None
     if varied.kind == RANKS:
@@ -143,7 +146,7 @@ def _run(runner: Runner, name: str, **change: object) -> ScriptRun:
 
 
 def _common_times(first: ScriptFrames, second: ScriptFrames) -> tuple[IndexArray, IndexArray]:
-    """Return the indices of frames of two runs that have the same times."""
+    """Return the indices of the frames in two runs that have equal times."""
     span = max(float(first.times[-1]), 1e-300)
     places = np.searchsorted(first.times, second.times - _SAME_TIME * span)
     places = np.minimum(places, len(first.times) - 1)
@@ -154,7 +157,7 @@ def _common_times(first: ScriptFrames, second: ScriptFrames) -> tuple[IndexArray
 def _compare(
     varied: Varied, asked: RequestedNumbers, what: str, first: ScriptRun, second: ScriptRun
 ) -> PartingComparison:
-    """Compare two runs by the growth of their distance and by their quantities."""
+    """Compare two runs: the distance between their particles, and their quantities."""
     assert first.frames is not None
     assert second.frames is not None
     ours, theirs = _common_times(first.frames, second.frames)
@@ -192,7 +195,7 @@ def _compare(
 def _differences(
     asked: RequestedNumbers, first: ScriptRun, second: ScriptRun
 ) -> dict[str, Difference]:
-    """Return the differences of quantities; samples are compared over the common time."""
+    """Return the differences in the quantities, for samples over their common time."""
     found = {}
     sampled = {str(each): each for each in asked.quantities}
     for name in first.numbers:
@@ -211,10 +214,11 @@ def _differences(
 
 def judge_distances(times: Array, distances: Array) -> tuple[str, float | None, float | None]:
     """
-    Return the verdict on a distance, the time at which runs part, and the growth rate.
+    Judge the distance between two runs, and return verdict, parting time and growth rate.
 
     The growth rate is the slope of the distance's logarithm, fitted between a thousand times the
-    smallest rounding and a visible distance. It is None if the distance stays smaller.
+    smallest distance above 0 and the distance at which the runs have parted. The parting time and
+    the growth rate are None if the runs do not part.
     """
     if not np.any(distances > 0.0):
         return "same", None, None

@@ -1,4 +1,4 @@
-"""Find why runs differ from the beginning, in the script and in the first frames."""
+"""Find why two runs differ from the beginning."""
 
 import re
 
@@ -9,7 +9,7 @@ from chaincor.workflows.scripts.varied import RANKS, RESTART, Varied
 
 
 def find_causes(varied: Varied, match: Match) -> tuple[str, ...]:
-    """Return likely causes of a difference from the beginning, with the likeliest cause first."""
+    """Return the likely causes of an early difference, with the likeliest cause first."""
     commands = varied.script.commands
     found: list[str] = []
     if not match.same_places:

@@ -11,12 +11,12 @@ from chaincor.workflows.scripts.samples import Samples
 from chaincor.workflows.scripts.script_text import Command, ScriptText
 from chaincor.workflows.scripts.step_counts import plain_style
 
-# LAMMPS's warning about a run without a fix that integrates.
+# LAMMPS warns with this message if a run has no fix that integrates.
 _STANDS_STILL = re.compile(r"WARNING: No fixes with time integration")
-# LAMMPS's warning about two fixes that integrate the same atoms.
+# LAMMPS warns with this message if two fixes integrate the same atoms.
 _MOVES_TWICE = re.compile(r"WARNING: One or more atoms are time integrated more than once")
 _INTEGRATORS = ("nve", "nvt", "npt", "nph", "rigid", "move", "brownian", "bd/", "poems")
-# LAMMPS ends each run with the number of atoms.
+# At the end of each run, LAMMPS prints the number of atoms.
 _ATOMS = re.compile(r"^Loop time of .* with (\d+) atoms?", re.MULTILINE)
 _RUNS = re.compile(r"\brun\b")
 
@@ -25,7 +25,7 @@ def check_steps_of_script(script: ScriptText, command: Iterable[str]) -> None:
     """
     Raise InputError if a script has no run, or chooses its timestep itself.
 
-    `command` are the words of the study's command, for the message.
+    The message contains `command`, the words of the study's command.
     """
     found = script.commands
     if script.whole and not any(_RUNS.search(each.text) for each in found):
@@ -50,8 +50,8 @@ def check_motion(
     """
     Raise InputError if nothing moves in a run of a script, or if atoms move twice in a step.
 
-    `lengths` are the first step and the number of steps of each run, `screen` is what LAMMPS
-    printed.
+    `lengths` gives the first step and the number of steps for each run. `screen` is LAMMPS's
+    output.
     """
     name, counts = script.path.name, [count for _, count in lengths]
     if counts and not any(counts):
@@ -76,8 +76,8 @@ def check_motion(
 
 
 def _is_at_rest(samples: Samples, screen: str) -> bool:
-    """Return whether the kinetic energy is 0 and all other samples are constant."""
-    # LAMMPS's kinetic energy leaves out the motion of the centre of mass, so it is 0 for one atom.
+    """Return whether the kinetic energy is 0 and all other sampled quantities are constant."""
+    # LAMMPS's kinetic energy excludes the motion of the centre of mass, so it is 0 for one atom.
     atoms = [int(each) for each in _ATOMS.findall(screen)]
     if not atoms or min(atoms) < 2:
         return False

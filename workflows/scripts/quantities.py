@@ -1,4 +1,4 @@
-"""Read the requested quantities of a run, and search for printed numbers."""
+"""Read which quantities the user requests, and search for printed numbers."""
 
 import json
 import math
@@ -24,11 +24,11 @@ _ENERGIES = (
     *("edihed", "eimp", "emol", "elong", "etail", "enthalpy"),
 )
 _QUANTITY = re.compile(r"(?P<what>[cfv]_\w+(\[\d+\])*|[a-z][a-z0-9]*)(:(?P<kind>\w+))?", re.ASCII)
-# A pattern may take very long or fill the memory, so a separate process tries it for at most this
-# time.
+# The search for a pattern may take very long or fill the memory. It therefore runs in a separate
+# process, for at most this time.
 PATTERN_SECONDS = 10.0
 _LONGEST_PATTERN = 1000
-# The last match counts, so the search reads only the end of a long output.
+# Only the last match counts, so only the end of a long output is searched.
 _MOST_BYTES = 8_000_000
 _PROGRAM = """
 import json, re, sys
@@ -56,10 +56,10 @@ class ObservedNumber:
 
     value: float  #: Value of the quantity.
     unit: float = 0.0  #: Unit of the last printed digit; 0 for sampled quantities.
-    #: Standard error of a mean, from the samples of this run; inf with too few samples, nan for
-    #: other kinds.
+    #: Standard error of a mean, from the samples of this run; inf if the samples are too few, nan
+    #: if the quantity is not a mean.
     error: float = math.nan
-    independent: float = math.nan  #: Number of independent samples behind a mean.
+    independent: float = math.nan  #: Number of independent samples in a mean.
 
 
 @dataclass(frozen=True)
@@ -69,9 +69,9 @@ class Quantity:
     what: (
         str  #: Name of the quantity in LAMMPS's formulas: ``etotal``, ``c_1``, ``c_1[2]``, ``v_x``.
     )
-    #: ``mean`` over the second half of the run, ``last`` value, ``drift`` (slope of the line
-    #: through the samples of the whole run, times its length) or ``fluctuation`` (standard
-    #: deviation about that line).
+    #: ``mean`` over the second half of the run, ``last`` value, ``drift`` or ``fluctuation``. A
+    #: line is fitted to the samples of the whole run. The drift is its slope times the length of
+    #: the run, and the fluctuation is the standard deviation about the line.
     kind: str
 
     @property
@@ -85,25 +85,26 @@ class Quantity:
 
 @dataclass(frozen=True)
 class RequestedNumbers:
-    """Numbers that a study reads from each run."""
+    """Quantities that a study reads from each run."""
 
-    pattern: str | None  #: Regular expression of a number that the script prints.
-    quantities: tuple[Quantity, ...]  #: Numbers that are sampled.
+    #: Regular expression for a number that the script prints; None without such a number.
+    pattern: str | None
+    quantities: tuple[Quantity, ...]  #: Quantities that are sampled during the run.
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Names of the quantities."""
+        """Names of all requested quantities, with the pattern first."""
         return (*([] if self.pattern is None else [self.pattern]), *map(str, self.quantities))
 
     @property
     def sampled(self) -> tuple[str, ...]:
-        """Sampled quantities, each once, and the kinetic energy if energy changes need a scale."""
+        """Names of the sampled quantities, and the kinetic energy if a tolerance needs it."""
         scale = ["ke"] if any(each.is_energy_change for each in self.quantities) else []
         return tuple(dict.fromkeys([*(each.what for each in self.quantities), *scale]))
 
 
 def read_quantity(text: str) -> Quantity:
-    """Read ``KEYWORD`` or ``KEYWORD:KIND``; raises InputError for anything else."""
+    """Read ``KEYWORD`` or ``KEYWORD:KIND``; raise InputError for other text."""
     found = _QUANTITY.fullmatch(text)
     kind = found["kind"] or "mean" if found else ""
     if not found or kind not in KINDS:
@@ -115,7 +116,7 @@ def read_quantity(text: str) -> Quantity:
 
 
 def read_asked(quantities: Sequence[str], observable: str | None) -> RequestedNumbers:
-    """Read the requested quantities; raises InputError if one is invalid or given twice."""
+    """Read the requested quantities; raise InputError if one is invalid or given twice."""
     if observable is not None:
         check_pattern(observable)
     texts = tuple(quantities) if quantities or observable is not None else ALL
@@ -153,9 +154,9 @@ def check_pattern(pattern: str) -> None:
 
 def find_observable(pattern: str, output: Path) -> ObservedNumber:
     """
-    Return the number of a pattern's last match in a script's output.
+    Return the number in the last match of a pattern in a script's output.
 
-    Raises RunError if nothing matches, if the match is no finite number, or if the search takes too
+    Raise RunError if nothing matches, if the match is no finite number, or if the search takes too
     long.
     """
     answer = _search(pattern, end_of(output, _MOST_BYTES))
@@ -187,7 +188,7 @@ def read_observed(pattern: str, text: str | None) -> ObservedNumber:
 
 
 def _search(pattern: str, text: str) -> dict[str, Any] | None:
-    """Search in a separate process, and return None if the search had to be stopped."""
+    """Search in a separate process; return None if the search had to be stopped."""
     try:
         done = subprocess.run(
             [sys.executable, "-I", "-S", "-c", _PROGRAM],

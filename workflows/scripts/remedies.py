@@ -1,4 +1,4 @@
-"""Write sentences on quantities without an answer, with a command that would give the answer."""
+"""Write which quantities could not be judged, and a command that would judge them."""
 
 import math
 import shlex
@@ -17,29 +17,29 @@ from chaincor.workflows.scripts.step_counts import periods_in_steps
 if TYPE_CHECKING:
     from chaincor.workflows.scripts.study import ScriptStudy
 
-# A proposed command has at most this many runs per rung, a fine end finer by this factor, and this
-# number of rungs.
+# A proposed command has at most _MOST_PHASES runs per rung, _RUNGS rungs, and a fine end that is
+# finer by the factor _FINER.
 _MOST_PHASES, _FINER, _RUNGS = 100, 8.0, 6
-# If the step does not change a quantity, the proposed ladder begins at this multiple of the coarse
-# end.
+# If the step does not change a quantity, the proposed ladder begins at this multiple of the present
+# coarse end.
 _COARSER = 8.0
 _TWICE = 2.0
-# A proposed fine end is finer by at most the first factor, and a proposed run is longer than the
-# script's by at most the second factor.
+# A proposed fine end is finer by at most the factor _FINEST, and a proposed run is longer by at
+# most the factor _MOST_LONGER.
 _FINEST, _MOST_LONGER = 1e4, 100.0
-# Extrapolations by the order aim at this fraction of the tolerance.
+# Extrapolations with the convergence order aim at this fraction of the tolerance.
 _AIM = 0.5
 
 
 class Remedy(NamedTuple):
-    """Remedy that would let the runs judge some quantities."""
+    """Proposal for a study that would judge the remaining quantities."""
 
-    text: str  #: A sentence, with a command at its end.
-    longer: float = 1.0  #: Factor by which the remedy makes the runs longer.
+    text: str  #: A sentence that ends with a command.
+    longer: float = 1.0  #: Factor by which the proposal makes the runs longer.
 
 
 def unanswered(study: "ScriptStudy", each: ScriptLadder, answer: LadderAnswer) -> list[str]:
-    """Return sentences on quantities without an answer, each with a command for an answer."""
+    """Write which quantities could not be judged, and commands that would judge them."""
     beyond, hidden = answer.in_state("beyond"), answer.in_state("not judged")
     said = [_no_value(each, beyond)] if beyond else []
     said += [_not_judged(each, hidden)] if hidden else []
@@ -51,19 +51,19 @@ def unanswered(study: "ScriptStudy", each: ScriptLadder, answer: LadderAnswer) -
 
 
 def times_longer(study: "ScriptStudy", each: ScriptLadder, answer: LadderAnswer) -> float:
-    """Return the factor by which the last remedy makes the runs longer, which may be 1."""
+    """Return the factor by which the proposed runs are longer, which may be 1."""
     left = [*answer.in_state("beyond"), *answer.in_state("not judged")]
     return _remedy(study, each, left).longer if left else 1.0
 
 
 def no_change(each: ScriptLadder) -> str:
-    """Say that the study tested nothing, because each quantity is the same in all runs."""
+    """Write that the study tested nothing, because no quantity differs between the runs."""
     time = "" if each.ends is None else f" in this time of {each.ends[1]:.4g}"
     return f"No quantity changes{time}, so the {each.ladder.name} cannot be judged."
 
 
 def _not_judged(each: ScriptLadder, hidden: list[NumberAnswer]) -> str:
-    """Name the quantities whose errors are too uncertain."""
+    """Write for which quantities scatter hides the error."""
     one, ladder = len(hidden) == 1, each.ladder
     text = f"{listed(hidden)} {'is' if one else 'are'} not judged: the scatter between runs hides "
     text += f"any effect of the {ladder.name}."
@@ -77,7 +77,7 @@ def _not_judged(each: ScriptLadder, hidden: list[NumberAnswer]) -> str:
 
 
 def _no_value(each: ScriptLadder, beyond: list[NumberAnswer]) -> str:
-    """Name the quantities that are not accurate enough even at the finest value of the ladder."""
+    """Write which quantities are not accurate enough even at the finest value."""
     ladder, finest = each.ladder, float(each.values[-1])
     worst = max((a.number for a in beyond), key=_left)
     best = float(worst.verdict.promised[-1])
@@ -91,12 +91,13 @@ def _no_value(each: ScriptLadder, beyond: list[NumberAnswer]) -> str:
 
 
 def _remedy(study: "ScriptStudy", each: ScriptLadder, answers: list[NumberAnswer]) -> Remedy:
-    """Return a sentence that ends with a command that would judge some quantities."""
+    """Propose a command that would judge the quantities in `answers`."""
     numbers = [a.number for a in answers]
     varied = study.varied
     counting = next(periods_in_steps(study.counts), None)
     if counting is not None and not varied.scale_periods:
-        # The changed period may affect the result more than the step does.
+        # A period in steps changes with the step, and may affect the result more than the step
+        # itself.
         command = [*study.command, *_given(study), "--scale-periods"]
         said = f"{counting.command} counts steps: to keep its period in time, run"
         said = said[0].upper() + said[1:]
@@ -106,12 +107,12 @@ def _remedy(study: "ScriptStudy", each: ScriptLadder, answers: list[NumberAnswer
         command = [*study.command, "--vary", _extended(study, each, numbers)]
         return Remedy(f"To find one, run: {shlex.join(command)}")
     command = [*study.command, *_given(study)]
-    # The bias falls as one over the square root of the number of runs, or of their length.
+    # The uncertainty falls as one over the square root of the number of runs or their length.
     ratios = [float(np.min(n.verdict.bias)) / (n.tolerance or 1e-300) for n in noisy]
     more = max(_TWICE, *((_TWICE * ratio) ** 2 for ratio in ratios))
     if not all(number.repeats for number in noisy):
         if not _is_random(study):
-            # Nearby steps then scatter because of the step, so more of them are run.
+            # The results then scatter only because the steps differ, so more nearby steps are run.
             ladder = ["--vary", _extended(study, each, noisy)]
             return _more_runs(each, [*study.command, *ladder], "--phases", 2 * varied.columns)
         return _more_runs(each, command, "--seeds", max(2 * varied.columns, 8))
@@ -124,14 +125,14 @@ def _remedy(study: "ScriptStudy", each: ScriptLadder, answers: list[NumberAnswer
 
 
 def _more_runs(each: ScriptLadder, command: list[str], option: str, count: int) -> Remedy:
-    """Return a command with more runs at each value, and the meaning of its option."""
+    """Propose a command with more runs at each value."""
     runs = "seeds" if option == "--seeds" else "runs"
     said = f"To judge with {count} {runs} at each {each.ladder.name}, run"
     return Remedy(f"{said}: {shlex.join([*command, option, str(count)])}")
 
 
 def _is_random(study: "ScriptStudy") -> bool:
-    """Return whether the script draws random numbers that seeds change."""
+    """Return whether the script draws random numbers."""
     words = [command.words for command in study.varied.script.commands]
     return study.varied.own_seed or any(
         draws_forces(each) or (each[0] == "velocity" and "create" in each) for each in words
@@ -139,7 +140,7 @@ def _is_random(study: "ScriptStudy") -> bool:
 
 
 def _left(number: NumberLadder) -> float:
-    """Return the ratio of the error at the finest value to the tolerance."""
+    """Return the error at the finest value in units of the tolerance."""
     return float(number.verdict.promised[-1]) / (number.tolerance or 1e-300)
 
 
@@ -148,7 +149,7 @@ def _rounded(factor: float) -> str:
 
 
 def _extended(study: "ScriptStudy", each: ScriptLadder, numbers: Sequence[NumberLadder]) -> str:
-    """Return a ladder that would reach the tolerances, extrapolated by known orders."""
+    """Return the option for a ladder whose fine end is expected to meet the tolerances."""
     factors = [_TWICE]
     for number in numbers:
         order = number.verdict.order or (1.0 if number.verdict.kind == "irregular" else None)
@@ -159,7 +160,7 @@ def _extended(study: "ScriptStudy", each: ScriptLadder, numbers: Sequence[Number
 
 
 def _given(study: "ScriptStudy") -> list[str]:
-    """Return the options that gave the ladder of a study; empty for the script's own step."""
+    """Return the options that define the ladder of a study; empty for the default ladder."""
     if study.own_step is not None:
         return []
     given = study.varied.ladder
@@ -170,7 +171,7 @@ def _given(study: "ScriptStudy") -> list[str]:
 
 
 def _finer(study: "ScriptStudy", each: ScriptLadder, factor: float) -> str:
-    """Return a ladder that starts at the fine end of this one, or at the script's own step."""
+    """Return the option for a ladder that continues towards finer values."""
     ladder, finest = each.ladder, float(each.values[-1])
     fine = finest / factor if ladder.fine < ladder.coarse else finest * factor
     value = float(round(fine)) if ladder.counts else float(f"{fine:.2g}")
@@ -182,7 +183,7 @@ def _finer(study: "ScriptStudy", each: ScriptLadder, factor: float) -> str:
 def _of_constants(
     study: "ScriptStudy", each: ScriptLadder, numbers: list[NumberLadder], *, alone: bool
 ) -> str:
-    """Name the quantities that are the same in all runs; if all are, add a command."""
+    """Write which quantities do not differ between the runs; if none differs, propose a command."""
     ladder, coarsest = each.ladder, float(each.values[0])
     found = {float(number.results.flat[0]) for number in numbers}
     value = f"{found.pop():g}" if len(found) == 1 else "the same"

@@ -1,10 +1,10 @@
-"""Write a restart halfway through a script, and make a script begin with it."""
+"""Add commands that write a restart file halfway through a script or read this file."""
 
 from dataclasses import dataclass
 from pathlib import Path
 
-# `read_restart` replaces the first commands, which make the box. The other commands are dropped,
-# because they change a state that the restart file contains.
+# `read_restart` replaces the commands in _MAKE_BOX. The commands in _CHANGE_STATE are dropped,
+# because the restart file already contains the state that they produce.
 _MAKE_BOX = ("read_data", "create_box", "read_restart")
 _CHANGE_STATE = (
     *("create_atoms", "replicate", "read_dump", "velocity", "displace_atoms", "set", "mass"),
@@ -17,15 +17,15 @@ _CHANGE_STATE = (
 class Halfway:
     """The middle of a script's last long run."""
 
-    run: int  #: Number of the `run`, from 1, in the order of execution.
+    run: int  #: Number of the `run` in the order of execution, counted from 1.
     start: int  #: Step at which the run begins.
     step: int  #: Step at which the restart is written.
     end: int  #: Step at which the run ends.
-    file: Path  #: Name of the restart file, without the dot and the step at its end.
-    reads: bool = False  #: Whether a script reads the restart instead of writing it.
+    file: Path  #: Name of the restart file without its last part, the dot and the step.
+    reads: bool = False  #: Whether the script reads the restart file instead of writing it.
 
     def replace_set_up(self, words: list[str]) -> list[str] | None:
-        """Return the replacement of a command that precedes the restart, or None to keep it."""
+        """Return the commands that replace one before the restart; None to keep the command."""
         name = words[0]
         if name in _MAKE_BOX:
             read = f"read_restart {self.file}.{self.step}"
@@ -36,7 +36,7 @@ class Halfway:
         return [] if name in _CHANGE_STATE or static_group else None
 
     def before(self) -> list[str]:
-        """Return the commands that precede each run and write the restart."""
+        """Return the commands that are added before each run and write the restart file."""
         once = f"ternary(step<{self.step},{self.step},{self.end * 1000})"
         return [
             f'if "${{chaincor_run}} == {self.run}" then '

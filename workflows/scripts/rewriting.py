@@ -1,9 +1,10 @@
 """
-Rewrite a user's script: other steps for the same time, samples, no dumps.
+Rewrite a user's script for one run of a study.
 
-Only commands that run steps, write frames, or set a varied quantity are edited. Each ``run`` gets
-its own step, which divides the time of the run. Between runs the script's own step is restored, so
-formulas of ``dt`` keep their values.
+The new script has another timestep but covers the same simulated time, writes samples, and writes
+no dumps. Only commands that run steps, write frames, or set a varied quantity are edited. Each
+``run`` gets its own step, which divides its simulated time evenly. Between runs the script's own
+step is restored, so formulas with ``dt`` keep their values.
 """
 
 import re
@@ -12,13 +13,13 @@ from pathlib import Path
 from chaincor.lammps_inputs.commands import join_lines
 from chaincor.workflows.scripts.change import Change
 
-# A run takes about this many samples.
+# Each run takes about this many samples.
 SAMPLES = 200
 SAMPLE_FILE, FRAME_FILE = "chaincor_samples.txt", "chaincor_frames.txt"
 START_FILE, STEP_FILE = "chaincor_start.txt", "chaincor_step.txt"
 _BEFORE, _AFTER, _SAMPLE = "chaincor_before.in", "chaincor_after.in", "chaincor_sample.in"
 _LEFT_OUT = ("dump", "undump", "dump_modify", "restart")
-# This harmless command replaces a command that is left out.
+# This command without effect replaces a dropped command.
 _NOTHING = "variable chaincor_none string 0"
 _NO_VALUES = ("loop", "delete", "world", "universe", "uloop")
 _RESETS = ("reset_timestep", "read_restart")
@@ -27,7 +28,7 @@ _QUOTED = re.compile(r"\"([^\"]*)\"|'([^']*)'")
 
 
 def rewrite_folder(folder: Path, script: Path, change: Change) -> None:
-    """Rewrite a copy of the script and of the files that it may include, and write added files."""
+    """Rewrite the copied script and the files that it may include, and add files."""
     for path in folder.rglob("*"):
         if path == script or _may_be_included(path):
             path.write_text(rewrite(path.read_text("utf-8", "replace"), folder, change), "utf-8")
@@ -46,7 +47,7 @@ def _may_be_included(path: Path) -> bool:
 
 
 def rewrite(text: str, folder: Path, change: Change) -> str:
-    """Return the text of a script with its commands changed."""
+    """Return the text of a script after its commands were changed."""
     lines: list[str] = []
     for raw, command in join_lines(text):
         words = command.split()
@@ -59,14 +60,14 @@ def rewrite(text: str, folder: Path, change: Change) -> str:
 
 
 def _quoted(found: re.Match[str], folder: Path, change: Change) -> str:
-    """Rewrite a command in quotes, as after ``then``."""
+    """Rewrite a command in quotes, for example after ``then``."""
     quote, text = found[0][0], found[1] if found[1] is not None else found[2]
     commands = _command(text, folder, change)
     return " ".join(f"{quote}{each}{quote}" for each in commands or [_NOTHING])
 
 
 def _command(command: str, folder: Path, change: Change) -> list[str]:
-    """Return the replacement of a command."""
+    """Return the commands that replace one command."""
     words = command.split()
     if not words:
         return [command]
@@ -91,18 +92,18 @@ def _command(command: str, folder: Path, change: Change) -> list[str]:
     before = change.set_numbers(words)
     if words[:2] == ["thermo_style", "custom"]:
         if not change.printed:
-            # LAMMPS prints the values of many fixes only at multiples of their period, and a run
-            # with another step seldom ends at a multiple. A constant in place of such a value keeps
-            # the number of columns.
+            # LAMMPS prints the values of many fixes only at multiples of their period, but a run
+            # with another step seldom ends at a multiple. Such a value is therefore replaced by a
+            # word that keeps the number of columns.
             words = ["time" if re.match(r"[fv]_", word) else word for word in words]
-        # LAMMPS evaluates only keywords that are in its thermo output.
+        # LAMMPS evaluates only thermo keywords that are in its output.
         keywords = [each for each in change.quantities if not re.match(r"[cfv]_", each)]
         words += [each for each in keywords if each not in words]
     return [*before, " ".join(words)] if before or words != command.split() else [command]
 
 
 def timed_run(words: list[str], folder: Path) -> list[str]:
-    """Return a run with commands around it that set its step and scale its numbers of steps."""
+    """Return a run command, and commands around it that set the step and the number of steps."""
     options, limits = ["run", "${chaincor_m}"], {}
     upto, block, pre = False, "${chaincor_n}", True
     rest = iter(words[2:])
@@ -128,7 +129,7 @@ def timed_run(words: list[str], folder: Path) -> list[str]:
     ]
     for word, value in limits.items():
         name = f"chaincor_{word}"
-        # Rounded numbers of steps must not shorten the run.
+        # A rounded number of steps must not shorten the run.
         least = "0" if word == "start" else "step+v_chaincor_m"
         lines += [
             f"variable {name} string {value}",
@@ -158,7 +159,7 @@ def included_files(folder: Path, change: Change) -> dict[str, str]:
         string("m", "ternary(v_chaincor_n<1,0,round(v_chaincor_p*v_chaincor_b))"),
     ]
     if change.finer == 1.0:
-        # These commands run the script without changes.
+        # With these commands the numbers of steps stay unchanged.
         before[6:] = [string("p", "v_chaincor_u"), string("m", "v_chaincor_n")]
     if change.shaken:
         shake = (
@@ -173,7 +174,7 @@ def included_files(folder: Path, change: Change) -> dict[str, str]:
     if halfway is not None and not halfway.reads:
         before += halfway.before()
     elif halfway is not None:
-        # Runs before the restart take no step.
+        # Runs before the restart have no steps.
         this = f"(v_chaincor_run=={halfway.run})"
         before.append(string("m", f"{this}*({halfway.end}-step)"))
         before.append(string("n", "v_chaincor_m"))
@@ -193,14 +194,14 @@ def included_files(folder: Path, change: Change) -> dict[str, str]:
     columns = columns.replace(" ", " $(step) ", 1) if change.quantities else columns + " $(step)"
     start = [f"v_chaincor_s{k}" for k in range(1 + len(change.quantities))]
     sample = [
-        # The last sample shows the end of the run.
+        # The last sample is taken at the end of the run.
         string("from", "step+v_chaincor_m-v_chaincor_e*floor(v_chaincor_m/v_chaincor_e)"),
         "variable chaincor_to string $(step+v_chaincor_m:%.15g)",
         "variable chaincor_at equal stride(${chaincor_from},${chaincor_to},${chaincor_e})",
         f'fix chaincor all print v_chaincor_at "{columns}" append {folder / SAMPLE_FILE} '
         'screen no title ""',
-        # `fix print` leaves out the first step, so `fix ave/time` writes it. Its period is such
-        # that no later step is a multiple, except for the doubled step of a restart.
+        # `fix print` skips the first step, so `fix ave/time` writes this step. Its period is chosen
+        # so that no later step is a multiple of the period, except twice the step of a restart.
         string("period", "ternary(step<1,1000000000,step)"),
         *(
             f"variable {name[2:]} equal {each}"
@@ -211,7 +212,7 @@ def included_files(folder: Path, change: Change) -> dict[str, str]:
         f"{' '.join(start)} format ' %.17g' file {folder / START_FILE}\"",
     ]
     if any(each.startswith("f_") for each in change.quantities):
-        # A fix may have no value yet at the first step.
+        # At the first step, a fix may not have a value yet.
         sample.pop()
     if change.frames:
         frames = folder / FRAME_FILE

@@ -10,18 +10,19 @@ from chaincor.lammps_inputs.arrays import Array
 from chaincor.workflows.errors import RunError
 from chaincor.workflows.scripts.quantities import ObservedNumber, Quantity
 
-# A mean is taken over this fraction of the run, at its end.
+# A mean covers this fraction of the run, at its end.
 SHARE = 0.5
-# The error of a mean and a drift need at least this many samples.
+# The error of a mean, and a drift, need at least this many samples.
 LEAST_SAMPLES = 8
 
 
 @dataclass(frozen=True)
 class Samples:
-    """Time series of the quantities that one run sampled."""
+    """Time series of quantities in one run."""
 
-    times: Array  #: Physical times, from the start of the first run to the end; of shape (S,).
-    values: dict[str, Array]  #: Series by quantity; of shape (S,).
+    #: Physical times from the start of the first ``run`` to the end of the last, of shape (S,).
+    times: Array
+    values: dict[str, Array]  #: Series of each quantity, of shape (S,).
 
     @property
     def end(self) -> float:
@@ -29,7 +30,7 @@ class Samples:
         return float(self.times[-1])
 
     def window(self, kind: str) -> tuple[float, float]:
-        """Return the first and last time of the window for a kind of quantity."""
+        """Return the first and last time that a kind of quantity covers."""
         first, last = float(self.times[0]), self.end
         if kind == "last":
             return last, last
@@ -37,16 +38,17 @@ class Samples:
 
     def number(self, quantity: Quantity, start: float | None = None) -> ObservedNumber:
         """
-        Return a quantity of the run; the error of a mean takes correlation into account.
+        Return the value of a quantity, and for a mean its error.
 
-        `start`, if given, is the physical time at which the window begins.
+        The error of a mean allows for the correlation between samples. The window begins at the
+        physical time `start`, if given, or at its default time.
         """
         all_values = self.values[quantity.what]
         if quantity.kind == "last":
             return ObservedNumber(float(all_values[-1]))
         times, values = self._inside(quantity, start)
-        # The trapezoidal rule makes means independent of the sample times, which depend on the time
-        # step.
+        # Sample times depend on the time step. The trapezoidal rule makes means independent of
+        # them.
         halves = 0.5 * np.diff(times)
         weights = np.append(halves, 0.0) + np.append(0.0, halves)
         weights /= weights.sum()
@@ -61,18 +63,18 @@ class Samples:
         return ObservedNumber(float(np.sqrt(weights @ (values - mean - slope * from_middle) ** 2)))
 
     def spread(self, quantity: Quantity, what: str = "") -> float:
-        """Return the standard deviation of the samples of a number, or of the quantity `what`."""
+        """Return the standard deviation of a quantity's samples, or of those of `what`."""
         return float(np.std(self._inside(quantity, None, what)[1]))
 
     def _inside(
         self, quantity: Quantity, start: float | None, what: str = ""
     ) -> tuple[Array, Array]:
-        """Return times and values within the window, starting with an interpolated value."""
+        """Return times and values within the window; the first value is interpolated."""
         all_values = self.values[what or quantity.what]
         first = self.window(quantity.kind if quantity.kind != "last" else "mean")[0]
         start = first if start is None else max(start, float(self.times[0]))
         span = self.end - float(self.times[0])
-        # Times are sums of steps and therefore rounded.
+        # Times are sums of steps, so they have rounding errors.
         inside = self.times > start + 1e-9 * span
         times = np.concatenate([[start], self.times[inside]])
         return times, np.concatenate(
@@ -81,7 +83,7 @@ class Samples:
 
 
 def last_step(path: Path) -> int | None:
-    """Return the last sampled step of a run, or None without samples."""
+    """Return the last sampled step of a run; None if there are no samples."""
     lines = path.read_text("utf-8", "replace").splitlines() if path.is_file() else []
     words = lines[-1].split() if lines else []
     return int(words[1]) if len(words) > 1 and words[1].isdigit() else None
@@ -89,11 +91,11 @@ def last_step(path: Path) -> int | None:
 
 def read_samples(path: Path, start: Path, quantities: tuple[str, ...]) -> Samples:
     """
-    Read the samples of a run, one line each with time, step and quantities.
+    Read the samples of a run from a file with one line per sample: time, step and quantities.
 
-    The file `start` has a line with the time and the quantities at the first step. If the time
-    starts again at 0 after ``clear``, the samples are continued in time. Raises RunError if samples
-    are missing, too few or not finite.
+    The file `start` has a line with the time and the quantities at the first step. If ``clear``
+    sets the time back to 0, later times are shifted to follow the earlier ones. Raise RunError if
+    samples are missing, too few or not finite.
     """
     if not path.is_file():
         raise RunError(
@@ -120,7 +122,7 @@ def read_samples(path: Path, start: Path, quantities: tuple[str, ...]) -> Sample
             )
     steps = np.diff(data[:, 0])
     times = data[0, 0] + np.concatenate([[0.0], np.cumsum(np.where(steps > 0.0, steps, 0.0))])
-    # The first sample of each run repeats the last sample of the run before it.
+    # The first sample of each run repeats the last sample of the previous run.
     kept = np.concatenate([[True], np.diff(times) > 0.0])
     values = {what: data[kept, k] for k, what in enumerate(quantities, 1)}
     return Samples(times[kept], values)

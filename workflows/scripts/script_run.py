@@ -1,4 +1,4 @@
-"""Execute one run of a script by the ``lmp`` command, in a copy of its folder."""
+"""Execute one run of a script with LAMMPS in a copy of the script's folder."""
 
 import os
 import re
@@ -40,34 +40,36 @@ _NOT_ENDED, _MORE_TIME = "it has not ended", 10.0
 
 
 class ScriptRunError(RunError):
-    """A run of the user's script failed, reached its time limit, or printed no number."""
+    """The user's script failed, reached its time limit, or printed no number."""
 
 
 @dataclass(frozen=True)
 class ScriptRun:
     """Result of one run of a script."""
 
-    variables: dict[str, str]  #: Variables that -var set.
-    #: Processor time of the whole process, its start included. For a command of several words, such
-    #: as ``srun lmp``, the time of the loops in LAMMPS's log.
+    variables: dict[str, str]  #: Variables that were set by -var.
+    #: Processor time of the whole process, including its start. If the command has several words,
+    #: for example ``srun lmp``, this is the time that LAMMPS's log gives for its loops.
     seconds: float
-    failure: str | None = None  #: Reason of a failure, in LAMMPS's words if any.
-    #: Values of the quantities by name; empty after a failure.
+    failure: str | None = None  #: Reason for a failure, if possible as LAMMPS states it.
+    #: Quantities by name; empty after a failure.
     numbers: dict[str, ObservedNumber] = field(default_factory=dict)
-    samples: Samples | None = None  #: Sampled series; None without samples.
-    step: float | None = None  #: Script's own step in its last run, if any.
-    frames: ScriptFrames | None = None  #: Positions, if requested.
-    #: First step and number of steps of every `run`, as the script asks for them.
+    samples: Samples | None = None  #: Sampled time series; None without samples.
+    #: The script's own timestep in its last run; None if nothing was run.
+    step: float | None = None
+    frames: ScriptFrames | None = None  #: Positions of the particles, if requested.
+    #: First step and number of steps that the script gives for each `run`.
     lengths: tuple[tuple[int, int], ...] = ()
-    crash: Crash | None = None  #: Step and reason of a crash; None after a full run.
-    screen: str = ""  #: LAMMPS's output, or the end of a long output; empty unless requested.
+    crash: Crash | None = None  #: Step and reason of a crash; None after a complete run.
+    #: LAMMPS's output, of which only the end is kept if it is long; empty unless requested.
+    screen: str = ""
 
 
 def list_files(folder: Path) -> list[Path]:
     """
-    Return the files that each run copies: all files in and below a folder that are not hidden.
+    Return the files that are copied for each run: all visible files in and below a folder.
 
-    Raises InputError if the files are too large to be copied for every run.
+    Raise InputError if the files are too large to be copied for every run.
     """
     files: list[Path] = []
     total = 0
@@ -90,22 +92,22 @@ def list_files(folder: Path) -> list[Path]:
 
 @dataclass(frozen=True)
 class Runner:
-    """Runner of one script, each time with other changes."""
+    """Runner that executes one script with different changes."""
 
     script: Path  #: The script.
-    files: list[Path]  #: Files of its folder that are copied.
+    files: list[Path]  #: Files that are copied for each run.
     asked: RequestedNumbers  #: Requested quantities.
-    lmp: str  #: Command of LAMMPS, with a launcher before it if needed.
-    scratch: Path  #: An absolute folder, for the copies.
-    timeout: float  #: Seconds of the wall clock that a run may take.
+    lmp: str  #: Command that starts LAMMPS, with a launcher if needed.
+    scratch: Path  #: Folder for the copies, as an absolute path.
+    timeout: float  #: Largest wall-clock time of a run, in seconds.
     command: tuple[str, ...] = ()  #: Words of the study's command, for messages.
 
     def run(self, name: str, change: Change, *, keep_screen: bool = False) -> ScriptRun:
         """
         Run the script in a changed copy of its folder, and read its quantities.
 
-        `name` is the name of the copy. The copy is removed after a successful run. `keep_screen`
-        returns LAMMPS's text as well.
+        `name` is the name of the copy, which is removed after a successful run. If `keep_screen` is
+        true, the result contains LAMMPS's output.
         """
         folder = self.scratch / re.sub(r"[^\w.=+-]", "_", name)[:150]
         source = self.script.resolve().parent
@@ -155,7 +157,11 @@ class Runner:
         return run
 
     def error(self, where: str, failure: str) -> ScriptRunError:
-        """Return the exception for a failed run, which names the folder of its files."""
+        """
+        Return the exception for a failed run.
+
+        Its message names the folder with the files of the run.
+        """
         if _NOT_ENDED in failure:
             said = f"{self.script.name} {where}: {failure} (files: {self.scratch})"
             return self.too_long(said, _MORE_TIME)
@@ -165,7 +171,7 @@ class Runner:
         )
 
     def too_long(self, said: str, factor: float) -> ScriptRunError:
-        """Return the exception for a run that needs `factor` times more time, with a command."""
+        """Return the exception for a run that needs `factor` times the time limit."""
         command = [*self.command, "--timeout", f"{self.timeout * factor:.0f}"]
         return ScriptRunError(
             f"{said}. Shorten the script's runs, or allow more time: {shlex.join(command)}"
@@ -173,13 +179,13 @@ class Runner:
 
 
 def _own_step(folder: Path) -> float | None:
-    """Return the script's own step in its last run, or None if it made no run."""
+    """Return the script's own timestep in its last run; None if nothing was run."""
     path = folder / STEP_FILE
     return float(path.read_text().splitlines()[-1].split()[0]) if path.is_file() else None
 
 
 def _lengths(folder: Path) -> tuple[tuple[int, int], ...]:
-    """Return the first step and the number of steps of every run."""
+    """Return the first step and the number of steps for every run."""
     path = folder / STEP_FILE
     rows = [line.split() for line in path.read_text().splitlines()] if path.is_file() else []
     return tuple((int(row[1]), int(float(row[2]))) for row in rows)
@@ -188,7 +194,7 @@ def _lengths(folder: Path) -> tuple[tuple[int, int], ...]:
 def _read(
     folder: Path, asked: RequestedNumbers
 ) -> tuple[dict[str, ObservedNumber], Samples | None]:
-    """Return the quantities and samples of a run; raises RunError if a quantity is missing."""
+    """Return the quantities and samples of a run; raise RunError if a quantity is missing."""
     numbers, samples = {}, None
     if asked.pattern is not None:
         numbers[asked.pattern] = find_observable(asked.pattern, folder / SCREEN_FILE)
@@ -203,7 +209,7 @@ def _read(
 
 
 def _loops(screen: Path) -> float:
-    """Return the processor seconds of LAMMPS's loops on all processes, from the log."""
+    """Return the processor time of LAMMPS's loops on all processes, in seconds, from the log."""
     text = screen.read_text("utf-8", "replace")
     found = re.findall(r"^Loop time of (\S+) on (\d+) procs", text, re.MULTILINE)
     return sum(float(seconds) * int(ranks) for seconds, ranks in found)
@@ -246,7 +252,7 @@ def _execute(
 
 
 def _said(screen: Path, status: int) -> str:
-    """Return LAMMPS's message about a failure."""
+    """Return LAMMPS's error message."""
     text = end_of(screen, 100_000)
     words = [line for line in text.splitlines() if line.startswith("ERROR")][-1:]
     words += re.findall(r"^Last (?:input line|command): .*$", text, re.MULTILINE)[-1:]

@@ -1,4 +1,4 @@
-"""Read the commands of a user's script and its includes, and check that copies of it can run."""
+"""Read a user's script and its included files, and check that it can run in a copied folder."""
 
 import re
 from dataclasses import dataclass
@@ -8,9 +8,9 @@ from typing import NamedTuple
 from chaincor.lammps_inputs.commands import join_lines
 from chaincor.lammps_inputs.errors import InputError
 
-# Variables of these styles count and cannot be given a value.
+# Variables of these styles are counters, which cannot be given a value.
 _COUNTS = ("loop", "world", "universe", "uloop")
-# These commands make many runs by themselves or process dumps again.
+# These commands execute many runs or process dumps again.
 _OTHER_RUNS = (
     *("rerun", "temper", "temper/grem", "temper/npt", "neb", "neb/spin"),
     *("prd", "tad", "hyper"),
@@ -18,7 +18,7 @@ _OTHER_RUNS = (
 # A command can also stand in the quotes of an `if`.
 _INCLUDED = re.compile(r"""(?:^|["'])\s*(?:include|jump)\s+["']?(?!SELF\b)([^\s"']+)""")
 _LARGEST_SCRIPT = 10_000_000
-# These commands read the files that they name. Other commands with a path write to it.
+# These commands read the file that they name. Any other command with a path writes a file.
 _READERS = (
     *("read_data", "read_restart", "read_dump", "include", "jump", "rerun", "molecule"),
     *("pair_coeff", "bond_coeff", "angle_coeff", "dihedral_coeff", "improper_coeff", "plugin"),
@@ -27,7 +27,7 @@ _READERS = (
 
 
 class Command(NamedTuple):
-    """Command of a script, without its comment and with continued lines joined."""
+    """Command of a script, with continued lines joined and without its comment."""
 
     path: Path  #: File that contains the command.
     number: int  #: Line number of its first line.
@@ -35,7 +35,7 @@ class Command(NamedTuple):
 
     @property
     def words(self) -> list[str]:
-        """Words of the command, the name first."""
+        """Words of the command, starting with its name."""
         return self.text.split()
 
     def __str__(self) -> str:
@@ -48,11 +48,11 @@ class ScriptText:
 
     path: Path
     commands: tuple[Command, ...]
-    whole: bool  #: Whether all files were found; a script may compute names of files.
+    whole: bool  #: Whether all included files were found. A script may compute the name of a file.
 
     @classmethod
     def read(cls, path: Path) -> "ScriptText":
-        """Read a script; raises InputError if it cannot be read."""
+        """Read a script; raise InputError if it cannot be read."""
         commands, files, whole = _commands_of(path), {path.resolve()}, True
         for command in commands:
             for name in _INCLUDED.findall(command.text):
@@ -65,7 +65,7 @@ class ScriptText:
         return cls(path, tuple(commands), whole)
 
     def mentions(self, name: str, *, of: str = "") -> bool:
-        """Return whether a command, or one with the name `of`, uses the value of a variable."""
+        """Return whether any command, or any command named `of`, uses the value of a variable."""
         short = rf"|\${re.escape(name)}" if len(name) == 1 else ""
         used = re.compile(rf"\$\{{{re.escape(name)}\}}|\bv_{re.escape(name)}\b{short}")
         return any(used.search(c.text) for c in self.commands if of in ("", c.words[0]))
@@ -76,9 +76,9 @@ class ScriptText:
 
     def check_variable(self, name: str) -> None:
         """
-        Raise InputError if the script does not use a variable or uses it as a loop counter.
+        Raise InputError if the script does not use a variable, or if the variable is a counter.
 
-        Other commands that set the variable are changed, so that they keep the given value.
+        Commands that set a variable of another style are no fault, because each run replaces them.
         """
         for command in self.of_variable(name):
             if command.words[2] in _COUNTS:
@@ -96,9 +96,9 @@ class ScriptText:
         """
         Raise InputError if a script cannot be studied in a copy of its folder.
 
-        Paths through ``..`` would lead elsewhere from the copy, and every run would overwrite files
-        with absolute paths. Commands other than ``run`` that run steps are refused, because their
-        simulated time cannot be kept.
+        A path with ``..`` would lead elsewhere from the copy, and a command that writes to an
+        absolute path would overwrite the same file in every run. If a command other than ``run``
+        runs steps, its simulated time cannot be kept.
         """
         for command in self.commands:
             words = [word.strip("\"'") for word in command.words]
@@ -121,7 +121,7 @@ class ScriptText:
 
 
 def _commands_of(path: Path) -> list[Command]:
-    """Read one file; raises InputError if it cannot be read."""
+    """Read the commands of one file; raise InputError if the file cannot be read."""
     try:
         if not path.is_file():
             raise InputError(

@@ -1,4 +1,4 @@
-"""Find commands of a script that count steps instead of time."""
+"""Find commands of a script whose effect depends on the number of steps instead of on time."""
 
 import re
 from collections.abc import Iterable, Iterator
@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 from chaincor.workflows.scripts.script_text import Command, ScriptText
 
-# This table gives the positions of the words that are numbers of steps in each style of `fix`,
-# counted from 0. A second number must stay a multiple of the first.
+# For each style of `fix`, this table gives the positions of the words that are numbers of steps.
+# Positions are counted from 0. A second number must stay a multiple of the first number.
 _FIXES: dict[str, tuple[int, ...]] = {
     **dict.fromkeys(
         (
@@ -28,38 +28,37 @@ _FIXES: dict[str, tuple[int, ...]] = {
     ),
     "deposit": (6,),
 }
-# These styles have a limit or a rate per step instead of a period.
+# The effect of these styles depends on the step in other ways than by a period.
 _PER_STEP = {
     "nve/limit": "limits how far particles move in one step",
     "pour": "inserts particles after a number of steps that it works out from the step",
 }
-# These styles hardly change the motion: they average other samples, or move the box in larger
-# jumps.
+# These styles hardly affect the motion if their period changes.
 _ONLY_LOOK = ("ave/", "vector", "store/state", "balance")
 _COUNTING = re.compile(r"(?<![\w.])(step|elapsed|elaplong)(?![\w(])")
 _DAMPED = {"nvt": "temp", "npt": "temp", "nph": None, "nvt/sllod": "temp"}
-# A sensible damping time is at least this many steps.
+# A damping time should be at least this many steps.
 _LEAST_DAMPING = 10.0
 
 
 @dataclass(frozen=True)
 class StepCount:
-    """Command of a script that counts steps."""
+    """Command of a script whose effect depends on the number of steps."""
 
     command: Command
     what: str  #: Name and style of the command.
-    says: str  #: Effect on a ladder of steps.
+    says: str  #: Effect of the command, as a clause for a sentence.
     moves: bool = (
-        True  #: Whether the motion depends on the command; otherwise only the output does.
+        True  #: Whether the command affects the motion; otherwise it affects only the output.
     )
-    periods: bool = False  #: Whether ``--scale-periods`` keeps its period in time.
+    periods: bool = False  #: Whether ``--scale-periods`` keeps the simulated time of its period.
 
     def __str__(self) -> str:
         return f"{self.command}, '{self.what}', {self.says}"
 
 
 def count_positions(words: list[str]) -> tuple[int, ...]:
-    """Return the positions of words that are numbers of steps in a command."""
+    """Return the positions of those words in a command that are numbers of steps."""
     if words[0] == "neigh_modify":
         return tuple(k + 1 for k in range(1, len(words) - 1, 2) if words[k] in ("every", "delay"))
     if len(words) < 4 or words[0] != "fix":
@@ -70,16 +69,17 @@ def count_positions(words: list[str]) -> tuple[int, ...]:
 
 def find_step_counts(script: ScriptText, coarsest: float | None) -> tuple[StepCount, ...]:
     """
-    Return every command of a script that counts steps.
+    Return every command of a script whose effect depends on the number of steps.
 
-    If `coarsest`, the largest step of the ladder, is given, damping times are compared with it.
+    If `coarsest`, the largest timestep of a study, is given, this includes thermostats with a
+    damping time that is too short for this timestep.
     """
     found = (_of_fix(each, coarsest) or _of_others(each) for each in script.commands)
     return tuple(filter(None, found))
 
 
 def periods_in_steps(counts: Iterable[StepCount]) -> Iterator[StepCount]:
-    """Return the commands whose period in steps affects the motion."""
+    """Return the commands with a period in steps that affects the motion."""
     return (count for count in counts if count.moves and count.periods)
 
 
@@ -125,7 +125,7 @@ def _of_others(command: Command) -> StepCount | None:
 
 
 def _damping(words: list[str]) -> float | None:
-    """Return a thermostat's damping time, or None if it is not a plain number."""
+    """Return a thermostat's damping time; None if it is no plain number."""
     style = plain_style(words[3])
     try:
         if style in ("langevin", "temp/berendsen", "temp/csvr", "temp/csld"):
@@ -138,5 +138,5 @@ def _damping(words: list[str]) -> float | None:
 
 
 def plain_style(style: str) -> str:
-    """Return a style without the suffix of an accelerated variant."""
+    """Return the name of a style without the suffix of an accelerated variant."""
     return re.sub(r"/(omp|kk|gpu|intel|opt)$", "", style)

@@ -1,4 +1,4 @@
-"""Find how to give a script a value of the ladder: by an option of lmp or an edited line."""
+"""Find how to run a script with a value of the ladder: by an option of lmp or an edited line."""
 
 import shlex
 from typing import TYPE_CHECKING
@@ -16,13 +16,13 @@ def takes_option(script: ScriptText, name: str) -> bool:
 
 
 def format_command(lmp: str, variables: dict[str, str], script: str) -> str:
-    """Return the command of a run in a form for a shell."""
+    """Format the command of a run for a shell."""
     given = [word for name, value in variables.items() for word in ("-var", name, value)]
     return shlex.join([*shlex.split(lmp), *given, "-in", script])
 
 
 def how_to_run(study: "ScriptStudy", name: str, value: str, fixed: dict[str, str]) -> str:
-    """Return the command for a value of the ladder, and the lines of the script to change first."""
+    """Return the command that runs a script with a value, and the lines to edit before."""
     script, kind = study.varied.script, study.varied.kind
     variables = {**({name: value} if kind == "variable" else {}), **fixed}
     options = {key: text for key, text in variables.items() if takes_option(script, key)}
@@ -43,7 +43,7 @@ def how_to_run(study: "ScriptStudy", name: str, value: str, fixed: dict[str, str
 
 
 def where_to_set(study: "ScriptStudy", name: str) -> str:
-    """Return a remark that says where a value of the ladder is set; empty if none is needed."""
+    """Write where a script sets the value; empty if this is obvious."""
     if study.varied.kind != "setting":
         return ""
     lines = [str(c) for c in study.varied.script.commands if _change(c.words, name, "1")]

@@ -1,4 +1,4 @@
-"""Study a script: run its ladders, judge each quantity, and advise a value."""
+"""Run a script along a ladder of values, judge each quantity, and advise a value."""
 
 import shutil
 import tempfile
@@ -43,27 +43,27 @@ class ScriptStudy:
     ----------
     script : pathlib.Path
         The script.
-    asked : Asked
+    asked : RequestedNumbers
         The requested quantities.
     varied : Varied
         The ladder or comparison, and the script's own step.
     tolerance : float or None
-        Requested error.
+        Requested absolute tolerance.
     ladders : tuple of ScriptLadder
-        One for each combination of fixed values.
-    comparisons : tuple of Comparison
-        Comparisons of the first run with runs on other processes, with another last digit,
-        or from a restart.
+        One ladder for each combination of fixed values.
+    comparisons : tuple of PartingComparison
+        Comparisons of the first run with runs on other process counts, with another last digit, or
+        from a restart.
     crashes : tuple of CrashedRun
-        Runs that failed, one for each value, the coarsest first.
+        Failed runs, one at each value, with the coarsest value first.
     changes : tuple of EnergyChange
-        Changes of energy that no step cures.
+        Energy drifts that no timestep cures.
     counts : tuple of StepCount
-        Commands of the script that count steps.
+        Commands of the script whose effect depends on the number of steps.
     lmp : str
-        The command of LAMMPS.
+        Command that starts LAMMPS.
     command : tuple of str
-        Words of the command of this study, without the ladder.
+        Words of this study's command, without the options for the ladder.
     kept : pathlib.Path or None
         Folder of the failed runs.
     seconds : float
@@ -86,12 +86,12 @@ class ScriptStudy:
 
     @property
     def ladder(self) -> Ladder | None:
-        """First ladder; None if runs were compared."""
+        """First ladder; None if the study compared runs."""
         return self.varied.values
 
     @property
     def own_step(self) -> float | None:
-        """Script's own step in its last run, if the step was varied."""
+        """The script's own timestep in its last run; None if the step was not varied."""
         return self.varied.own_step
 
     @property
@@ -102,7 +102,7 @@ class ScriptStudy:
         return bottom_line(self)
 
     def plot(self) -> "Axes":
-        """Draw errors along the ladder, or the distance of compared runs, and return the axes."""
+        """Draw errors along the ladder, or distances between compared runs, and return the axes."""
         from chaincor.workflows.scripts.figure import plot_script_study
 
         return plot_script_study(self)
@@ -134,11 +134,12 @@ def timestep_study(
     progress: Progress = lambda _part, _done: None,
 ) -> ScriptStudy:
     """
-    Find the time step, or a value of another setting, that is accurate enough for a script.
+    Find a time step, or a value of another setting, that is accurate enough for a script.
 
-    The script runs at each step of a ladder and at several nearby steps, each time in a new copy of
-    its folder, so that the user's files stay unchanged. Every ``run`` keeps its physical time
-    exactly. Dumps and restarts are left out.
+    The script is run at several time steps from coarse to fine, the rungs of a *ladder*, and at
+    several nearby steps for each rung. Each run takes place in a new copy of the script's folder,
+    so the user's files stay unchanged. Every ``run`` command keeps its physical time exactly. Dumps
+    and restart files are not written.
 
     Parameters
     ----------
@@ -146,41 +147,43 @@ def timestep_study(
         LAMMPS input.
     quantities : sequence of str, optional
         ``KEYWORD`` or ``KEYWORD:KIND``, where the keyword is a thermo keyword, compute or variable.
-        The kind is ``mean`` (over the second half of the run, the default), ``last``, ``drift`` or
-        ``fluctuation``. Without quantities and an `observable`, the study covers drift and
-        fluctuation of the total energy, temperature, potential energy and pressure.
+        The kind is ``mean`` (the default, over the second half of the run), ``last``, ``drift`` or
+        ``fluctuation``. If neither `quantities` nor `observable` is given, the study covers
+        temperature, potential energy, pressure, and the drift and fluctuation of the total energy.
     observable : str, optional
         Regular expression with one group around a number that the script prints. ``^`` and ``$``
-        match at each line, and the last match counts.
+        match at the ends of each line, and the last match counts.
     vary : str, optional
         ``NAME=FROM:TO:COUNT``, with the coarse end first and equal ratios between the values. The
         name is a variable of the script, or ``timestep``, ``cutoff``, ``skin`` or ``rows`` if the
         script has no variable of that name. ``lastdigit`` and ``ranks=1,2,4`` compare runs instead.
-        By default, the study varies the script's step from twice to a quarter of it.
+        By default, the time step is varied from twice the script's own step to a quarter of it.
     fix : sequence of str, optional
-        ``NAME=VALUE,VALUE``. The ladder is repeated at each of these values of another variable.
+        ``NAME=VALUE,VALUE``. The ladder is repeated at each of these values of the variable.
     seeds : int, optional
-        Number of runs per rung, each with its own random numbers. The runs differ in the variable
-        ``seed``, or otherwise in the seeds in the script. The reference is then the mean over
-        seeds.
+        Number of runs per rung, each with its own random numbers. If the script has a variable
+        ``seed``, the runs differ in this variable, and otherwise in the seeds of the script's
+        commands. Results are then judged by their mean over the seeds.
     phases : int, optional
-        Number of nearby values per rung, within 2 %. Nearby steps have different random forces.
+        Number of nearby values per rung, which differ by at most 2 %. Random forces differ between
+        nearby steps.
     tolerance : float, optional
-        Absolute tolerance of every quantity. The default depends on the quantity, see
+        Absolute tolerance of every quantity. For the default of each quantity, see
         :func:`~chaincor.workflows.scripts.tolerances.default_tolerance`.
     scale_periods : bool, optional
         Keep the simulated time of periods that the script counts in steps.
     lmp : str, optional
-        Command of LAMMPS; by default from this environment or otherwise from the PATH.
+        Command that starts LAMMPS; by default ``lmp`` in this environment or on the PATH.
     timeout : float, optional
         Largest wall-clock time of one run, in seconds.
     progress : callable, optional
-        Function that is called with the name of the current part and the finished fraction.
+        Function that is called with the name of the current part and the finished fraction of the
+        study.
 
     Returns
     -------
     ScriptStudy
-        Verdicts, values with their error bars, costs, and the advice.
+        Verdicts, quantities with their error bars, costs, and advice.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Write the files of a script study: JSON, runs as CSV, figure, page."""
+"""Write the files of a script study: results as JSON, runs as CSV, a figure and a page."""
 
 from pathlib import Path
 from typing import Any
@@ -36,8 +36,8 @@ REPORT = StudyReport(
         ),
     },
 )
-# These are the fields of each part of a study in JSON. A pair gives the key and the name of the
-# field.
+# These fields of each part of a study are written to JSON. A pair gives the key in JSON and the
+# name of the field.
 _VERDICT = ("reason", "order", "order_error", "value", "value_error")
 _NUMBER = ("standard_error", "resolution", "tolerance", "tolerance_reason")
 _VARY = {"name": "name", "from": "coarse", "to": "fine", "count": "rungs"}
@@ -51,7 +51,11 @@ _ADVICE = {
 
 
 def script_study_to_dict(study: ScriptStudy) -> dict[str, Any]:
-    """Return a study as plain values, with the verdict of the first ladder at the top."""
+    """
+    Convert a study to plain values for JSON.
+
+    The top level also contains the results of the first ladder.
+    """
     ladder = study.ladder
     ladders = [_ladder_dict(study, each) for each in study.ladders]
     observables = ladders[0]["observables"] if ladders else _compared(study.comparisons)
@@ -83,7 +87,7 @@ def script_study_to_dict(study: ScriptStudy) -> dict[str, Any]:
 
 
 def _use(study: ScriptStudy) -> dict[str, Any] | None:
-    """Return the value to use on the first ladder and the number of runs, as in the summary."""
+    """Return the advised value and number of runs of the first ladder."""
     use = answer_of(study, study.ladders[0]).use if study.ladders else None
     return None if use is None else {"value": use.value, "runs": use.runs}
 
@@ -139,7 +143,7 @@ def _number_dict(study: ScriptStudy, each: ScriptLadder, answer: NumberAnswer) -
 
 
 def _compared(comparisons: tuple[PartingComparison, ...]) -> list[dict[str, Any]]:
-    """Return the quantities of compared runs with the keys of a ladder."""
+    """Convert the quantities of compared runs, with the keys of a ladder's quantities."""
     words = {True: "agrees", False: "differs", None: "cannot tell"}
     return [
         {
@@ -201,7 +205,7 @@ def write_script_study(study: ScriptStudy, folder: Path) -> None:
 
 
 def _page(study: ScriptStudy, plain: dict[str, Any]) -> dict[str, Any]:
-    """Return the content of the page that other study pages do not have."""
+    """Return the parts of the page that pages of other studies do not have."""
     vary = study.ladder
     words = [
         [(number.name, number_rows(study, each, number)) for number in each.numbers]

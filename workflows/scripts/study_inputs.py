@@ -1,4 +1,4 @@
-"""Derive the inputs of a study from its options: command of LAMMPS and first step."""
+"""Derive LAMMPS's command and the script's own step, which a study needs at its beginning."""
 
 import shlex
 import shutil
@@ -17,14 +17,14 @@ from chaincor.workflows.scripts.script_run import Runner, ScriptRun
 from chaincor.workflows.scripts.step_counts import StepCount, find_step_counts
 from chaincor.workflows.scripts.varied import Varied
 
-# If no run survives at the coarse end, the coarse end is halved at most this many times.
+# If the run at the coarse end fails, the coarse end is halved at most this many times.
 _HALVINGS = 7
-# A proposed time limit is this multiple of the expected time of the longest run.
+# A proposed time limit is this multiple of the time that the longest run is expected to take.
 _SPARE = 2.0
 
 
 def lammps_command(lmp: str | None) -> str:
-    """Return the command of LAMMPS; raises an error of a missing library if there is none."""
+    """Return the command that starts LAMMPS; raise an error if LAMMPS is not installed."""
     found = lmp or find_lmp_command()
     if found is None:
         raise MissingLibraryError(
@@ -50,7 +50,7 @@ def input_words(
     scale_periods: bool,
     lmp: str | None,
 ) -> tuple[str, ...]:
-    """Return the words of a study's command without the ladder and the runs per rung."""
+    """Return a study's command without options for the ladder and the runs per rung, as words."""
     words = ["chaincor", "timestep", str(script), *quantities]
     words += [] if observable is None else ["--observable", observable]
     words += [word for each in fix for word in ("--fix", each)]
@@ -61,10 +61,11 @@ def input_words(
 
 def with_step(runner: Runner, varied: Varied) -> tuple[Varied, list[tuple[float, ScriptRun]]]:
     """
-    Find the script's own step by an unchanged run, if the step is varied.
+    If the step is varied, find the script's own step and the default ladder by test runs.
 
-    If no ladder was given, the ladder begins at the coarsest step at which a run does not fail.
-    Failed runs are returned with their steps. Raises InputError if the timestep has no effect.
+    The default ladder begins at twice the script's own step, or at the coarsest smaller step at
+    which a run does not fail. Failed runs are returned with their steps. Raise InputError if the
+    timestep has no effect.
     """
     if varied.kind != "step":
         return varied, []
@@ -78,7 +79,7 @@ def with_step(runner: Runner, varied: Varied) -> tuple[Varied, list[tuple[float,
     if own is not None and own <= 0.0:
         raise runner.error("as it stands", f"its timestep is {own:g}. Set a timestep above 0")
     if own is None or (run.failure and (run.crash is None or run.crash.step is None)):
-        # A run that failed before its first step would also fail at another step.
+        # If a run failed before its first step, it would also fail with another timestep.
         said = run.failure or "it has no run, so that no step can be varied"
         raise runner.error("as it stands", said)
     failed = [(own, run)] if run.failure else []
@@ -109,7 +110,7 @@ def _at_step(runner: Runner, own: float, step: float) -> ScriptRun:
 
 
 def counts_of_steps(varied: Varied) -> tuple[StepCount, ...]:
-    """Return the commands of the script that count steps, if the step is varied."""
+    """If the step is varied, return the commands whose effect depends on the number of steps."""
     ladder = varied.values
     if ladder is None or ladder.name != STEP:
         return ()

@@ -1,4 +1,4 @@
-"""Choose default tolerances of quantities, with their reasons."""
+"""Choose default tolerances for quantities, and give a reason for each."""
 
 import math
 from typing import NamedTuple
@@ -10,15 +10,15 @@ from chaincor.lammps_inputs.arrays import Array
 from chaincor.workflows.scripts.quantities import Quantity
 from chaincor.workflows.scripts.samples import Samples
 
-# Default tolerances are these fractions of a standard deviation, of kT per degree of freedom, and
-# of a printed number.
+# Default tolerances are the fraction _OF_SPREAD of a standard deviation, _OF_KT of kT per degree of
+# freedom, or _OF_NUMBER of a printed number.
 _OF_SPREAD, _OF_KT, _OF_NUMBER = 0.1, 1e-4, 1e-3
-# Samples with a smaller relative spread count as constant.
+# Samples count as constant if their relative spread is smaller.
 _ROUNDING = 1e-12
 
 
 class Tolerance(NamedTuple):
-    """Absolute tolerance and its reason."""
+    """Absolute tolerance and the reason for it."""
 
     value: float
     reason: str
@@ -28,14 +28,14 @@ def default_tolerance(
     quantity: Quantity | None, runs: list[Samples], verdict: LadderVerdict, results: Array
 ) -> Tolerance | None:
     """
-    Return the default tolerance of a quantity; None if the ladder gives no value.
+    Return the default tolerance of a quantity; None if the runs do not show its value.
 
     The default is a tenth of the quantity's standard deviation, within runs and between runs. For
-    the fluctuation of an energy, it is a tenth of the standard deviation of the kinetic energy. For
-    the fluctuation and the drift of an energy, it is at least 1e-4 kT per degree of freedom. For a
-    printed or constant number, it is a thousandth of the number, or of its largest result if the
-    number is 0 within its error. `runs` are the samples on the finest rung, and `results` are all
-    results.
+    the fluctuation of an energy, the default is a tenth of the kinetic energy's standard deviation.
+    For the fluctuation and the drift of an energy, it is at least 1e-4 kT per degree of freedom.
+    For a printed or constant quantity, the default is a thousandth of its value, or of its largest
+    result if the value is 0 within its error. `runs` are the samples on the finest rung, and
+    `results` are the results of all runs.
     """
     if verdict.value is None or not np.all(np.isfinite(verdict.promised)):
         return None
@@ -47,7 +47,7 @@ def default_tolerance(
         return number
     what = "ke" if quantity.is_energy_change and quantity.kind == "fluctuation" else ""
     within = float(np.median([each.spread(quantity, what) for each in runs]))
-    # Quantities of short runs hardly vary within a run, but vary from one run to the next.
+    # In short runs, quantities hardly vary within a run, but differ between runs.
     between = 0.0 if what else float(np.std(results[-1], ddof=1))
     of = "the standard deviation of the kinetic energy" if what else "its standard deviation"
     found = Tolerance(_OF_SPREAD * math.hypot(within, between), f"a tenth of {of}")

@@ -1,4 +1,4 @@
-"""Read what a study varies: its ladder, runs per rung, and other differences."""
+"""Read how the runs of a study differ: the ladder, the runs per rung, or a comparison."""
 
 import random
 import re
@@ -27,7 +27,7 @@ COMPARED = (LAST_DIGIT, RANKS, RESTART, SWITCH)
 _ROWS = "rows"
 _SETTINGS = ("cutoff", "skin", _ROWS)
 _MOST_PHASES = 100
-# Seeds are chosen far apart, because simple generators begin alike for close seeds.
+# Seeds are chosen far apart, because simple generators begin with similar numbers for close seeds.
 _SEEDS = range(1, 9_999_999)
 
 
@@ -38,50 +38,51 @@ class Varied:
     script: ScriptText
     #: ``step``, ``variable`` of the script, ``setting`` of its commands, or one of COMPARED.
     kind: str
-    #: Ladder; None if runs are compared or the step is not known yet.
+    #: Ladder; None if runs are compared, or if the script's own step is still unknown.
     values: Ladder | None
-    #: Name and values of the compared switch: numbers of processes, or values of a variable.
+    #: Name and values of the setting in compared runs: process counts, or values of a variable.
     switch: tuple[str, tuple[str, ...]]
-    #: Values of other variables, as text. The ladder is repeated at each of them.
+    #: Combinations of values of other variables, as text. The ladder is repeated at each
+    #: combination.
     fixed: list[dict[str, str]]
-    #: Seeds of the runs of a rung; empty if the runs have nearby values instead.
+    #: Seeds of the runs on a rung; empty if the runs differ by nearby values.
     seeds: tuple[int, ...]
     columns: int  #: Number of runs per rung.
     scale_periods: (
         bool  #: Whether periods that the script counts in steps keep their simulated time.
     )
-    #: Script's own step in its last run, if it is varied and known.
+    #: The script's own step in its last run, if the step is varied and known.
     own_step: float | None = None
 
     @property
     def ladder(self) -> Ladder:
-        """Ladder of a study that has one."""
+        """Ladder, in a study that is known to have one."""
         assert self.values is not None
         return self.values
 
     @cached_property
     def own_seed(self) -> bool:
-        """Whether the seeds are values of the script's variable ``seed``."""
+        """Whether the script has a variable ``seed``, which then takes the seeds."""
         return _has_variable(self.script, SEED)
 
     @cached_property
     def random_forces(self) -> bool:
         """
-        Whether thermostats and similar commands get other random numbers in each run.
+        Whether each run has its own random forces without an option for seeds.
 
-        With the same random numbers, the random forces of nearby steps would hardly differ.
+        Otherwise the random forces at nearby steps would hardly differ.
         """
         named = self.values is not None and self.script.mentions(self.values.name, of=STEP)
         return not self.seeds and (self.kind == "step" or named)
 
     def value(self, rung: int, column: int) -> float:
-        """Return the value of the varied quantity in one run."""
+        """Return the value of the varied setting in one run."""
         return self.ladder.value(rung, column, self.columns)
 
     def change(
         self, fixed: dict[str, str], rung: int, column: int, *, again: bool = False
     ) -> Change:
-        """Return the change of one run; `again` repeats the first value with another seed."""
+        """Return the changes for one run; `again` repeats the first value with another seed."""
         value = self.value(rung, column)
         given = {self.ladder.name: self.ladder.text(value)}
         seed = self.seeds[1 if again else column] if self.seeds else None
@@ -98,7 +99,7 @@ class Varied:
         )
 
     def check_names(self) -> None:
-        """Raise InputError if a variable is given twice or is missing in the script."""
+        """Raise InputError if a variable is given twice or does not occur in the script."""
         names = list(self.fixed[0])
         if self.kind == "variable":
             names.append(self.ladder.name)
@@ -126,13 +127,13 @@ def read_varied(
     scale_periods: bool,
 ) -> Varied:
     """
-    Read the options that say what varies.
+    Read the options that determine what is varied.
 
-    `printed` says whether the script prints the number. Raises InputError if an option is invalid,
-    or if the script does not use a variable.
+    `printed` tells whether the quantity is read from the script's output. Raise InputError if an
+    option is invalid, or if the script does not use a given variable.
     """
     if by_seeds := re.fullmatch(r"seed(?:=(\d{1,3}))?", vary or "", re.ASCII):
-        # ``seed=N`` means the ladder of steps with N seeds per rung.
+        # ``seed=N`` means the default ladder of steps with N seeds per rung.
         if seeds is not None:
             raise InputError("--vary seed and --seeds mean the same. Leave out one of them")
         vary, seeds = None, int(by_seeds[1] or 2 * DEFAULT_PHASES)
@@ -188,7 +189,7 @@ def _kind(script: ScriptText, vary: str | None) -> str:
 
 
 def _switch(vary: str) -> tuple[str, tuple[str, ...]]:
-    """Return the name and values of the compared switch."""
+    """Return the name and the values of the setting in which compared runs differ."""
     name = vary.partition("=")[0]
     values = read_switch(vary)
     if name == RANKS or values is None:

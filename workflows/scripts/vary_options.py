@@ -10,13 +10,13 @@ from chaincor.lammps_inputs.errors import InputError
 from chaincor.workflows.scripts.ladder import Ladder
 
 _MOST_RUNGS, _MOST_FIXED, _MOST_RANKS = 40, 100, 64
-# The ends of a ladder must differ by at least this factor to show an order.
+# A ladder shows a convergence order only if its ends differ by at least this factor.
 _LEAST_SPAN = 2.0
 # If both ends are whole numbers of at least this size, all values are whole numbers.
 _LEAST_COUNT = 100
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]{0,63}", re.ASCII)
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d{1,3})?", re.ASCII)
-# The values of a switch are a range of at most three whole numbers, or a list.
+# Values of a switch are given as a range of at most three whole numbers, or as a list.
 _SWITCH = re.compile(
     r"(?P<name>\w+)=(?:(?P<low>\d{1,3}):(?P<high>\d{1,3}):(?P<count>[23])"
     r"|(?P<each>\d{1,3}(?:,\d{1,3})+))",
@@ -56,10 +56,10 @@ def read_ladder(text: str) -> Ladder:
 
 def in_whole_numbers(ladder: Ladder) -> Ladder:
     """
-    Return a ladder with whole numbers as values.
+    Return a ladder with its values restricted to whole numbers.
 
-    Raises InputError if the ends are not whole numbers, or if there are fewer whole numbers between
-    them than rungs.
+    Raise InputError if the ends are not whole numbers, or if the ladder has more rungs than there
+    are whole numbers between the ends.
     """
     counts = replace(ladder, counts=True)
     values = {counts.value(rung, 0, 1) for rung in range(ladder.rungs)}
@@ -77,7 +77,7 @@ def in_whole_numbers(ladder: Ladder) -> Ladder:
 
 
 def read_switch(vary: str) -> tuple[str, ...] | None:
-    """Return the values of ``NAME=0:1:2`` or ``NAME=0,1``, or None for other text."""
+    """Return the values in ``NAME=0:1:2`` or ``NAME=0,1``; None for other text."""
     found = _SWITCH.fullmatch(vary)
     if found is None:
         return None
@@ -96,9 +96,9 @@ def read_switch(vary: str) -> tuple[str, ...] | None:
 
 def read_fixed(texts: tuple[str, ...]) -> list[dict[str, str]]:
     """
-    Read ``NAME=VALUE,VALUE`` options, and return all combinations as text for LAMMPS.
+    Read options ``NAME=VALUE,VALUE``, and return all combinations of their values as text.
 
-    Raises InputError for other text, and if a variable is named twice.
+    Raise InputError for other text, or if a variable is named twice.
     """
     names: dict[str, list[str]] = {}
     for text in texts:
