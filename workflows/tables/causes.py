@@ -1,4 +1,4 @@
-"""Find why LAMMPS's force is wrong although energies and forces of a table agree."""
+"""Find why LAMMPS's force is wrong although a table's energies and forces agree."""
 
 from dataclasses import replace
 from typing import NamedTuple
@@ -9,10 +9,11 @@ from chaincor.lammps_inputs.arrays import Array
 from chaincor.workflows.tables.judge import Errors, Judge
 from chaincor.workflows.tables.lammps_curve import Style
 
-# Rounding and noise are searched in this many rows on both sides of the worst place.
+# Rounding and noise are searched in this many rows on both sides of the place with the largest
+# error.
 _ENDS = 8
-# Noise is the cause of an error if it makes up at least this fraction of it. The fraction is small,
-# because noise also changes the polynomials.
+# An error is attributed to noise if the scatter is at least this fraction of the rest of the error.
+# The fraction is small because noise also changes the polynomials.
 _NOISY = 0.3
 
 
@@ -20,12 +21,12 @@ class TableFaultCause(NamedTuple):
     """Cause of an error and its remedy."""
 
     name: str  #: Short name of the cause.
-    said: str  #: The problem, as a clause.
-    help: str  #: The remedy, as an imperative.
+    said: str  #: Description of the problem, as a clause.
+    help: str  #: Description of the remedy, in the imperative.
 
 
 def cause_of_error(judge: Judge, errors: Errors, style: Style, rows: int) -> TableFaultCause:
-    """Return why LAMMPS's force is wrong at the worst place, if no contradiction is the cause."""
+    """Return the cause of the largest error, provided that energies and forces agree."""
     k = int(np.argmax(np.maximum(errors.interpolation + errors.unsure, errors.scatter)))
     place, size = float(errors.at[k]), float(errors.size[k])
     near = f"near {place:.4g}"
@@ -103,7 +104,7 @@ def _of_scatter(judge: Judge, place: float, scatter: float, near: str) -> TableF
 
 
 def rounded_lengths(x: Array) -> bool:
-    """Return whether the lengths are a rounded uniform grid."""
+    """Return whether the lengths are a uniform grid that was rounded."""
     steps = np.diff(x)
     even = float(np.mean(steps))
     return bool(1e-6 * even < np.max(np.abs(steps - even)) < 1.01 * even and len(x) > _ENDS)
@@ -111,9 +112,9 @@ def rounded_lengths(x: Array) -> bool:
 
 def _gap(judge: Judge, place: float) -> TableFaultCause | None:
     """
-    Return the cause that rows are missing near a place, or None.
+    Return a cause if rows are missing near a place, otherwise None.
 
-    Rows are missing if a step is about twice the steps on both sides.
+    Rows are missing if the interval between two rows is about twice the neighbouring intervals.
     """
     x = judge.rows.padded[0]
     steps = np.diff(x)
@@ -130,7 +131,11 @@ def _gap(judge: Judge, place: float) -> TableFaultCause | None:
 
 
 def _slopes_of_rows(judge: Judge) -> tuple[float, float] | None:
-    """Estimate dF/dr at both ends for FP, or return None for full turns and without forces."""
+    """
+    Estimate dF/dr at both ends of the table, for FP.
+
+    The result is None if the table has no forces or covers a full turn.
+    """
     if judge.table.period or not judge.table.has_forces:
         return None
     x = judge.rows.padded[0]

@@ -1,4 +1,4 @@
-"""Check the rows of a table and LAMMPS's interpolation of them."""
+"""Check the rows of a table and the force that LAMMPS interpolates between them."""
 
 import math
 from dataclasses import replace
@@ -35,9 +35,10 @@ from chaincor.workflows.tables.section_faults import (
 )
 
 STYLES: tuple[Style, ...] = ("spline", "linear", "lookup")
-# Without a tolerance, energies and forces may differ by this fraction of the local force.
+# If no tolerance is given, energies and forces may differ by this fraction of the local force.
 CONTRADICTION = 0.01
-# For a tolerance, these multiples of the given number of rows are tried.
+# The search for a number of rows that meets the tolerance tries these multiples of the given
+# number.
 _TRIED = (1, 2, 5, 10, 20, 50, 100, 1000)
 _MOST_TRIED = 200_000
 
@@ -55,34 +56,36 @@ def check_table(
     r"""
     Check a table of ``bond_style``, ``angle_style``, ``dihedral_style`` or ``pair_style table``.
 
-    Forces are compared with :math:`-dE/dr`. The force that LAMMPS interpolates is compared with
-    polynomials through the neighbouring rows. Errors are fractions of the local force, which is the
-    largest force within 5 % of the range on either side.
+    The table's forces are compared with :math:`-dE/dr`. The force that LAMMPS interpolates is
+    compared with polynomials through the neighbouring rows. Errors are given as fractions of the
+    local force, which is the largest force within 5 % of the range on either side.
 
     Parameters
     ----------
     path : path
         The file.
     keyword : str, optional
-        Keyword of the section; by default the only section.
+        Keyword of the section. It may be omitted if the file has only one section.
     style : str, optional
-        Interpolation in LAMMPS: ``spline``, ``linear`` or ``lookup``. Bitmaps need no style.
+        Interpolation in LAMMPS: ``spline``, ``linear`` or ``lookup``. The style has no effect on
+        bitmap tables.
     kind : str, optional
-        ``bond``, ``angle``, ``dihedral`` or ``pair``; by default, header and content decide.
+        ``bond``, ``angle``, ``dihedral`` or ``pair``; by default found from the header and the
+        rows.
     tolerance : float, optional
-        Largest allowed error, as a fraction of the local force. Without a tolerance, errors from
-        few rows, few digits and noise are reported but are no faults. Contradictions of more than 1
-        % are always faults.
+        Largest allowed error, as a fraction of the local force. If no tolerance is given, errors
+        caused by few rows, few digits or noise are reported but do not count as faults.
+        Contradictions between energies and forces of more than 1 % are always faults.
     range : (float, float), optional
-        Lengths or angles that particles reach. By default, the range in which the energy is less
-        than 10 kT above its minimum; kT is 1 if the file names no units.
+        Range of lengths or angles that particles reach. By default, the energy in this range is
+        less than 10 kT above its minimum; kT is 1 if the file names no units.
     rows : int, optional
-        Number of rows in LAMMPS's style command; by default the number in the file.
+        Number of rows in LAMMPS's style command; by default the number of rows in the file.
 
     Returns
     -------
     TableReport
-        Error, faults and a summary of one sentence.
+        Error, faults and a summary.
 
     Raises
     ------
@@ -136,7 +139,7 @@ def check_table(
     )
     unusable = fault_of_values(section.header) or fault_of_numbers(section, kind)
     if unusable is not None:
-        # A fault of the header already says that rows are missing.
+        # If there are no rows, a fault of the header already says so.
         return replace(report, faults=(*faults, unusable) if len(section.data) else tuple(faults))
     table = table_data(section, kind)
     span = float(table.lengths[-1] - table.lengths[0])
@@ -183,7 +186,7 @@ def _judged(
     if asked is None:
         bounds = judged_range(table, thermal)
         if table.is_bitmap:
-            # The last rows lie beyond LAMMPS's cutoff.
+            # The last rows of a bitmap lie beyond LAMMPS's cutoff.
             cutoff = section.header["BITMAP"][1]
             bounds = (bounds[0], min(bounds[1], cutoff) if cutoff > bounds[0] else bounds[1])
         how = f"energy below 10 kT above its minimum; {how}"
@@ -202,7 +205,7 @@ def _rounding(section: Section) -> Array:
     """
     Return half a unit of the last digit of energies and forces, of shape (rows, 2).
 
-    A zero counts as exact as its neighbours.
+    A zero is taken to be as exact as its neighbours.
     """
     units = section.least_digits[:, 1:]
     beside = np.minimum(np.roll(units, 1, axis=0), np.roll(units, -1, axis=0))
@@ -218,7 +221,8 @@ def _with_errors(
     errors = judge.errors(style, report.style_rows)
     limit = tolerance or TOLERANCE
     faults = list(report.faults)
-    # Forces belong to the distances of the file. Other distances explain every contradiction.
+    # The forces belong to the distances in the file. If LAMMPS uses other distances, this explains
+    # every contradiction.
     is_moved = table.kind == "pair" and bool(faults_of_spacing(section))
     found = None if is_moved else contradictions(judge, errors, tolerance or CONTRADICTION)
     cause, contradiction = found or (None, None)
@@ -275,7 +279,7 @@ def _notes_beyond(report: TableReport, judge: Judge) -> list[str]:
 
 
 def _core_error(report: TableReport, judge: Judge) -> float | None:
-    """Return the error below the range over the local force, or None without rows there."""
+    """Return the relative error below the range; None if there are no rows."""
     low = float(judge.table.lengths[0])
     if judge.table.period or not low < judge.low:
         return None
@@ -283,7 +287,7 @@ def _core_error(report: TableReport, judge: Judge) -> float | None:
 
 
 def _rows_wanted(report: TableReport, judge: Judge, limit: float, ideal: Errors) -> dict[str, int]:
-    """Return the number of rows with which each style meets a limit, if it can."""
+    """Return, for each style that can meet a limit, the number of rows that it needs."""
     table, found = judge.table, dict[str, int]()
     if table.is_bitmap or ideal.largest > limit:
         return found

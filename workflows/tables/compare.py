@@ -12,23 +12,28 @@ from chaincor.workflows.tables.lammps_run import LammpsTable, run_lammps
 from chaincor.workflows.tables.report import TableReport, percent
 
 _POINTS, _SHOWN = 1001, 12
-# LAMMPS refuses the exact ends of some tables, so the comparison keeps this relative distance.
+# LAMMPS refuses the exact ends of some tables, so the comparison ends at this relative distance
+# from them.
 _INSIDE = 1e-6
-# The comparison keeps this distance from 0 and 180 degrees. Nearer to them, LAMMPS's forces on
-# atoms are wrong, because it raises the sine of an angle to at least 0.001.
+# The comparison excludes angles within this distance of 0 and 180 degrees. There LAMMPS's forces on
+# atoms are wrong, because LAMMPS replaces the sine of an angle by 0.001 if the sine is smaller.
 _ANGLES = 0.06
 
 
 @dataclass(frozen=True)
 class TableComparison:
-    """Forces from LAMMPS, from this program's model of LAMMPS, and from the neighbouring rows."""
+    """Forces from LAMMPS, from chaincor's model of LAMMPS, and from polynomials through rows."""
 
     lammps: LammpsTable
-    modelled: Array  #: LAMMPS's force according to `lammps_curve`.
+    modelled: Array  #: Force according to chaincor's model, `lammps_curve`.
     expected: Array  #: Force from polynomials through the neighbouring rows.
-    slopes: Array  #: -dE/dr of LAMMPS's energies, by central differences.
-    error: float  #: Largest difference of LAMMPS and the rows, as a part of the local force.
-    model_error: float  #: Largest difference of LAMMPS and the model, as a part of the local force.
+    slopes: Array  #: -dE/dr from LAMMPS's energies, by central differences.
+    #: Largest difference between LAMMPS's force and the expected force, as a fraction of the local
+    #: force.
+    error: float
+    #: Largest difference between LAMMPS's force and the modelled force, as a fraction of the local
+    #: force.
+    model_error: float
 
     def as_keys(self) -> dict[str, Any]:
         """Return the fields for JSON."""
@@ -45,7 +50,7 @@ class TableComparison:
         }
 
     def lines(self) -> list[str]:
-        """Return the comparison as lines of a short table."""
+        """Return the lines of a short table with the comparison."""
         if self.lammps.error:
             return [f"LAMMPS refuses the table: {self.lammps.error}"]
         found = [f"{'r':>12} {'rows':>14} {'LAMMPS':>14} {'-dE/dr LAMMPS':>14}"]
@@ -64,10 +69,11 @@ class TableComparison:
 
 def compare_with_lammps(report: TableReport, points: int = _POINTS) -> TableComparison:
     """
-    Run LAMMPS on a table, in the style and range of its report.
+    Compare a table with LAMMPS, with the interpolation style and the range of its report.
 
-    If LAMMPS refuses the table, the curves are empty and `lammps.error` is its message. Raises
-    InputError if the rows form no table, and RunError if LAMMPS is missing or gives no result.
+    If LAMMPS refuses the table, the arrays are empty and `lammps.error` contains LAMMPS's message.
+    Raise InputError if the rows form no valid table, and RunError if LAMMPS is missing or gives no
+    result.
     """
     judge = report.curves
     if judge is None or report.range is None:

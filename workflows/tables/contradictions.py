@@ -1,4 +1,4 @@
-"""Find why forces differ from -dE/dr: undo each possible cause, and compare again."""
+"""Find why forces differ from -dE/dr: correct each possible cause on trial, and compare again."""
 
 from dataclasses import dataclass, replace
 
@@ -9,7 +9,7 @@ from chaincor.workflows.tables.causes import TableFaultCause, rounded_lengths
 from chaincor.workflows.tables.judge import Judge
 from chaincor.workflows.tables.lammps_curve import TableData
 
-# Forces or energies are often wrong by these factors, most of which convert units.
+# Forces or energies are often wrong by one of these factors. Most of the factors convert units.
 _FACTORS = {
     "kcal and kJ": 4.184,
     "nm and Angstrom": 10.0,
@@ -25,22 +25,22 @@ _FACTORS = {
     "a factor of 100": 100.0,
     "a factor of 1000": 1000.0,
 }
-# A cause is accepted if less than this fraction of the difference is left without it.
+# A cause is accepted if its correction leaves less than this fraction of the difference.
 _EXPLAINS = 0.1
 # Forces are a constant multiple of the slopes if their ratio varies by less than this fraction.
 _CONSTANT = 0.03
-# A cause holds for the whole table if its removal improves at least the first fraction of the rows.
-# Otherwise it holds for the longest run of improved rows, provided that there are at most as many
-# runs as the second number.
+# A cause applies to the whole table if its correction improves more than the fraction _WHOLE of the
+# rows. Otherwise the cause may apply to the longest sequence of improved rows. There may be at most
+# _MOST_RUNS such sequences, and the longest must have at least _LEAST_RUN rows.
 _WHOLE, _MOST_RUNS, _LEAST_RUN = 0.97, 3, 3
-# A dihedral is not periodic if all contradictions lie within this many rows of the first and last
-# rows.
+# A dihedral may be not periodic if all contradictions lie within this many rows of the first or
+# last row.
 _NEAR_WRAP = 12
 
 
 @dataclass(frozen=True)
 class _Test:
-    """Possible cause and the table without it; `where` is empty for a cause of the whole table."""
+    """Possible cause and the corrected table; `where` is empty if all rows were corrected."""
 
     cause: TableFaultCause
     undone: TableData
@@ -49,12 +49,12 @@ class _Test:
 
 def cause_of_contradiction(judge: Judge, wrong: Mask, where: str) -> TableFaultCause:
     """
-    Return why forces are not -dE/dr.
+    Return why the forces differ from -dE/dr.
 
-    `wrong` has the shape (rows - 1,) and marks the intervals between rows where forces and
-    energies contradict each other; `where` is their range in words. Each cause is undone on trial,
-    in the whole table and in a part of it. The result is the cause without which energies and
-    forces agree best.
+    `wrong`, of shape (rows - 1,), marks the intervals between rows in which forces and energies
+    contradict each other. `where` describes their range in words. Each possible cause is corrected
+    on trial, in the whole table and in a part of it. The result is the cause whose correction makes
+    energies and forces agree best.
     """
     jump = _jump_of_a_turn(judge, wrong)
     if jump is not None:
@@ -78,7 +78,11 @@ def cause_of_contradiction(judge: Judge, wrong: Mask, where: str) -> TableFaultC
 
 
 def _difference(judge: Judge, wrong: Mask) -> float:
-    """Return the median difference of forces and -dE/dr where wrong, plus a tenth of the mean."""
+    """
+    Return a measure of the relative difference between forces and -dE/dr.
+
+    It is the median over the wrong intervals plus a tenth of the mean over all intervals.
+    """
     with np.errstate(all="ignore"):
         by_energies, by_forces, _ = judge.rows.mean_forces()
         if len(by_energies) != len(wrong):
@@ -89,7 +93,7 @@ def _difference(judge: Judge, wrong: Mask) -> float:
 
 
 def _jump_of_a_turn(judge: Judge, wrong: Mask) -> TableFaultCause | None:
-    """Return a cause if the energy of a dihedral changes from its last row to its first."""
+    """Return a cause if the energy of a dihedral jumps between the last row and the first."""
     table = judge.table
     if not table.period:
         return None
@@ -111,9 +115,10 @@ def _in_whole_or_part(
     judge: Judge, forces: Array, cause: TableFaultCause, in_part: str
 ) -> list[_Test]:
     """
-    Return tests of a cause of wrong forces: in all rows, and in the rows that it improves.
+    Return tests of a cause of wrong forces, for all rows and for the rows that it improves.
 
-    `forces` are those without the cause, and `in_part` is the remedy for a part of the rows.
+    `forces` are the corrected forces, and `in_part` is the remedy if only a part of the rows is
+    wrong.
     """
     table = judge.table
     tests = [_Test(cause, replace(table, forces=forces))]
@@ -134,7 +139,7 @@ def _in_whole_or_part(
 
 
 def _improved(judge: Judge, forces: Array) -> Mask:
-    """Return the rows before the cutoff whose given forces are farther from -dE/dr than others."""
+    """Mark the rows before the cutoff at which `forces` are closer to -dE/dr than the given ones."""
     rows = judge.rows
     x, _, given, _ = rows.padded
     other = replace(judge, table=replace(judge.table, forces=forces)).rows.padded[2]
@@ -142,7 +147,7 @@ def _improved(judge: Judge, forces: Array) -> Mask:
         slopes = rows.by_energies(x, 6)
         better = np.abs(other - slopes) < np.abs(given - slopes)
         is_clear = np.abs(other - given) > 1e-3 * np.maximum(np.abs(other), np.abs(given))
-    # A row on which both forces agree belongs to the row before.
+    # If both forces agree at a row, the row gets the mark of the previous row.
     last_clear = np.maximum.accumulate(np.where(is_clear, np.arange(len(x)), 0))
     pad = (len(x) - len(rows.table.lengths)) // 2
     result: Mask = better[last_clear][pad : len(x) - pad]
@@ -165,7 +170,7 @@ def _sign_and_factor(judge: Judge, wrong: Mask) -> list[_Test]:
         )
         tests = _in_whole_or_part(judge, forces, cause, "multiply these forces by -1")
         if judge.table.kind != "dihedral" and judge.table.forces[0] > 0.0:
-            # The first force pushes outwards, as it should.
+            # The first force is repulsive, as it should be, so the energies are wrong.
             said = "the energies have the wrong sign"
             cause = TableFaultCause("sign", said, "multiply the energy column by -1")
             tests[0] = replace(tests[0], cause=cause)
@@ -184,7 +189,7 @@ def _sign_and_factor(judge: Judge, wrong: Mask) -> list[_Test]:
 
 
 def _of_forces(judge: Judge) -> list[_Test]:
-    """Return tests of forces that are multiplied or divided by r, and of shifted forces."""
+    """Return tests for forces that are multiplied or divided by r, and for shifted forces."""
     t = judge.table
     r, forces = t.lengths, t.forces
     tests = []
@@ -200,8 +205,8 @@ def _of_forces(judge: Judge) -> list[_Test]:
             tests.append(_Test(cause, replace(t, forces=undone)))
     for rows in (1, -1, 2, -2, 3, -3):
         shifted = np.roll(forces, -rows)
-        # np.roll moves rows from one end to the other. These rows get the nearest moved force
-        # instead.
+        # np.roll moves forces from one end of the table to the other. They are replaced by the
+        # nearest correct force.
         if rows > 0:
             shifted[-rows:] = shifted[-rows - 1]
         else:
@@ -218,7 +223,7 @@ def _of_forces(judge: Judge) -> list[_Test]:
 
 
 def _of_lengths(judge: Judge) -> list[_Test]:
-    """Return tests of exchanged columns, of squared lengths and of rounded lengths."""
+    """Return tests for exchanged columns, squared lengths and rounded lengths."""
     t = judge.table
     r = t.lengths
     said = "the energy column holds the forces, and the force column the energies"
@@ -235,7 +240,7 @@ def _of_lengths(judge: Judge) -> list[_Test]:
 
 
 def _differences_of_energies(judge: Judge, wrong: Mask) -> TableFaultCause | None:
-    """Return the cause that forces are differences to one neighbouring energy, or None."""
+    """Return a cause if the forces are one-sided differences of the energies, otherwise None."""
     x, energies, forces, _digits = judge.rows.padded
     slopes = -np.diff(energies) / np.diff(x)
     by_energies, by_forces, _ = judge.rows.mean_forces()

@@ -1,4 +1,4 @@
-"""Find faults of a table's forces: contradictions, outliers, end slopes, no natural length."""
+"""Find faults in a table's forces: contradictions, outliers, wrong end slopes, a wrong EQ."""
 
 import numpy as np
 
@@ -11,17 +11,18 @@ from chaincor.workflows.tables.judge import Errors, Judge, last_row
 from chaincor.workflows.tables.reading import with_lengths_of_header
 from chaincor.workflows.tables.report import TableReport, sentence
 
-# A recommended number of rows keeps the error of the force below this fraction of the local force.
+# Without a tolerance, the recommended number of rows keeps the force's error below this fraction of
+# the local force.
 TOLERANCE = 1e-3
-# Outside the range, a contradiction counts if it occurs in this many consecutive intervals, in each
-# of them by more than this fraction of the force.
+# Outside the range, a contradiction counts if it occurs in at least _CORE_ROWS consecutive
+# intervals and exceeds the fraction _CORE_PART of the force in each.
 _CORE_ROWS, _CORE_PART = 5, 0.1
 
 
 def contradictions(
     judge: Judge, errors: Errors, allowed: float
 ) -> tuple[TableFaultCause, str] | None:
-    """Return the cause of a contradiction and a sentence about it, or None without one."""
+    """Return why energies and forces contradict each other, and a sentence; None if they agree."""
     if not judge.table.has_forces:
         return None
     x = judge.rows.padded[0]
@@ -50,7 +51,7 @@ def contradictions(
 
 
 def other_faults(report: TableReport, judge: Judge, section: Section) -> list[str]:
-    """Return outliers, wrong slopes at the ends, missing energies, and a wrong EQ."""
+    """Return faults: outliers, wrong slopes at the ends, missing energies, or a wrong EQ."""
     table = judge.table
     found: list[str] = []
     if table.has_forces and not table.period:
@@ -72,14 +73,15 @@ def other_faults(report: TableReport, judge: Judge, section: Section) -> list[st
 
 
 def _fault_of_natural_length(natural: float, judge: Judge) -> list[str]:
-    """Return a fault if EQ is far from every zero of the force, or an empty list."""
+    """Return a fault if EQ is far from every zero of the force, otherwise an empty list."""
     x, forces = judge.table.lengths, judge.table.forces
     if not x[0] <= natural <= x[-1]:
         return []
     crossing = np.flatnonzero(forces[:-1] * forces[1:] <= 0.0)
     room = max(2.0 * float(np.max(np.diff(x))), 0.02 * float(x[-1] - x[0]))
     zeros = [*x[crossing], *x[crossing + 1]]
-    # The natural angle may lie at an end, because the sine of the angle vanishes there.
+    # The natural angle may be the first or last angle, because the sine of the angle vanishes
+    # there.
     ends = [x[0], x[-1]] if judge.table.kind == "angle" else []
     if not zeros or np.min(np.abs(np.array([*zeros, *ends]) - natural)) <= room:
         return []

@@ -16,9 +16,9 @@ _PLACES = 1000
 
 def draw_forces(report: "TableReport", ax: "Axes | None" = None) -> "Axes":
     """
-    Draw forces against the length or angle within the range of a report, and return the axes.
+    Draw forces against the length or angle, within the range of a report; return the axes.
 
-    Raises InputError if the rows are no table.
+    Raise InputError if the rows form no valid table.
     """
     from matplotlib.figure import Figure
 

@@ -10,23 +10,25 @@ from chaincor.lammps_inputs.bonds.table_rows import LEAST_ROWS
 from chaincor.workflows.tables.lammps_curve import LammpsCurve, Style, TableData, lammps_curve
 from chaincor.workflows.tables.neighbours import Neighbours
 
-# Particles rarely climb higher than this many kT above the minimum.
+# Particles rarely reach energies higher than this many kT above the minimum.
 THERMAL_ENERGIES = 10.0
-# The local force is the largest force within WINDOW of the range on both sides. It is at least
-# LEAST_FORCE of the largest force in the range.
+# The local force is the largest force within the distance WINDOW times the range on both sides. It
+# is at least LEAST_FORCE times the largest force in the range.
 WINDOW = 0.05
 LEAST_FORCE = 1e-3
 _BINS = 200
-# Errors are computed at this many points between two rows, and at about this many points in all.
+# Errors are computed at up to _PLACES points between two rows, and at about _MOST_PLACES points in
+# all.
 _PLACES, _MOST_PLACES = 8, 400_000
-# Scatter and contradictions are averaged or maximized over this many rows on both sides.
+# Contradictions are averaged over this many rows on both sides. The scatter is the largest value in
+# these rows.
 _BESIDE = 3
-# The mean of seven errors of random sign rarely exceeds this multiple of the largest scatter.
+# The mean of seven random errors rarely exceeds this multiple of the largest scatter.
 _MEAN_OF_NOISE = 1.5
-# In this many rows at each end, polynomials amplify noise by this factor.
+# In the _END_ROWS rows at each end, polynomials amplify noise by the factor _MOVED_AT_ENDS.
 _END_ROWS, _MOVED_AT_ENDS = 2, 6.0
 # Rounding scatters numbers by 0.29 units of the last digit. Numbers count as exact if their median
-# scatter is below this fraction of half a unit.
+# scatter is smaller than this fraction of half a unit.
 _EXACT = 0.05
 
 
@@ -34,8 +36,8 @@ def judged_range(table: TableData, thermal: float) -> tuple[float, float]:
     """
     Return the range in which the energy is less than 10 kT above its minimum.
 
-    For pairs, the limit is at least the energy of the last row. If the energy jumps at the
-    cutoff, the last rows before it are left out. The range has at least four rows.
+    For pairs, the range also includes all energies below that of the last row. If the energy jumps
+    at the cutoff, the last rows before the cutoff are excluded. The range has at least four rows.
     """
     end = last_row(table)
     if end < len(table.energies) - 1 and not table.is_bitmap:
@@ -67,9 +69,9 @@ def judged_range(table: TableData, thermal: float) -> tuple[float, float]:
 
 def _reached(energies: Array, height: float) -> int:
     """
-    Return the first row that a pair reaches from outside without climbing by more than `height`.
+    Return the innermost row that a pair reaches without climbing by more than `height`.
 
-    Rows behind a higher barrier, such as placeholders near the origin, do not count for the
+    Rows behind a higher barrier, for example placeholders near the origin, do not count for the
     minimum.
     """
     inwards = energies[::-1]
@@ -87,12 +89,13 @@ def _crossing(x: Array, energies: Array, outside: int, inside: int, limit: float
 class Errors:
     """Errors of the force along a range, as fractions of the local force."""
 
-    at: Array  #: Lengths or angles.
+    at: Array  #: Lengths or angles at which the errors are computed.
     size: Array  #: Local force, in the unit of the file.
-    interpolation: Array  #: Difference of LAMMPS and the polynomials through neighbouring rows.
+    #: Difference between LAMMPS's force and polynomials through neighbouring rows.
+    interpolation: Array
     unsure: Array  #: Uncertainty of these polynomials.
     scatter: Array  #: Noise and rounding of the forces.
-    contradiction: Array  #: Systematic difference of forces and energies.
+    contradiction: Array  #: Systematic difference between forces and -dE/dr.
 
     @cached_property
     def whole(self) -> Array:
@@ -106,18 +109,18 @@ class Errors:
 
     @property
     def worst(self) -> float:
-        """Place of the largest total error."""
+        """Length or angle with the largest total error."""
         return float(self.at[np.argmax(self.whole)])
 
 
 @dataclass(frozen=True)
 class Judge:
-    """Judge of a table's forces within a range."""
+    """Table whose forces are judged within a range."""
 
     table: TableData
     digits: Array  #: Half a unit of the last digit of energies and forces; of shape (rows, 2).
-    low: float  #: Start of the range that is judged.
-    high: float  #: End of the range that is judged.
+    low: float  #: Lower end of the range.
+    high: float  #: Upper end of the range.
 
     @cached_property
     def rows(self) -> Neighbours:
@@ -153,11 +156,11 @@ class Judge:
     @cached_property
     def differences(self) -> tuple[Array, Array]:
         """
-        Differences of mean forces, from energies and from forces, and their systematic part.
+        Differences between mean forces from energies and from forces, and their systematic part.
 
         Both arrays have the shape (rows - 1,) and the unit of force. The systematic part is the
-        mean over seven neighbours, in which noise averages out, less the contribution of rounding,
-        spacing of rows and noise.
+        absolute mean over seven neighbours, in which noise averages out, minus the possible
+        contributions from rounding, from the spacing of rows, and from noise.
         """
         if not self.table.has_forces:
             nothing = np.zeros(len(self.rows.padded[0]) - 1)
@@ -184,16 +187,16 @@ class Judge:
 
     @cached_property
     def _own_scatter(self) -> tuple[Array, bool]:
-        """Scatter of each force, and whether the forces are rounded."""
+        """Scatter of each force, and whether the forces have rounding errors."""
         if not self.table.has_forces:
             return np.zeros(len(self.rows.padded[0])), False
         own = np.nan_to_num(self.rows.scatter(), nan=0.0, posinf=0.0)
-        # Numbers that are exact with few digits have no rounding error.
+        # Numbers with few digits may be exact.
         is_rounded = np.median(own) > _EXACT * np.median(self.rows.padded[3][:, 1])
         return own, bool(is_rounded)
 
     def places(self, low: float, high: float) -> Array:
-        """Return the places in a range for the errors: rows and points between rows."""
+        """Return the places at which errors are computed: rows, and points between rows."""
         x = self.table.lengths
         inside = x[(x > low) & (x < high)]
         edges = np.concatenate([[low], inside, [high]])
@@ -209,7 +212,7 @@ class Judge:
     def errors(
         self, style: Style, rows: int, low: float | None = None, high: float | None = None
     ) -> Errors:
-        """Return the errors in a range, which is the judge's own by default."""
+        """Return the errors in a range, by default from `self.low` to `self.high`."""
         low, high = self.low if low is None else low, self.high if high is None else high
         at = self.places(low, high)
         size = self.size_at(at, low, high)
@@ -222,8 +225,8 @@ class Judge:
             missed = np.abs(self.curve(style, rows).force(at) - best)
         relative = self._relative_scatter(low, high)
         scatter = np.maximum(relative[between], relative[between + 1])
-        # Noise also changes the polynomials, most of all near the ends. It is subtracted here, so
-        # that it counts only once.
+        # Noise also changes the polynomials, most strongly near the ends. The change is subtracted
+        # here, so that noise counts only once.
         is_end = (between < _END_ROWS) | (between >= len(x) - 1 - _END_ROWS)
         moved = np.where(is_end & (self.table.period == 0.0), _MOVED_AT_ENDS, 1.0) * scatter
         missed, unsure = (
@@ -236,8 +239,9 @@ class Judge:
         """
         Return the largest scatter around each row, as a fraction of the local force.
 
-        The fraction is taken at each row before the largest one is chosen, so that a kink in the
-        core is not compared with the smaller forces beside the core.
+        At each row, the scatter is divided by the local force before the largest fraction is
+        chosen. Otherwise a kink in the core would be compared with the smaller forces beside the
+        core.
         """
         x, _, _, digits = self.rows.padded
         size = self.size_at(x, low, high)
@@ -249,13 +253,13 @@ class Judge:
         return np.nan_to_num(found, nan=0.0, posinf=1e300)
 
     def _largest_beside(self, own: Array, rounding: Array) -> Array:
-        """Return the largest scatter around each row, and at least the rounding of rounded rows."""
+        """Return the largest scatter around each row, or the rounding error if that is larger."""
         largest: Array = _windows(own, 2 * _BESIDE + 1).max(axis=1)
         return np.maximum(largest, rounding) if self._own_scatter[1] else largest
 
 
 def last_row(table: TableData) -> int:
-    """Return the last row before a pair's zeros beyond the cutoff, or the last row."""
+    """Return the index of the last row, for pairs without the zeros beyond the cutoff."""
     rows = np.flatnonzero((table.energies != 0.0) | (table.forces != 0.0))
     last = len(table.energies) - 1
     if table.kind != "pair" or not len(rows) or rows[-1] < LEAST_ROWS:
@@ -264,6 +268,6 @@ def last_row(table: TableData) -> int:
 
 
 def _windows(values: Array, width: int) -> Array:
-    """Return a window of `width` values around each value, as shape (values, width)."""
+    """Return `width` values around each value, of shape (values, width)."""
     padded = np.pad(values, width // 2, mode="reflect" if len(values) > width // 2 else "edge")
     return np.lib.stride_tricks.sliding_window_view(padded, width)

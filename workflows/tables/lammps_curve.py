@@ -1,10 +1,11 @@
 r"""
-Compute energy and force of a table as LAMMPS does, as functions of the length or angle.
+Interpolate a table's energy and force as LAMMPS does.
 
-LAMMPS fits cubic splines to the energies and forces of the file. The end slopes come from ``FP``
-or from the two outer rows. LAMMPS then resamples the splines at N points and interpolates between
-these. The points are uniform in r for bonds and angles, uniform over a full turn for dihedrals, and
-uniform in r^2 for pairs, with F/r in place of F. Bitmaps are not resampled.
+LAMMPS fits cubic splines to the energies and forces of the file. The slopes at the ends come from
+``FP`` or from the two outer rows. LAMMPS then evaluates the splines at N points and interpolates
+between these points. The points are uniform in r for bonds and angles, uniform over a full turn for
+dihedrals, and uniform in r^2 for pairs. For pairs, F/r takes the place of F. Bitmaps are
+interpolated without splines.
 """
 
 from collections.abc import Callable
@@ -19,23 +20,24 @@ TableKind = Literal["bond", "angle", "dihedral", "pair"]
 Style = Literal["linear", "spline", "lookup", "bitmap"]
 Function = Callable[[Array], Array]
 
-# LAMMPS ignores a larger end slope, and sets the curvature to zero there instead.
+# If an end slope is larger, LAMMPS ignores it and sets the curvature at this end to zero.
 _NO_SLOPE = 0.99e30
-# Without FPRIME, LAMMPS computes the end slopes of a pair's F/r over this fraction of a bin.
+# Without FPRIME, LAMMPS computes the end slopes of a pair's F/r from differences over this fraction
+# of a bin.
 _SECANT = 0.1
 
 
 @dataclass(frozen=True)
 class TableData:
-    """Rows of a table as LAMMPS stores them, in rising order."""
+    """Rows of a table as LAMMPS stores them, with increasing lengths."""
 
     kind: TableKind
-    lengths: Array  #: Lengths or angles; for pairs recomputed from R, RSQ or BITMAP.
+    lengths: Array  #: Lengths or angles. For pairs, LAMMPS recomputes them from R, RSQ or BITMAP.
     energies: Array
-    forces: Array  #: Minus the slope of the energy; NaN in a dihedral table without forces.
+    forces: Array  #: Forces, minus the slope of the energy; NaN in a dihedral table without forces.
     slopes: tuple[float, float] | None  #: dF/dr at both ends, from FP or FPRIME.
     is_bitmap: bool = False
-    period: float = 0.0  #: A full turn, 360 or 2 pi, for dihedrals; 0 for other kinds.
+    period: float = 0.0  #: Full turn of a dihedral, 360 or 2 pi; 0 for other kinds.
 
     @property
     def has_forces(self) -> bool:
@@ -53,7 +55,7 @@ class LammpsCurve:
 
 def lammps_curve(table: TableData, style: Style, rows: int) -> LammpsCurve:
     """
-    Return LAMMPS's energy and force of a table, interpolated by `style` in `rows` rows.
+    Return energy and force as LAMMPS interpolates them by `style` between `rows` points.
 
     Lengths have the unit of the file. Sources: ``bond_table.cpp``, ``angle_table.cpp``,
     ``dihedral_table.cpp`` and ``pair_table.cpp`` of LAMMPS.
@@ -117,11 +119,11 @@ def _pair(
 
 
 def _bitmap(table: TableData) -> LammpsCurve:
-    """Interpolate F/r linearly in r^2; the last bin has the slope of the bin before it."""
+    """Interpolate F/r linearly in r^2. The last bin has the slope of the previous bin."""
     nodes, over_r = table.lengths**2, table.forces / table.lengths
 
     def between(values: Array) -> Function:
-        # LAMMPS stores r^2, of the places and of the nodes, in single precision.
+        # LAMMPS stores all values of r^2 in single precision.
         def value(at: Array) -> Array:
             q = (at * at).astype(np.float32).astype(float)
             k = np.clip(np.searchsorted(nodes, q, side="right") - 1, 0, len(nodes) - 1)
@@ -157,8 +159,8 @@ def bitmap_lengths(low: float, high: float, bits: int) -> Array:
     """
     Return the distances that LAMMPS assigns to the rows of a BITMAP table, in file order.
 
-    The bits of the row index i are the lower exponent bits and upper mantissa bits of a
-    single-precision r^2. Raises ValueError for too few or too many bits.
+    The bits of the row index are the lower exponent bits and upper mantissa bits of a
+    single-precision r^2. Raise ValueError for too few or too many bits.
     """
     low2, high2 = np.float32(low * low), np.float32(high * high)
     exponent = int(np.floor(np.log2(low * low)))

@@ -25,7 +25,8 @@ mass 1 1.0
 {kind}_coeff {target} in.table {keyword}
 {kind}_write {types} {points} {low:.17g} {high:.17g} out.table OUT
 """
-# LAMMPS 22Jul2025 lacks angle_write and dihedral_write for tables, so the forces on atoms are read.
+# In LAMMPS 22Jul2025, angle_write and dihedral_write do not support tables, so the forces on atoms
+# are read.
 _FEEL = """atom_style molecular
 atom_modify map array
 read_data in.data
@@ -41,14 +42,15 @@ run 0
 
 @dataclass(frozen=True)
 class LammpsTable:
-    """Energies, forces and messages of LAMMPS for one table."""
+    """Energies, forces and messages that LAMMPS gives for one table."""
 
     lengths: Array
     energies: Array
     forces: Array
-    warned_forces: int  #: Forces that LAMMPS calls inconsistent with -dE/dr.
-    warned_distances: int  #: Distances that differ from those of R, RSQ or BITMAP.
-    error: str = ""  #: LAMMPS's message if it refuses the table; the arrays are then empty.
+    warned_forces: int  #: Number of forces that LAMMPS calls inconsistent with -dE/dr.
+    #: Number of distances that differ from those that LAMMPS computes from R, RSQ or BITMAP.
+    warned_distances: int
+    error: str = ""  #: Message with which LAMMPS refuses the table; the arrays are then empty.
 
 
 def run_lammps(
@@ -63,10 +65,10 @@ def run_lammps(
     period: float = 360.0,
 ) -> LammpsTable:
     """
-    Return LAMMPS's energies and forces of a table at `points` uniform places over `span`.
+    Return LAMMPS's energies and forces for a table, at `points` uniform places over `span`.
 
-    `rows` is the number of bits for a bitmap. `period` is a full turn in the unit of a dihedral
-    table. Raises RunError if LAMMPS is missing or ends without a result.
+    For a bitmap, `rows` is the number of bits. For a dihedral, `period` is a full turn in the unit
+    of the table. Raise RunError if LAMMPS is missing or ends without a result.
     """
     command = find_lmp_command()
     if command is None:
@@ -74,7 +76,8 @@ def run_lammps(
     words = {"kind": kind, "style": style, "rows": rows, "keyword": keyword}
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        # LAMMPS would split a path at spaces and expand $ in it, so the table gets a fixed name.
+        # LAMMPS would split a path at spaces and replace $ in it, so the copied table gets a fixed
+        # name.
         (folder / "in.table").write_bytes(path.read_bytes())
         if kind in ("bond", "pair"):
             script = (
@@ -139,7 +142,7 @@ def _written(path: Path) -> Array:
 
 
 def _atoms_at(kind: TableKind, angles: Array) -> str:
-    """Return a data file of three atoms for each angle, or four for each dihedral angle."""
+    """Return a data file with three atoms for each angle, or four for each dihedral angle."""
     here = np.zeros(len(angles))
     cos, sin = np.cos(angles), np.sin(angles)
     if kind == "angle":
@@ -166,7 +169,7 @@ def _atoms_at(kind: TableKind, angles: Array) -> str:
 
 
 def _felt(folder: Path, kind: TableKind, angles: Array, unit: float) -> tuple[Array, Array]:
-    """Return the energies, and the force along the angle on the rotated atom."""
+    """Return the energies, and the forces along the angle from the force on the rotated atom."""
     many = 3 if kind == "angle" else 4
     atoms = np.loadtxt(folder / "out.force", skiprows=9, ndmin=2)[:, 1:].reshape(-1, many, 4)
     turned = atoms[:, 0] if kind == "angle" else atoms[:, 3]

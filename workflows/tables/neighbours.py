@@ -9,8 +9,8 @@ import numpy as np
 from chaincor.lammps_inputs.arrays import Array, Indices, Mask
 from chaincor.workflows.tables.lammps_curve import TableData
 
-# Polynomials go through these numbers of rows, from fine to coarse: first through forces alone,
-# then through energies and forces.
+# Polynomials go through these numbers of rows, in order of decreasing accuracy. Polynomials of
+# _OF_FORCES use forces alone, and polynomials of _OF_BOTH use energies and forces.
 _OF_FORCES = (8, 6, 4)
 _OF_BOTH = (4, 3, 2)
 _EPSILON = 2.0**-52
@@ -18,9 +18,10 @@ _EPSILON = 2.0**-52
 
 def newton(z: Array, y: Array, slopes: Array | None) -> Array:
     """
-    Return divided differences of the values y at nodes z, of shape (polynomials, nodes).
+    Return the Newton coefficients (divided differences) of polynomials through values y at z.
 
-    `slopes`, of the same shape, replaces the first difference between equal nodes.
+    All arrays have the shape (polynomials, nodes). If two neighbouring nodes are equal, `slopes`
+    replaces their first difference.
     """
     c = y.copy()
     found = [c[:, :1]]
@@ -35,7 +36,7 @@ def newton(z: Array, y: Array, slopes: Array | None) -> Array:
 
 
 def horner(z: Array, c: Array, at: Array) -> tuple[Array, Array]:
-    """Return the value and the slope of each Newton polynomial at its own place."""
+    """Return the value and the slope of each Newton polynomial at its place in `at`."""
     value, slope = c[:, -1], np.zeros(len(at))
     for j in range(c.shape[1] - 2, -1, -1):
         gap = at - z[:, j]
@@ -46,10 +47,10 @@ def horner(z: Array, c: Array, at: Array) -> tuple[Array, Array]:
 
 @dataclass(frozen=True)
 class Neighbours:
-    """Rows of a table, with polynomials through neighbouring rows."""
+    """Rows of a table, and polynomials through neighbouring rows."""
 
     table: TableData
-    digits: Array  #: Rounding of energies and forces: half a unit of the last digit; (rows, 2).
+    digits: Array  #: Half a unit of the last digit in energies and forces, of shape (rows, 2).
 
     @cached_property
     def padded(self) -> tuple[Array, Array, Array, Array]:
@@ -67,13 +68,13 @@ class Neighbours:
         return x, energies, forces, digits
 
     def first_of(self, at: Array, count: int) -> Indices:
-        """Return the index of the first of the `count` rows around each place."""
+        """Return the index of the first row among the `count` rows around each place."""
         x = self.padded[0]
         k = np.clip(np.searchsorted(x, at, side="right") - 1, 0, len(x) - 2)
         return np.clip(k - (count // 2 - 1), 0, max(len(x) - count, 0))
 
     def by_forces(self, at: Array, count: int) -> Array:
-        """Return the force at each place, by polynomials through the forces of `count` rows."""
+        """Return the force at each place, from polynomials through the forces of `count` rows."""
         x, _, forces, _ = self.padded
         count = min(count, len(x))
         rows = np.arange(len(x) - count + 1)[:, None] + np.arange(count)
@@ -82,7 +83,7 @@ class Neighbours:
         return horner(x[rows][first], c[first], at)[0]
 
     def by_both(self, at: Array, count: int) -> Array:
-        """Return -dE/dr at each place, by polynomials through both columns of `count` rows."""
+        """Return -dE/dr at each place, from polynomials through both columns of `count` rows."""
         x, energies, forces, _ = self.padded
         count = min(count, len(x))
         rows = np.arange(len(x) - count + 1)[:, None] + np.arange(count).repeat(2)
@@ -91,7 +92,7 @@ class Neighbours:
         return -horner(x[rows][first], c[first], at)[1]
 
     def by_energies(self, at: Array, count: int) -> Array:
-        """Return -dE/dr at each place, by polynomials through the energies of `count` rows."""
+        """Return -dE/dr at each place, from polynomials through the energies of `count` rows."""
         x, energies, _, _ = self.padded
         count = min(count, len(x))
         rows = np.arange(len(x) - count + 1)[:, None] + np.arange(count)
@@ -101,9 +102,9 @@ class Neighbours:
 
     def forces_at(self, at: Array, trusted: Mask) -> tuple[Array, Array]:
         """
-        Return the best force at each place, and its difference between two polynomial orders.
+        Return the force at each place, and its difference between two polynomial degrees.
 
-        `trusted` says, for each place, whether the energies may be used as well.
+        `trusted` marks the places at which the energies may be used besides the forces.
         """
         with np.errstate(all="ignore"):
             if not self.table.has_forces:
@@ -121,10 +122,10 @@ class Neighbours:
 
     def mean_forces(self) -> tuple[Array, Array, Array]:
         """
-        Return mean forces between rows, from energies and from forces, and the allowed difference.
+        Return mean forces between rows, from energies and from forces, and an allowed difference.
 
-        Each array has the shape (rows - 1,). The allowed difference is the sum of the rounding
-        errors and of the differences between polynomial orders.
+        Each array has the shape (rows - 1,). The allowed difference is the sum of rounding errors
+        and of differences between polynomial degrees.
         """
         x, energies, _, digits = self.padded
         places, weights = np.polynomial.legendre.leggauss(4)
@@ -145,16 +146,15 @@ class Neighbours:
     @np.errstate(all="ignore")
     def scatter(self) -> Array:
         """
-        Return how far each force differs from the neighbouring rows, of shape (rows,).
+        Return how far each force deviates from the neighbouring rows, of shape (rows,).
 
-        For independent errors of the forces, the result is their standard deviation.
+        If the errors of the forces are independent, the result estimates their standard deviation.
         """
         x, _, forces, _ = self.padded
         by_forces, share = self.left_out(6)
         scatter = np.abs(forces - by_forces) / share
         if len(x) >= 5:
-            # Each force is judged by the energies of five rows and the forces of the other four
-            # rows.
+            # Each force is compared with a polynomial through five energies and four other forces.
             rows = np.clip(np.arange(len(x))[:, None] - 2, 0, len(x) - 5) + np.arange(5)
             middle = np.arange(len(x))[:, None] - rows[:, :1]
             scatter = np.minimum(scatter, self._by_four(rows, middle[:, 0]))
@@ -163,9 +163,9 @@ class Neighbours:
     @np.errstate(all="ignore")
     def _by_four(self, rows: Indices, middle: Indices) -> Array:
         """
-        Return the scatter of each force relative to five energies and the other four forces.
+        Return how far each force deviates from a polynomial through five energies and four forces.
 
-        `middle` is the position of the judged row among the five `rows`.
+        `middle` is the position of the row in question among the five `rows`.
         """
         x, energies, forces, _ = self.padded
         result = np.full(len(x), np.inf)
@@ -183,7 +183,7 @@ class Neighbours:
 
     @np.errstate(all="ignore")
     def left_out(self, count: int) -> tuple[Array, Array]:
-        """Predict each force from `count` neighbours, and return how single errors grow."""
+        """Predict each force from `count` neighbours; also return how this amplifies errors."""
         x, _, forces, _ = self.padded
         count = min(count, len(x) - 1)
         n = len(x)
@@ -201,7 +201,7 @@ class Neighbours:
 
 
 def _shares() -> list[float]:
-    """Return, for equal steps, how errors grow in `_by_four` for each row that is left out."""
+    """Return how `_by_four` amplifies errors, for each omitted row, if rows are equally spaced."""
     found = []
     x = np.arange(5.0)
     for k in range(5):

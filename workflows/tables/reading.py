@@ -1,4 +1,4 @@
-"""Read table files as LAMMPS does, and find faults that LAMMPS refuses."""
+"""Read table files as LAMMPS does, and find faults for which LAMMPS refuses a file."""
 
 import re
 from dataclasses import replace
@@ -15,11 +15,11 @@ from chaincor.workflows.tables.lammps_curve import TableData, TableKind, bitmap_
 KINDS: tuple[TableKind, ...] = ("bond", "angle", "dihedral", "pair")
 MOST_LINES = 10_000_000
 WHOLE_TURN = 180.0
-# Part of the range at its end, whose slope tells pairs from bonds.
+# The slope of the energy in this last part of the range distinguishes pairs from bonds.
 _TAIL = 0.1
 _UNITS = re.compile(r"UNITS:\s*(\w+)")
-# kT at 300 K for each style of units; 1 for lj. LAMMPS's own writers name the units in the first
-# line.
+# Values of kT at 300 K for each style of units; 1 for lj. In files that LAMMPS wrote, the first
+# line names the units.
 _THERMAL = {"lj": 1.0, "real": 0.59616, "metal": 0.025852, "electron": 9.5004e-4, "si": 4.1419e-21}
 
 
@@ -36,11 +36,13 @@ def read_text(path: Path) -> str:
 
 def read_sections(path: Path, keyword: str | None, text: str | None = None) -> list[Section]:
     """
-    Return the sections with a keyword, or the only section if no keyword is given.
+    Return the sections with a keyword.
 
-    Raises InputError if the file cannot be read, if no section has the keyword, or if there are
-    several sections and no keyword. Raises TableError if the file has no section or unreadable
-    lines.
+    If no keyword is given, return the only section.
+
+    Raise InputError if the file cannot be read, if no section has the keyword, or if the file has
+    several sections and no keyword is given. Raise TableError if the file has no section or has
+    unreadable lines.
     """
     text = read_text(path) if text is None else text
     if text.count("\n") > MOST_LINES:
@@ -67,7 +69,7 @@ def read_sections(path: Path, keyword: str | None, text: str | None = None) -> l
 
 
 def thermal_energy(text: str) -> tuple[float, str]:
-    """Return kT in the unit of a file, and how the value was found."""
+    """Return kT in a file's unit of energy, and how this value was found."""
     match = _UNITS.search(text[:1000])
     units = match.group(1) if match else ""
     if units in _THERMAL:
@@ -100,7 +102,7 @@ def kind_of(section: Section) -> TableKind:
     if "EQ" in words or "FP" in words:
         return "bond"
     outside = energies[np.argmin(energies) :]
-    # Energies of pairs vanish at the cutoff, nearly without a slope.
+    # At the cutoff, energies of pairs vanish with nearly no slope.
     change = abs(energies[-1] - np.interp(high - _TAIL * (high - low), x, energies)) / _TAIL
     if len(outside) > 2 and abs(energies[-1]) + change < 0.35 * float(np.ptp(outside)):
         return "pair"
@@ -109,10 +111,10 @@ def kind_of(section: Section) -> TableKind:
 
 def table_data(section: Section, kind: TableKind) -> TableData:
     """
-    Return the rows of an ordered section as LAMMPS stores them.
+    Return the rows of a sorted section as LAMMPS stores them.
 
-    The distances of a pair table are those that LAMMPS computes from R, RSQ or BITMAP, if its
-    header has one of them. The rows must have passed `fault_of_numbers`.
+    If the header of a pair table has R, RSQ or BITMAP, the distances are recomputed from it as in
+    LAMMPS. The rows must have passed `fault_of_numbers`.
     """
     header = section.header
     lengths, energies, forces = with_lengths_of_header(section, kind).data.T
@@ -133,10 +135,10 @@ def table_data(section: Section, kind: TableKind) -> TableData:
 
 def in_order(section: Section) -> Section:
     """
-    Return a section with the rows of a bitmap in rising order.
+    Return a section, after the rows of a bitmap were sorted by distance.
 
-    The first row of a bitmap lies inside its range. LAMMPS computes the distance of a row from its
-    index alone, so the order does not depend on the distances in the file.
+    A bitmap's first row in the file does not have the smallest distance. LAMMPS computes each
+    distance from the index of the row, so the order does not depend on the distances in the file.
     """
     if "BITMAP" not in section.header or not len(section.data):
         return section
@@ -147,7 +149,7 @@ def in_order(section: Section) -> Section:
 
 
 def with_lengths_of_header(section: Section, kind: TableKind) -> Section:
-    """Return an ordered section with the distances that LAMMPS recomputes for pairs."""
+    """Return a sorted section; for pairs, replace its distances by those that LAMMPS recomputes."""
     if kind != "pair" or not set(section.header) & {"R", "RSQ", "BITMAP"}:
         return section
     lengths = lengths_of_header(section)
@@ -157,7 +159,7 @@ def with_lengths_of_header(section: Section, kind: TableKind) -> Section:
 
 
 def lengths_of_header(section: Section) -> Array:
-    """Return distances as LAMMPS computes them from R, RSQ or BITMAP, in rising order."""
+    """Return the distances that LAMMPS computes from R, RSQ or BITMAP, in increasing order."""
     header, lengths = section.header, section.data[:, 0]
     for name, power in (("R", 1), ("RSQ", 2)):
         if name in header:
@@ -169,7 +171,7 @@ def lengths_of_header(section: Section) -> Array:
 
 
 def lengths_of_bitmap(section: Section) -> Array | None:
-    """Return the distances of a bitmap's rows in the file's order, or None if LAMMPS has none."""
+    """Return the distances of a bitmap's rows in the file's order; None if LAMMPS computes none."""
     rows = len(section.data)
     bits = rows.bit_length() - 1
     if "BITMAP" not in section.header or 1 << bits != rows:

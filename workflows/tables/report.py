@@ -1,4 +1,4 @@
-"""Report a check of a table: numbers, a summary of one sentence, lines and a figure."""
+"""Report the check of a table: fields, a summary, printed lines and a figure."""
 
 import math
 from dataclasses import dataclass, field, fields
@@ -36,29 +36,31 @@ class TableReport:
     low, high : float
         First and last length or angle.
     range : (float, float) or None
-        Range in which the table is judged; None if the rows form no table.
+        Range in which the table is judged; None if the rows form no valid table.
     range_reason : str
         Reason for the choice of the range.
     good_range : (float, float) or None
-        Longest interval of the range with an error below the tolerance, or below 0.01 without one.
+        Longest interval in the range with an error below the tolerance, or below 0.01 if no
+        tolerance was given.
     zeros : tuple of float
         Zeros of the force.
     largest_force : float
-        Largest force of all rows, in the unit of the file.
+        Largest force in any row, in the unit of the file.
     error : float or None
         Largest error of LAMMPS's force within the range, as a fraction of the local force.
     worst : float or None
-        Place of the largest error.
+        Length or angle of the largest error.
     core_error : float or None
-        Largest error below the range; None if there are no rows.
+        Largest error below the range; None if the table has no rows there.
     noise, style_error : float or None
-        Parts of the error that are due to noise and rounding of forces, and to interpolation.
+        Largest errors from noise and rounding of the forces, and from interpolation.
     warnings : int
         Number of forces that LAMMPS calls inconsistent with -dE/dr.
     rows_wanted : dict of str to int
-        Number of rows with which each style of LAMMPS meets the tolerance, or 0.001 without one.
+        Number of rows with which each style of LAMMPS meets the tolerance, or 0.001 if no tolerance
+        was given.
     cause, advice : str
-        Main cause of the error, and its remedy.
+        Main cause of the error, and the remedy.
     """
 
     path: str
@@ -118,7 +120,7 @@ class TableReport:
         return f"{text} {sentence(advice)}".strip()
 
     def as_keys(self) -> dict[str, Any]:
-        """Return all fields and the summary, for JSON."""
+        """Return all fields and the summary for JSON."""
         found = {each.name: getattr(self, each.name) for each in fields(self)}
         del found["curves"], found["verdict"]
         return found | {"summary": self.summary}
@@ -170,9 +172,9 @@ class TableReport:
 
     def plot(self, ax: "Axes | None" = None) -> "Axes":
         """
-        Draw the force column, LAMMPS's force and -dE/dr within the range; return the axes.
+        Draw the given force, LAMMPS's force and -dE/dr within the range; return the axes.
 
-        Raises InputError if the rows form no table.
+        Raise InputError if the rows form no valid table.
         """
         from chaincor.workflows.tables.figure import draw_forces
 
@@ -188,7 +190,7 @@ def percent(part: float) -> str:
 
 
 def sentence(advice: str) -> str:
-    """Return advice as a sentence, or empty text for empty advice."""
+    """Return advice as a sentence; empty advice stays empty."""
     if not advice:
         return ""
     text = advice[0].upper() + advice[1:]

@@ -16,9 +16,9 @@ def rewrite_table(report: TableReport, target: Path, rows: int) -> None:
     """
     Write a consistent table of `rows` rows through the forces of a report's table.
 
-    The forces follow the cubic spline through the rows. The energies are the spline's integral,
-    which starts with the energy of the first row, and the slopes in the header are its derivative.
-    Raises InputError if the rows form no table, or if the target exists.
+    The forces follow a cubic spline through the rows. The energies are minus the integral of this
+    spline, starting with the energy of the first row. The slopes in the header are derivatives of
+    the spline. Raise InputError if the rows form no valid table, or if the target exists.
     """
     if report.error is None:
         raise InputError(

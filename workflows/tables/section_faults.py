@@ -18,20 +18,21 @@ from chaincor.workflows.tables.reading import (
     with_lengths_of_header,
 )
 
-# LAMMPS knows these header words for each kind of table.
+# For each kind of table, LAMMPS knows these words in the header.
 _KNOWN: dict[TableKind, set[str]] = {
     "bond": {"N", "FP", "EQ"},
     "angle": {"N", "FP", "EQ"},
     "dihedral": {"N", "NOF", "DEGREES", "RADIANS", "CHECKU", "CHECKF"},
     "pair": {"N", "R", "RSQ", "BITMAP", "FPRIME"},
 }
-# LAMMPS refuses an angle table if its ends differ from 0 and 180 degrees by more than this.
+# LAMMPS refuses an angle table if one of its ends differs from 0 or 180 degrees by more than this.
 _ANGLE_ENDS = 1e-10
-# LAMMPS recomputes distances from R, RSQ or BITMAP, and warns of larger relative differences.
+# LAMMPS recomputes distances from R, RSQ or BITMAP, and warns if the relative difference is larger
+# than this.
 _SAME_LENGTH = 1e-6
-# Cubic splines through closer rows overflow.
+# Cubic splines overflow if rows are closer than this.
 _NEAREST = 1e-30
-# Kinds of lines that LAMMPS cannot read, with remedies.
+# LAMMPS cannot read these kinds of lines. Each has a remedy.
 _UNREADABLE = (
     (
         re.compile(r"^[ \t]*\d+[ \t]*[,;][ \t]*[-+.\d].*$", re.MULTILINE),
@@ -49,7 +50,7 @@ _UNREADABLE = (
 
 
 def faults_of_text(text: str) -> list[str]:
-    """Return the faults of line ends, separators and numbers that LAMMPS cannot read."""
+    """Return line ends, separators and numbers that LAMMPS cannot read."""
     faults = []
     if re.search(r"\r(?!\n)", text):
         faults.append(
@@ -63,7 +64,7 @@ def faults_of_text(text: str) -> list[str]:
 
 
 def faults_of_header(section: Section, kind: TableKind) -> list[str]:
-    """Return where a header contradicts its rows or the words that LAMMPS knows."""
+    """Return contradictions between header and rows, and header words that LAMMPS does not know."""
     header, data = section.header, section.data
     if len(section.odd_lines) > len(data):
         if [line.split()[0] for line in section.odd_lines[:3]] == ["1", "2", "3"]:
@@ -106,14 +107,18 @@ def faults_of_header(section: Section, kind: TableKind) -> list[str]:
 
 
 def _without_skipped(section: Section, kind: TableKind) -> Section:
-    """Return a section as LAMMPS reads this kind: of dihedral tables it skips no line."""
+    """
+    Return a section as LAMMPS reads it for this kind.
+
+    LAMMPS skips the line after the header, except in dihedral tables.
+    """
     if kind != "dihedral" or not section.skipped:
         return section
     return replace(section, skipped="", odd_lines=(section.skipped, *section.odd_lines))
 
 
 def notes_on_lines(section: Section, kind: TableKind) -> list[str]:
-    """Return notes on lines that LAMMPS does not read and that change nothing."""
+    """Return notes on lines that LAMMPS ignores."""
     section, notes = _without_skipped(section, kind), []
     if section.unread:
         notes.append(
@@ -159,7 +164,7 @@ def _faults_of_range(section: Section, kind: TableKind) -> list[str]:
 
 
 def _faults_of_turn(header: dict[str, list[float]], angles: Array) -> list[str]:
-    """Return a fault if the angles of a dihedral cover more than a turn, or are in other units."""
+    """Return a fault if a dihedral's angles cover more than a turn, or have the wrong unit."""
     low, high = float(angles[0]), float(angles[-1])
     in_radians = "RADIANS" in header
     whole = 2.0 * np.pi if in_radians else 360.0
@@ -178,7 +183,7 @@ def _faults_of_turn(header: dict[str, list[float]], angles: Array) -> list[str]:
 
 
 def faults_of_spacing(section: Section) -> list[str]:
-    """Return a fault if distances differ from LAMMPS's recomputed ones by more than rounding."""
+    """Return a fault if distances in the file differ from those that LAMMPS recomputes."""
     name = next((name for name in ("R", "RSQ", "BITMAP") if name in section.header), None)
     if name is None:
         return []
@@ -194,7 +199,7 @@ def faults_of_spacing(section: Section) -> list[str]:
     if not np.any(off):
         return []
     row, (low, high) = int(np.flatnonzero(off)[0]), section.header[name]
-    # Here the rows of a bitmap are in increasing order, unlike in the file.
+    # Here the rows of a bitmap are sorted by distance, unlike in the file.
     file_order = lengths_of_bitmap(section) if name == "BITMAP" else None
     first = 0 if file_order is None else int(np.argmin(file_order))
     in_file = (row + first) % len(lengths)
@@ -229,7 +234,7 @@ def _right_distances(section: Section, name: str, made: Array) -> str:
 
 
 def fault_of_values(header: dict[str, list[float]]) -> str | None:
-    """Return a fault if a header has values that are not finite or too large, or None."""
+    """Return a fault if a header has values that are not finite or too large, otherwise None."""
     for name, values in header.items():
         if not all(abs(value) <= LARGEST for value in values):
             said = " ".join(f"{value:g}" for value in values)
@@ -238,7 +243,7 @@ def fault_of_values(header: dict[str, list[float]]) -> str | None:
 
 
 def _right_order(data: Array) -> str:
-    """Return the remedy for rows whose lengths do not rise."""
+    """Return the remedy for rows whose lengths do not increase."""
     steps = np.diff(data, axis=0)
     if np.all(steps[:, 0] < 0.0):
         return "Reverse the order of the rows"
@@ -254,10 +259,10 @@ def _right_order(data: Array) -> str:
 
 def fault_of_numbers(section: Section, kind: TableKind) -> str | None:
     """
-    Return why the rows of an ordered section form no table, or None if they do.
+    Return why the rows of a sorted section form no valid table; None if they form one.
 
     Lengths must increase. If LAMMPS recomputes distances from the header, only the recomputed
-    distances must increase, because distances in the file may be equal after rounding.
+    distances must increase, because those in the file may be equal after rounding.
     """
     data, has_forces = section.data, "NOF" not in section.header
     columns = data if has_forces else data[:, :2]
