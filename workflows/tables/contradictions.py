@@ -139,7 +139,7 @@ def _in_whole_or_part(
 
 
 def _improved(judge: Judge, forces: Array) -> Mask:
-    """Mark the rows before the cutoff at which `forces` are closer to -dE/dr than the given ones."""
+    """Mark the rows before the cutoff at which `forces` are closer to -dE/dr than given ones."""
     rows = judge.rows
     x, _, given, _ = rows.padded
     other = replace(judge, table=replace(judge.table, forces=forces)).rows.padded[2]
