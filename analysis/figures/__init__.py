@@ -1,1 +1,1 @@
-"""Figures, one kind in each module; each function draws into given or new axes and returns them."""
+"""Figures, one kind per module. Each function draws into given or new axes and returns the axes."""

@@ -1,4 +1,4 @@
-"""Animate a collision: particles on their line, and the velocity of each."""
+"""Animate a collision: positions and velocities of the particles."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -20,19 +20,19 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _FRAMES_PER_SECOND = 25
-# This many frames last an hour, and each frame takes time to draw.
+# This many frames last an hour when they are shown.
 _MOST_FRAMES = 90_000
-# In chains of more particles, springs are drawn as lines. Longer bonds have broken or are about to
-# break.
+# In chains of more particles than the first number, springs are drawn as straight lines. Bonds
+# longer than the second number have broken or are about to break, and are not drawn.
 _MOST_COILED, _LONGEST_DRAWN = 60, 3.0
 
 
 def judge_animation(path: Path) -> Path:
     """
-    Return the path of an animation that can be written.
+    Return the path of an animation, after checking that it can be written.
 
-    Raises InputError if its ending is unknown, if ffmpeg is missing for MP4, or if the path holds
-    something else.
+    Raises InputError if the ending is unknown, if ffmpeg is missing for MP4, or if the path is a
+    folder or another kind of file.
     """
     from matplotlib.animation import FFMpegWriter
 
@@ -58,16 +58,16 @@ def animate_collision(
     targets: int = 0,
 ) -> Path:
     """
-    Write a collision as GIF, or as MP4 where ffmpeg is installed.
+    Write an animation as GIF, or as MP4 if ffmpeg is installed.
 
-    The upper panel shows the velocity of each particle, the lower panel the chain, coloured by
-    velocity. The `frames` pictures, 25 in a second, are evenly spaced in time between the states of
-    shape (frames, n). The first `targets` particles belong to a free target, from its far end to
-    the contact; without a target a wall is drawn. A notebook shows the number of pictures drawn so
-    far.
+    The upper panel shows the velocity of each particle, and the lower panel the chain, coloured by
+    velocity. `frames` is the number of pictures. They are evenly spaced in simulated time, and 25
+    are shown per second. States between the given times are interpolated. The first `targets`
+    particles are those of a free target, from its far end to the contact; without a target a wall
+    is drawn. In a notebook, the progress is displayed.
 
     Raises InputError if the ending of the file is unknown, if ffmpeg is missing for MP4, or if
-    `frames` is no number of pictures.
+    `frames` is not a valid number of pictures.
     """
     from matplotlib.animation import FFMpegWriter, FuncAnimation, PillowWriter
 
@@ -105,7 +105,7 @@ def _progress(frames: int) -> Callable[[int, int], object]:
 def _stage(
     x: Array, v: Array, moments: Array, title: str, targets: int
 ) -> tuple["Figure", Callable[[int], tuple["Artist", ...]]]:
-    """Return a figure and a function that draws frame k; x and v have the shape (moments, n)."""
+    """Return a figure and a function that draws frame k; x and v have the shape (times, n)."""
     from matplotlib.lines import Line2D
 
     n = x.shape[1]
@@ -114,7 +114,7 @@ def _stage(
     )
     size = float(np.clip(3000.0 / n, 3.0, 60.0))
     limit = max(1.2, float(np.max(np.abs(v))))
-    # The colours span the speeds of most particles. The few faster particles have the last colour.
+    # The colour scale ends at 1.2 v0. The few faster particles have the last colour.
     style = {"cmap": "cividis", "vmin": -1.2, "vmax": 1.2, "s": size, "linewidths": 0.0}
     (line,) = upper.plot(x[0], v[0], color=GREY, linewidth=0.7)
     points = upper.scatter(x[0], v[0], c=v[0], **style)
@@ -160,14 +160,14 @@ def _stage(
 
 
 def _springs(x: Array, targets: int) -> tuple[Array, Array]:
-    """Return a zigzag from each particle to the next of its body, except for very long bonds."""
+    """Return a zigzag line for each bond, except very long bonds."""
     coils = 8 if x.size <= _MOST_COILED else 1
     share = np.linspace(0.0, 1.0, coils + 1)
     along = x[:-1, None] + np.diff(x)[:, None] * share
     across = np.broadcast_to(0.3 * np.r_[0.0, (-1.0) ** np.arange(coils - 1), 0.0], along.shape)
     along = np.where(np.diff(x)[:, None] < _LONGEST_DRAWN, along, np.nan)
     if targets:
-        along[targets - 1] = np.nan  # the contact has no spring
+        along[targets - 1] = np.nan  # no spring connects the bodies
     return along.ravel(), across.ravel()
 
 

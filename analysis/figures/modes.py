@@ -29,11 +29,11 @@ def plot_spectrum(
     ax: "Axes | None" = None,
 ) -> "Axes":
     """
-    Draw E_j/E of modes j >= 1 on logarithmic scales; E is the kinetic energy at impact.
+    Draw E_j/E for modes j >= 1 on logarithmic scales; E is the kinetic energy at impact.
 
-    `mode_energies` are E_j for j >= 0, `theory` for j >= 1 after Basile and Dumont. Harmonic
-    energies of a broken chain have no meaning; give
-    ``chaincor.analysis.modes.kinetic_mode_energies`` for such a chain.
+    `mode_energies` are E_j for j >= 0; `theory` are those of Basile and Dumont for j >= 1. Harmonic
+    energies of a broken chain have no meaning; for such a chain, give the energies from
+    ``chaincor.analysis.modes.kinetic_mode_energies``.
     """
     from matplotlib.ticker import StrMethodFormatter
 
@@ -69,10 +69,10 @@ def plot_mode_heat_map(
     ax: "Axes | None" = None,
 ) -> "Axes":
     """
-    Draw E_j/E as colour over time and j >= 1, on a logarithmic scale.
+    Draw E_j/E as a colour against time and j >= 1, on a logarithmic scale.
 
-    Times need not be regular; `mode_energies`, of shape (frames, n), are E_j for j >= 0, and E is
-    the kinetic energy at impact. A line marks the last contact.
+    Times need not be evenly spaced. `mode_energies`, of shape (frames, n), are E_j for j >= 0, and
+    E is the kinetic energy at impact. A line marks the last contact.
     """
     from matplotlib.colors import LogNorm
 
@@ -86,7 +86,7 @@ def plot_mode_heat_map(
         np.arange(1, share.shape[1] + 1),
         np.clip(share.T, norm.vmin, None),
         norm=norm,
-        # Modes without energy have the colour of the background, in the light and the dark design.
+        # Modes without energy have the background colour of the light or dark design.
         cmap="magma_r",
         shading="nearest",
         rasterized=True,

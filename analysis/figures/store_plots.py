@@ -1,4 +1,4 @@
-"""Plots of a quantity of many collisions against one or two other quantities."""
+"""Plot a quantity from many collisions against one or two other quantities."""
 
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
@@ -16,12 +16,12 @@ from chaincor.lammps_inputs.given_numbers import number_in
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-# Axes that span a larger ratio are logarithmic.
+# Axes on which values span a larger factor are logarithmic.
 _WIDE = 30.0
-# More points are drawn without markers, and more curves without a legend.
+# Curves with more points are drawn without markers. Figures with more curves have no legend.
 _MANY_POINTS = 200
 _MANY_CURVES = 24
-# A legend has this many letters side by side, and rows of this height in inches.
+# Width of a legend in letters, and height of its rows in inches.
 _LEGEND_WIDTH = 66
 _LEGEND_ROW = 0.19
 
@@ -34,14 +34,14 @@ def plot_curves(
     ax: "Axes | None" = None,
 ) -> "Axes":
     """
-    Draw one curve for each name, through its points in the order given.
+    Draw one curve for each name, through the points in the given order.
 
     `curves` maps names to (x, y), two arrays of one shape (points,). A curve with an empty name has
     no entry in the legend. `x_name` and `y_name` are columns of a store or fields of a result, and
-    label the axes. The x axis is logarithmic if values span more than a factor of 30. More than 24
-    curves have no legend: a colour bar shows their names if these are values of one number, and
-    otherwise the title gives the number of curves. Returns the axes, which belong to a new figure
-    if none are given.
+    label the axes. The x axis is logarithmic if values span more than a factor of 30. If there are
+    more than 24 curves, there is no legend. If the names of the curves are values of one quantity,
+    a colour bar shows these values; otherwise the title gives the number of curves. Returns the
+    axes, which belong to a new figure if none are given.
     """
     own = ax is None
     ax = choose_axes(ax)
@@ -64,7 +64,7 @@ def plot_curves(
     if 1 <= len(labels) <= _MANY_CURVES:
         columns = max(1, min(3, _LEGEND_WIDTH // max(map(len, labels))))
         legend_above(ax, columns)
-        if own:  # this is room for the legend, besides the room for the curves
+        if own:  # the legend needs room besides the curves
             rows = -(-len(labels) // columns)
             ax.figure.set_figheight(ax.figure.get_figheight() + _LEGEND_ROW * rows)  # type: ignore[union-attr]
     elif labels and shades is None:
@@ -100,11 +100,11 @@ def plot_means(
     ax: "Axes | None" = None,
 ) -> "Axes":
     """
-    Draw the mean and the scatter of many collisions at each place of a curve.
+    Draw the mean and the scatter of many collisions at each point of a curve.
 
-    `curves` maps names to places along x and the distribution at each. The mean has its standard
-    error; the bands lie between the quartiles, and between the quantiles of 5 and 95 %. Returns the
-    axes, as :func:`plot_curves`.
+    `curves` maps names to x values and to the distribution at each x value. Error bars of the mean
+    show its standard error. One band lies between the quartiles, the other between the 5 and 95 %
+    quantiles. Returns the axes, like :func:`plot_curves`.
     """
     means = {
         label: (x, [found.mean for found in distributions])
@@ -137,11 +137,11 @@ def plot_heat_map(
     ax: "Axes | None" = None,
 ) -> "Axes":
     """
-    Draw a quantity as colour over two axes.
+    Draw a quantity as a colour against two other quantities.
 
-    Each place has one collision or stays empty. `labels` name the three columns. Axes are
-    logarithmic if values span more than a factor of 30. Raises InputError if two collisions lie at
-    the same place.
+    Each cell shows one collision or is empty. `labels` name the three columns. Axes are logarithmic
+    if values span more than a factor of 30. Raises InputError if two collisions belong to the same
+    cell.
     """
     ax = choose_axes(ax)
     columns, at_column = np.unique(np.asarray(x, dtype=float), return_inverse=True)
@@ -173,7 +173,7 @@ def _is_wide(values: Array) -> bool:
 
 
 def _edges(places: Array) -> Array:
-    """Return the borders half-way between places, on the scale of the axis."""
+    """Return the borders of cells, half-way between values on the scale of the axis."""
     if len(places) == 1:
         return places[0] + 0.5 * np.array([-1.0, 1.0]) * (abs(places[0]) or 1.0)
     if _is_wide(places):
@@ -188,7 +188,7 @@ def _edges_between(places: Array) -> Array:
 
 
 def _natural(item: tuple[str, object]) -> tuple[str, float]:
-    """Sort labels like ``particles = 10`` by their number."""
+    """Return a key that sorts labels like ``particles = 10`` by value."""
     name, _, value = item[0].rpartition(" = ")
     number = number_in(value)
     return (item[0], 0.0) if number is None else (name, number)

@@ -1,4 +1,4 @@
-"""Common style of figures: distinguishable colours, sizes, legends and rest positions."""
+"""Common style of figures: colours, sizes and legends; rest positions of particles."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -47,7 +47,7 @@ SETTINGS: Any = {
 
 def new_figure(rows: int = 1, columns: int = 1, **options: Any) -> "tuple[Figure, Any]":
     """
-    Make a figure and its panels in the common style, without a window and without global state.
+    Make a figure and its panels in the common style, without a window or global state.
 
     `options` are `figsize` and the options of ``Figure.subplots``.
     """
@@ -66,8 +66,8 @@ def look(number: int) -> dict[str, str]:
     """
     Return colour, marker and line style of a curve, counted from 0.
 
-    The first 28 curves all differ in colour or line style, the first 196 in colour, line style or
-    marker.
+    The first 28 curves all differ in colour or line style. The first 196 curves all differ in
+    colour, line style or marker.
     """
     turn, place = divmod(number, len(CYCLE))
     return {
@@ -78,12 +78,12 @@ def look(number: int) -> dict[str, str]:
 
 
 def choose_axes(ax: "Axes | None") -> "Axes":
-    """Return the axes given, or those of a new figure."""
+    """Return the given axes, or the axes of a new figure."""
     return new_figure()[1] if ax is None else ax
 
 
 def legend_above(ax: "Axes", columns: int = 3) -> None:
-    """Put the legend above the panel, where it covers neither data nor a factor of the y axis."""
+    """Put the legend above the panel, without covering data or the common factor of the y axis."""
     from matplotlib.ticker import ScalarFormatter
 
     from chaincor.analysis.figures.offset_in_label import OffsetInLabel
@@ -100,8 +100,8 @@ def rest_positions(particles: int, targets: int = 0) -> Array:
     """
     Return the rest positions of particles, in natural bond lengths.
 
-    Particle 1 of the chain is at 0. The first `targets` particles belong to a free target, from its
-    far end to the contact, which is also at 0.
+    Particle 1 of the chain is at 0. The first `targets` particles are those of a free target, from
+    its far end to the contact. The last of them is also at 0.
     """
     chain = np.arange(float(particles - targets))
     return np.concatenate((np.arange(1.0 - targets, 1.0), chain)) if targets else chain

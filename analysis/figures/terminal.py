@@ -1,4 +1,4 @@
-"""Draw pictures in characters: a chain with its velocities, and a histogram."""
+"""Draw a chain with its velocities, or a histogram, as lines of text."""
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -6,8 +6,8 @@ from rich.text import Text
 
 from chaincor.analysis.figures.style import BLUE, GREY, ORANGE, SKY, rest_positions
 
-# Colours run from blue (towards the wall) over grey to yellow (away from it), which everyone can
-# distinguish. The height of a mark shows the same.
+# Colours range from blue (towards the wall) through grey to yellow (away from the wall).
+# Colour-blind readers can distinguish them. The height of a mark also shows the velocity.
 _COLOURS = (BLUE, SKY, GREY, ORANGE, "#F0E442")
 _WALL, _PARTICLE, _SPEED, _REST = "█", "●", "•", "─"
 _HISTOGRAM_COLUMNS, _HISTOGRAM_ROWS = 78, 20
@@ -25,14 +25,16 @@ def draw_moment(
     targets: int = 0,
 ) -> Text:
     """
-    Draw one state of a chain in characters.
+    Draw one state of a chain as lines of text.
 
-    The upper lines show velocities from -1.5 to 1.5 v0, with larger ones at the edge, and the last
-    line the chain. If particles share a column, it shows their mean velocity.
+    The upper lines show velocities from -1.5 to 1.5 v0; larger velocities are drawn at the edge.
+    The last line shows the chain. If particles share a column, the column shows their mean
+    velocity.
 
-    Particle 1 comes first. The wall is at x = 0, and the last column is at the distance `longest`
-    from it. Velocities take `rows` lines, an odd number. If the first `targets` particles belong to
-    a free target, from its far end, the first column is at x = `lowest`, and no wall is drawn.
+    Particle 1 comes first. The wall is at x = 0, and the last column is at x = `longest`.
+    Velocities occupy `rows` lines, an odd number. If the first `targets` particles are those of a
+    free target, beginning at its far end, the first column is at x = `lowest`, and no wall is
+    drawn.
     """
     u = np.asarray(displacements, dtype=float)
     x = u + rest_positions(u.size, targets)
@@ -66,12 +68,12 @@ def draw_moment(
 
 def draw_histogram(values: ArrayLike, *, label: str, mark: float) -> str:
     """
-    Draw a histogram in characters, a line for each bin.
+    Draw a histogram as text, with one line per bin.
 
-    Bins have a width of 1, 2 or 5 times a power of ten. About twenty bins hold the middle 99 % of
-    the values; the first and the last bin also hold all values beyond. Each line, of at most 78
-    columns, has the lower edge of its bin, a bar and the number of values. An edge equal to `mark`
-    is pointed at.
+    Bins have a width of 1, 2 or 5 times a power of ten. About twenty bins contain the middle 99 %
+    of the values. The first and the last bin also contain all values beyond them. Each line has the
+    lower edge of the bin, a bar and the number of values, in at most 78 columns. An arrow marks the
+    edge that equals `mark`.
     """
     x = np.sort(np.asarray(values, dtype=float))
     low, high = np.quantile(x, (0.005, 0.995))
@@ -93,7 +95,7 @@ def draw_histogram(values: ArrayLike, *, label: str, mark: float) -> str:
     return "\n".join(lines)
 
 
-# The characters run from nothing to seven eighths of a character.
+# Blocks from zero to seven eighths of a character wide.
 _EIGHTHS = ("", "▏", "▎", "▍", "▌", "▋", "▊", "▉")
 
 

@@ -1,4 +1,4 @@
-"""Figures of a collision against time: energies, bond lengths, times and speeds of contacts."""
+"""Plot energies and bond lengths against time, and the times and speeds of contacts."""
 
 from typing import TYPE_CHECKING
 
@@ -32,9 +32,9 @@ def plot_energy_partition(
     ax: "Axes | None" = None,
 ) -> "Axes":
     """
-    Draw translation and vibration as stacked shares of the energy at impact.
+    Draw translation and vibration, stacked, as fractions of the energy at impact.
 
-    Energies have the shape (frames,). They do not change after `last_contact`.
+    Energies have the shape (frames,). `last_contact` is the time after which they do not change.
     """
     ax = choose_axes(ax)
     ax.stackplot(
@@ -51,7 +51,7 @@ def plot_energy_partition(
     end = float(np.max(times))
     if last_contact:
         end = min(end, 1.25 * last_contact)
-    if end > float(np.min(times)):  # a single particle is gone after its contact
+    if end > float(np.min(times)):  # the motion of a single particle ends with its contact
         ax.set_xlim(float(np.min(times)), end)
     ax.set(ylim=(0.0, 1.05), xlabel=TIME, ylabel="share of the energy at impact")
     legend_above(ax)
@@ -67,7 +67,7 @@ def plot_bond_lengths(
     ax.plot(times, longest, color=VERMILION, linewidth=1.0, label="longest bond")
     ax.plot(times, shortest, color=BLUE, linewidth=1.0, label="shortest bond")
     ax.axhline(1.0, color=BLACK, linewidth=0.8, linestyle="--", label="natural length")
-    # A chain that breaks apart would squeeze everything else into a line.
+    # On a linear scale, the bonds of a broken chain would hide the range of the other bonds.
     if float(np.nanmax(longest)) > 4.0:
         ax.set_yscale("log")
     ax.set_xlim(np.min(times), np.max(times))
@@ -82,7 +82,8 @@ def plot_contact_intervals(
     """
     Draw the time between contacts against the number of the contact.
 
-    `stiffness` is U''(1)/m, for the line of the n = 2 chain at low speed; None for no line.
+    `stiffness`, U''(1)/m, gives the line of the n = 2 chain at low speed. With None no line is
+    drawn.
     """
     intervals = np.diff(np.asarray(contact_times, dtype=float))
     line = None if stiffness is None else PAIR_INTERVAL / stiffness**0.5
@@ -101,7 +102,7 @@ def plot_contact_speeds(
     """
     Draw the incoming speed of particle 1 against the number of the contact.
 
-    `pair_line` is the estimate from the n = 2 chain of equal masses.
+    `pair_line` draws the estimate from the n = 2 chain of equal masses.
     """
     speeds = np.asarray(contact_speeds, dtype=float) / impact_velocity
     line = PAIR_SPEED if pair_line else None
@@ -114,7 +115,7 @@ def plot_contact_speeds(
 def _plot_by_contact(
     values: Array, look: tuple[str, str], line: float | None, label: str, ax: "Axes | None"
 ) -> "Axes":
-    """Draw values against the number of the contact, with a dashed line for two particles."""
+    """Draw values against the number of the contact, and a dashed line for the n = 2 chain."""
     ax = choose_axes(ax)
     number = np.arange(1, values.size + 1)
     ax.plot(number, values, color=look[0], marker=look[1], markersize=2.8, linestyle="none")

@@ -1,4 +1,4 @@
-"""World lines of a collision, with the sound from the first contact."""
+"""Plot world lines of a collision, and the path of the sound from the first contact."""
 
 from typing import TYPE_CHECKING
 
@@ -38,11 +38,12 @@ def plot_trajectories(
     """
     Draw positions against time, with the path of the sound from the first contact.
 
-    `displacements`, u_i = x_i - (i - 1), are of shape (frames, n), and times count from the first
-    contact. The first `targets` particles belong to a free target, from its far end to the contact.
-    `sound_speed` is the speed of small waves, sqrt(U''(1)). `end_time` is by default a little after
-    the last contact. Displacements are magnified, as the axis says, by default as far as possible
-    without crossing lines. Raises InputError if `magnification` is not a positive finite number.
+    `displacements`, u_i = x_i - (i - 1), have the shape (frames, n), and times are relative to the
+    first contact. The first `targets` particles are those of a free target, from its far end to the
+    contact. `sound_speed` is the speed of small waves, sqrt(U''(1)). By default `end_time` is
+    slightly after the last contact. Displacements are magnified by the factor in the axis label. By
+    default the factor is as large as possible without crossing lines. Raises InputError if
+    `magnification` is not a positive finite number.
     """
     if magnification is not None:
         magnification = positive_number_given("magnification", magnification)
@@ -79,7 +80,7 @@ def plot_trajectories(
             zorder=3,
             clip_on=False,
         )
-    if end_time > min(0.0, time[0]):  # a single particle is gone after its contact
+    if end_time > min(0.0, time[0]):  # the motion of a single particle ends with its contact
         ax.set_xlim(min(0.0, time[0]), end_time)
     if targets == 0:
         ax.set_ylim(bottom=-0.02 * n)
@@ -91,7 +92,7 @@ def plot_trajectories(
 
 
 def _choose_magnification(displacements: Array) -> float:
-    """Return a round magnification: displacements stay within a fifth of the chain."""
+    """Return a round factor that limits displacements to a fifth of the chain's length."""
     n = displacements.shape[1]
     squeeze = -float(np.min(np.diff(displacements, axis=1), initial=0.0))
     largest = float(np.max(np.abs(displacements)))
@@ -103,7 +104,7 @@ def _choose_magnification(displacements: Array) -> float:
 
 
 def _sound_path(times: Array, x: Array, sound_speed: float) -> tuple[Array, Array]:
-    """Return the path of the signal in the material, to the free end and back."""
+    """Return times and positions of a sound signal that travels to the free end and back."""
     n = x.shape[1]
     fine = np.linspace(0.0, min(2.0 * (n - 1) / sound_speed, times[-1]), 20 * n)
     material = sound_speed * fine

@@ -1,1 +1,1 @@
-"""Analysis of a quantity along a ladder of ever finer steps: its order, limit and scatter."""
+"""Order, limit and scatter of a quantity along a ladder: runs at decreasing time steps."""

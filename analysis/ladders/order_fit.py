@@ -1,4 +1,4 @@
-"""Fit powers of the step to a quantity along a ladder: one order, or a bound by all orders."""
+"""Fit powers of the time step to a quantity, to find its order, or a bound from several orders."""
 
 from dataclasses import dataclass, replace
 from typing import NamedTuple
@@ -7,58 +7,62 @@ import numpy as np
 
 from chaincor.lammps_inputs.arrays import Array
 
-# Fitted orders lie in this range. No scheme converges faster in practice, and below 0.25 there is
-# no order.
+# Range of fitted orders. No scheme converges faster in practice, and below 0.25 a quantity does not
+# converge.
 LEAST_ORDER, MOST_ORDER = 0.25, 9.0
 _GRID = np.linspace(LEAST_ORDER, MOST_ORDER, 176)
-# Each refinement of the grid searches between the neighbours of its best order.
+# The grid of orders is refined this many times. Each finer grid lies between the neighbours of the
+# best order, and has this many points.
 _REFINEMENTS, _FINER = 9, 11
-# The error bar of an order is at least this number.
+# Smallest error bar of an order.
 _LEAST_ERROR = 1e-3
-# A Gaussian lies within this many standard deviations with a probability of 95 %, on both sides.
-# All error bars of this module are made for this probability.
+# A Gaussian variable differs from its mean by at most this many standard deviations with a
+# probability of 95 %. All error bars of this module have this probability.
 SURE = 1.96
-# Weights from few runs, and a choice among windows, make Gaussian error bars 1.2 times too short.
+# Gaussian error bars are too short by a factor of 1.2, because weights come from few runs, and
+# because one of several windows is chosen.
 _WIDER = 1.2 * SURE
-# The observed effect of coarse rungs on a fit is multiplied by this factor. The geometric series
-# assumes that windows are scaled copies of each other, which is not quite true.
+# The observed effect of coarse rungs on a fit is multiplied by this factor. The estimate by a
+# geometric series assumes that windows are scaled copies of each other, which is only approximately
+# true.
 _RESERVE = 1.5
-# A curvature that noise hides also changes the limit. With this factor, error bars contain the true
-# value in 95 of 100 ladders of order 1 in `benchmarks.bars.ladders`.
+# A curvature that is hidden by noise also changes the limit. With this factor, error bars contain
+# the true value in 95 of 100 ladders of order 1 (`benchmarks.bars.ladders`).
 _HIDDEN = 1.5
-# Scatter below this fraction of the span of a window is ignored in the weights of its rungs.
-# Otherwise the fit would follow the finest rungs too closely and hide the effect of the coarsest
+# The weights of rungs ignore scatter below this fraction of the range of values in the window.
+# Otherwise the fit would follow the finest rungs too closely, and hide the effect of the coarsest
 # rung.
 _EVEN = 0.03
-# Powers of the step for the bias. If several windows agree with the means, all these windows count.
+# Powers of the time step that may describe the bias. All powers that fit the means are used.
 _ORDERS = (1.0, 1.5, 2.0, 3.0, 4.0)
-# The steepest slope is taken over this many rungs. A power law must fit more rungs.
+# The steepest slope is taken from this many rungs. A power law must fit more rungs than this.
 _LEAST_RUNGS = 3
-# A power is rejected if noise alone causes so large a misfit in at most 1 of 20 ladders.
+# A power is rejected if noise alone would cause its misfit in at most 1 of 20 ladders.
 _CHANCE = 0.05
-# If no power fits, the slope between the finest rungs, times this factor, is continued to step 0.
+# If no power fits, the slope between the finest rungs is multiplied by this factor and extrapolated
+# to a time step of 0.
 _NO_LAW = 2.0
-# If a rung has few runs, a choice among windows and among verdicts makes error bars too short. They
-# are multiplied by 1 + this number divided by the number of runs, as `benchmarks.bars.ladders`
-# counts with 4 and 8 runs.
+# Windows and verdicts are chosen after the fact, which makes error bars too short if rungs have few
+# runs. Error bars are multiplied by 1 + the second number divided by the number of runs. Both
+# numbers come from `benchmarks.bars.ladders` with 4 and 8 runs.
 _CHOSEN, _FEW_RUNS = 1.2, 2.2
 
 
 @dataclass(frozen=True)
 class OrderFit:
-    r"""The law :math:`y = A + B h^p`, fitted to the finest rungs of a ladder."""
+    r"""Law :math:`y = A + B h^p`, fitted to the finest rungs of a ladder."""
 
     #: Order p; inf if the data do not determine it.
     order: float
-    order_error: float  #: Error of p that holds in 95 of 100 cases.
-    #: Limit A, the value at h = 0.
+    order_error: float  #: Error bar of p, valid in 95 of 100 cases.
+    #: Limit A, which is y at h = 0.
     limit: float
-    limit_error: float  #: Error of A that holds in 95 of 100 cases.
+    limit_error: float  #: Error bar of A, valid in 95 of 100 cases.
     slope: float  #: B, for h in units of the largest step.
     rungs: int  #: Number of finest rungs in the fit.
 
     def bias(self, steps: Array) -> Array:
-        """Return B h^p for steps in units of the largest step."""
+        """Return B h^p, with time steps in units of the largest one."""
         return self.slope * steps**self.order
 
 
@@ -66,22 +70,23 @@ def fit_order(steps: Array, values: Array, errors: Array) -> OrderFit:
     r"""
     Fit order and limit to the finest rungs that a single power of h describes.
 
-    Terms of higher order falsify a fit to coarse rungs, and a fit to few rungs is uncertain.
-    Weighted least squares fit every window of the finest rungs, with A and B linear at each p. The
-    error of a window is its statistical error together with the effect of its coarsest rungs. If p
-    changes by d, beyond chance, when k of these rungs are left out, the error of p is d/(1 - r^k),
-    where r is the ratio of neighbouring steps. The next term is assumed to be of relative order h,
-    the slowest possible. The window whose limit has the least error is chosen.
+    Terms of higher order distort a fit to coarse rungs, and a fit to few rungs is uncertain. Each
+    window of finest rungs is therefore fitted by weighted least squares, in which A and B are
+    linear at each p. The error of a window is its statistical error combined with the effect of its
+    coarsest rungs. Suppose that p changes by d more than chance explains if k coarsest rungs are
+    left out. The error of p is then d/(1 - r^k), where r is the ratio of neighbouring time steps.
+    This estimate assumes that the next term is of relative order h, which is the least favourable
+    order. The window whose limit has the smallest error is chosen.
 
-    `steps`, in units of the largest step, and `values` have the shape (R, M), with a row for each
-    rung from coarse to fine. `errors`, of shape (R,), are the positive standard deviations of one
-    value on each rung.
+    `steps`, in units of the largest time step, and `values` have the shape (R, M): M runs on each
+    of R rungs, from coarse to fine. `errors`, of shape (R,), are the positive standard deviations
+    of one value on each rung.
     """
     rungs = len(steps)
     ratio = float((steps[-1].mean() / steps[0].mean()) ** (1.0 / (rungs - 1)))
     windows = [_fit_window(steps[-w:], values[-w:], errors[-w:]) for w in range(3, rungs + 1)]
     found = []
-    # A window is compared with two finer windows if there are two, because one may agree by luck.
+    # A window is compared with two smaller windows if possible, because one may agree by chance.
     first = min(2, rungs - 3)
     for k, each in enumerate(windows[first:], start=first):
         left_p = left_a = 0.0
@@ -96,7 +101,7 @@ def fit_order(steps: Array, values: Array, errors: Array) -> OrderFit:
 
 
 def _beyond_chance(each: OrderFit, finer: OrderFit) -> tuple[float, float]:
-    """Return the differences in order and limit of nested fits beyond chance (Hausman's test)."""
+    """Return by how much order and limit of nested fits differ beyond chance (Hausman's test)."""
     pairs = (
         (each.order - finer.order, each.order_error, finer.order_error),
         (each.limit - finer.limit, each.limit_error, finer.limit_error),
@@ -111,7 +116,7 @@ def _beyond_chance(each: OrderFit, finer: OrderFit) -> tuple[float, float]:
 
 
 def _fit_window(steps: Array, values: Array, errors: Array) -> OrderFit:
-    """Fit the law to all given rungs; errors are statistical, and larger if the law fits badly."""
+    """Fit the law to all given rungs; a bad fit increases the statistical errors."""
     rungs, columns = steps.shape
     mean = values.mean(axis=1)
     chance = errors**2 / columns
@@ -134,7 +139,7 @@ def _fit_window(steps: Array, values: Array, errors: Array) -> OrderFit:
     if inside and np.all(scale > 0.0):
         q, triangle = np.linalg.qr(jacobian / scale)
         if np.linalg.cond(triangle) < 1e8:
-            # Residuals of the power law count like scatter.
+            # Residuals of the power law are treated like scatter.
             missed = (mean - limit - slope * powers) ** 2 * rungs / max(rungs - 3, 1)
             spread = np.maximum(chance, missed.mean()) * weights
             turned = np.linalg.solve(triangle, q.T)
@@ -147,7 +152,7 @@ def _fit_window(steps: Array, values: Array, errors: Array) -> OrderFit:
 
 
 def _misfit(steps: Array, mean: Array, weights: Array, orders: Array) -> Array:
-    """Return the weighted sum of squared residuals of the best A and B at each order."""
+    """Return the weighted sum of squared residuals for each order, with the best A and B."""
     powers = np.exp(np.log(steps)[None] * orders[:, None, None]).mean(axis=2)
     total = weights.sum()
     dx = powers - (powers @ weights / total)[:, None]
@@ -157,7 +162,7 @@ def _misfit(steps: Array, mean: Array, weights: Array, orders: Array) -> Array:
 
 
 def _linear_fit(x: Array, y: Array, weights: Array) -> tuple[float, float]:
-    """Return A and B of y = A + B x, about the weighted mean, so that few digits are lost."""
+    """Return A and B of y = A + B x, fitted about the weighted mean to lose few digits."""
     total = weights.sum()
     x0, y0 = weights @ x / total, weights @ y / total
     slope = float(weights @ ((x - x0) * (y - y0)) / (weights @ (x - x0) ** 2))
@@ -165,27 +170,28 @@ def _linear_fit(x: Array, y: Array, weights: Array) -> tuple[float, float]:
 
 
 class Means(NamedTuple):
-    """Limit and bias from the means of a ladder, with bounds that hold in 95 of 100 cases."""
+    """Limit and bias from the means of a ladder, with bounds valid in 95 of 100 cases."""
 
-    value: float  #: Limit of fine steps.
+    value: float  #: Limit of small time steps.
     value_error: float
     bias: Array  #: Bound on the systematic error of each rung; of shape (R,).
 
 
 def judge_means(steps: Array, values: Array, scatter: Array) -> Means:
     r"""
-    Bound the bias of every rung, and find the limit, from means and their errors.
+    Find the limit, and bound the bias of every rung, from means and their errors.
 
-    For each p of a few orders, :math:`y = A + B h^p` is fitted to the finest rungs by least
-    squares, weighted by the scatter. All p that the misfit does not exclude count. The limit lies
-    in the union of their intervals, and the bias of a rung is at most the largest :math:`|B| h^p`
-    with its own error. The fit uses the widest window of rungs that some p fits. Windows of three
-    rungs are not used, because some power always nearly fits them. If no power fits, twice the
-    steepest slope between the three finest rungs, continued to step 0, bounds the rest.
+    For each of a few orders p, :math:`y = A + B h^p` is fitted to the finest rungs by least
+    squares, weighted by the scatter. Orders with too large a misfit are excluded. The limit lies in
+    the union of the intervals from the remaining orders. The bias of a rung is at most the largest
+    :math:`|B| h^p` of these orders, plus its error. The largest window of rungs that some order
+    fits is used. Windows of three rungs are not used, because some power always nearly fits three
+    rungs. If no power fits, the steepest slope between the three finest rungs is doubled and
+    extrapolated to a time step of 0, which bounds the bias.
 
-    `steps` and `values` have the shape (R, M), with a row for each rung from coarse to fine.
-    `scatter`, of shape (R,), is the positive standard deviation of one run on each rung. There are
-    at least three rungs, and two runs on each.
+    `steps` and `values` have the shape (R, M): M runs on each of R rungs, from coarse to fine.
+    `scatter`, of shape (R,), is the positive standard deviation of one run on each rung. There must
+    be at least three rungs, with at least two runs each.
     """
     from scipy.stats import chi2, t
 
@@ -211,7 +217,7 @@ def judge_means(steps: Array, values: Array, scatter: Array) -> Means:
     high = max(a[0] + sure * a[1] for _, a, _, _ in kept)
     value, error = 0.5 * (low + high), 0.5 * (high - low)
     bias = np.max([(abs(b[0]) + sure * b[1]) * h**p for p, _, b, _ in kept], axis=0)
-    # If a rung is too coarse for the power law, its error is its distance from the limit.
+    # If a rung is too coarse for the power law, its error is its difference from the limit.
     apart = np.abs(means - value) + error + sure * errors
     bias[: rungs - window] = apart[: rungs - window]
     return Means(value, error, bias)

@@ -1,4 +1,4 @@
-"""Compute means of correlated series, with their standard errors."""
+"""Compute the standard error of the mean of a correlated series."""
 
 from typing import NamedTuple
 
@@ -6,18 +6,18 @@ import numpy as np
 
 from chaincor.lammps_inputs.arrays import Array
 
-# A series gives no error bar if its correlations last for more than the first fraction of its
-# length, or if it has fewer independent samples than the second number.
+# A series has no error bar if its correlations extend over more than this fraction of its length,
+# or if it has fewer independent samples than the second number.
 _LARGEST_SHARE, _LEAST_INDEPENDENT = 0.25, 3.0
-# A series with fewer samples gives no error bar. Among series of 24 samples with a correlation time
-# of 10, 3 in 100 look independent, and error bars of such series hold in 52 of 100.
+# A series with fewer samples has no error bar. If series have 24 samples and a correlation time of
+# 10, 3 in 100 look independent, and only 52 of 100 error bars of these series contain the mean.
 _LEAST_SAMPLES = 50
 _THREE_SIGMA = 0.99865
 # An error bar longer than this many standard deviations of the series has no meaning.
 _LONGEST_BAR = 1.5
-# If the von Neumann ratio of a series times its length is this, its error bar is twice as long. A
-# random walk has 6 to 10. By `benchmarks.bars.series`, 3 error bars then hold in 95 of 100 even if
-# 100 samples are one correlation time.
+# If the von Neumann ratio of a series times its length has this value, the error bar is doubled. A
+# random walk has values of 6 to 10. According to `benchmarks.bars.series`, three error bars then
+# contain the mean in 95 of 100 series, even if the correlation time is 100 samples.
 _WALKS = 35.0
 
 
@@ -34,17 +34,17 @@ def standard_error(series: Array) -> MeanError:
 
     .. math:: \sigma^2 = \frac{1}{N} \Big( \gamma_0 + 2 \sum_{k = 1}^{M - 1} \gamma_k \Big)
 
-    The autocovariances :math:`\gamma_k` are summed over pairs of neighbouring lags while these sums
-    are positive and fall. This is the initial monotone sequence of Geyer (Statist. Sci. 7, 473,
-    1992). Autocovariances about the mean of the series itself lose about the part :math:`(2M -
-    1)/N` of their sum, so :math:`\sigma` is divided by the remaining part. The number of
-    independent samples is :math:`N \gamma_0` over this sum. As for Student's t with so many
-    samples, :math:`\sigma` is widened, so that three :math:`\sigma` hold as often as for a
-    Gaussian. A series that looks like a random walk may be a short piece of a slower series, so
-    :math:`\sigma` is multiplied by :math:`1 + (35/\nu)^3` with :math:`\nu = N \sum (x_{i+1} -
-    x_i)^2 / \sum (x_i - \bar x)^2`. The error is inf for fewer than 50 samples, and if it would
-    exceed 1.5 standard deviations of the series, which happens below about four independent
-    samples.
+    The autocovariances :math:`\gamma_k` are summed in pairs of neighbouring lags, as long as the
+    sums of pairs are positive and decrease. This is the initial monotone sequence of Geyer
+    (Statist. Sci. 7, 473, 1992). Because the mean of the series itself is subtracted, the sum of
+    autocovariances is too small by about the fraction :math:`(2M - 1)/N`; :math:`\sigma` is divided
+    by the remaining fraction. The number of independent samples is :math:`N \gamma_0` divided by
+    the sum. Student's t with this number of samples widens :math:`\sigma`: three :math:`\sigma`
+    then have the same probability as for a Gaussian. A series that looks like a random walk may be
+    a short part of a slower series. Therefore :math:`\sigma` is multiplied by :math:`1 +
+    (35/\nu)^3` with :math:`\nu = N \sum (x_{i+1} - x_i)^2 / \sum (x_i - \bar x)^2`. The error is
+    inf for fewer than 50 samples. It is also inf if it would exceed 1.5 standard deviations of the
+    series, which happens with fewer than about four independent samples.
     """
     from scipy.special import stdtrit
 
@@ -61,8 +61,7 @@ def standard_error(series: Array) -> MeanError:
     pairs = np.minimum.accumulate(pairs[: ends[0] if len(ends) else None])
     lags = 2 * len(pairs)
     left = 1.0 - (2 * lags - 1) / count
-    # If the sum is smaller than for independent samples, this is chance, because the samples are
-    # few.
+    # A sum that is smaller than for independent samples is due to chance.
     total = max(2.0 * float(pairs.sum()) - float(covariance[0]), float(covariance[0]))
     independent = max(left * count * float(covariance[0]) / total, 1.0)
     few = count < _LEAST_SAMPLES or independent < _LEAST_INDEPENDENT

@@ -1,4 +1,4 @@
-"""Classify the error of a quantity along a ladder of steps as regular, irregular or noise."""
+"""Classify how a quantity depends on the time step: regular, irregular or noise."""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -13,54 +13,55 @@ VerdictKind = Literal["regular", "irregular", "noise", "bounded", "cannot tell"]
 LEAST_RUNGS, LEAST_COLUMNS = 4, 3
 # An order is known if orders 1 and 2 cannot be confused.
 KNOWN_ORDER = 0.5
-# Scatter is negligible beside a smooth error if, on half of the rungs, it is below this fraction of
-# the change of the error from one rung to the next.
+# Scatter is negligible if, on at least half of the rungs, it is below this fraction of the change
+# of the smooth error from one rung to the next.
 ROUGH = 0.5
-# Scatter counts as an error of the step only if it shrinks at least as fast as this power of the
-# step. It counts as noise only if it shrinks more slowly.
+# Scatter is attributed to the time step only if it decreases at least as fast as this power of the
+# time step. It is classified as noise only if it decreases more slowly.
 LEAST_DECAY = 0.5
-# The promised error assumes that values of one rung lie within this many standard deviations of
-# their mean.
+# The promised error assumes that the values on one rung differ from their mean by at most this many
+# standard deviations.
 SCATTER_RESERVE = 3.0
 _ROUNDING = 4e-15
-# Tests have this significance: chance alone exceeds it in 1 of 100 ladders.
+# Significance of statistical tests: chance alone causes a positive result in 1 of 100 ladders.
 _CHANCE = 0.01
 
 
 @dataclass(frozen=True)
 class LadderVerdict:
-    """Verdict of a ladder on an error."""
+    """Classification of the error of a quantity along a ladder."""
 
-    #: ``regular``: the error is a smooth power of the step, so that the value can be extrapolated.
-    #: ``irregular``: the error changes at random between nearby steps, and shrinks with the step.
-    #: ``noise``: the value changes at random, and the step has no effect. ``bounded``: none of
-    #: these is certain, and means bound the error without an order. ``cannot tell``: the value is
-    #: the same at every step.
+    #: ``regular``: the error is a smooth power of the time step, and the quantity can be
+    #: extrapolated. ``irregular``: the error changes at random between nearby time steps, and
+    #: decreases with the time step. ``noise``: the quantity changes at random, and the time step
+    #: has no effect. ``bounded``: none of these is certain, and the means of rungs bound the error
+    #: without an order. ``cannot tell``: the quantity is the same at every time step.
     kind: VerdictKind
     reason: str  #: Reason for the verdict, in one sentence.
-    #: Power of the step of the smooth error, or of the scatter of an irregular error. It is None
-    #: for noise, and if it is unknown.
+    #: Power of the time step with which the smooth error, or the scatter of an irregular error,
+    #: decreases. It is None for noise, or if it is unknown.
     order: float | None
-    #: Error of the order that holds in 95 of 100 cases; None without an order.
+    #: Error bar of the order, valid in 95 of 100 cases; None without an order.
     order_error: float | None
-    #: Best value: extrapolated, from the finest rungs, or the mean of all runs. It is None if it is
-    #: unknown.
+    #: Best estimate of the quantity: extrapolated, from the finest rungs, or the mean of all runs.
+    #: It is None if there is no estimate.
     value: float | None
-    #: Error of the value that holds in 95 of 100 cases; None without a value.
+    #: Error bar of `value`, valid in 95 of 100 cases; None without an estimate.
     value_error: float | None
-    #: Bound on the systematic error of each rung, the error of `value` included; of shape (R,).
+    #: Bound on the systematic error of each rung, including the error of `value`; of shape (R,).
     bias: Array
     scatter: Array  #: Standard deviation of one run, by rung; of shape (R,).
-    fit: OrderFit | None = None  #: The law of a regular error.
+    fit: OrderFit | None = None  #: Fitted law of a regular error.
 
     @property
     def promised(self) -> Array:
         """
-        Error of a single run on each rung against the limit of fine steps, of shape (R,).
+        Bound on the error of a single run on each rung, of shape (R,).
 
-        It is the bound on the bias plus three standard deviations of single runs. It is never less
-        than the error of a finer rung, because an error may vanish by chance at one step. It is inf
-        if unknown.
+        The error is the difference from the limit of small time steps. Its bound is the bound on
+        the bias plus three standard deviations of single runs. It is never smaller than that of a
+        finer rung, because an error may vanish by chance at one time step. It is inf if it is
+        unknown.
         """
         errors = self.bias + SCATTER_RESERVE * self.scatter
         return np.maximum.accumulate(errors[::-1])[::-1]
@@ -72,11 +73,11 @@ def judge_ladder(
     """
     Classify the error of a quantity, and give the reason.
 
-    `steps` and `values`, of shape (R, M), have a row for each rung, from coarse to fine. The M
-    steps of a rung differ a little. `resolution` is the unit of the last printed digit. With
-    `seeded`, each column has one seed: seeds may then differ by more than the effect of the step,
-    so each seed is compared with itself. Raises ValueError for fewer rungs or runs than LEAST_RUNGS
-    and LEAST_COLUMNS.
+    `steps` and `values` have the shape (R, M): M runs on each of R rungs, from coarse to fine. The
+    M time steps of a rung differ slightly. `resolution` is the unit of the last printed digit. With
+    `seeded`, all runs in a column have the same seed. Results may then differ more between seeds
+    than between time steps, and runs are compared only with runs that have the same seed. Raises
+    ValueError for fewer than LEAST_RUNGS rungs or LEAST_COLUMNS runs per rung.
     """
     rungs, columns = values.shape
     if rungs < LEAST_RUNGS or columns < LEAST_COLUMNS:
@@ -124,8 +125,7 @@ def _irregular(
     reason = "the number jumps between nearby steps, and jumps less at smaller steps"
     if decay_error >= KNOWN_ORDER:
         return _bounded(f"{reason}, but how fast that falls is not clear", h, values, scatter)
-    # The mean of a rung, or of the finest rung, may be no nearer to the true value than a single
-    # run.
+    # The mean of a rung may be no nearer to the true value than a single run.
     mean = values.mean(axis=1)
     value, error = float(mean[-1]), float(SCATTER_RESERVE * scatter[-1])
     bias = np.abs(mean - value) + error
@@ -133,7 +133,7 @@ def _irregular(
 
 
 def _noise(h: Array, values: Array, scatter: Array, seeded: bool) -> LadderVerdict:
-    """Return the mean of all runs and the largest bias of order 1 or more that noise may hide."""
+    """Return the mean of all runs, and the largest bias of order 1 or more that noise may hide."""
     from scipy.stats import t
 
     rungs, columns = values.shape
@@ -148,14 +148,14 @@ def _noise(h: Array, values: Array, scatter: Array, seeded: bool) -> LadderVerdi
     spread = np.sqrt(float(np.sum(rest**2)) / freedom / float(x @ x) / columns)
     hidden = abs(level) + float(t.ppf(0.975, freedom)) * spread
     bias = hidden * h.mean(axis=1) + error
-    # The mean of all runs may hide this effect as well, averaged over rungs.
+    # The mean of all runs may also contain this hidden bias, averaged over rungs.
     error = float(np.hypot(error, hidden * h.mean()))
     reason = "runs scatter, and the step changes neither their scatter nor their mean"
     return LadderVerdict("noise", reason, None, None, value, error, bias, scatter)
 
 
 def _bounded(reason: str, h: Array, values: Array, scatter: Array) -> LadderVerdict:
-    """Return the verdict from means without an order, with a scatter from all rungs together."""
+    """Return the verdict ``bounded``, from the means of rungs and their smoothed scatter."""
     means = judge_means(h, values, _smooth_scatter(h, scatter))
     reason += "; the bound comes from the means of the runs"
     return LadderVerdict("bounded", reason, None, None, *means, scatter)
@@ -182,7 +182,7 @@ def _why_not(is_rough: bool, biased: bool, fit: OrderFit) -> str:
 
 def _smooth_scatter(h: Array, scatter: Array) -> Array:
     """
-    Return the scatter of each rung, moved halfway to a common power law.
+    Return the scatter of each rung, averaged with a power law fitted to all rungs.
 
     The scatter of a single rung is uncertain.
     """
@@ -194,8 +194,8 @@ def _spread_of_rungs(h: Array, values: Array, resolution: float) -> Array:
     """
     Return the standard deviation of each rung.
 
-    Runs of a rung that agree in all digits had the same number of steps, so they show no scatter.
-    The scatter of such a rung comes from the rungs beside it.
+    If all runs of a rung agree in all digits, they had the same number of steps and show no
+    scatter. The scatter of this rung is then interpolated between other rungs.
     """
     spread = values.std(axis=1, ddof=1)
     resolved = np.ptp(values, axis=1) > 0.0
@@ -208,7 +208,7 @@ def _spread_of_rungs(h: Array, values: Array, resolution: float) -> Array:
 def _scatter_about_law(
     h: Array, values: Array, floor: float, seeded: bool
 ) -> tuple[Array, OrderFit]:
-    """Return the scatter of each rung about a smooth law, and the law, by iteration."""
+    """Find a smooth law by iteration; return the scatter of each rung about it, and the law."""
     rough = np.hypot(values.std(axis=1, ddof=1), floor)
     fit = fit_order(h, values, rough)
     for _ in range(3):
@@ -221,14 +221,14 @@ def _scatter_about_law(
 
 def _seeds_apart(h: Array, values: Array, p: float, rough: Array) -> Array:
     """
-    Return the scatter about A + B h^p, with separate A and B for each seed if seeds differ.
+    Return the scatter about A + B h^p; if seeds differ, each seed has its own A and B.
 
     An F test decides whether seeds differ. `rough` is the scatter about a common law.
     """
     from scipy.stats import f
 
     rungs, columns = values.shape
-    # The test assumes that all rungs scatter alike, because it compares the same sum of squares.
+    # The test assumes the same scatter on all rungs, because it sums squares over all rungs.
     squares = np.zeros(rungs)
     for k in range(columns):
         design = np.stack([np.ones(rungs), h[:, k] ** p], axis=1)
@@ -237,14 +237,14 @@ def _seeds_apart(h: Array, values: Array, p: float, rough: Array) -> Array:
         squares += rest**2 / np.maximum(1.0 - np.sum(q**2, axis=1), 0.1)
     apart = np.sqrt(squares / columns)
     common, own = float(np.sum(rough**2)), float(np.sum(apart**2))
-    # Degrees of freedom: a common law has one mean for each rung, and separate laws have two
-    # numbers for each seed.
+    # Degrees of freedom: a common law has one mean per rung, and separate laws have two parameters
+    # per seed.
     freedom = rungs * (columns - 1), (rungs - 2) * columns
     return apart if common / max(own, 1e-300) > f.ppf(1.0 - _CHANCE, *freedom) else rough
 
 
 def _decay_of_scatter(h: Array, rough: Array, columns: int, floor: float) -> tuple[float, float]:
-    """Return the power of the step by which scatter shrinks, and its 95 % error."""
+    """Return the power of the time step with which scatter decreases, and its 95 % error."""
     from scipy.special import polygamma
 
     seen = rough > 2.0 * floor
@@ -253,8 +253,8 @@ def _decay_of_scatter(h: Array, rough: Array, columns: int, floor: float) -> tup
     x, y = np.log(h[seen]), np.log(rough[seen])
     slope, level = np.polyfit(x, y, 1)
     rest = y - slope * x - level
-    # This is the variance of the logarithm of a standard deviation from M Gaussian values. If the
-    # rungs themselves scatter more, their scatter counts.
+    # Variance of the logarithm of a standard deviation from M Gaussian values. If the rungs differ
+    # more from the fit, their variance is used.
     expected = float(polygamma(1, 0.5 * (columns - 1))) / 4.0
     variance = max(expected, float(rest @ rest) / (len(x) - 2))
     return float(slope), SURE * float(np.sqrt(variance / np.sum((x - x.mean()) ** 2)))
@@ -262,10 +262,10 @@ def _decay_of_scatter(h: Array, rough: Array, columns: int, floor: float) -> tup
 
 def _bias_is_seen(h: Array, values: Array) -> bool:
     """
-    Test whether the mean changes along the ladder, by more than chance.
+    Test whether the mean changes along the ladder by more than chance explains.
 
-    The contrast has the shape of h^1.5, between orders 1 and 2; columns are compared with
-    themselves, so that seeds of different levels do not hide it.
+    The test looks for a change proportional to h^1.5, which is between orders 1 and 2. Each column
+    is compared only with itself, so that differences between seeds do not hide the change.
     """
     from scipy.stats import t
 

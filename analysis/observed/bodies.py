@@ -19,7 +19,7 @@ def _in_units(velocity: float, v_star: float | None) -> float | None:
 
 @dataclass(frozen=True, repr=False, kw_only=True)
 class _BodiesAndContact:
-    """Observables of the bodies, up to the name of the contact law."""
+    """Observables of the bodies, up to and including the name of the contact law."""
 
     potential: str = observable(
         "name of the bond",

@@ -1,4 +1,4 @@
-"""Observables of the way in which a result was made."""
+"""Observables that describe how a result was computed."""
 
 from dataclasses import dataclass
 from typing import Any

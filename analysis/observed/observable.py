@@ -1,4 +1,4 @@
-"""Declaration of one observable: its meaning, its computation and its places of display."""
+"""Declaration of one observable: its meaning, its computation, and where it is displayed."""
 
 from collections.abc import Callable
 from dataclasses import MISSING, dataclass, field
@@ -9,28 +9,29 @@ if TYPE_CHECKING:
     from chaincor.analysis.run_record import RunRecord
 
 
-# Runs seldom show these observables, because eta determines them. A dump of a plain chain gives no
-# others.
+# These observables are rare in runs, but the analysis of a dump always has them.
 _OF_EVERY_DUMP = ("masses", "velocity_after")
 
 
 @dataclass(frozen=True)
 class TextRow:
-    """Line that results print, with its label and the observables that it shows."""
+    """Printed line of a result, with its label and its texts."""
 
     label: str  #: Name at the beginning of the line.
-    #: Text of a run's result: a format that is filled with the result as ``{0}``, or a function of
-    #: the result. The line is left out if the text is None.
+    #: Text for a run: a format, in which ``{0}`` is the result, or a function of the result. If the
+    #: text is None, the line is omitted.
     run: str | Callable[[Any], str | None] | None = None
-    dump: str | Callable[[Any], str | None] | None = None  #: Text of the analysis of a dump.
-    also: tuple[str, ...] = ()  #: Further observables in the line.
-    definition: str | None = None  #: Meaning of a line that shows only a part of its observable.
+    dump: str | Callable[[Any], str | None] | None = None  #: Text for the analysis of a dump.
+    also: tuple[str, ...] = ()  #: Names of further observables in the line.
+    definition: str | None = (
+        None  #: Meaning of the line, if it shows only a part of its observable.
+    )
     words: tuple[str, ...] = ()  #: Other words that ``chaincor explain`` accepts for the line.
-    #: Whether the line is at the end, among the lines on how the run was made.
+    #: Whether the line is at the end, among lines about the engine and the numerics.
     closing: bool = False
 
     def text(self, result: Any, *, dump: bool = False) -> str | None:
-        """Return the text for a result, or for the analysis of a dump; None for no line."""
+        """Return the text for a run, or for the analysis of a dump; None for no line."""
         shown = self.dump if dump else self.run
         return shown.format(result) if isinstance(shown, str) else shown and shown(result)
 
@@ -38,27 +39,27 @@ class TextRow:
 @dataclass(frozen=True)
 class Observable:
     """
-    Description of one printed number.
+    Description of one observable.
 
-    The name is the attribute of a result, the JSON key and the store column.
+    `name` is the name of the result's attribute, of the JSON key and of the store column.
     """
 
-    definition: str  #: Meaning, in one sentence without its full stop.
+    definition: str  #: Meaning, in one sentence without a full stop.
     unit: str = ""  #: Dimension in the chain's units, or s; empty for counts and ratios.
     symbol: str = ""  #: Symbol or name in lines of text.
     shape: str = ""  #: Shape of an array; empty for a single value.
-    #: Function of the record of a run that returns the value; None if only dumps have it.
+    #: Function that computes the value from the record of a run; None if only dumps have it.
     run: "Callable[[RunRecord], Any] | None" = None
-    #: Function of the analysis of a dump that returns the value; None if dumps do not have it.
+    #: Function that reads the value from the analysis of a dump; None if only runs have it.
     dump: "Callable[[CollisionAnalysis], Any] | None" = None
     #: Meaning in the analysis of a dump, if it differs from the meaning in a run.
     in_dumps: str | None = None
-    rows: tuple[TextRow, ...] = ()  #: Lines of text that show it.
-    #: Whether JSON and stores leave it out if it is None.
+    rows: tuple[TextRow, ...] = ()  #: Printed lines that show the observable.
+    #: Whether JSON and stores omit the observable if it is None.
     rare: bool = False
-    axis: str | None = None  #: Label of an axis of a figure; the name by default.
+    axis: str | None = None  #: Label of an axis in figures; by default the name.
     name: str = ""
-    dtype: str = ""  #: Type of its values, as it is annotated.
+    dtype: str = ""  #: Type of the values, as annotated.
 
     def compute(self, record: "RunRecord") -> Any:
         """Return the value for a run."""
@@ -67,22 +68,22 @@ class Observable:
 
     @property
     def is_array(self) -> bool:
-        """Whether runs write the value to the file of arrays instead of the JSON object."""
+        """Whether runs write the observable to the file of arrays instead of the JSON object."""
         return self.dtype.startswith("ndarray")
 
     @property
     def only_two_bodies(self) -> bool:
-        """Whether dumps give it only for a chain that hits a free target or a soft body."""
+        """Whether dumps have the observable only if the chain hits a free target or a soft body."""
         return self.rare and self.name not in _OF_EVERY_DUMP
 
     @property
     def kind(self) -> str:
-        """Type of its values, apart from None."""
+        """Type of the values, apart from None."""
         return self.dtype.removesuffix(" or None")
 
     @property
     def meaning(self) -> str:
-        """The definition, after the symbol that lines of text use."""
+        """The definition, preceded by the symbol."""
         return f"{self.symbol} = {self.definition}" if self.symbol else self.definition
 
 
@@ -94,7 +95,7 @@ def observable(definition: str, *rows: TextRow, **facts: Any) -> Any:
 
 
 def dtype_of(annotation: Any) -> str:
-    """Return the name of the type of an annotation on pages."""
+    """Return the name of an annotated type, as the documentation shows it."""
     parts = getattr(annotation, "__args__", ())
     if type(annotation).__name__ == "UnionType" or type(None) in parts:
         return " or ".join(dtype_of(part) for part in parts)

@@ -1,4 +1,4 @@
-"""Readers of observables that are no plain attribute of the analysis of a dump."""
+"""Functions that read observables from the analysis of a dump, if no attribute has them."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -15,7 +15,7 @@ def energy_of_all(analysis: "CollisionAnalysis", name: str) -> float | None:
 
 
 def body_line(analysis: "CollisionAnalysis", owner: str) -> str | None:
-    """Return the line about a body of a dump; None if eta contains it."""
+    """Return the line about a body of a dump; None if eta determines the line."""
     if (analysis.target is None and not analysis.soft) or owner not in analysis.bodies:
         return None
     body = analysis.bodies[owner]
@@ -45,7 +45,7 @@ def of_target(name: str, absent: Any) -> Any:
 
 
 def contacts_line(analysis: "CollisionAnalysis") -> str:
-    """Return the number of contacts in a dump, and the time of the last one, as text."""
+    """Return the number of contacts in a dump, and the time of the last contact, as text."""
     if analysis.soft:
         return "not reported for soft bodies"
     found = analysis.contact_statistics

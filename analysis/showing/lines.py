@@ -1,4 +1,4 @@
-"""Texts of the lines that results of runs and of dumps print."""
+"""Format the lines that results of runs and of dumps print."""
 
 import math
 from collections.abc import Sequence
@@ -12,35 +12,35 @@ ENDINGS = {
     "argued": "the collision is very likely over, but this is not proved",
     "open": "another contact may still come; the error bar allows for it",
 }
-# A line shows at most this many masses.
+# Largest number of masses in a line.
 _MOST_MASSES = 6
 
 
 def restitution_text(
     value: float, error: float | None, *, relative: bool, statistical: bool = False
 ) -> str:
-    """Return eta with its error bar; `statistical` marks the bar of the stock wall."""
+    """Return eta with its error bar; `statistical` marks the error bar of the stock wall."""
     level = ", statistical bar, 99.5 %" if statistical and error is not None else ""
     return f"eta = {with_error(value, error)}{_of(relative)}{level}"
 
 
 def restitution_of_dump(value: float, error: float | None, data_error: float) -> str:
-    """Return eta from a dump, with the error of its digits."""
+    """Return eta from a dump, with the error due to printed digits."""
     return f"eta = {eta_of_dump(value, error, data_error)}"
 
 
 def root_text(value: float, error: float | None, *, relative: bool = False) -> str:
-    """Return e with the digits that the error of eta leaves."""
+    """Return e, without digits below the error of eta."""
     return f"e   = {root_of_known(value, error)}{_of(relative)}"
 
 
 def count_text(count: int, of_runs: Sequence[int] | None) -> str:
-    """Return a number of contacts, or its range if runs disagree."""
+    """Return the number of contacts, or a range if runs disagree."""
     return str(count) if of_runs is None else f"{of_runs[0]} to {of_runs[1]}"
 
 
 def ending_text(ending: str, *, missed: bool) -> str:
-    """Return the certainty that no contact follows; a missed tolerance proves less."""
+    """Return how certain the end of the collision is, less so if the tolerance was missed."""
     certain = f"{ending} for this run" if missed and ending == "proved" else ending
     return f"{certain}: {ENDINGS[ending]}"
 
@@ -50,7 +50,7 @@ def _of(relative: bool) -> str:
 
 
 def bond_lengths(low: float, high: float, error: float | None) -> str:
-    """Return the shortest and longest bond, with the digits that the spacing of steps leaves."""
+    """Return the shortest and longest bond, without digits that the time step leaves uncertain."""
     digits = 4 if not error else min(max(math.ceil(-math.log10(error)), 2), 6)
     shown = f"{low:.{digits}f} to {high:.{digits}f} up to the last contact"
     return shown + (f", +- {error:.1g}" if error else "")
@@ -88,7 +88,7 @@ def masses_text(masses: Sequence[float]) -> str:
 
 
 def strongest_modes(energies: Sequence[float]) -> str:
-    """Return the three modes with the most energy, and their shares in the energy of all modes."""
+    """Return the three modes with the most energy, with their fractions of all modes' energy."""
     strongest = sorted(enumerate(energies[1:], start=1), key=lambda e: -e[1])[:3]
     total = float(np.sum(energies))
     return ", ".join(f"j = {j}: {100.0 * energy / total:.3g} %" for j, energy in strongest)

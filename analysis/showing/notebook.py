@@ -1,4 +1,4 @@
-"""Display of figures in a session: in a notebook, or by pyplot if pyplot is in use."""
+"""Display figures in a session: in a notebook, or by pyplot if it has been imported."""
 
 import contextlib
 import io
@@ -11,15 +11,15 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-# The picture has twice as many pixels as its width, for fine screens.
+# Figures have about twice as many pixels as their displayed width, for high-resolution screens.
 _DOTS_PER_INCH = 160
 _PIXELS_PER_INCH = 90
-# A notebook keeps every message that it receives.
+# Seconds between updates. A notebook stores every message that it receives.
 _BAR_SECONDS = 0.3
 
 
 def in_notebook() -> bool:
-    """Return whether this is a notebook's kernel, which has no terminal and shows HTML."""
+    """Return whether this process is a notebook's kernel, which has no terminal and shows HTML."""
     return hasattr(_shell(), "kernel")
 
 
@@ -33,9 +33,9 @@ def _shell() -> Any:
 
 def session_bar(most: int) -> Callable[[float, str], None]:
     """
-    Show a bar in a notebook without widgets; return a function that sets its length and words.
+    Show a progress bar in a notebook without widgets; return a function that updates it.
 
-    The bar stays when its length is `most`.
+    The function takes the length of the bar and its text. The bar is complete at the length `most`.
     """
     from html import escape
 
@@ -60,9 +60,9 @@ def session_axes(settings: Any) -> "Axes":
     """
     Return the axes of a new figure, which the session displays.
 
-    In a notebook the figure appears below its cell, with all later changes made in the cell. If the
-    session has imported pyplot, ``plt.show()`` shows the figure; otherwise use
-    ``ax.figure.savefig(...)``. `settings` are matplotlib's.
+    In a notebook the figure appears below the cell that made it, including later changes in the
+    same cell. If the session has imported pyplot, ``plt.show()`` shows the figure; otherwise use
+    ``ax.figure.savefig(...)``. `settings` are settings of matplotlib.
     """
     with _only(settings):
         if "matplotlib.pyplot" in sys.modules:
@@ -84,7 +84,7 @@ def _only(settings: Any) -> Iterator[None]:
     """Change some settings of matplotlib within a block."""
     from matplotlib import rcParams
 
-    # rc_context would also undo the settings of a backend that is loaded meanwhile.
+    # rc_context would also undo the settings of a backend that is loaded within the block.
     before = {name: rcParams[name] for name in settings}
     rcParams.update(settings)
     try:

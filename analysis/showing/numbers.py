@@ -1,4 +1,4 @@
-"""Numbers with their known digits, and the lines in which results are printed."""
+"""Format numbers with the digits that are known, and the lines of a result."""
 
 import math
 from collections.abc import Iterable
@@ -12,7 +12,7 @@ def with_error(value: float, error: float | None) -> str:
 
 
 def known_digits(value: float, error: float) -> str:
-    """Return a number without digits below an error."""
+    """Return a number without digits below its error."""
     digits = 1
     while digits < 16 and error < 2.0 * 10.0**-digits:
         digits += 1
@@ -20,17 +20,17 @@ def known_digits(value: float, error: float) -> str:
 
 
 def root_of_known(root: float, error: float | None) -> str:
-    """Return a number with six digits, or fewer if the error of its square leaves fewer."""
+    """Return a number with six digits, or fewer if the error of its square is too large."""
     lost = 0.0 if not error else error / max(2.0 * abs(root), math.sqrt(error))
     return f"{root:.6g}" if lost < 2e-6 else known_digits(root, lost)
 
 
-# If the error of a run is unknown, more digits would promise too much.
+# If the error of a run is unknown, more digits would suggest too high a precision.
 _FINEST = 1e-12
 
 
 def eta_of_dump(value: float, error: float | None, data_error: float) -> str:
-    """Return a restitution from a dump, with the error of the run and the error of its digits."""
+    """Return a dump's restitution, with its total error and the error due to printed digits."""
     data = f"format and reading +- {data_error:.1e}"
     if error is not None:
         return f"{with_error(value, error)} ({data})"

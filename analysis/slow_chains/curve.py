@@ -1,10 +1,11 @@
 r"""
-Dissipation of a slow long chain, from the curve for the order of its bonds and the front's lead.
+Dissipation of a slow long chain, from a computed curve and the lead of the front.
 
 .. math:: n^{2/3} (1 - \eta) = h_r(y) + 2 \beta\, n^{-1/3} + o(n^{-1/3}), \qquad
           y = r (r - 1) |c|\, v_0^{r-2} n^{2/3}
 
-for bonds U = s^2/2 + c s^r + ...; y < 0 if compression softens the bond. The derivation is in
+for bonds U = s^2/2 + c s^r + ...; y < 0 if compression softens the bond. There is one curve h_r for
+each order r of the bonds, and beta is the lead. The derivation is in
 ``docs/explanation/slow_chains.md``.
 """
 
@@ -23,12 +24,12 @@ from chaincor.lammps_inputs.errors import InputError
 
 TABLE = Path(__file__).with_name("curves.csv")
 
-# Lead of the front of a pressed harmonic chain, in bond lengths: ``harmonic.front_lead``.
+# Lead of the front of a harmonic chain at a wall, in bond lengths: ``harmonic.front_lead``.
 FRONT_LEAD = 0.9945645
 
-# Limit of h_3(y)/y for y -> infinity. The bar covers every fit of
-# ``python -m benchmarks.slow_chains.limit`` that describes the points: the form of the approach is
-# not derived.
+# Limit of h_3(y)/y for y -> infinity. How h_3(y)/y approaches the limit is not derived. The error
+# bar therefore covers every fit of ``python -m benchmarks.slow_chains.limit`` that describes the
+# points.
 STEEP_LIMIT, STEEP_LIMIT_ERROR = 0.3758, 0.0005
 
 # Largest relative error of the interpolation of h between the points of the table:
@@ -38,7 +39,7 @@ INTERPOLATION_ERROR = 1e-4
 
 def slow_chain_variable(bond: Potential, particles: int, impact_velocity: float) -> float:
     r"""
-    Return the one variable of slow long chains.
+    Return y, the only variable on which the limit of slow long chains depends.
 
     Parameters
     ----------
@@ -59,7 +60,8 @@ def slow_chain_variable(bond: Potential, particles: int, impact_velocity: float)
     Raises
     ------
     InputError
-        If the bond is anharmonic and given by functions or a table: its lowest order is unknown.
+        If the bond is anharmonic and given by functions or a table, because its lowest order is
+        then unknown.
     """
     order = bond.anharmonic_order
     if order is None:
@@ -79,14 +81,14 @@ def slow_chain_variable(bond: Potential, particles: int, impact_velocity: float)
 
 @dataclass(frozen=True)
 class _Wave:
-    """Loss of chains that leave the wall at one wave of the train, between two values of y."""
+    """Loss of chains that leave the wall at one wave of the train, for a range of y."""
 
     variables: Array
     losses: Array
     errors: Array
 
     def loss(self, variable: Array) -> Array:
-        """Interpolate the loss; infinite outside the points."""
+        """Interpolate the loss, which is infinite outside the range."""
         from scipy.interpolate import CubicSpline
 
         inside = (variable >= self.variables[0]) & (variable <= self.variables[-1])
@@ -98,7 +100,8 @@ def _waves(order: int) -> tuple[_Wave, ...]:
     """
     Return the waves of the table.
 
-    The loss of a chain is the smallest loss of all waves, with kinks where two waves cross.
+    The loss of a chain is the smallest loss of all waves. It has a kink at each y at which two
+    waves have the same loss.
     """
     table = np.loadtxt(TABLE, delimiter=",", skiprows=1)
     table = table[table[:, 0] == order]
@@ -107,7 +110,7 @@ def _waves(order: int) -> tuple[_Wave, ...]:
 
 
 def _within_table(variable: ArrayLike, order: int) -> Array:
-    """Return y as an array, or raise ValueError if the table has no such y."""
+    """Return y as an array, or raise ValueError if y is outside the table."""
     wanted = np.asarray(variable, dtype=float)
     waves = _waves(order)
     low = min((wave.variables[0] for wave in waves), default=math.nan)
@@ -124,7 +127,7 @@ def limiting_loss(variable: ArrayLike, order: int = 3) -> Array:
     r"""
     Return :math:`h_r(y)`, the limit of :math:`n^{2/3} (1 - \eta)` at fixed y.
 
-    All orders have h(0) = 0.56258. For r = 3, h_3 = y C'(y).
+    For all orders h_r(0) is 0.56258.
 
     Parameters
     ----------
@@ -136,8 +139,8 @@ def limiting_loss(variable: ArrayLike, order: int = 3) -> Array:
     Returns
     -------
     numpy.ndarray
-        The smallest of several cubic splines. There is one spline for each wave of the front's
-        train at which chains can leave the wall. `limiting_loss_error` has the error.
+        The smallest of several cubic splines. There is one spline for each wave of the train behind
+        the front at which chains can leave the wall. For the error see `limiting_loss_error`.
 
     Raises
     ------
@@ -150,7 +153,7 @@ def limiting_loss(variable: ArrayLike, order: int = 3) -> Array:
 
 def limiting_loss_error(variable: ArrayLike, order: int = 3) -> Array:
     """
-    Return the error bar of `limiting_loss`, from the grids of the front and from interpolation.
+    Return the error bar of `limiting_loss`, due to the grid and to interpolation.
 
     Parameters
     ----------
@@ -176,7 +179,7 @@ def limiting_loss_error(variable: ArrayLike, order: int = 3) -> Array:
 
 def long_chain_slope(bond: Potential) -> float:
     r"""
-    Return C of :math:`1 - \eta = C v_0/v^*`, in the limit of long chains and then of low speed.
+    Return C of :math:`1 - \eta = C v_0/v^*`, in the limit of long chains, then of low speed.
 
     :math:`C = 0.3758(5)\, \kappa v^*` with :math:`\kappa = -U^{(3)}(1)`: 1.014(2) for lj,
     0.953(2) for toda at any b, 0.727(1) for log.
@@ -189,12 +192,12 @@ def long_chain_slope(bond: Potential) -> float:
     Returns
     -------
     float
-        C; its relative error is `STEEP_LIMIT_ERROR` over `STEEP_LIMIT`.
+        C, with the relative error `STEEP_LIMIT_ERROR`/`STEEP_LIMIT`.
 
     Raises
     ------
     InputError
-        If the bond has another order: then the dissipation is not linear in the speed.
+        If the bond has another order, because the dissipation is then not linear in the speed.
     """
     if bond.anharmonic_order != 3 or bond.natural_speed is None:
         raise InputError(
@@ -228,7 +231,7 @@ def slow_chain_dissipation(bond: Potential, particles: int, impact_velocity: flo
 
 def slow_chain_dissipation_error(bond: Potential, particles: int, impact_velocity: float) -> float:
     r"""
-    Return the error bar of `slow_chain_dissipation` that follows from the table.
+    Return the error bar of `slow_chain_dissipation` that is due to the table.
 
     Parameters
     ----------

@@ -1,16 +1,16 @@
 r"""
-Front of a slow long chain, on its way from the wall to the free end and back, and the loss.
+Front of a slow long chain, which moves from the wall to the free end and back, and the loss.
 
-The lowest anharmonic order of the bonds is r. Lengths are in units of :math:`n^{1/3}/2` bonds
-around the front, times in units of n, and speeds in units of v0. The front obeys an equation of
-Korteweg and de Vries' kind,
+The lowest anharmonic order of the bonds is r. Positions are relative to the linear front, in units
+of :math:`n^{1/3}/2` bonds. Times are in units of n, and speeds in units of v0. The front obeys an
+equation of Korteweg-de Vries type,
 
 .. math:: U_T + y\, U^{r-2} U_X + \tfrac13 U_{XXX} = 0, \qquad
           |y| = r (r - 1) |c|\, v_0^{r-2} n^{2/3},
 
 and starts as a step at T = 0. The variable y is positive if compression stiffens the bond. At T = 1
 the free end turns U into W = 1 - U, which returns to the wall by the same equation. The chain
-leaves the wall when the impulse of the wall is largest. The derivation is in
+leaves the wall when the impulse from the wall is largest. The derivation is in
 ``docs/explanation/slow_chains.md``.
 """
 
@@ -23,26 +23,29 @@ from chaincor.lammps_inputs.arrays import Array
 
 # Spacings of the three grids, in widths of the narrowest soliton.
 _SPACINGS = (0.1, 0.12, 0.14)
-# Width of the smoothed step, in spacings. The error of smoothing grows as the width cubed.
+# Width of the smoothed step, in grid spacings. The smoothing error is proportional to the cube of
+# the width.
 _SMOOTH, _SMOOTHING_ORDER = 2.5, 3
-# Fraction of the largest stable step of the classical Runge-Kutta method, 2.8 over the rate.
+# Time step: this fraction of the largest stable one, 2.8/rate for the classical Runge-Kutta method.
 _STABLE = 0.8 * 2.8
-# Lengths beside the train of waves, in widths of the linear front: ahead, behind, sponge.
+# Lengths of the grid ahead of the train of waves, behind it, and of the sponge, in widths of the
+# linear front.
 _AHEAD, _BEHIND, _SPONGE = 14.0, 12.0, 10.0
-# Lengths beside the train in widths of solitons, for the waves that the smoothed step makes.
+# Further lengths behind the train, in widths of solitons, for the waves that the smoothed step
+# makes.
 _BEHIND_WAVES, _SPONGE_WAVES = 60.0, 40.0
 _REAR = 0.3
-# The window of the grid grows with the front in this many stages.
+# Number of stages in which the integrated part of the grid grows with the front.
 _STAGES = 40
 
 
 @dataclass(frozen=True)
 class FrontMinimum:
-    """Local minimum of the impulse that the wall has not given."""
+    """Local minimum of the missing impulse: 2 n v0 minus the impulse from the wall."""
 
-    place: float  #: X of the place in the front that arrives at the wall at this minimum.
+    place: float  #: X of the point in the front that arrives at the wall at this minimum.
     loss: float  #: Loss :math:`n^{2/3} (1 - \\eta)` of a chain that leaves at this minimum.
-    #: Change by the last extrapolation, but at least a quarter of the change by the first.
+    #: Difference between two extrapolations, but at least a quarter of the first correction.
     error: float
 
 
@@ -52,7 +55,7 @@ class FrontLoss:
 
     variable: float  #: The variable y, negative if compression softens the bond.
     order: int  #: Lowest anharmonic order r.
-    #: One minimum for each wave at the head of the train, the deepest first.
+    #: One minimum for each wave at the head of the train, beginning with the deepest minimum.
     minima: tuple[FrontMinimum, ...]
 
     @property
@@ -62,7 +65,7 @@ class FrontLoss:
 
     @property
     def error(self) -> float:
-        """Error of the loss by the grid."""
+        """Error of the loss due to the grid."""
         return self.minima[0].error
 
 
@@ -76,10 +79,10 @@ def front_loss(variable: float, order: int = 3, refinement: float = 1.0) -> Fron
         y: 0 for harmonic bonds, positive if compression stiffens the bond, negative if it softens
         the bond.
     order : int
-        Lowest anharmonic order r: 3 or 4, or 5 with less certainty. From 6 on, fronts of such
-        equations may become singular.
+        Lowest anharmonic order r: 3 or 4, or 5 with less certainty. From r = 6 on, solutions of the
+        equation may become singular.
     refinement : float
-        Factor by which the grids are finer than usual.
+        Factor by which the grids are finer than by default.
 
     Returns
     -------
@@ -106,7 +109,7 @@ def front_loss(variable: float, order: int = 3, refinement: float = 1.0) -> Fron
 
 
 def _extrapolated(place: float, losses: list[float], ratios: list[float]) -> FrontMinimum:
-    """Extrapolate the finest of three losses by Richardson's rule."""
+    """Extrapolate the losses on three grids by Richardson's rule."""
     near, far = (ratio**_SMOOTHING_ORDER for ratio in ratios)
     first = (losses[0] - losses[1]) / (near - 1.0)
     rough = (losses[1] - losses[2]) / (far / near - 1.0)
@@ -117,7 +120,7 @@ def _extrapolated(place: float, losses: list[float], ratios: list[float]) -> Fro
 
 class Grid:
     """
-    Grid and the front on it.
+    Grid that moves with the linear front, and the front on this grid.
 
     Parameters
     ----------
@@ -126,7 +129,7 @@ class Grid:
     power : int
         r - 2.
     spacing : float
-        Distance of grid points, in widths of the narrowest soliton.
+        Distance between grid points, in widths of the narrowest soliton.
     """
 
     def __init__(self, variable: float, power: int, spacing: float) -> None:
@@ -138,15 +141,17 @@ class Grid:
         self.spacing = spacing * wave
         self._sponge_length = _SPONGE + _SPONGE_WAVES * wave
         # Stiffening bonds: the train ends at 2 y/3 on the way out and at most y further on the way
-        # back. No wave is faster than y, so that the rear half of the train cannot reach the place
-        # near y where the chain leaves. Softening bonds: the train begins at -2 |y|.
+        # back. No wave is faster than y. Therefore the rear half of the train cannot reach the
+        # point near y at which the chain leaves the wall. Softening bonds: the train begins at -2
+        # |y|.
         behind = (_REAR if variable > 0.0 else 2.2) * steep + _BEHIND + _BEHIND_WAVES * wave
         ahead = (1.75 if variable > 0.0 else 0.3) * steep + _AHEAD
         self._left = -behind
         left = math.ceil((behind + self._sponge_length) / self.spacing)
         self.x = self.spacing * np.arange(-left, math.ceil(ahead / self.spacing) + 1)
         depth = np.clip((self._left - self.x) / self._sponge_length, 0.0, 1.0)
-        # The smoothed step has wave numbers up to 3.5 over its width. Their speed is their square.
+        # The smoothed step has wave numbers up to 3.5/width. The speed of a wave is the square of
+        # its wave number.
         fastest = (3.5 / (_SMOOTH * self.spacing)) ** 2
         self._sponge = 30.0 * fastest / self._sponge_length * np.sin(0.5 * np.pi * depth) ** 2
         first, third = antisymmetric_weights(1), antisymmetric_weights(3)
@@ -156,14 +161,14 @@ class Grid:
         self._steps = math.ceil(rate / _STABLE)
 
     def minima(self) -> list[tuple[float, float]]:
-        """Send the front out and back, and return place and loss of each local minimum."""
+        """Integrate the front to the free end and back; return X and loss of each local minimum."""
         from scipy.integrate import cumulative_simpson
         from scipy.interpolate import CubicSpline
 
         steep = max(0.0, self._y)
         front = self._carried(self._step(), 1.0, (0.0, 2.0 * steep / 3.0))
         back = self._carried(1.0 - front, 0.0, (2.0 * steep / 3.0, 5.0 * steep / 3.0))
-        # Impulse that the wall has not given until the place x of the front arrives.
+        # Impulse that is missing when the point x of the front arrives at the wall.
         missing = cumulative_simpson(2.0 * (1.0 - back)[::-1], dx=self.spacing, initial=0.0)[::-1]
         deficit = self.x + missing
         inside = (deficit[1:-1] < deficit[:-2]) & (deficit[1:-1] <= deficit[2:])
@@ -187,7 +192,7 @@ class Grid:
         return 0.5 * erfc(z) + bell * (z**3 / 4.0 - 7.0 * z / 8.0)
 
     def _carried(self, front: Array, level: float, heads: tuple[float, float]) -> Array:
-        """Carry a front, with a level behind it and its head between two places, for time 1."""
+        """Integrate a front for the time 1; `level` is u far behind, `heads` encloses its head."""
         from chaincor.analysis.slow_chains.front_steps import REACH, compiled_steps
 
         advance = compiled_steps(self._power)

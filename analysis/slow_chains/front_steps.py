@@ -1,4 +1,4 @@
-"""Compiled Runge-Kutta steps of the front's equation by central differences of high order."""
+"""Compile Runge-Kutta steps of the front's equation, with central differences of high order."""
 
 import math
 from collections.abc import Callable
@@ -9,13 +9,13 @@ import numpy as np
 
 from chaincor.lammps_inputs.arrays import Array
 
-# Neighbours on each side: first derivatives are of order 10, third ones of order 8.
+# Neighbours on each side. First derivatives have order 10, and third derivatives order 8.
 REACH = 5
 
 
 def antisymmetric_weights(derivative: int) -> Array:
     """
-    Return weights c_j with the sum of ``c_j (u_j - u_-j)`` = ``u^(derivative)`` at unit spacing.
+    Return weights c_j of a derivative, the sum of ``c_j (u_j - u_-j)``, at unit spacing.
 
     Parameters
     ----------
@@ -25,7 +25,7 @@ def antisymmetric_weights(derivative: int) -> Array:
     Returns
     -------
     numpy.ndarray of shape (REACH,)
-        c_1 to c_REACH. The formula is exact for Taylor polynomials up to order 2 REACH - 1.
+        c_1 to c_REACH. The formula is exact for polynomials up to degree 2 REACH.
     """
     powers = 2 * np.arange(REACH) + 1
     factorials = np.array([math.factorial(power) for power in powers], dtype=float)
@@ -34,7 +34,7 @@ def antisymmetric_weights(derivative: int) -> Array:
 
 
 def largest_rate(weights: Array) -> float:
-    """Return the largest rate of the difference formula at unit spacing, over all wave numbers."""
+    """Return the largest rate of the difference formula for any wave number, at unit spacing."""
     wave_numbers = np.linspace(0.0, np.pi, 2001)
     sines = np.sin(np.arange(1, REACH + 1)[:, None] * wave_numbers)
     return float(np.abs(2.0 * weights @ sines).max())
@@ -56,19 +56,22 @@ def compiled_steps(power: int) -> Callable[..., None]:
     -------
     callable
         ``advance(u, steps, dt, first, last, flux, spread, sponge, level)`` changes u between the
-        indices first and last. The arrays flux and spread are weights of differences, multiplied
-        by the coefficients and the powers of the spacing. The rate sponge damps u towards level.
+        indices first and last. The arrays flux and spread are weights of differences, which contain
+        the coefficients and the powers of the spacing. u is damped towards level at the rate
+        sponge.
     """
 
     @numba.njit(inline="always")
-    def mean_power(right: float, left: float) -> float:  # difference of u^(power+1) over that of u
+    def mean_power(
+        right: float, left: float
+    ) -> float:  # difference of u^(power+1), divided by the difference of u
         if power == 1:
             return right + left
         if power == 2:
             return right * right + right * left + left * left
         return (right + left) * (right * right + left * left)
 
-    # A loop that begins at 0 needs no check for negative indices, so that it can be vectorised.
+    # A loop that begins at 0 needs no check for negative indices and can be vectorised.
     @numba.njit(fastmath=True, error_model="numpy")
     def stage(
         w: Array,

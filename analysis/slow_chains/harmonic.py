@@ -1,8 +1,8 @@
 r"""
 Collisions of long harmonic chains with a wall, from the echo of the free end.
 
-A wall stops the end of a half-infinite chain, contact by contact. If particle 1 of such a chain at
-rest gets the momentum 1, its position after the time t is
+A wall stops the end of a half-infinite chain, contact by contact. If particle 1 of a half-infinite
+chain at rest receives the momentum 1, its position after the time t is
 
 .. math:: R(t) = \int_0^t \frac{J_1(2\tau)}{\tau} d\tau
                = 1 - \frac{1}{\pi} \mathrm{Re} \int_0^\infty
@@ -13,9 +13,9 @@ where the second form follows from the cut of the Laplace transform
 
 .. math:: E_n(t) = \int_0^t \left[J_{4n-2} + 2 J_{4n} + J_{4n+2}\right](2\tau)\, d\tau,
 
-which vanishes before t = 2n. So all chains share their contacts up to about t = 2n, a contact costs
-the same at any length, and the end of a collision needs the echo of the first contacts only.
-Units: mass, stiffness and impact speed 1.
+which vanishes before t = 2n. All chains therefore have the same contacts up to about t = 2n, and
+the cost of a contact does not depend on the length. The end of a collision requires only the echo
+of the first contacts. Units: mass, stiffness and impact speed 1.
 """
 
 import math
@@ -27,28 +27,29 @@ import numpy as np
 
 from chaincor.lammps_inputs.arrays import Array
 
-# Airy's function is 1e-13 at 9 widths before the front. Wall and chain separate at 0.4 widths
-# behind it, where F = 1/2. The gap grows as long as F exceeds 1/2, and F never falls below 0.8
-# again.
+# The Airy function is 1e-13 at 9 widths ahead of the front. Chain and wall separate at 0.4 widths
+# behind the front, where its integral F is 1/2. The gap grows as long as F exceeds 1/2, and farther
+# behind F remains above 0.8.
 _BEFORE, _BEHIND = 10.0, 4.0
 _PANEL_NODES = 16
-# For 76 lengths from 100 to 10000, the largest difference from the modal engine is a third of this.
+# This is three times the largest difference from the modal engine, for 76 lengths from 100 to
+# 10000.
 _ERROR_PER_PARTICLE = 5e-12
 
 
-# The integral over u = exp(z) has steps of 0.3 in z. The nearest singularity is at Im z = pi/2, so
-# that the error of the trapezoidal rule is exp(-pi^2/0.3) = 5e-15. The integral ends where
-# u^1.5 = 1e-17, and where exp(-u t) = 1e-18 at _SOONEST.
+# The integral over u = exp(z) has steps of 0.3 in z. The nearest singularity is at Im z = pi/2, and
+# the error of the trapezoidal rule is therefore exp(-pi^2/0.3) = 5e-15. The lower limit has u^1.5 =
+# 1e-17, and the upper limit exp(-u t) = 1e-18 at t = _SOONEST.
 _SOONEST = 0.05
 _Z = np.arange(math.log(5e-12), math.log(42.0 / _SOONEST), 0.3)
 _U = np.exp(_Z)
 _RATES = 2j - _U
 _WEIGHTS = -0.3 * _U**1.5 * np.sqrt(4j - _U) / (math.pi * _RATES)
-# Steady contacts are 2.1 to 2.5 apart. Between two contacts x rises and falls once; it is sampled
-# at these times.
+# Steady contacts follow each other after 2.1 to 2.5. Between two contacts x rises and falls once,
+# and is sampled at these times.
 _ARCH = np.arange(1.0, 3.0, 0.25)
 _TURNS = np.exp(_ARCH[:, None] * _RATES)
-# While the push ends, particle 1 may hit the wall softly and soon again.
+# Near the end of the push, contacts may be slow and soon follow each other.
 _LOOK = 0.1
 
 
@@ -65,20 +66,20 @@ class HarmonicCollision:
 
 class PressedEnd:
     """
-    Particle 1 of a half-infinite chain that a wall stops, with its contacts.
+    Motion of particle 1 in a half-infinite chain that hits a wall, and its contacts.
 
     `times` are the times of the contacts, and `momenta` the momentum 2 v of each contact.
     """
 
     def __init__(self) -> None:
         self.times, self.momenta = [0.0], [2.0]
-        #: Lead of the front: the momentum that the wall gave, less the time.
+        #: Lead of the front: the momentum from the wall minus the time.
         self.surplus = 2.0
         self._state = 2.0 * _WEIGHTS
 
     def next_contact(self, echo: "_EchoOfChain | None" = None, until: float = math.inf) -> bool:
         """
-        Advance to the next contact and apply it; return whether there was one.
+        Advance to the next contact and apply it; return whether there was a contact.
 
         Parameters
         ----------
@@ -99,14 +100,14 @@ class PressedEnd:
         return True
 
     def _arch(self) -> tuple[float, float]:
-        """Return times before and after the next x = 0, for steady contacts."""
+        """Return two times that enclose the next x = 0, for steady contacts."""
         places = self.surplus - _ARCH + (_TURNS @ self._state).real
         first = int(np.argmax(places <= 0.0))
         assert first > 0, "steady contacts are more than 1 and less than 2.75 apart"
         return float(_ARCH[first - 1]), float(_ARCH[first])
 
     def _search(self, echo: "_EchoOfChain", longest: float) -> tuple[float, float] | None:
-        """Return times before and after the first x = 0, or None if there is no such time."""
+        """Return two times that enclose the first x = 0, or None if x does not vanish."""
         early = _SOONEST
         place, speed = self._motion(early, echo)
         if place <= 0.0:
@@ -124,7 +125,7 @@ class PressedEnd:
         return None
 
     def _lowest(self, early: float, late: float, echo: "_EchoOfChain") -> float:
-        """Return the time at which particle 1 turns back, by bisection."""
+        """Return the time at which x is smallest, by bisection."""
         for _ in range(40):
             middle = 0.5 * (early + late)
             if self._motion(middle, echo)[1] < 0.0:
@@ -144,7 +145,7 @@ class PressedEnd:
         return place, speed
 
     def _root(self, early: float, late: float, echo: "_EchoOfChain | None") -> float:
-        """Return the time at which x falls through zero, by Newton's steps between two bounds."""
+        """Return the time at which x falls through zero, by Newton's method between two bounds."""
         before = self.times[-1] - self.times[-2] if len(self.times) > 1 else 0.0
         flown = before if early < before < late else 0.5 * (early + late)
         for _ in range(60):
@@ -181,8 +182,8 @@ class _EchoOfChain:
         self._places[0] += np.concatenate(([0.0], np.cumsum(grown)[:-1]))
 
     def of(self, time: float, times: list[float], momenta: list[float]) -> tuple[float, float]:
-        """Return the echo of all contacts, and its rate."""
-        # Contacts are more than a time unit apart.
+        """Return the sum of the echoes of all contacts, and its rate."""
+        # More than a unit of time passes between two contacts.
         early = np.array(times[: int(self.end - self.start)])
         ways = time - self.start - early
         ways = ways[ways >= 0.0]
@@ -199,8 +200,9 @@ def collide_long_chains(lengths: Iterable[int]) -> Iterator[HarmonicCollision]:
     """
     Compute the collisions of long harmonic chains.
 
-    All lengths share one half-infinite chain, so that a contact costs the same at any length. The
-    second echo, which returns at 4n, is left out: the chain has left the wall by then.
+    One half-infinite chain gives the early contacts for all lengths. The cost of a contact
+    therefore does not depend on the length. The second echo, which returns at 4n, is neglected,
+    because the chain has already left the wall.
 
     Parameters
     ----------
@@ -215,14 +217,14 @@ def collide_long_chains(lengths: Iterable[int]) -> Iterator[HarmonicCollision]:
     Raises
     ------
     ValueError
-        If a chain has fewer than 20 particles: then echoes overlap.
+        If a chain has fewer than 20 particles, because its echoes overlap.
     """
     pressed = PressedEnd()
     for particles in sorted(lengths):
         if particles < 20:
             raise ValueError(f"{particles} particles given. Give 20 or more")
         echo = _EchoOfChain(particles)
-        # The shared chain stops before any echo, so that longer chains can continue from its state.
+        # The shared chain stops before any echo. Longer chains can then continue from its state.
         while pressed.times[-1] < echo.start - 10.0 and pressed.next_contact(until=echo.start):
             pass
         own = deepcopy(pressed)
@@ -235,16 +237,16 @@ def collide_long_chains(lengths: Iterable[int]) -> Iterator[HarmonicCollision]:
 
 def front_lead(contacts: int = 2000) -> float:
     r"""
-    Return the lead of the front of a pressed harmonic chain, in bond lengths.
+    Return the lead of the front of a harmonic chain at a wall, in bond lengths.
 
-    The first contact gives the momentum 2 v0 at once, while a steady force would not have given
-    any. The momentum from the wall is :math:`v_0 (t + \beta)` on average over steady contacts,
+    The first contact gives the momentum 2 v0 at once; a constant force would have given none by
+    then. Averaged over steady contacts, the momentum from the wall is :math:`v_0 (t + \beta)` with
     :math:`\beta = 0.9945645`.
 
     Parameters
     ----------
     contacts : int
-        Number of contacts. The mean is over the second half.
+        Number of contacts. The second half of them is averaged.
 
     Returns
     -------
@@ -258,6 +260,6 @@ def front_lead(contacts: int = 2000) -> float:
         surpluses.append(end.surplus)
     half = contacts // 2
     intervals: Array = np.diff(end.times[half:])
-    # Between contacts the surplus falls at unit rate.
+    # Between contacts the surplus decreases at unit rate.
     middle = np.array(surpluses[half:-1]) - 0.5 * intervals
     return float(np.average(middle, weights=intervals))
